@@ -1,0 +1,1 @@
+"""Minimum-snap trajectories, certified inside their corridor at every instant."""
