@@ -1,0 +1,101 @@
+"""Files that are whole or not there: written beside their destination, then renamed onto it."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+from minsnap.errors import FileError
+
+
+@contextmanager
+def atomic_write(
+    path: str | os.PathLike[str], mode: str = "w", *, clobber: bool = True, **options: Any
+) -> Iterator[IO[Any]]:
+    """Open a file that appears under its name only once it has been written in full.
+
+    A temporary file in the same folder is opened; it is flushed to the disk and renamed when the block ends well, and
+    removed when it does not, so that nobody ever meets half a file and a file that was there stays as it was.
+
+    Parameters
+    ----------
+    path : str or path
+        Destination.
+    mode : str
+        ``"w"`` for text (UTF-8, newlines as written) or ``"wb"`` for bytes.
+    clobber : bool
+        False: an existing destination is an error, checked before the block and again when publishing.
+    **options
+        Passed to :func:`open`.
+
+    Yields
+    ------
+    file object
+
+    Raises
+    ------
+    FileError
+        If the destination is a folder, or exists and must not be replaced.
+    OSError
+        If the folder cannot be written.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> with atomic_write(folder / "a.txt") as file:
+    ...     _ = file.write("whole")
+    >>> (folder / "a.txt").read_text()
+    'whole'
+    """
+    destination = Path(path)
+    check_destination(destination, clobber=clobber)
+    if "b" not in mode:
+        options = {"encoding": "utf-8", "newline": ""} | options
+    beside = destination.with_name(f".{destination.name}.{secrets.token_hex(4)}.part")
+    try:
+        with _create(beside, destination, mode, options) as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        _publish(beside, destination, clobber)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+    """Raise FileError if ``path`` is a folder, or is there and must not be replaced."""
+    destination = Path(path)
+    if destination.is_dir():
+        raise FileError(f"{destination} is a folder: give the name of a file")
+    if not clobber and destination.exists():
+        raise _taken(destination)
+
+
+def _create(beside: Path, destination: Path, mode: str, options: dict[str, Any]) -> IO[Any]:
+    """Open the temporary file; a missing folder is reported under the name that was asked for."""
+    try:
+        return open(beside, mode.replace("w", "x"), **options)
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, str(destination)) from None
+
+
+def _publish(beside: Path, destination: Path, clobber: bool) -> None:
+    if clobber:
+        if destination.exists():
+            shutil.copymode(destination, beside)
+        os.replace(beside, destination)
+        return
+    try:
+        os.link(beside, destination)  # unlike a rename, fails if the name has been taken meanwhile
+    except FileExistsError:
+        raise _taken(destination) from None
+
+
+def _taken(destination: Path) -> FileError:
+    return FileError(f"{destination} is there already: choose another name, or allow it to be replaced")
