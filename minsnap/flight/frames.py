@@ -15,8 +15,8 @@ name           axes from the world's x y z  body axes               yaw from the
 ============== ============================ ======================= ===================
 
 ``enu`` and ``ned`` know the compass; ``flu``, ``frd`` and ``optitrack`` are of a room. Mapping from one family to the
-other lays the room's x axis on east. Sources: REP 103 (ROS) for enu and flu; MAVLink's and PX4's manuals for ned and frd,
-with the motion capture mapping (x, z, -y) from y up to z down; OptiTrack's manual for y up.
+other lays the room's x axis on east. Sources: REP 103 (ROS) for enu and flu, the MAVLink and PX4 manuals for ned and
+frd with the motion capture mapping (x, z, -y) from y up to z down, and the OptiTrack manual for y up.
 """
 
 from __future__ import annotations
