@@ -1,29 +1,108 @@
-"""The command-line application: registration of commands and what their failures look like."""
+"""The command-line application: which modules add commands, and what failures look like."""
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
+import os
 import sys
+from typing import Annotated, NoReturn
 
 import typer
 
 from minsnap.errors import MinsnapError
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+COMMANDS = ("shapes", "plan", "check", "plot", "convert", "stream", "relay", "experiment", "compare", "fit")
+"""Modules of this package that register commands with :data:`app` when imported, in the order of the help."""
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 
 
-def main() -> None:
-    """Run the command line; errors are one plain sentence on stderr and an exit status of 1 or 2."""
+@app.callback()
+def _root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False,
+) -> None:
+    """Plan minimum-snap quadrotor trajectories, certified inside their corridor at every instant.
+
+    Exit status: 0 done, 1 the request cannot be met, 2 bad usage or bad input.
+    """
+    if version:
+        from importlib.metadata import version as installed
+
+        print(f"minsnap {installed('minsnap')}")
+        raise typer.Exit(0)
+    if context.invoked_subcommand is None:
+        print(context.get_help(), file=sys.stderr)
+        raise typer.Exit(2)
+
+
+def load_commands() -> None:
+    """Import every module of :data:`COMMANDS`; none of them imports anything slow before its command runs."""
+    for name in COMMANDS:
+        if importlib.util.find_spec(f"minsnap.cli.{name}") is not None:
+            importlib.import_module(f"minsnap.cli.{name}")
+
+
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """Run the command line and leave with its exit status.
+
+    0 done, 1 the request cannot be met, 2 bad usage or bad input, 130 interrupted, 141 the reader of a pipe went away.
+    Errors are one plain sentence on stderr.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        What follows the command's name; ``sys.argv[1:]`` unless given.
+    """
+    load_commands()
     try:
-        app()
-    except MinsnapError as error:
-        fail(str(error), error.exit_status)
-    except OSError as error:
-        fail(f"{error.filename}: {error.strerror}" if error.filename else str(error), 2)
-    except ImportError as error:
-        fail(str(error), 2)
+        status = app(arguments, standalone_mode=False, prog_name="minsnap")
+        sys.stdout.flush()
+    except Exception as error:
+        _leave(error)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    sys.exit(status if isinstance(status, int) else 0)
 
 
-def fail(message: str, status: int) -> None:
+def fail(message: str, status: int) -> NoReturn:
     """Say ``message`` on stderr and leave with ``status``."""
     print(f"minsnap: {message}", file=sys.stderr)
     sys.exit(status)
+
+
+def _leave(error: Exception) -> NoReturn:
+    """Turn an exception into its sentence and exit status; what nobody foresaw keeps its traceback."""
+    if isinstance(error, MinsnapError):
+        fail(str(error), error.exit_status)
+    if isinstance(error, BrokenPipeError):
+        _leave_pipe()
+    if isinstance(error, OSError):
+        fail(f"{error.filename}: {error.strerror}" if error.filename else str(error), 2)
+    if isinstance(error, ImportError):
+        fail(str(error), 2)
+    if isinstance(error, typer.Abort):
+        sys.exit(130)
+    if hasattr(error, "format_message"):  # typer's own usage errors, whichever package it takes them from
+        fail(_usage(error), 2)
+    raise error
+
+
+def _usage(error: Exception) -> str:
+    """Return typer's message in one line, with where to look for help."""
+    sentence = " ".join(error.format_message().split())  # type: ignore[attr-defined]
+    context = getattr(error, "ctx", None)
+    return f"{sentence} (see {context.command_path if context else 'minsnap'} --help)"
+
+
+def _leave_pipe() -> NoReturn:
+    """Leave as a program does whose reader went away, without a word from the interpreter's last flush."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(141)
