@@ -1,1 +1,47 @@
-"""Minimum-snap trajectories, certified inside their corridor at every instant."""
+"""Minimum-snap trajectories, certified inside their corridor at every instant.
+
+The public names are loaded when they are first used, so that importing the package stays quick.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from minsnap.errors import MinsnapError
+
+if TYPE_CHECKING:
+    from minsnap.files.setpoints import read_csv, write_csv
+    from minsnap.files.waypoints import read_waypoints
+    from minsnap.path import Path
+    from minsnap.samples import Samples
+
+_HOMES = {
+    "minsnap.files.setpoints": ("read_csv", "write_csv"),
+    "minsnap.files.waypoints": ("read_waypoints",),
+    "minsnap.path": ("Path",),
+    "minsnap.samples": ("Samples",),
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "MinsnapError",
+    "Path",
+    "Samples",
+    "read_csv",
+    "read_waypoints",
+    "write_csv",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module the first time it is used (PEP 562)."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'minsnap' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

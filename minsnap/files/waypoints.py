@@ -1,0 +1,144 @@
+"""Waypoint files: where to fly, in CSV or YAML, with headings and durations where they are known."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.errors import FileError
+from minsnap.files.table import read_table
+from minsnap.files.text import load_yaml
+from minsnap.samples import FloatArray
+
+COLUMNS = ("x", "y", "z", "yaw", "duration")
+"""Columns of a waypoint file; the first two must be there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Waypoints:
+    """What a waypoint file holds; its fields are arguments of :func:`minsnap.plan`.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2) or (n, 3)
+        Waypoints [m].
+    yaw : ndarray, shape (n,), or None
+        Heading at each [rad].
+    durations : ndarray, shape (n - 1,), or None
+        Seconds of each leg.
+    """
+
+    points: FloatArray
+    yaw: FloatArray | None = None
+    durations: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("points", "yaw", "durations"):
+            value = getattr(self, name)
+            if value is not None:
+                owned = np.array(value, dtype=np.float64)
+                owned.flags.writeable = False
+                object.__setattr__(self, name, owned)
+
+
+def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
+    """Read waypoints from a CSV or YAML file, by its ending (``.yaml``, ``.yml``; anything else is CSV).
+
+    CSV has a header with ``x,y`` and, if known, ``z``, ``yaw`` [rad] and ``duration`` [s]; plain numbers without a
+    header are x,y or x,y,z. A duration is that of the leg to the next waypoint, and the last cell stays empty; or that
+    of the leg from the waypoint before, and the first one does. YAML is a list of waypoints, each ``[x, y, z]`` or a
+    mapping of the same names; or a mapping with ``waypoints`` and, if known, ``yaw`` and ``durations``. It is loaded
+    safely: no tag makes an object.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    Waypoints
+
+    Raises
+    ------
+    FileError
+        If the file is missing, empty or malformed; says which line or waypoint.
+    ImportError
+        If the file is YAML and PyYAML is not there.
+    """
+    if Path(path).suffix.lower() in (".yaml", ".yml"):
+        return _from_yaml(path)
+    table = read_table(path, COLUMNS[:2], COLUMNS[2:], may_be_blank=("duration",), headerless=COLUMNS[:3])
+    return _from_columns(f"{path}", table)
+
+
+def _from_columns(where: str, table: Mapping[str, FloatArray]) -> Waypoints:
+    points = np.stack([table[name] for name in COLUMNS[:3] if name in table], axis=-1)
+    durations = _leg_durations(where, table["duration"]) if "duration" in table else None
+    return Waypoints(points, table.get("yaw"), durations)
+
+
+def _leg_durations(where: str, cells: FloatArray) -> FloatArray | None:
+    """Return the durations of the legs from one cell a waypoint, of which the first or the last is empty."""
+    blank = np.isnan(cells)
+    if blank.all():
+        return None
+    if blank.sum() == 1 and (blank[0] or blank[-1]):
+        return cells[~blank]
+    raise FileError(
+        f"{where}: {len(cells)} waypoints have {len(cells) - 1} legs, so the duration of one of them, the last or the "
+        f"first, stays empty; {int(blank.sum())} are"
+    )
+
+
+def _from_yaml(path: str | os.PathLike[str]) -> Waypoints:
+    content = load_yaml(path)
+    keys = content if isinstance(content, dict) else {"waypoints": content}
+    unknown = [key for key in keys if key not in ("waypoints", "yaw", "durations")]
+    if unknown or not isinstance(keys.get("waypoints"), list) or not keys["waypoints"]:
+        raise FileError(f"{path}: needs a list of waypoints, alone or under 'waypoints' beside 'yaw' and 'durations'")
+    rows = [_waypoint(f"{path}, waypoint {i}", item) for i, item in enumerate(keys["waypoints"])]
+    names = [name for name in COLUMNS if any(name in row for row in rows)]
+    for i, row in enumerate(rows):
+        _check_complete(f"{path}, waypoint {i}", row, names)
+    found = _from_columns(f"{path}", {name: np.array([row.get(name, np.nan) for row in rows]) for name in names})
+    yaw = _listed(path, keys, "yaw", found.yaw)
+    return Waypoints(found.points, yaw, _listed(path, keys, "durations", found.durations))
+
+
+def _waypoint(where: str, item: Any) -> dict[str, float]:
+    """Return one waypoint of a YAML file as a mapping of columns."""
+    if isinstance(item, list) and len(item) in (2, 3):
+        item = dict(zip(COLUMNS, item, strict=False))
+    if not isinstance(item, dict) or not {"x", "y"} <= item.keys() <= set(COLUMNS):
+        raise FileError(f"{where}: give [x, y], [x, y, z] or a mapping of {', '.join(COLUMNS)}, not {str(item)[:60]}")
+    return {name: _number(f"{where}: {name}", value) for name, value in item.items() if value is not None}
+
+
+def _check_complete(where: str, row: Mapping[str, float], names: list[str]) -> None:
+    missing = [name for name in names if name not in row and name != "duration"]
+    if missing:
+        raise FileError(f"{where}: {', '.join(missing)} is missing, which other waypoints have")
+
+
+def _listed(
+    path: str | os.PathLike[str], keys: Mapping[str, Any], name: str, found: FloatArray | None
+) -> FloatArray | None:
+    """Return a list given for all waypoints or legs at once, which must not be given with them too."""
+    values = keys.get(name)
+    if values is None:
+        return found
+    if found is not None or not isinstance(values, list):
+        raise FileError(f"{path}: {name} is one list of numbers, or a value with each waypoint, not both")
+    return np.array([_number(f"{path}: {name} {i}", value) for i, value in enumerate(values)])
+
+
+def _number(where: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+        raise FileError(f"{where} is {value!r}, not a finite number")
+    return float(value)
