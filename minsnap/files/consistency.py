@@ -1,0 +1,231 @@
+"""Is a file of setpoints fit to fly? A uniform clock, finite numbers, and columns that are derivatives of each other.
+
+The criterion for derivatives is the mean value theorem: over a step a coordinate changes by its step times a value
+that its derivative takes inside. So the slope of every step must lie within what the derivative's column says around
+it: the span of the two samples of the step and their neighbours, widened on either side by that span and by what
+rounding can do. A smooth path sampled finely enough to be flown always passes; a column in other units, of another
+axis, with the wrong sign or shifted in time does not. Where no velocities are given, the acceleration implied by the
+positions must be one that can be flown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.samples import FloatArray, Samples
+
+_Column = tuple[str, FloatArray | None]
+_AxisColumns = tuple[tuple[str, FloatArray], _Column, _Column]
+
+LARGEST_ACCELERATION = 100.0
+"""Implied acceleration beyond which a step in position is a jump, ten times gravity [m/s^2]."""
+
+
+@dataclass(frozen=True)
+class AxisFigures:
+    """What one coordinate does in a file.
+
+    Parameters
+    ----------
+    name : str
+        x, y, z, or yaw.
+    lowest, highest : float
+        Extremes [m, rad].
+    fastest : float
+        Largest magnitude of the first derivative, from its column or else from the steps [m/s, rad/s].
+    hardest : float or None
+        Largest magnitude of the acceleration column [m/s^2]; None without one.
+    velocity_mismatch, acceleration_mismatch : float or None
+        The most that a step's slope is outside what the derivative's column allows: 0 when consistent, None without it.
+    """
+
+    name: str
+    lowest: float
+    highest: float
+    fastest: float
+    hardest: float | None = None
+    velocity_mismatch: float | None = None
+    acceleration_mismatch: float | None = None
+
+
+@dataclass(frozen=True)
+class ConsistencyReport:
+    """What :func:`check_samples` found.
+
+    Parameters
+    ----------
+    problems : tuple of str
+        One plain sentence for each thing that is wrong; empty for a file that is fit to fly.
+    rows : int
+        Number of samples.
+    duration, rate : float
+        [s], [Hz].
+    largest_jump, jump_time : float
+        The longest way between two samples [m] and when it starts [s].
+    axes : tuple of AxisFigures
+        Per coordinate and for yaw; empty when a number is not finite.
+    starts_at_rest, ends_at_rest : bool or None
+        Whether the velocity there is zero (below 1 cm/s); None without velocities.
+    """
+
+    problems: tuple[str, ...]
+    rows: int
+    duration: float
+    rate: float
+    largest_jump: float
+    jump_time: float
+    axes: tuple[AxisFigures, ...]
+    starts_at_rest: bool | None
+    ends_at_rest: bool | None
+
+    @property
+    def ok(self) -> bool:
+        """True when nothing is wrong."""
+        return not self.problems
+
+
+def check_samples(
+    samples: Samples, *, resolution: float = 1e-3, largest_acceleration: float = LARGEST_ACCELERATION
+) -> ConsistencyReport:
+    """Report whether samples are uniform in time, finite, and consistent with their own derivatives.
+
+    Parameters
+    ----------
+    samples : Samples
+        As read from a file, in any frame.
+    resolution : float
+        What rounding may have done to a difference of two values [m, m/s, rad]; the default suits three decimals.
+    largest_acceleration : float
+        What positions alone may imply [m/s^2].
+
+    Returns
+    -------
+    ConsistencyReport
+        ``.ok`` tells; ``.problems`` says what and when.
+    """
+    problems = _infinities(samples)
+    if problems or len(samples) < 2:
+        problems += [] if problems else ["there is only one sample: a path needs two or more"]
+        rate = 0.0 if problems else samples.rate
+        return ConsistencyReport(tuple(problems), len(samples), 0.0, rate, 0.0, 0.0, (), None, None)
+    problems += _uneven_steps(samples.t)
+    axes = tuple(_axes(samples, resolution, problems))
+    problems += _leaps(samples, resolution, largest_acceleration) if samples.velocity is None else []
+    jumps = np.linalg.norm(np.diff(samples.position, axis=0), axis=1)
+    far = int(jumps.argmax())
+    rests = _rest(samples)
+    figures = (samples.duration, samples.rate, float(jumps[far]), float(samples.t[far]))
+    return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests)
+
+
+def _columns(samples: Samples) -> list[tuple[str, FloatArray]]:
+    """Every coordinate of everything given, named as in a setpoint file."""
+    named = [("t", samples.t)]
+    for prefix, values in (("", samples.position), ("v", samples.velocity), ("a", samples.acceleration)):
+        if values is not None:
+            named += [(prefix + name, values[:, i]) for i, name in enumerate(axis_names(values.shape[1]))]
+    named += [("yaw", samples.yaw)] if samples.yaw is not None else []
+    return named + ([("yaw_rate", samples.yaw_rate)] if samples.yaw_rate is not None else [])
+
+
+def axis_names(dim: int) -> list[str]:
+    """Return x, y, z for up to three coordinates, then x3, x4 and so on."""
+    return ["xyz"[i] if i < 3 else f"x{i}" for i in range(dim)]
+
+
+def _infinities(samples: Samples) -> list[str]:
+    problems = []
+    for name, values in _columns(samples):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            problems.append(f"{name} is {values[bad[0]]} in sample {bad[0]}: every number must be finite")
+    return problems
+
+
+def _uneven_steps(t: FloatArray) -> list[str]:
+    """Compare with the even grid to 2 % of a step, within which milliseconds are at 30 Hz."""
+    steps = np.diff(t)
+    if not (steps > 0).all():
+        row = int(np.argmin(steps > 0))
+        return [f"time goes from {t[row]} s to {t[row + 1]} s at sample {row + 1}: it must increase"]
+    even = (t[-1] - t[0]) / len(steps)
+    astray = np.abs(t - (t[0] + even * np.arange(len(t))))
+    worst = int(astray.argmax())
+    if astray[worst] <= 0.02 * even:
+        return []
+    return [f"the rate is not uniform: sample {worst} is at {t[worst]:.6g} s, {astray[worst]:.3g} s off the even grid"]
+
+
+def _axes(samples: Samples, resolution: float, problems: list[str]) -> list[AxisFigures]:
+    figures = []
+    for i, name in enumerate(axis_names(samples.dim)):
+        speed, acceleration = (None if v is None else v[:, i] for v in (samples.velocity, samples.acceleration))
+        columns = ((name, samples.position[:, i]), (f"v{name}", speed), (f"a{name}", acceleration))
+        figures.append(_axis(columns, samples.t, resolution, problems))
+    if samples.yaw is not None:
+        columns = (("yaw", samples.yaw), ("yaw_rate", samples.yaw_rate), ("", None))
+        figures.append(_axis(columns, samples.t, resolution, problems))
+    return figures
+
+
+def _axis(columns: _AxisColumns, t: FloatArray, resolution: float, problems: list[str]) -> AxisFigures:
+    (name, place), (_, speed), (_, acceleration) = columns
+    fastest = np.abs(speed if speed is not None else np.diff(place) / np.diff(t)).max()
+    hardest = None if acceleration is None else float(np.abs(acceleration).max())
+    mismatches = [_mismatch(*pair, t, resolution, problems) for pair in (columns[:2], columns[1:])]
+    return AxisFigures(name, float(place.min()), float(place.max()), float(fastest), hardest, *mismatches)
+
+
+def _mismatch(lower: _Column, upper: _Column, t: FloatArray, resolution: float, problems: list[str]) -> float | None:
+    """Return how far any step's slope is outside what the derivative's column allows, and note the worst."""
+    (name, values), (derivative, slopes) = lower, upper
+    if values is None or slopes is None:
+        return None
+    steps = np.diff(t)
+    slope = np.diff(values) / steps
+    low, high = allowed_slopes(slopes)
+    excess = np.maximum(low - slope, slope - high) - (resolution + 1e-12 * np.abs(values).max()) / steps
+    worst = int(excess.argmax())
+    if excess[worst] > 0:
+        problems.append(
+            f"{name} and {derivative} disagree at t = {t[worst]:.6g} s: {name} changes by {slope[worst]:.4g} a second, "
+            f"{derivative} there goes from {slopes[worst]:.4g} to {slopes[worst + 1]:.4g}"
+        )
+    return float(max(excess[worst], 0.0))
+
+
+def allowed_slopes(slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bounds on the mean slope of each step, shapes (m-1,), from the derivative's column of shape (m,).
+
+    The span of the four samples nearest the step, widened by itself on either side. The last step may cover less time
+    than it claims, since a file ends on its path's last state: its bounds include zero.
+    """
+    padded = np.concatenate([slopes[:1], slopes, slopes[-1:]])
+    around = np.lib.stride_tricks.sliding_window_view(padded, 4)
+    low, high = around.min(axis=1), around.max(axis=1)
+    span = high - low
+    low, high = low - span, high + span
+    low[-1], high[-1] = min(low[-1], 0.0), max(high[-1], 0.0)
+    return low, high
+
+
+def _leaps(samples: Samples, resolution: float, largest: float) -> list[str]:
+    """Find the second difference of the positions that no vehicle flies."""
+    if len(samples) < 3:
+        return []
+    step = samples.duration / (len(samples) - 1)
+    implied = np.linalg.norm(np.diff(samples.position, 2, axis=0), axis=1) / step**2
+    worst = int(implied.argmax())
+    if implied[worst] <= largest + 2 * resolution / step**2:
+        return []
+    when = samples.t[worst + 1]
+    return [f"the position jumps at t = {when:.6g} s: the acceleration implied there is {implied[worst]:.3g} m/s^2"]
+
+
+def _rest(samples: Samples) -> tuple[bool | None, bool | None]:
+    if samples.velocity is None:
+        return None, None
+    speed = np.linalg.norm(samples.velocity[[0, -1]], axis=1)
+    return bool(speed[0] < 0.01), bool(speed[1] < 0.01)
