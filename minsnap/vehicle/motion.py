@@ -1,0 +1,112 @@
+"""What a motion fixes of the attitude: vectors that the body axes are perpendicular to, with and without drag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.samples import FloatArray
+from minsnap.vehicle.flatness import GRAVITY
+
+Triple = tuple[FloatArray, FloatArray, FloatArray]
+Quadruple = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class FlatMotion:
+    """What the body axes must be perpendicular to, each vector with two derivatives, shape (3, m).
+
+    Parameters
+    ----------
+    alpha, beta : tuple of 3 ndarrays
+        What ``x_B`` and ``y_B`` are perpendicular to [m/s^2], [m/s^3], [m/s^4].
+    gamma : ndarray, shape (3, m)
+        Its component along ``z_B`` is the thrust per mass [m/s^2].
+    heading : tuple of 3 ndarrays
+        The yaw direction ``x_C`` and its derivatives.
+    """
+
+    alpha: Triple
+    beta: Triple
+    gamma: FloatArray
+    heading: Triple
+
+
+def flat_motion(
+    motion: Quadruple,
+    yaw: Triple,
+    gravity: float = GRAVITY,
+    linear: FloatArray | None = None,
+    quadratic: FloatArray | None = None,
+) -> FlatMotion:
+    """Gather the vectors that fix the attitude.
+
+    Parameters
+    ----------
+    motion : tuple of 4 ndarrays, shape (3, m)
+        Velocity through the air, acceleration, jerk, snap, in the world frame.
+    yaw : tuple of 3 ndarrays, shape (m,)
+        Yaw and its two derivatives [rad], [rad/s], [rad/s^2].
+    gravity : float
+        [m/s^2].
+    linear, quadratic : ndarray, shape (3,), or None
+        Drag per mass along the body's axes, ``-(linear + |u| quadratic) u`` [1/s], [1/m]; None is no drag.
+
+    Returns
+    -------
+    FlatMotion
+    """
+    lift = motion[1] + np.array([[0.0], [0.0], [gravity]])
+    plain = (lift, motion[2], motion[3])
+    if linear is None or quadratic is None:
+        return FlatMotion(plain, plain, lift, heading_of(yaw))
+    speed = _speed_of(motion)
+    sides = [_with_drag(plain, motion, speed, linear[axis], quadratic[axis]) for axis in range(3)]
+    return FlatMotion(sides[0], sides[1], sides[2][0], heading_of(yaw))
+
+
+def _speed_of(motion: Quadruple) -> Triple:
+    """Return ``|u|`` and its two derivatives; the derivatives are taken as zero where the air is at rest."""
+    air, acceleration, jerk, _ = motion
+    speed = norm(air)
+    divisor = np.where(speed > 0, speed, np.inf)
+    first = dot(air, acceleration) / divisor
+    second = (dot(acceleration, acceleration) + dot(air, jerk) - first**2) / divisor
+    return speed, first, second
+
+
+def _with_drag(plain: Triple, motion: Quadruple, speed: Triple, linear: float, quadratic: float) -> Triple:
+    """Add ``delta u`` and its derivatives, ``delta = linear + quadratic |u|``, by the product rule."""
+    air, acceleration, jerk, _ = motion
+    delta, first, second = linear + quadratic * speed[0], quadratic * speed[1], quadratic * speed[2]
+    return (
+        plain[0] + delta * air,
+        plain[1] + first * air + delta * acceleration,
+        plain[2] + second * air + 2 * first * acceleration + delta * jerk,
+    )
+
+
+def heading_of(yaw: Triple) -> Triple:
+    """Return the yaw direction ``(cos, sin, 0)`` and its two derivatives, each of shape (3, m)."""
+    angle, rate, acceleration = yaw
+    zero = np.zeros_like(angle)
+    along = np.stack([np.cos(angle), np.sin(angle), zero])
+    across = np.stack([-along[1], along[0], zero])
+    return along, rate * across, acceleration * across - rate**2 * along
+
+
+def dot(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the scalar product of each column, shape (m,)."""
+    return np.asarray(left[0] * right[0] + left[1] * right[1] + left[2] * right[2])
+
+
+def norm(vectors: FloatArray) -> FloatArray:
+    """Return the length of each column, shape (m,)."""
+    return np.sqrt(dot(vectors, vectors))
+
+
+def cross(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the vector product of each column, shape (3, m); columns keep long arrays fast."""
+    (x, y, z), (u, v, w) = left, right
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])
