@@ -15,12 +15,16 @@ if TYPE_CHECKING:
     from minsnap.files.waypoints import read_waypoints
     from minsnap.path import Path
     from minsnap.samples import Samples
+    from minsnap.shapes import circle, helix, lemniscate, line, rectangle
+    from minsnap.trajectory import Trajectory
 
 _HOMES = {
     "minsnap.files.setpoints": ("read_csv", "write_csv"),
     "minsnap.files.waypoints": ("read_waypoints",),
     "minsnap.path": ("Path",),
     "minsnap.samples": ("Samples",),
+    "minsnap.shapes": ("circle", "helix", "lemniscate", "line", "rectangle"),
+    "minsnap.trajectory": ("Trajectory",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -28,8 +32,14 @@ __all__ = [
     "MinsnapError",
     "Path",
     "Samples",
+    "Trajectory",
+    "circle",
+    "helix",
+    "lemniscate",
+    "line",
     "read_csv",
     "read_waypoints",
+    "rectangle",
     "write_csv",
 ]
 

@@ -1,0 +1,7 @@
+"""Shapes to fly: circle, helix, lemniscate, line, rectangle."""
+
+from minsnap.shapes.curves import circle, helix, lemniscate
+from minsnap.shapes.phase import PhaseLaw, PhasePath
+from minsnap.shapes.straight import line, rectangle
+
+__all__ = ["PhaseLaw", "PhasePath", "circle", "helix", "lemniscate", "line", "rectangle"]
