@@ -77,6 +77,31 @@ class VehicleError(InputError):
     """A vehicle's parameters are not those of a physical body."""
 
 
+class LinkError(InputError):
+    """A vehicle cannot be reached, or what was asked of the link to it cannot be had.
+
+    Attributes
+    ----------
+    address : str or None
+        The connection it is about.
+    """
+
+    address: str | None = None
+
+
+class FlightError(MinsnapError):
+    """A flight was refused or stopped, for a reason of safety.
+
+    Attributes
+    ----------
+    report : minsnap.flight.streaming.StreamReport or None
+        What had been flown until then.
+    """
+
+    exit_status = 1
+    report: Any = None
+
+
 class UnknownSolverError(InputError):
     """The solver asked for is not known or not installed."""
 
