@@ -102,6 +102,46 @@ class FlightError(MinsnapError):
     report: Any = None
 
 
+class ThrustError(VehicleError):
+    """A motion asks a rotor for more, or less, thrust than it can give.
+
+    Attributes
+    ----------
+    instant : float or None
+        When it asks for the most too much, or too little [s].
+    excess : float or None
+        By how much a rotor's thrust is missed then [N].
+    """
+
+    exit_status = 1
+    instant: float | None = None
+    excess: float | None = None
+
+
+class FitError(InputError):
+    """Measurements do not determine the coefficients they are fitted with."""
+
+
+class DivergenceError(MinsnapError):
+    """A simulated vehicle left every bound of flight; what was flown until then is kept.
+
+    Attributes
+    ----------
+    instant : float or None
+        When it was stopped, seconds from the start.
+    flight : Flight or None
+        The flight up to that instant.
+    """
+
+    exit_status = 1
+    instant: float | None = None
+    flight: Any = None
+
+
+class OutsideRangeWarning(UserWarning):
+    """A fitted model was evaluated outside the range it was measured in."""
+
+
 class UnknownSolverError(InputError):
     """The solver asked for is not known or not installed."""
 
