@@ -20,7 +20,8 @@ def atomic_write(
     """Open a file that appears under its name only once it has been written in full.
 
     A temporary file in the same folder is opened; it is flushed to the disk and renamed when the block ends well, and
-    removed when it does not, so that nobody ever meets half a file and a file that was there stays as it was.
+    removed when it does not, so that nobody ever meets half a file and a file that was there stays as it was. A link is
+    followed; what is there and is no file, such as a device or a pipe, is written to as it is.
 
     Parameters
     ----------
@@ -40,9 +41,7 @@ def atomic_write(
     Raises
     ------
     FileError
-        If the destination is a folder, or exists and must not be replaced.
-    OSError
-        If the folder cannot be written.
+        If the destination exists and must not be replaced, is a folder, or its folder is missing or cannot be written.
 
     Examples
     --------
@@ -53,10 +52,14 @@ def atomic_write(
     >>> (folder / "a.txt").read_text()
     'whole'
     """
-    destination = Path(path)
+    destination = Path(os.path.realpath(path))
     check_destination(destination, clobber=clobber)
     if "b" not in mode:
         options = {"encoding": "utf-8", "newline": ""} | options
+    if destination.exists() and not destination.is_file():
+        with open(destination, mode, **options) as file:
+            yield file
+        return
     beside = destination.with_name(f".{destination.name}.{secrets.token_hex(4)}.part")
     try:
         with _create(beside, destination, mode, options) as file:
@@ -82,7 +85,7 @@ def _create(beside: Path, destination: Path, mode: str, options: dict[str, Any])
     try:
         return open(beside, mode.replace("w", "x"), **options)
     except OSError as error:
-        raise type(error)(error.errno, error.strerror, str(destination)) from None
+        raise FileError(f"{destination} cannot be written: {error.strerror}") from error
 
 
 def _publish(beside: Path, destination: Path, clobber: bool) -> None:

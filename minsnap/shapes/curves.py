@@ -31,8 +31,8 @@ def circle(
     r"""Level circle, from rest to rest unless ``ramp=0``.
 
     :math:`r = c + R\,(\cos(\varphi_0 + \varphi), \sin(\varphi_0 + \varphi), 0)`. The laps include spin-up and
-    spin-down, so the circle ends where it starts after a whole number of them. With ``ramp=0`` and the default period it is the
-    literal circle of 120 steps at 20 Hz, which starts and ends at full speed.
+    spin-down, so the circle ends where it starts after a whole number of them. With ``ramp=0`` and the default period
+    it is the literal circle of 120 steps at 20 Hz, which starts and ends at full speed.
 
     Parameters
     ----------

@@ -1,0 +1,118 @@
+"""Waypoint files in CSV and YAML, and every way they can be bad."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import FileError
+
+POINTS = [[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [8.0, 4.0, 1.5]]
+
+
+@pytest.fixture
+def write(tmp_path):
+    def _write(text, name="given.csv"):
+        file = tmp_path / name
+        file.write_text(text)
+        return file
+
+    return _write
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", "x,y,z\n0,0,1\n8,0,1\n8,4,1.5\n"),
+        ("a.txt", "0,0,1\n8,0,1\n8,4,1.5\n"),
+        ("a.csv", "z,x,y\n1,0,0\n1,8,0\n1.5,8,4\n"),
+        ("a.yaml", "- [0, 0, 1]\n- [8, 0, 1]\n- {x: 8, y: 4, z: 1.5}\n"),
+        ("a.yml", "waypoints: [[0, 0, 1], [8, 0, 1], [8, 4, 1.5]]\n"),
+    ],
+)
+def test_points_in_every_form(write, name, text):
+    found = minsnap.read_waypoints(write(text, name))
+    assert np.array_equal(found.points, POINTS)
+    assert found.yaw is None and found.durations is None
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", "x,y,z,yaw,duration\n0,0,1,0,4\n8,0,1,0.5,2\n8,4,1.5,1,\n"),
+        ("a.csv", "x,y,z,yaw,duration\n0,0,1,0,\n8,0,1,0.5,4\n8,4,1.5,1,2\n"),
+        (
+            "a.yaml",
+            "- {x: 0, y: 0, z: 1, yaw: 0, duration: 4}\n"
+            "- {x: 8, y: 0, z: 1, yaw: 0.5, duration: 2}\n"
+            "- {x: 8, y: 4, z: 1.5, yaw: 1}\n",
+        ),
+        ("a.yaml", "waypoints: [[0, 0, 1], [8, 0, 1], [8, 4, 1.5]]\nyaw: [0, 0.5, 1]\ndurations: [4, 2]\n"),
+    ],
+)
+def test_yaw_and_durations(write, name, text):
+    found = minsnap.read_waypoints(write(text, name))
+    assert np.array_equal(found.points, POINTS)
+    assert np.array_equal(found.yaw, [0.0, 0.5, 1.0])
+    assert np.array_equal(found.durations, [4.0, 2.0])
+
+
+def test_two_dimensions_and_an_empty_column_of_durations(write):
+    found = minsnap.read_waypoints(write("x,y,duration\n0,0,\n1,2,\n"))
+    assert np.array_equal(found.points, [[0.0, 0.0], [1.0, 2.0]])
+    assert found.durations is None
+
+
+def test_what_is_read_cannot_be_written_to(write):
+    found = minsnap.read_waypoints(write("0,0\n1,2\n"))
+    with pytest.raises(ValueError, match="read-only"):
+        found.points[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.csv", "", "is empty"),
+        ("a.csv", "x,y,z\n", "no rows"),
+        ("a.csv", "x,z\n0,1\n", "line 1: no column y"),
+        ("a.csv", "x,y,z,speed\n0,0,1,2\n", "line 1: column 'speed' is not known"),
+        ("a.csv", "0,0,1,4\n8,0,1,2\n", "line 1: 4 numbers without a header"),
+        ("a.csv", "x,y,z\n0,0,1\n8,0\n", "line 3: 2 numbers"),
+        ("a.csv", "x,y,z\n0,0,1\n8,zero,1\n", "line 3: y is 'zero'"),
+        ("a.csv", "x,y,z\n0,0,1\n8,inf,1\n", "line 3: y is 'inf'"),
+        ("a.csv", "x,y,duration\n0,0,nan\n8,1,2\n", "line 2: duration is 'nan'"),
+        ("a.csv", "x,y,duration\n0,0,1\n8,1,2\n", "2 waypoints have 1 legs.*0 are"),
+        ("a.csv", "x,y,duration\n0,0,1\n8,1,\n9,1,2\n", "stays empty; 1 are"),
+        ("a.yaml", "", "needs a list of waypoints"),
+        ("a.yaml", "[]", "needs a list of waypoints"),
+        ("a.yaml", "speed: 3\nwaypoints: [[0, 0], [1, 1]]", "needs a list of waypoints"),
+        ("a.yaml", "- [0, 0, 1]\n- [1]\n", "waypoint 1: give"),
+        ("a.yaml", "- [0, 0, 1]\n- {x: 1, y: 1, height: 3}\n", "waypoint 1: give"),
+        ("a.yaml", "- [0, 0, 1]\n- [1, 2]\n", "waypoint 1: z is missing"),
+        ("a.yaml", "- [0, 0, 1]\n- [1, true, 2]\n", "waypoint 1: y is True"),
+        ("a.yaml", "- [0, 0, 1]\n- [1, .nan, 2]\n", "waypoint 1: y is nan"),
+        ("a.yaml", "- [0, 0, 1]\n- [1, up, 2]\n", "waypoint 1: y is 'up'"),
+        ("a.yaml", "waypoints: [[0, 0], [1, 1]]\nyaw: 3\n", "yaw is one list"),
+        ("a.yaml", "waypoints: [{x: 0, y: 0, yaw: 1}, {x: 1, y: 0, yaw: 1}]\nyaw: [0, 1]\n", "not both"),
+        ("a.yaml", "- [0, 0\n- [1, 2]\n", "line 2"),
+        ("a.yaml", "- !!python/object/apply:os.getcwd []\n", "line 1"),
+    ],
+)
+def test_a_bad_file_is_refused_with_its_place(write, name, text, said):
+    with pytest.raises(FileError, match=said):
+        minsnap.read_waypoints(write(text, name))
+
+
+def test_a_missing_file_is_bad_input(tmp_path):
+    for name in ("none.csv", "none.yaml"):
+        with pytest.raises(FileError, match="No such file"):
+            minsnap.read_waypoints(tmp_path / name)
+
+
+def test_yaml_without_its_package_names_the_extra(write, monkeypatch):
+    monkeypatch.setitem(sys.modules, "yaml", None)
+    with pytest.raises(ImportError, match=r"minsnap\[yaml\]"):
+        minsnap.read_waypoints(write("- [0, 0]\n", "a.yaml"))
