@@ -1,0 +1,110 @@
+"""When each setpoint is due: slots of a monotonic clock, one setpoint a slot, never a burst."""
+
+from __future__ import annotations
+
+import math
+import select
+import time
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.errors import TimingError
+
+
+class Clock:
+    """Monotonic time and the waiting for it; tests may pass one whose time runs otherwise."""
+
+    def now(self) -> float:
+        """Return the time [s] from an arbitrary origin."""
+        return time.monotonic()
+
+    def wait(self, until: float, readers: Sequence[int]) -> None:
+        """Sleep until then, or until one of the file descriptors can be read.
+
+        Parameters
+        ----------
+        until : float
+            An instant of :meth:`now` [s].
+        readers : sequence of int
+            File descriptors to wake up for.
+        """
+        select.select(readers, [], [], max(0.0, until - self.now()))
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """How late setpoints left, and how many were left out for it.
+
+    Parameters
+    ----------
+    sent, skipped : int
+        Slots that were served, and slots that had passed when their turn came.
+    rate : float
+        Mean rate of the slots served and skipped, over the time they took [Hz].
+    median, p99, worst : float
+        Time from the instant a slot was due to the instant it was served [s].
+    """
+
+    sent: int
+    skipped: int
+    rate: float
+    median: float
+    p99: float
+    worst: float
+
+
+class Schedule:
+    """Slots at start + k/rate.
+
+    Each slot is computed from the start, so that nothing adds up: after an hour slot k is still at k/rate. Who comes
+    late gets the slot that is due now, not those that were missed.
+
+    Parameters
+    ----------
+    rate : float
+        Slots a second [Hz].
+    start : float
+        Instant of slot 0 [s].
+
+    Raises
+    ------
+    TimingError
+        If the rate is not a positive number.
+    """
+
+    def __init__(self, rate: float, start: float) -> None:
+        if not (math.isfinite(rate) and rate > 0):
+            raise TimingError(f"the rate is {rate!r}: it must be a positive number of setpoints a second")
+        self.rate = rate
+        self.start = start
+        self.skipped = 0
+        self._last = -1
+        self._lateness = array("d")
+        self._served = array("d")
+
+    @property
+    def due(self) -> float:
+        """The instant of the next slot [s]."""
+        return self.start + (self._last + 1) / self.rate
+
+    def take(self, now: float) -> int:
+        """Serve the slot due at ``now`` and return its number; those that have passed are skipped and counted."""
+        self._lateness.append(max(0.0, now - self.due))
+        self._served.append(now)
+        index = max(self._last + 1, math.floor((now - self.start) * self.rate + 1e-6))
+        self.skipped += index - self._last - 1
+        self._last = index
+        return index
+
+    def lateness(self) -> Lateness:
+        """Summarise the slots served so far."""
+        if not self._lateness:
+            return Lateness(0, 0, 0.0, 0.0, 0.0, 0.0)
+        late = np.array(self._lateness)
+        took = self._served[-1] - self._served[0]
+        rate = self._last / took if took > 0 else 0.0
+        median, p99 = np.percentile(late, [50, 99])
+        return Lateness(len(late), self.skipped, rate, float(median), float(p99), float(late.max()))
