@@ -1,0 +1,53 @@
+# make demo   a rectangle in a corridor: CSV, picture and check, in out/
+# make test   all tests (examples, doctests and the documentation's build among them), warnings as errors
+# make lint   ruff and mypy
+# make docs   the documentation, in docs/_build/html
+# make bench  the benchmarks
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
+
+.PHONY: demo test lint docs bench clean
+
+demo: $(VENV)/installed
+	mkdir -p out
+	$(BIN)/minsnap rect --corridor 0.3 -o out/rectangle.csv --plot out/rectangle.png
+	$(BIN)/minsnap check out/rectangle.csv
+
+test: $(VENV)/developing
+	MPLBACKEND=agg $(BIN)/python -m pytest -W error
+
+lint: $(VENV)/developing
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+docs: $(VENV)/developing
+	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
+
+bench: $(VENV)/benchmarking
+	$(BIN)/python -m benchmarks
+
+clean:
+	rm -rf $(VENV) out docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis
+
+$(VENV)/made:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "minsnap needs Python 3.11 or newer; name one with 'make PYTHON=python3.12'" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+		echo "This Python cannot make a virtual environment: on Debian or Ubuntu, 'apt-get install python3-venv' adds it" >&2; exit 1; }
+	@touch $@
+
+$(VENV)/installed: $(VENV)/made pyproject.toml constraints.txt
+	$(PIP) --editable .
+	@touch $@
+
+$(VENV)/developing: $(VENV)/made pyproject.toml constraints.txt
+	$(PIP) --editable '.[test]'
+	@touch $@ $(VENV)/installed
+
+$(VENV)/benchmarking: $(VENV)/developing
+	$(PIP) --editable '.[bench]'
+	@touch $@
