@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from minsnap.files.setpoints import read_csv, write_csv
     from minsnap.files.waypoints import read_waypoints
     from minsnap.path import Path
+    from minsnap.plot import plot_overview, plot_path, plot_profiles
     from minsnap.samples import Samples
     from minsnap.shapes import circle, helix, lemniscate, line, rectangle
     from minsnap.trajectory import Trajectory
@@ -22,6 +23,7 @@ _HOMES = {
     "minsnap.files.setpoints": ("read_csv", "write_csv"),
     "minsnap.files.waypoints": ("read_waypoints",),
     "minsnap.path": ("Path",),
+    "minsnap.plot": ("plot_overview", "plot_path", "plot_profiles"),
     "minsnap.samples": ("Samples",),
     "minsnap.shapes": ("circle", "helix", "lemniscate", "line", "rectangle"),
     "minsnap.trajectory": ("Trajectory",),
@@ -37,6 +39,9 @@ __all__ = [
     "helix",
     "lemniscate",
     "line",
+    "plot_overview",
+    "plot_path",
+    "plot_profiles",
     "read_csv",
     "read_waypoints",
     "rectangle",

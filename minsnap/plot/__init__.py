@@ -1,0 +1,7 @@
+"""Figures of paths: in the plane or in space, against time, and both; matplotlib is imported when one is drawn."""
+
+from minsnap.plot.figures import plot_overview, save_figure
+from minsnap.plot.geometry import plot_path
+from minsnap.plot.profiles import plot_profiles
+
+__all__ = ["plot_overview", "plot_path", "plot_profiles", "save_figure"]

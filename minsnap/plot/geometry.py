@@ -1,0 +1,139 @@
+"""Paths in the plane or in space, with their corridor, waypoints and direction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.errors import InputError
+from minsnap.path import Path
+from minsnap.plot.regions import facets, leg_bodies, outline
+from minsnap.plot.style import (
+    CORRIDOR_COLOUR,
+    CORRIDOR_EDGE,
+    PATH_COLOUR,
+    coordinate_name,
+    dense_samples,
+    new_axes,
+)
+from minsnap.samples import FloatArray, Samples
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from minsnap.walls import Constraint
+
+VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "3d": (0, 1, 2)}
+ARROWS = 6
+
+
+def plot_path(
+    path: Path | Samples,
+    ax: Axes | None = None,
+    *,
+    view: str = "xy",
+    corridor: Constraint | npt.ArrayLike | None = None,
+    waypoints: npt.ArrayLike | None = None,
+) -> Axes:
+    """Draw the curve of a path, its direction, and what it was planned through.
+
+    Parameters
+    ----------
+    path : Path or Samples
+        dim 2 or 3.
+    ax : matplotlib axes, optional
+        Where to draw; a new figure unless given (three-dimensional axes for the view "3d").
+    view : str
+        ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
+    corridor : Constraint or array_like, optional
+        What :func:`minsnap.plan` was given; drawn as one body a leg.
+    waypoints : array_like, shape (n, dim), optional
+        [m]; those of a planned trajectory unless given.
+
+    Returns
+    -------
+    matplotlib axes
+
+    Raises
+    ------
+    InputError
+        If the view is unknown or needs coordinates that the path does not have.
+    """
+    samples = dense_samples(path)
+    chosen = _coordinates(view, samples.dim)
+    axes = new_axes("3d" if view == "3d" else None) if ax is None else ax
+    points = _waypoints(path, waypoints)
+    if corridor is not None and points is not None:
+        _draw_corridor(axes, corridor, points, chosen)
+    _draw_curve(axes, samples.position[:, chosen])
+    if points is not None:
+        axes.plot(*points[:, chosen].T, "o", color="black", markersize=4, label="waypoints", zorder=4)
+    _finish(axes, chosen, samples.dim)
+    return axes
+
+
+def _coordinates(view: str, dim: int) -> list[int]:
+    if view not in VIEWS:
+        raise InputError(f"no view is called {view!r}: choose one of {', '.join(VIEWS)}")
+    if max(VIEWS[view]) >= dim:
+        raise InputError(f"the view {view!r} needs {max(VIEWS[view]) + 1} coordinates, the path has {dim}")
+    return list(VIEWS[view])
+
+
+def _waypoints(path: Path | Samples, given: npt.ArrayLike | None) -> FloatArray | None:
+    if given is not None:
+        return np.asarray(given, dtype=np.float64)
+    breaks = getattr(path, "leg_breaks", None)
+    return None if breaks is None or isinstance(path, Samples) else path(breaks)
+
+
+def _draw_corridor(ax: Axes, corridor: Constraint | npt.ArrayLike, waypoints: FloatArray, chosen: list[int]) -> None:
+    bodies = leg_bodies(corridor, waypoints)
+    if len(chosen) == 3:
+        from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+        triangles = np.concatenate([facets(body) for body in bodies])
+        space: Any = ax
+        space.add_collection3d(Poly3DCollection(triangles, facecolor=CORRIDOR_COLOUR, alpha=0.12, label="corridor"))
+        return
+    from matplotlib.patches import Polygon
+
+    for i, body in enumerate(bodies):
+        shape = outline(body[:, chosen])
+        ax.add_patch(Polygon(shape, facecolor=CORRIDOR_COLOUR, alpha=0.22, label=None if i else "corridor", zorder=1))
+        ax.add_patch(Polygon(shape, fill=False, edgecolor=CORRIDOR_EDGE, linewidth=1.2, zorder=2))
+
+
+def _draw_curve(ax: Axes, points: FloatArray) -> None:
+    ax.plot(*points.T, color=PATH_COLOUR, linewidth=1.8, label="path", zorder=3)
+    ax.plot(*points[:1].T, marker="^", color=PATH_COLOUR, markersize=9, linestyle="none", label="start", zorder=5)
+    end: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": PATH_COLOUR, "markersize": 6}
+    ax.plot(*points[-1:].T, linestyle="none", marker="s", label="end", zorder=6, **end)
+    if points.shape[1] == 2:
+        _draw_arrows(ax, points)
+
+
+def _draw_arrows(ax: Axes, points: FloatArray) -> None:
+    """Mark the direction at places that split the curve into equal lengths."""
+    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    places = np.searchsorted(travelled, travelled[-1] * (np.arange(ARROWS) + 0.5) / ARROWS)
+    for place in np.clip(places, 1, len(points) - 1):
+        if np.array_equal(points[place - 1], points[place]):
+            continue
+        style = {"arrowstyle": "-|>", "color": PATH_COLOUR, "mutation_scale": 14}
+        ax.annotate("", xy=tuple(points[place]), xytext=tuple(points[place - 1]), arrowprops=style, zorder=3)
+
+
+def _finish(ax: Axes, chosen: list[int], dim: int) -> None:
+    for name, index in zip(("x", "y", "z"), chosen, strict=False):
+        getattr(ax, f"set_{name}label")(f"{coordinate_name(index, dim)} [m]")
+    ax.set_aspect("equal", adjustable="datalim" if len(chosen) == 2 else "box")
+    if len(chosen) == 3:
+        from matplotlib.ticker import MaxNLocator
+
+        space: Any = ax
+        space.zaxis.set_major_locator(MaxNLocator(4))
+    ax.grid(True, alpha=0.3)
+    ax.legend(loc="best", fontsize="small", framealpha=0.9)

@@ -1,0 +1,117 @@
+"""Corridors as bodies to draw: the corners of what each leg may use."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.samples import FloatArray
+
+if TYPE_CHECKING:
+    from minsnap.walls import Balls, Constraint, Faces, Walls
+
+ROUND = 48
+"""Corners of a circle."""
+
+
+def leg_bodies(corridor: Constraint | npt.ArrayLike, waypoints: FloatArray) -> list[FloatArray]:
+    """Corners of the convex body that each leg must stay in.
+
+    A tube has no ends; it is drawn from one waypoint to the next. Legs that repeat, as in laps, are given once.
+
+    Parameters
+    ----------
+    corridor : Constraint or array_like
+        An object with walls, or the half-widths of a tube [m].
+    waypoints : ndarray, shape (n, dim)
+        [m].
+
+    Returns
+    -------
+    list of ndarray, shape (corners, dim)
+        [m].
+    """
+    from minsnap.corridor import Tube
+
+    constraint: Any = corridor if hasattr(corridor, "walls") else Tube(np.asarray(corridor))
+    walls = [wall for wall in constraint.walls(waypoints) if wall.order == 0]
+    bodies: dict[bytes, FloatArray] = {}
+    for leg in range(len(waypoints) - 1):
+        corners = _body(walls, leg, waypoints)
+        bodies.setdefault(np.unique(np.round(corners, 9), axis=0).tobytes(), corners)
+    return list(bodies.values())
+
+
+def outline(corners: FloatArray) -> FloatArray:
+    """Return the corners of the convex hull of points in the plane, in order: (m, 2)."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(corners[ConvexHull(corners).vertices])
+
+
+def facets(corners: FloatArray) -> FloatArray:
+    """Return the triangles of the convex hull of points in space, shape (m, 3, 3)."""
+    from scipy.spatial import ConvexHull
+
+    return np.asarray(corners[ConvexHull(corners).simplices])
+
+
+def _body(walls: Sequence[Walls], leg: int, waypoints: FloatArray) -> FloatArray:
+    from minsnap.walls import Faces
+
+    start, end = waypoints[leg], waypoints[leg + 1]
+    for wall in walls:
+        if not isinstance(wall, Faces) and (wall.leg == leg).any():
+            return _cylinder(wall, int(np.flatnonzero(wall.leg == leg)[0]), start, end)
+    rows = [_half_spaces(wall, leg) for wall in walls if isinstance(wall, Faces)]
+    return _polytope(np.vstack([*rows, _ends(np.vstack(rows), start, end)]), (start + end) / 2.0)
+
+
+def _half_spaces(faces: Faces, leg: int) -> FloatArray:
+    """Return rows (normal, offset) with normal . r + offset <= 0 for the leg's planes."""
+    mine = faces.leg == leg
+    normal, base = faces.normal[mine], (faces.normal[mine] * faces.anchor[mine]).sum(axis=1)
+    above = np.column_stack([normal, -base - faces.upper[mine]])
+    below = np.column_stack([-normal, base + faces.lower[mine]])
+    rows = np.vstack([above, below])
+    return np.asarray(rows[np.isfinite(rows).all(axis=1)])
+
+
+def _ends(rows: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the planes that close a body: at the waypoints for a tube, far away for anything else."""
+    along = (end - start) / (np.linalg.norm(end - start) or 1.0)
+    if along.any() and np.abs(rows[:, :-1] @ along).max(initial=0.0) < 1e-9:
+        return np.array([[*along, -along @ end], [*-along, along @ start]])
+    reach = 10.0 * (1.0 + np.linalg.norm(end - start))
+    axes, middle = np.eye(len(start)), (start + end) / 2.0
+    return np.vstack([np.column_stack([axes, -middle - reach]), np.column_stack([-axes, middle - reach])])
+
+
+def _polytope(rows: FloatArray, guess: FloatArray) -> FloatArray:
+    from scipy.spatial import HalfspaceIntersection
+
+    inside = guess if (rows[:, :-1] @ guess + rows[:, -1]).max() < 0.0 else _middle(rows)
+    return np.asarray(HalfspaceIntersection(rows, inside).intersections)
+
+
+def _middle(rows: FloatArray) -> FloatArray:
+    """Return the centre of the largest ball inside the half-spaces, by a linear programme."""
+    from scipy.optimize import linprog
+
+    lengths = np.linalg.norm(rows[:, :-1], axis=1)
+    cost = np.zeros(rows.shape[1])
+    cost[-1] = -1.0
+    found: Any = linprog(cost, np.column_stack([rows[:, :-1], lengths]), -rows[:, -1], bounds=(None, None))
+    return np.asarray(found.x[:-1])
+
+
+def _cylinder(balls: Balls, index: int, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return points on the rims of a cylinder around a leg, or on two circles of a ball."""
+    kernel = np.linalg.svd(balls.matrix[index])[2]
+    across = kernel[: len(start) - 1] if len(start) > 1 else kernel
+    angle = np.linspace(0.0, 2.0 * np.pi, ROUND, endpoint=False)
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])[:, : len(across)] @ across * balls.radius[index]
+    return np.vstack([start + circle, end + circle])
