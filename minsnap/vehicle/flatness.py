@@ -124,7 +124,8 @@ def body_rates(
     lift, change = np.atleast_2d(spatial(acceleration)).T, np.atleast_2d(spatial(jerk)).T
     zero = np.zeros(lift.shape[1])
     still = np.zeros_like(lift)
-    motion = flat_motion((still, lift, change, still), (zero + yaw, zero + yaw_rate, zero), gravity)
+    turning = (zero + np.asarray(yaw, dtype=np.float64), zero + np.asarray(yaw_rate, dtype=np.float64), zero)
+    motion = flat_motion((still, lift, change, still), turning, gravity)
     frame, singular = body_frame(motion)
     return rates_of(motion, frame, singular).T
 

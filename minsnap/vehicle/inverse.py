@@ -8,8 +8,8 @@ subject to rotor drag*, RA-L 2018)
           \alpha = a + g e_z + \delta_x u,\quad \beta = a + g e_z + \delta_y u,
 
 and the yaw angle adds :math:`y_B \cdot x_C = 0` with :math:`x_C = (\cos\psi, \sin\psi, 0)` (Mellinger and Kumar 2011).
-Here ``delta`` may change in time with the airspeed. Differentiating the three conditions once and twice gives body rates
-and angular accelerations as solutions of one 3 x 3 system.
+Here ``delta`` may change in time with the airspeed. Differentiating the three conditions once and twice gives body
+rates and angular accelerations as solutions of one 3 x 3 system.
 """
 
 from __future__ import annotations

@@ -1,0 +1,159 @@
+"""Drag of the air as a force in the body frame: one protocol, and the models that are physically consistent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.errors import VehicleError
+from minsnap.samples import FloatArray
+
+
+@runtime_checkable
+class Drag(Protocol):
+    """Force of the air on a vehicle."""
+
+    def force(
+        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
+    ) -> FloatArray:
+        """Return the force in the body frame.
+
+        Parameters
+        ----------
+        velocity : array_like, shape (..., 3)
+            Velocity through the air, in the body frame [m/s].
+        pitch : array_like, shape (...)
+            Pitch angle [rad], for models that need it.
+        rotor_speed : array_like, shape (..., 4) or ()
+            Rotor speeds [rad/s], for models that need them.
+
+        Returns
+        -------
+        ndarray, shape (..., 3)
+            [N].
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class BodyDrag:
+    r"""Drag along each axis of the body, linear and quadratic in velocity: odd, zero at rest, opposing motion.
+
+    .. math:: F = -(\operatorname{diag}(linear) + |v| \operatorname{diag}(quadratic))\, v
+
+    The linear part is the rotor drag of Faessler, Franchi and Scaramuzza (RA-L 2018), D = diag(dx, dy, dz); the
+    quadratic part is the drag of a blunt body. With this model, and only with it, motion is differentially flat here.
+
+    Parameters
+    ----------
+    linear : array_like, shape (3,)
+        [N s/m], none negative.
+    quadratic : array_like, shape (3,)
+        [N s^2/m^2], none negative.
+
+    Raises
+    ------
+    VehicleError
+        If a coefficient is negative or not a finite number.
+    """
+
+    linear: FloatArray
+    quadratic: FloatArray
+
+    def __init__(self, linear: npt.ArrayLike = (0.0, 0.0, 0.0), quadratic: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        object.__setattr__(self, "linear", coefficients("linear drag", linear))
+        object.__setattr__(self, "quadratic", coefficients("quadratic drag", quadratic))
+
+    @property
+    def absent(self) -> bool:
+        """Whether every coefficient is zero."""
+        return not (self.linear.any() or self.quadratic.any())
+
+    def force(
+        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
+    ) -> FloatArray:
+        """Return the force in the body frame, shape (..., 3) [N]; see :class:`Drag`."""
+        v = np.asarray(velocity, dtype=np.float64)
+        speed = np.linalg.norm(v, axis=-1, keepdims=True)
+        return np.asarray(-(self.linear + self.quadratic * speed) * v)
+
+    def __add__(self, other: BodyDrag) -> BodyDrag:
+        """Return the model whose force is the sum of both."""
+        if not isinstance(other, BodyDrag):
+            return NotImplemented
+        return BodyDrag(self.linear + other.linear, self.quadratic + other.quadratic)
+
+    def __repr__(self) -> str:
+        return f"BodyDrag(linear={tuple(self.linear.tolist())}, quadratic={tuple(self.quadratic.tolist())})"
+
+
+def linear_rotor_drag(dx: float, dy: float, dz: float = 0.0) -> BodyDrag:
+    """Return ``F = -diag(dx, dy, dz) v`` (Faessler 2018); coefficients in N s/m, theirs times the mass."""
+    return BodyDrag(linear=(dx, dy, dz))
+
+
+@dataclass(frozen=True, eq=False)
+class RotorSpeedDrag:
+    """Rotor drag that grows with rotor speed, ``F = -sum(speed) diag(coefficient) v``.
+
+    The model of RotorPy (Folk, Paulos and Kumar 2023), without the part that body rotation adds at each hub.
+
+    Parameters
+    ----------
+    coefficient : array_like, shape (3,)
+        [N s/m per rad/s], none negative.
+
+    Raises
+    ------
+    VehicleError
+        If a coefficient is negative or not a finite number.
+    """
+
+    coefficient: FloatArray
+
+    def __init__(self, coefficient: npt.ArrayLike) -> None:
+        object.__setattr__(self, "coefficient", coefficients("rotor drag", coefficient))
+
+    def force(
+        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
+    ) -> FloatArray:
+        """Return the force in the body frame, shape (..., 3) [N]; a single rotor speed stands for each of four."""
+        speeds = np.asarray(rotor_speed, dtype=np.float64)
+        total = 4.0 * speeds if speeds.ndim == 0 else speeds.sum(axis=-1)
+        return -np.asarray(total)[..., None] * self.coefficient * np.asarray(velocity, dtype=np.float64)
+
+    def at(self, rotor_speed: float) -> BodyDrag:
+        """Return the linear model at four rotors of one speed [rad/s]."""
+        return BodyDrag(linear=4.0 * rotor_speed * self.coefficient)
+
+
+@dataclass(frozen=True)
+class SumOfDrags:
+    """The sum of several models, for those that do not add up to one :class:`BodyDrag`.
+
+    Parameters
+    ----------
+    parts : tuple of Drag
+        What is summed.
+    """
+
+    parts: tuple[Drag, ...]
+
+    def force(
+        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
+    ) -> FloatArray:
+        """Return the force in the body frame, shape (..., 3) [N]; see :class:`Drag`."""
+        none = np.zeros(np.shape(velocity))
+        return sum((part.force(velocity, pitch=pitch, rotor_speed=rotor_speed) for part in self.parts), start=none)
+
+
+def coefficients(name: str, values: npt.ArrayLike) -> FloatArray:
+    """Return three non-negative finite numbers as a read-only array, or raise VehicleError naming them."""
+    array = np.array(values, dtype=np.float64)
+    if array.shape != (3,) or not np.isfinite(array).all() or (array < 0).any():
+        raise VehicleError(f"{name} is {values!r}: give three numbers along x, y, z of the body, none below 0")
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,87 @@
+"""Vehicles that come with the library, and where each of their numbers is from."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from minsnap.samples import FloatArray
+from minsnap.vehicle.consistent import consistent_parasitic_drag, consistent_rotor_drag
+from minsnap.vehicle.drag import RotorSpeedDrag
+from minsnap.vehicle.flatness import GRAVITY
+from minsnap.vehicle.published import RPM
+from minsnap.vehicle.quadrotor import Quadrotor
+
+
+def dji_f330() -> Quadrotor:
+    """Return the DJI F330 of the thesis.
+
+    Measured there (section 4.6, in N/RPM^2 and N m/RPM^2): thrust coefficient 7.456e-8 and torque coefficient 2.278e-9
+    of the 8045 propeller; drag from its wind tunnel, see :mod:`minsnap.vehicle.consistent`.
+
+    From the frame's name: arms of 165 mm, half the 330 mm between opposite hubs.
+
+    Ours, since the thesis gives none of them: mass 1.0 kg, which hovers at 5.7 kRPM with that coefficient, a speed the
+    bench reached; inertia (see :func:`_f330_inertia`); 9,500 RPM at most, about 70 % of the 13,600 RPM that 920 RPM/V
+    make without load on four cells; 1,200 RPM at idle; motors that follow within 40 ms, as is usual for their size.
+
+    Returns
+    -------
+    Quadrotor
+    """
+    return Quadrotor(
+        mass=1.0,
+        inertia=_f330_inertia(),
+        arm_length=0.165,
+        thrust_coefficient=7.456e-8 / RPM**2,
+        torque_coefficient=2.278e-9 / RPM**2,
+        rotor_speed_max=9500.0 * RPM,
+        rotor_speed_min=1200.0 * RPM,
+        layout="x",
+        drag=consistent_parasitic_drag() + consistent_rotor_drag(),
+        motor_time_constant=0.04,
+        name="DJI F330",
+    )
+
+
+def _f330_inertia() -> FloatArray:
+    """Return the moments of four 75 g points at the hubs and a 0.7 kg block of 12, 10 and 10 cm.
+
+    Ours: an estimate from the usual masses of the parts, to stand in until somebody measures one.
+    """
+    points, block = 0.075, 0.7
+    length, width, height = 0.12, 0.10, 0.10
+    across = 4 * points * (0.165 / math.sqrt(2)) ** 2
+    roll = across + block * (width**2 + height**2) / 12
+    pitch = across + block * (length**2 + height**2) / 12
+    yaw = 2 * across + block * (length**2 + width**2) / 12
+    return np.array([roll, pitch, yaw])
+
+
+def crazyflie() -> Quadrotor:
+    """Return a Crazyflie 2.x.
+
+    Mass and inertia from Förster, *System identification of the Crazyflie 2.0 nano quadrocopter* (ETH 2015). Arm,
+    thrust, torque, drag and motor coefficients as RotorPy collects them in its ``crazyflie_params`` (Folk, Paulos and
+    Kumar 2023); its inertia is not used, since it is that of no rigid body. The rotor drag, which grows with rotor
+    speed, is taken at the speed of hover.
+
+    Returns
+    -------
+    Quadrotor
+    """
+    mass, thrust = 0.028, 2.3e-8
+    hover = math.sqrt(mass * GRAVITY / 4 / thrust)
+    return Quadrotor(
+        mass=mass,
+        inertia=np.array([16.571710e-6, 16.655602e-6, 29.261652e-6]),
+        arm_length=0.043,
+        thrust_coefficient=thrust,
+        torque_coefficient=7.8e-10,
+        rotor_speed_max=2500.0,
+        layout="x",
+        drag=RotorSpeedDrag((10.2506e-7, 10.2506e-7, 7.553e-7)).at(hover),
+        motor_time_constant=0.072,
+        name="Crazyflie 2.x",
+    )
