@@ -127,9 +127,14 @@ def rectangle(
     steps = np.arange(4 * turns + 1) * (-1 if clockwise else 1)
     waypoints = corners[(first + steps) % 4]
     if total_time is None and durations is None and limits is None:
-        durations = np.linalg.norm(np.diff(waypoints, axis=0), axis=1) / SPEED
+        durations = leg_durations(waypoints)
     times = {"total_time": total_time, "durations": durations, "limits": limits}
     return _plan(waypoints, corridor=corridor, **times, **options)
+
+
+def leg_durations(waypoints: FloatArray) -> FloatArray:
+    """Return the durations of legs that are flown at 1 m/s on average, shape (n - 1,) [s]."""
+    return np.asarray(np.linalg.norm(np.diff(waypoints, axis=0), axis=1) / SPEED)
 
 
 def _corners(width: float, length: float, altitude: float, center: Sequence[float]) -> FloatArray:

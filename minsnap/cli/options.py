@@ -1,0 +1,91 @@
+"""Options that several commands share, and what they are turned into."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.limits import Limits
+
+Output = Annotated[
+    Path | None, typer.Option("--output", "-o", metavar="FILE", help="Setpoint CSV to write; - is standard output.")
+]
+Rate = Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints a second.")]
+Frame = Annotated[str, typer.Option("--frame", help="Axes of the file: enu, ned, flu, frd or optitrack.")]
+Plot = Annotated[
+    Path | None, typer.Option("--plot", metavar="FILE", help="Figure to write: PNG, SVG or PDF, by its ending.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
+NoClobber = Annotated[bool, typer.Option("--no-clobber", help="Refuse to replace a file that is there.")]
+
+Time = Annotated[float | None, typer.Option("--time", metavar="S", help="Duration of the whole [s].")]
+Split = Annotated[
+    str | None, typer.Option("--split", help="How --time is split over the legs: optimal, distance or trapezoid.")
+]
+MaxSpeed = Annotated[float | None, typer.Option("--max-speed", metavar="M/S", help="Shortest time within [m/s].")]
+MaxAcceleration = Annotated[
+    float | None, typer.Option("--max-acceleration", metavar="M/S2", help="Shortest time within [m/s^2].")
+]
+MaxJerk = Annotated[float | None, typer.Option("--max-jerk", metavar="M/S3", help="Shortest time within [m/s^3].")]
+
+Corridor = Annotated[
+    str | None,
+    typer.Option("--corridor", metavar="M", help="Half-width around each leg [m]: one, or one a leg with commas."),
+]
+Yaw = Annotated[str | None, typer.Option("--yaw", help="Heading [rad], or 'velocity' to look where it flies.")]
+Degree = Annotated[int, typer.Option("--degree", help="Degree of the polynomials: 3, 5, 7, 9 or 11.")]
+Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivatives continuous at the waypoints.")]
+Solver = Annotated[str, typer.Option("--solver", help="auto, or a solver's name: daqp, piqp, clarabel, osqp.")]
+
+
+def parse_corridor(text: str | None) -> float | list[float] | None:
+    """Return one half-width or a list of them [m].
+
+    Raises
+    ------
+    InputError
+        If the text is not numbers with commas.
+    """
+    if text is None:
+        return None
+    numbers = [_number("--corridor", part) for part in text.split(",")]
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def parse_yaw(text: str | None) -> float | str | None:
+    """Return an angle [rad], the word "velocity", or None.
+
+    Raises
+    ------
+    InputError
+        If the text is neither.
+    """
+    return text if text in (None, "velocity") else _number("--yaw", text)
+
+
+def build_limits(speed: float | None, acceleration: float | None, jerk: float | None) -> Limits | None:
+    """Return the limits that were given, or None if there are none."""
+    given = {"speed": speed, "acceleration": acceleration, "jerk": jerk}
+    known = {name: value for name, value in given.items() if value is not None}
+    if not known:
+        return None
+    from minsnap.limits import Limits
+
+    return Limits(**known)
+
+
+def given(**options: Any) -> dict[str, Any]:
+    """Return the options that are not None, to be passed on."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{option} is {text!r}: it takes numbers") from None

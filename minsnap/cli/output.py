@@ -1,0 +1,123 @@
+"""Where the result of a command goes: setpoints, a figure, a summary."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+from minsnap.cli import options
+from minsnap.cli.summary import as_json, as_text, summarise
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from minsnap.path import Path
+
+STANDARD_OUTPUT = FilePath("-")
+
+
+@dataclass(frozen=True)
+class Destination:
+    """What to write, and how; a new one checks at once that it may be written.
+
+    Parameters
+    ----------
+    output, plot : path or None
+        Setpoint CSV ("-" for standard output) and figure.
+    rate : float
+        Setpoints a second [Hz].
+    frame : str
+        Axes of the CSV.
+    json : bool
+        Print the summary as JSON.
+    no_clobber : bool
+        Refuse to replace files.
+
+    Raises
+    ------
+    FileError
+        If a file must not be replaced or the figure has an unknown ending.
+    FrameError
+        If the frame is unknown.
+    TimingError
+        If the rate is not positive.
+    """
+
+    output: FilePath | None
+    plot: FilePath | None
+    rate: float
+    frame: str
+    json: bool
+    no_clobber: bool
+
+    def __post_init__(self) -> None:
+        from minsnap.files.atomic import check_destination
+        from minsnap.flight.frames import get_frame
+        from minsnap.path import sample_times
+        from minsnap.plot.figures import check_figure_name
+
+        get_frame(self.frame)
+        sample_times(1.0, self.rate)
+        if self.plot is not None:
+            check_figure_name(self.plot)
+        for file in (self.output, self.plot):
+            if file is not None and file != STANDARD_OUTPUT:
+                check_destination(file, clobber=not self.no_clobber)
+
+    def deliver(self, path: Path, corridor: Any = None, waypoints: npt.ArrayLike | None = None, **drawing: Any) -> None:
+        """Write what was asked for, then print the summary: on stderr when standard output carries the setpoints."""
+        figures = summarise(path, corridor, waypoints)
+        if self.plot is not None:
+            self._draw(path, corridor=corridor, waypoints=waypoints, **drawing)
+        if self.output is not None:
+            self._write(path)
+        named = {"output": self.output, "plot": self.plot}
+        figures |= {name: None if file is None else str(file) for name, file in named.items()}
+        text = as_json(figures) if self.json else as_text(figures)
+        print(text, file=sys.stderr if self.output == STANDARD_OUTPUT else sys.stdout)
+
+    def _write(self, path: Path) -> None:
+        from minsnap.files.setpoints import csv_lines, write_csv
+
+        if self.output == STANDARD_OUTPUT:
+            sys.stdout.writelines(csv_lines(path, self.rate, self.frame))
+            sys.stdout.flush()
+        elif self.output is not None:
+            write_csv(path, self.output, self.rate, self.frame, clobber=not self.no_clobber)
+
+    def _draw(self, path: Path, **drawing: Any) -> None:
+        from minsnap.plot.figures import plot_overview, save_figure
+
+        if self.plot is not None:
+            save_figure(plot_overview(path, **drawing), self.plot, clobber=not self.no_clobber)
+
+
+def delivers(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of a :class:`Destination`, which it gets as its first argument."""
+
+    def run(**arguments: Any) -> None:
+        command(_destination(**{name: arguments.pop(name) for name in shared}), **arguments)
+
+    own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
+    shared = inspect.signature(_destination, eval_str=True).parameters
+    keywords = [p.replace(kind=p.KEYWORD_ONLY) for p in (*own, *shared.values())]
+    run.__name__, run.__doc__, run.__module__ = command.__name__, command.__doc__, command.__module__
+    run.__annotations__ = {p.name: p.annotation for p in keywords}
+    run.__signature__ = inspect.Signature(keywords)  # type: ignore[attr-defined]
+    return run
+
+
+def _destination(
+    output: options.Output = None,
+    plot: options.Plot = None,
+    rate: options.Rate = 20.0,
+    frame: options.Frame = "enu",
+    json: options.Json = False,
+    no_clobber: options.NoClobber = False,
+) -> Destination:
+    """Return the destination that the shared options describe: the one place where they and their defaults stand."""
+    return Destination(output, plot, rate, frame, json, no_clobber)

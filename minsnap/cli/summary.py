@@ -1,0 +1,94 @@
+"""What a command says of a path: one set of figures, as text or as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from minsnap.path import Path
+
+_LINES = (
+    ("duration", "duration", "{:.6g} s"),
+    ("legs", "legs", "{}"),
+    ("cost", "cost", "{:.6g} m²/s⁷"),
+    ("max_speed", "max speed", "{:.4g} m/s"),
+    ("max_acceleration", "max acceleration", "{:.4g} m/s²"),
+    ("max_jerk", "max jerk", "{:.4g} m/s³"),
+    ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
+    ("solver", "solver", "{}"),
+    ("rounds", "rounds", "{}"),
+    ("milliseconds", "solved in", "{:.3g} ms"),
+    ("output", "written", "{}"),
+    ("plot", "drawn", "{}"),
+)
+
+SAMPLES = 20_001
+"""Instants at which a path that is not piecewise polynomial is searched for its greatest speed and so on."""
+
+
+def summarise(path: Path, corridor: Any = None, waypoints: npt.ArrayLike | None = None) -> dict[str, Any]:
+    """Return the figures of a path; those that it does not have are None.
+
+    Exact over all time for a trajectory; for a shape that is no polynomial, the greatest of many samples.
+
+    Parameters
+    ----------
+    path : Path
+        A plan or a shape.
+    corridor, waypoints
+        What it was planned with.
+
+    Returns
+    -------
+    dict
+        duration [s], legs, cost [m^2/s^7], max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
+        corridor_margin [m], solver, rounds, milliseconds.
+    """
+    from minsnap.trajectory import Trajectory
+
+    known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-2])
+    known["duration"] = path.duration
+    if isinstance(path, Trajectory):
+        return known | _of_trajectory(path, corridor, waypoints)
+    return known | _of_shape(path)
+
+
+def as_text(figures: Mapping[str, Any]) -> str:
+    """Return the figures that there are, one a line."""
+    lines = [(label, form.format(figures[name])) for name, label, form in _LINES if figures.get(name) is not None]
+    return "\n".join(f"{label:<18}{value}" for label, value in lines)
+
+
+def as_json(figures: Mapping[str, Any]) -> str:
+    """Return the figures as one JSON object; those that there are not are null."""
+    return json.dumps(dict(figures), indent=2)
+
+
+def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None) -> dict[str, Any]:
+    from minsnap.certificate import certify
+
+    certificate = certify(path, waypoints=waypoints, corridor=corridor)
+    report = path.report
+    return {
+        "legs": path.legs,
+        "cost": path.cost(),
+        "max_speed": certificate.max_speed,
+        "max_acceleration": certificate.max_acceleration,
+        "max_jerk": certificate.max_jerk,
+        "corridor_margin": None if corridor is None else certificate.corridor_margin,
+        "solver": report.solver if report else None,
+        "rounds": report.rounds if report else None,
+        "milliseconds": report.milliseconds if report else None,
+    }
+
+
+def _of_shape(path: Path) -> dict[str, Any]:
+    import numpy as np
+
+    t = np.linspace(0.0, path.duration, SAMPLES)
+    names = {"max_speed": 1, "max_acceleration": 2, "max_jerk": 3}
+    return {name: float(np.linalg.norm(path(t, order), axis=1).max()) for name, order in names.items()}

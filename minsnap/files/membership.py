@@ -1,0 +1,108 @@
+"""Do samples stay inside a corridor? For files, of which nobody knows when each leg begins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from minsnap.errors import WaypointError
+from minsnap.samples import FloatArray, Samples
+
+if TYPE_CHECKING:
+    from minsnap.walls import Constraint, Walls
+
+
+@dataclass(frozen=True)
+class Membership:
+    """How far inside a corridor samples stay.
+
+    Parameters
+    ----------
+    margin : float
+        Least distance to a wall over all samples [m]; negative outside.
+    instant : float
+        When it is least [s].
+    leg : int
+        The leg that sample was counted to, from 0.
+    """
+
+    margin: float
+    instant: float
+    leg: int
+
+    @property
+    def ok(self) -> bool:
+        """True when no sample is outside."""
+        return self.margin >= 0.0
+
+
+def check_membership(samples: Samples, waypoints: FloatArray, corridor: Constraint) -> Membership:
+    """Return the least margin of samples in a corridor, each counted to the leg that suits it best.
+
+    Samples run through the legs in order, from the first to the last; among all ways of telling where one leg ends and
+    the next begins, that with the largest least margin counts. Only the samples are looked at, not what is between.
+
+    Parameters
+    ----------
+    samples : Samples
+        m of them.
+    waypoints : ndarray, shape (n, dim)
+        Ends of the legs [m].
+    corridor : Constraint
+        What :func:`minsnap.plan` takes, such as a :class:`minsnap.Tube`.
+
+    Raises
+    ------
+    WaypointError
+        If the waypoints have other coordinates than the samples, or the samples are fewer than the legs.
+    """
+    points = np.asarray(waypoints, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] != samples.dim or len(points) < 2:
+        raise WaypointError(f"waypoints of shape {points.shape} do not go with samples of {samples.dim} coordinates")
+    if len(samples) < len(points) - 1:
+        raise WaypointError(f"{len(samples)} samples cannot run through {len(points) - 1} legs")
+    margins = leg_margins(samples.position, points, corridor)
+    leg = _assign(margins)
+    chosen = margins[leg, np.arange(len(samples))]
+    worst = int(chosen.argmin())
+    return Membership(float(chosen[worst]), float(samples.t[worst]), int(leg[worst]))
+
+
+def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Constraint) -> FloatArray:
+    """Return the margin of every position, shape (m, dim), in every leg: (legs, m), infinite where it has no wall."""
+    margins = np.full((len(waypoints) - 1, len(position)), np.inf)
+    for walls in corridor.walls(waypoints):
+        if walls.order == 0:
+            np.minimum.at(margins, walls.leg, _distances(walls, position))
+    return margins
+
+
+def _distances(walls: Walls, position: FloatArray) -> FloatArray:
+    """Return the distance of each position to each wall, shape (walls, m), positive inside."""
+    from minsnap.walls import Faces
+
+    offset = position[None, :, :] - walls.anchor[:, None, :]
+    if isinstance(walls, Faces):
+        along = np.einsum("wmd,wd->wm", offset, walls.normal)
+        return np.asarray(np.minimum(walls.upper[:, None] - along, along - walls.lower[:, None]))
+    mapped = np.einsum("wmd,wqd->wmq", offset, walls.matrix)
+    return np.asarray(walls.radius[:, None] - np.linalg.norm(mapped, axis=2))
+
+
+def _assign(margins: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """Return the leg of each sample, not decreasing, by dynamic programming for the largest least margin."""
+    legs, count = margins.shape
+    best = np.full(legs, -np.inf)
+    best[0] = margins[0, 0]
+    moved = np.zeros((count, legs), dtype=bool)
+    for i in range(1, count):
+        before = np.concatenate([[-np.inf], best[:-1]])
+        moved[i] = before > best
+        best = np.minimum(margins[:, i], np.maximum(best, before))
+    leg = np.empty(count, dtype=np.intp)
+    leg[-1] = legs - 1
+    for i in range(count - 1, 0, -1):
+        leg[i - 1] = leg[i] - moved[i, leg[i]]
+    return leg
