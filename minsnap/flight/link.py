@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -141,8 +141,15 @@ class Link:
             return False
         return self._wanted in (None, system)
 
-    def wait_for_vehicle(self, timeout: float) -> VehicleState:
+    def wait_for_vehicle(self, timeout: float, cancelled: Callable[[], bool] = lambda: False) -> VehicleState:
         """Wait for the first heartbeat, sending ours meanwhile.
+
+        Parameters
+        ----------
+        timeout : float
+            How long [s].
+        cancelled : callable
+            Asked now and then; True gives up at once.
 
         Raises
         ------
@@ -151,7 +158,7 @@ class Link:
         """
         deadline = self._clock.now() + timeout
         while not self.vehicle.known:
-            if self._clock.now() >= deadline:
+            if cancelled() or self._clock.now() >= deadline:
                 raise LinkError(self._silence(timeout), address=self.address)
             for _ in self.pump(min(deadline, self._clock.now() + 0.1)):
                 break

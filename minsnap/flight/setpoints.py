@@ -115,22 +115,21 @@ class SetpointTable:
 
 
 def tabulate(
-    samples: Samples, rate: float | None = None, fields: Sequence[str] | None = None, frame: str = "enu", laps: int = 1
+    samples: Samples, rate: float | None = None, fields: Sequence[str] | None = None, frame: str = "ned", laps: int = 1
 ) -> SetpointTable:
     """Lay out samples as setpoints.
 
     Parameters
     ----------
     samples : Samples
-        Three coordinates, in ``frame``.
+        Three coordinates, in z-up world axes.
     rate : float or None
         Setpoints a second [Hz]; None and the samples' own rate send each sample as it is, another rate interpolates
         with all the derivatives there are.
     fields : sequence of str or None
         Which of position, velocity, acceleration, yaw and yaw_rate to send; None for all there are.
     frame : str
-        Of the samples. ``enu`` and ``ned`` are flown in NED; ``flu``, ``frd`` and ``optitrack`` in the room's z-down
-        twin.
+        The vehicle's local frame: ``ned`` where the world's x is east, ``frd`` where it is the room's forward.
     laps : int
         How often to fly it; more than once needs an end that is the start.
 
@@ -141,7 +140,7 @@ def tabulate(
         or laps do not close.
     """
     wanted = _check_fields(fields)
-    flown = _resampled(_in_vehicle_frame(samples, frame), rate)
+    flown = _resampled(map_samples(samples, "enu", vehicle_frame(frame)), rate)
     _check_laps(flown, laps)
     held = tuple(name for name in wanted if getattr(flown, name) is not None)
     held = held if "velocity" in held else tuple(name for name in held if name != "acceleration")
@@ -169,9 +168,9 @@ def _check_fields(fields: Sequence[str] | None) -> tuple[str, ...]:
     return tuple(name for name in FIELDS if name in fields)
 
 
-def _in_vehicle_frame(samples: Samples, frame: str) -> Samples:
-    source = get_frame(frame)
-    return map_samples(samples, source, "ned" if source.name in ("enu", "ned") else "frd")
+def vehicle_frame(name: str) -> str:
+    """Return the z-down frame that goes with a frame: ``ned`` with enu and ned, ``frd`` with those of a room."""
+    return "ned" if get_frame(name).name in ("enu", "ned") else "frd"
 
 
 def _column(samples: Samples, name: str, held: bool) -> FloatArray:

@@ -1,0 +1,155 @@
+"""An autopilot that speaks real MAVLink through pymavlink's own connections, for tests without an aircraft.
+
+It behaves as PX4 or ArduPilot do where it matters to those who send setpoints: it follows them in one mode only, enters that
+mode only while they stream, and leaves it when they stop (noted in ``failsafes``).
+"""
+
+import math
+import os
+import threading
+import time
+
+os.environ["MAVLINK20"] = "1"
+
+from pymavlink import mavutil  # noqa: E402
+
+mavlink = mavutil.mavlink
+
+POSCTL, OFFBOARD, LAND = 3 << 16, 6 << 16, (4 << 16) | (6 << 24)
+LOITER, GUIDED, COPTER_LAND = 5, 4, 9
+
+
+class PointMass:
+    """Follows a setpoint with its velocity as feed-forward; good enough where the flying is not the point."""
+
+    def __init__(self, position=(0.0, 0.0, 0.0), lag=0.15):
+        self.position, self.velocity, self.lag = list(position), [0.0, 0.0, 0.0], lag
+
+    def follow(self, setpoint, dt):
+        gain = 1 - math.exp(-dt / self.lag)
+        goal = (setpoint.x, setpoint.y, setpoint.z)
+        speed = (setpoint.vx, setpoint.vy, setpoint.vz)
+        for i in range(3):
+            moved = speed[i] * dt + gain * (goal[i] - self.position[i])
+            self.velocity[i] = moved / dt
+            self.position[i] += moved
+
+    def rest(self, dt):
+        self.velocity = [0.0, 0.0, 0.0]
+
+
+class StandIn:
+    """The autopilot; a context manager that runs in a thread of its own."""
+
+    def __init__(self, connection="udpin:127.0.0.1:0", autopilot="px4", clock=None, body=None, **settings):
+        self.link = mavutil.mavlink_connection(connection, source_system=settings.pop("system", 1), source_component=1)
+        self.clock = clock or time.monotonic
+        self.px4 = autopilot == "px4"
+        self.kind = {"px4": 12, "ardupilot": 3, "generic": 0}[autopilot]
+        self.following, self.other, self.landing = (OFFBOARD, POSCTL, LAND) if self.px4 else (GUIDED, LOITER, COPTER_LAND)
+        self.body = body or PointMass()
+        self.mode, self.armed = self.other, False
+        self.beats = self.positions = self.moves = True
+        self.setpoints, self.heard, self.commands, self.modes, self.failsafes = [], [], [], [], []
+        self.position_rate = 20.0
+        self.last_setpoint, self.first_setpoint = -math.inf, math.inf
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        for name, value in settings.items():
+            assert hasattr(self, name), name
+            setattr(self, name, value)
+
+    @property
+    def port(self):
+        listener = getattr(self.link, "listen", None) or self.link.port
+        return listener.getsockname()[1]
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self._stop.set()
+        self._thread.join()
+        self.link.close()
+
+    def until(self, condition, timeout=20.0):
+        """Wait in real time for something to be true of this autopilot."""
+        deadline = time.monotonic() + timeout
+        while not condition(self):
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"mode {self.mode}, {len(self.setpoints)} setpoints, {self.commands}")
+            time.sleep(0.002)
+
+    def enter(self, mode=None):
+        """Change the mode, as a pilot's switch does."""
+        self.mode = self.following if mode is None else mode
+        self.modes.append((self.clock(), self.mode))
+
+    def _run(self):
+        last = self.clock()
+        beat = place = last
+        while not self._stop.is_set():
+            self._receive()
+            now = self.clock()
+            self._fly(now, now - last)
+            last = now
+            if now >= beat:
+                beat = max(beat + 1.0, now)
+                self._beat()
+            if now >= place:
+                place = max(place + 1 / self.position_rate, now)
+                self._report(now)
+            self.link.select(0.001)
+
+    def _beat(self):
+        if self.beats:
+            base = 1 | (128 if self.armed else 0)
+            self.link.mav.heartbeat_send(mavlink.MAV_TYPE_QUADROTOR, self.kind, base, self.mode, 4)
+
+    def _report(self, now):
+        if self.positions:
+            where = (*self.body.position, *self.body.velocity)
+            self.link.mav.local_position_ned_send(int(now * 1000) & 0xFFFFFFFF, *where)
+
+    def _receive(self):
+        while (message := self.link.recv_msg()) is not None:
+            kind = message.get_type()
+            self.heard.append((self.clock(), kind, message.get_srcSystem()))
+            if kind == "SET_POSITION_TARGET_LOCAL_NED":
+                self.setpoints.append((self.clock(), message))
+                self.last_setpoint = self.clock()
+                self.first_setpoint = min(self.first_setpoint, self.clock())
+            elif kind == "COMMAND_LONG":
+                self._obey(message)
+
+    def _obey(self, message):
+        self.commands.append((message.command, message.param1, message.param2, message.param7))
+        accepted = True
+        if message.command == mavlink.MAV_CMD_DO_SET_MODE:
+            wanted = int(message.param2) << 16 if self.px4 else int(message.param2)
+            streaming = not self.px4 or self.clock() - self.first_setpoint > 1.0
+            accepted = wanted == self.following and streaming
+            self.mode = wanted if accepted else self.mode
+        elif message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
+            self.armed = message.param1 == 1
+        elif message.command == mavlink.MAV_CMD_NAV_TAKEOFF:
+            self.body.position[2] = -message.param7
+        elif message.command == mavlink.MAV_CMD_NAV_LAND:
+            self.mode = self.landing
+        self.link.mav.command_ack_send(message.command, 0 if accepted else 1)
+        self._beat()
+
+    def _fly(self, now, dt):
+        if dt <= 0:
+            return
+        if self.mode == self.following and self.setpoints and self.moves:
+            self.body.follow(self.setpoints[-1][1], dt)
+            if now - self.last_setpoint > 1.0:
+                self.failsafes.append(now)
+                self.mode = self.other
+        elif self.mode == self.landing:
+            self.body.position[2] = min(0.0, self.body.position[2] + dt)
+            self.armed = self.armed and self.body.position[2] < 0
+        else:
+            self.body.rest(dt)
