@@ -49,15 +49,10 @@ def check(
 def _membership(samples: Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
     if waypoints is None:
         return None
-    import numpy as np
-
-    from minsnap.corridor import Tube
     from minsnap.files.membership import check_membership
     from minsnap.files.waypoints import read_waypoints
 
-    return check_membership(
-        samples, read_waypoints(waypoints).points, Tube(np.asarray(options.parse_corridor(corridor)))
-    )
+    return check_membership(samples, read_waypoints(waypoints).points, options.parse_corridor(corridor))
 
 
 def _escape(inside: Membership | None) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from minsnap.errors import WaypointError
 from minsnap.samples import FloatArray, Samples
 
 if TYPE_CHECKING:
-    from minsnap.walls import Constraint, Walls
+    from minsnap.walls import Walls
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Membership:
         return self.margin >= 0.0
 
 
-def check_membership(samples: Samples, waypoints: FloatArray, corridor: Constraint) -> Membership:
+def check_membership(samples: Samples, waypoints: FloatArray, corridor: Any) -> Membership:
     """Return the least margin of samples in a corridor, each counted to the leg that suits it best.
 
     Samples run through the legs in order, from the first to the last; among all ways of telling where one leg ends and
@@ -50,8 +50,8 @@ def check_membership(samples: Samples, waypoints: FloatArray, corridor: Constrai
         m of them.
     waypoints : ndarray, shape (n, dim)
         Ends of the legs [m].
-    corridor : Constraint
-        What :func:`minsnap.plan` takes, such as a :class:`minsnap.Tube`.
+    corridor : float, array_like, Constraint or sequence of Constraint
+        As :func:`minsnap.plan` takes it.
 
     Raises
     ------
@@ -70,10 +70,12 @@ def check_membership(samples: Samples, waypoints: FloatArray, corridor: Constrai
     return Membership(float(chosen[worst]), float(samples.t[worst]), int(leg[worst]))
 
 
-def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Constraint) -> FloatArray:
+def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Any) -> FloatArray:
     """Return the margin of every position, shape (m, dim), in every leg: (legs, m), infinite where it has no wall."""
+    from minsnap.corridor import as_constraints
+
     margins = np.full((len(waypoints) - 1, len(position)), np.inf)
-    for walls in corridor.walls(waypoints):
+    for walls in (wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints)):
         if walls.order == 0:
             np.minimum.at(margins, walls.leg, _distances(walls, position))
     return margins

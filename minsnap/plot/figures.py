@@ -14,13 +14,12 @@ from minsnap.files.atomic import atomic_write
 from minsnap.path import Path
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.profiles import available_orders, plot_profiles
+from minsnap.plot.regions import Corridor
 from minsnap.plot.style import dense_samples
 from minsnap.samples import Samples
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from minsnap.walls import Constraint
 
 FORMATS: dict[str, dict[str, None]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 """Endings of figures, with the metadata left out so that equal figures are equal files."""
@@ -31,7 +30,7 @@ def plot_overview(
     figure: Figure | None = None,
     *,
     view: str = "xy",
-    corridor: Constraint | npt.ArrayLike | None = None,
+    corridor: Corridor | None = None,
     waypoints: npt.ArrayLike | None = None,
     limits: Any = None,
     title: str | None = None,

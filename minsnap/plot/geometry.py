@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from minsnap.errors import InputError
 from minsnap.path import Path
-from minsnap.plot.regions import facets, leg_bodies, outline
+from minsnap.plot.regions import Corridor, facets, leg_bodies, outline
 from minsnap.plot.style import (
     CORRIDOR_COLOUR,
     CORRIDOR_EDGE,
@@ -23,8 +23,6 @@ from minsnap.samples import FloatArray, Samples
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from minsnap.walls import Constraint
-
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "3d": (0, 1, 2)}
 ARROWS = 6
 
@@ -34,7 +32,7 @@ def plot_path(
     ax: Axes | None = None,
     *,
     view: str = "xy",
-    corridor: Constraint | npt.ArrayLike | None = None,
+    corridor: Corridor | None = None,
     waypoints: npt.ArrayLike | None = None,
 ) -> Axes:
     """Draw the curve of a path, its direction, and what it was planned through.
@@ -47,7 +45,7 @@ def plot_path(
         Where to draw; a new figure unless given (three-dimensional axes for the view "3d").
     view : str
         ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
-    corridor : Constraint or array_like, optional
+    corridor : Constraint, sequence of Constraint, or array_like, optional
         What :func:`minsnap.plan` was given; drawn as one body a leg.
     waypoints : array_like, shape (n, dim), optional
         [m]; those of a planned trajectory unless given.
@@ -89,7 +87,7 @@ def _waypoints(path: Path | Samples, given: npt.ArrayLike | None) -> FloatArray 
     return None if breaks is None or isinstance(path, Samples) else path(breaks)
 
 
-def _draw_corridor(ax: Axes, corridor: Constraint | npt.ArrayLike, waypoints: FloatArray, chosen: list[int]) -> None:
+def _draw_corridor(ax: Axes, corridor: Corridor, waypoints: FloatArray, chosen: list[int]) -> None:
     bodies = leg_bodies(corridor, waypoints)
     if len(chosen) == 3:
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection

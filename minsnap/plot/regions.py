@@ -6,26 +6,28 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from minsnap.samples import FloatArray
 
 if TYPE_CHECKING:
-    from minsnap.walls import Balls, Constraint, Faces, Walls
+    from minsnap.walls import Balls, Faces, Walls
+
+Corridor = Any
+"""What :func:`minsnap.plan` takes: half-widths [m], a Constraint, or a sequence of them."""
 
 ROUND = 48
 """Corners of a circle."""
 
 
-def leg_bodies(corridor: Constraint | npt.ArrayLike, waypoints: FloatArray) -> list[FloatArray]:
+def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
     """Corners of the convex body that each leg must stay in.
 
     A tube has no ends; it is drawn from one waypoint to the next. Legs that repeat, as in laps, are given once.
 
     Parameters
     ----------
-    corridor : Constraint or array_like
-        An object with walls, or the half-widths of a tube [m].
+    corridor : Constraint, sequence of Constraint, or array_like
+        Objects with walls, or the half-widths of a tube [m].
     waypoints : ndarray, shape (n, dim)
         [m].
 
@@ -34,10 +36,9 @@ def leg_bodies(corridor: Constraint | npt.ArrayLike, waypoints: FloatArray) -> l
     list of ndarray, shape (corners, dim)
         [m].
     """
-    from minsnap.corridor import Tube
+    from minsnap.corridor import as_constraints
 
-    constraint: Any = corridor if hasattr(corridor, "walls") else Tube(np.asarray(corridor))
-    walls = [wall for wall in constraint.walls(waypoints) if wall.order == 0]
+    walls = [wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints) if wall.order == 0]
     bodies: dict[bytes, FloatArray] = {}
     for leg in range(len(waypoints) - 1):
         corners = _body(walls, leg, waypoints)
