@@ -59,7 +59,7 @@ class RigidBody:
         list of 13
         """
         _, _, _, vx, vy, vz, w, x, y, z, p, q, r = state
-        axes = _axes(w, x, y, z)
+        axes = body_axes(w, x, y, z)
         thrust, *torque = (_weighted(row, rotor_speed) for row in self._mixer)
         force = self._air_force(axes, (vx - wind[0], vy - wind[1], vz - wind[2]), rotor_speed)
         fx, fy, fz = force[0], force[1], force[2] + thrust
@@ -140,7 +140,7 @@ class RigidBody:
         return moved
 
 
-def _axes(w: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
+def body_axes(w: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
     """Return the body's axes in the world frame: the columns of the rotation matrix of a unit quaternion."""
     return (
         (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
