@@ -129,6 +129,7 @@ class Link:
         sender = (message.get_srcSystem(), message.get_srcComponent())
         if not self.vehicle.known and self._is_suitable(message, sender[0]):
             self.vehicle = replace(self.vehicle, system=sender[0], component=sender[1])
+            self.ignored.pop(sender, None)
         if sender != (self.vehicle.system, self.vehicle.component):
             self.ignored[sender] += 1
             return False

@@ -9,6 +9,9 @@ from minsnap.errors import InputError
 from minsnap.flight.autopilot import Autopilot
 from minsnap.flight.vehicle_state import Vector, VehicleState
 
+FRESH = 0.5
+"""A position older than this does not say where the vehicle is [s]."""
+
 
 @dataclass(frozen=True)
 class SafetyRules:
@@ -77,7 +80,7 @@ class SafetyRules:
             return None
         if now - vehicle.positioned > self.link_timeout:
             return f"the vehicle's position was not reported for {self.link_timeout:g} s"
-        error = vehicle.distance(setpoint)
+        error = vehicle.distance(setpoint) if now - vehicle.positioned <= FRESH else 0.0
         if error > self.abort_distance:
             return f"the vehicle was {error:.2f} m from its setpoint, more than the {self.abort_distance:g} m allowed"
         return None

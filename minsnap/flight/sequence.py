@@ -10,14 +10,13 @@ from enum import Enum
 
 from minsnap.flight.autopilot import Autopilot, arm_command, land_command, takeoff_command
 from minsnap.flight.dialect import Message
-from minsnap.flight.safety import SafetyRules
+from minsnap.flight.safety import FRESH, SafetyRules
 from minsnap.flight.setpoints import Setpoint, SetpointTable
 from minsnap.flight.vehicle_state import Vector, VehicleState
 
 LINGER = 1.0
 """How long the hold goes on after the vehicle has left the mode [s]."""
 
-_FRESH = 0.5  # a position older than this does not say where the vehicle is [s]
 _RETRY = 1.0  # commands are repeated at this interval until they have had their effect [s]
 
 
@@ -139,8 +138,8 @@ class Sequence:
         self._watch_mode(at)
         if at.stops and self.phase is not Phase.HOLDING:
             self.hold("stopped by the user", at, where_it_is=False)
-        if self.phase is Phase.PRESTREAM and at.now >= self._prestream_end:
-            self.phase = Phase.READY
+        if self.phase in (Phase.PRESTREAM, Phase.READY):
+            self._watch_start(at)
         if self.phase is Phase.READY:
             self._consider_start(at)
         if self.phase is Phase.FLYING:
@@ -151,7 +150,7 @@ class Sequence:
 
     def hold(self, reason: str | None, at: Conditions, where_it_is: bool = True) -> None:
         """Stop: from now on stand still, where the vehicle is if it has just said so, else at the last setpoint."""
-        fresh = where_it_is and at.vehicle.position is not None and at.now - at.vehicle.positioned <= _FRESH
+        fresh = where_it_is and at.vehicle.position is not None and at.now - at.vehicle.positioned <= FRESH
         self.setpoint = self.setpoint.held(at.vehicle.position if fresh else None)
         self.phase, self.reason = Phase.HOLDING, reason
 
@@ -161,19 +160,27 @@ class Sequence:
         elif self._outside_since is None:
             self._was_outside, self._outside_since = True, at.now
 
-    def _consider_start(self, at: Conditions) -> None:
-        """Begin when everything allows it; a vehicle in the wrong place is refused, or waited for while it climbs."""
-        following = self._autopilot.follows(at.vehicle)
-        if self._relative and at.vehicle.position is not None and not following:
+    def _watch_start(self, at: Conditions) -> None:
+        """Keep the start near the vehicle, or refuse: who enters the mode flies there at once, before we know of it."""
+        if self._relative and at.vehicle.position is not None and not self._autopilot.follows(at.vehicle):
             self._start_here(at.vehicle.position)
+        refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=self._arm)
+        if refusal is not None:
+            self.hold(refusal, at)
+        elif self.phase is Phase.PRESTREAM and at.now >= self._prestream_end:
+            self.phase = Phase.READY
+
+    def _consider_start(self, at: Conditions) -> None:
+        """Begin when everything allows it."""
         if self._arm and at.now > self._arm_deadline:
             self.hold("the vehicle was not armed, in its mode and at the start in time", at)
-        elif following and at.triggered and self.entered and (at.vehicle.armed or not self._arm):
-            refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position)
-            if refusal is None:
-                self.phase, self._first_slot = Phase.FLYING, at.slot
-            elif not self._arm:
-                self.hold(refusal, at)
+        elif at.triggered and self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at.vehicle):
+            self.phase, self._first_slot = Phase.FLYING, at.slot
+
+    def _is_there(self, vehicle: VehicleState) -> bool:
+        """Return whether a vehicle that we arm has armed and come to the start; of others it is known already."""
+        start = self.setpoint.position
+        return not self._arm or (vehicle.armed and self._rules.start_refusal(vehicle, start) is None)
 
     def _start_here(self, place: Vector) -> None:
         first = self._table.start

@@ -1,7 +1,7 @@
 """An autopilot that speaks real MAVLink through pymavlink's own connections, for tests without an aircraft.
 
-It behaves as PX4 or ArduPilot do where it matters to those who send setpoints: it follows them in one mode only, enters that
-mode only while they stream, and leaves it when they stop (noted in ``failsafes``).
+It behaves as PX4 or ArduPilot do where it matters to those who send setpoints: it follows them in one mode only, enters
+that mode only while they stream, and leaves it when they stop (noted in ``failsafes``).
 """
 
 import math
@@ -46,9 +46,10 @@ class StandIn:
         self.clock = clock or time.monotonic
         self.px4 = autopilot == "px4"
         self.kind = {"px4": 12, "ardupilot": 3, "generic": 0}[autopilot]
-        self.following, self.other, self.landing = (OFFBOARD, POSCTL, LAND) if self.px4 else (GUIDED, LOITER, COPTER_LAND)
+        modes = (OFFBOARD, POSCTL, LAND) if self.px4 else (GUIDED, LOITER, COPTER_LAND)
+        self.following, self.other, self.landing = modes
         self.body = body or PointMass()
-        self.mode, self.armed = self.other, False
+        self.mode, self.armed, self.armed_at = self.other, True, -math.inf
         self.beats = self.positions = self.moves = True
         self.setpoints, self.heard, self.commands, self.modes, self.failsafes = [], [], [], [], []
         self.position_rate = 20.0
@@ -132,7 +133,7 @@ class StandIn:
             accepted = wanted == self.following and streaming
             self.mode = wanted if accepted else self.mode
         elif message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
-            self.armed = message.param1 == 1
+            self.armed, self.armed_at = message.param1 == 1, self.clock()
         elif message.command == mavlink.MAV_CMD_NAV_TAKEOFF:
             self.body.position[2] = -message.param7
         elif message.command == mavlink.MAV_CMD_NAV_LAND:
@@ -143,7 +144,8 @@ class StandIn:
     def _fly(self, now, dt):
         if dt <= 0:
             return
-        if self.mode == self.following and self.setpoints and self.moves:
+        led = self.mode == self.following and self.armed and self.last_setpoint > self.armed_at
+        if led and self.setpoints and self.moves:
             self.body.follow(self.setpoints[-1][1], dt)
             if now - self.last_setpoint > 1.0:
                 self.failsafes.append(now)

@@ -1,0 +1,60 @@
+"""A flight in a thread of its own, so that a test can be the pilot and the weather."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from minsnap.flight.frames import map_vectors
+from minsnap.flight.link import open_link
+from minsnap.flight.offboard import prepare
+from minsnap.flight.options import StreamOptions
+from minsnap.flight.streaming import Streamer
+from minsnap.samples import Samples
+
+
+def excursion(duration=10.0, rate=20.0, reach=4.0):
+    """Out along x, up and back, at rest at both ends, turning: s(t) = sin^4 is smooth enough for four derivatives."""
+    t = np.arange(round(duration * rate) + 1) / rate
+    w = np.pi / duration
+    s, c = np.sin(w * t), np.cos(w * t)
+    shape = s**4
+    first = 4 * w * s**3 * c
+    second = 4 * w**2 * (3 * s**2 * c**2 - s**4)
+    along = np.array([reach, 0.5, 0.25 * reach])
+    position = np.outer(shape, along) + [0, 0, 1.5]
+    return Samples(
+        t, position, np.outer(first, along), np.outer(second, along), yaw=0.6 * shape, yaw_rate=0.6 * first
+    )
+
+
+def in_ned(position):
+    return tuple(map_vectors(position, "enu", "ned"))
+
+
+class Flight:
+    """A streamer that runs beside the test."""
+
+    def __init__(self, standin, samples, clock, link=None, signing_key=None, **options):
+        self.events, self.statuses = [], []
+        self.options = StreamOptions(**options)
+        self.link = link or open_link(f"udpout:127.0.0.1:{standin.port}", clock, signing_key=signing_key)
+        table = prepare(samples, self.options)
+        self.streamer = Streamer(table, self.link, self.options, clock, self.events.append, self.statuses.append)
+        self._pool = ThreadPoolExecutor(1)
+        self._future = self._pool.submit(self.streamer.run)
+
+    def result(self, timeout=30.0):
+        """Return the report, or raise what the streamer raised."""
+        return self._future.result(timeout)
+
+    def stop(self):
+        self.streamer.stop()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+        self.stop()
+        self._pool.shutdown()
+        self.link.close()
