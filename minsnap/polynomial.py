@@ -40,7 +40,10 @@ def _difference(degree: int, order: int) -> Rational:
     size = degree - order + 1
     factor = Fraction(factorial(degree), factorial(degree - order))
     return [
-        [factor * (-1) ** (order - j + i) * comb(order, j - i) if 0 <= j - i <= order else Fraction(0) for j in range(degree + 1)]
+        [
+            factor * (-1) ** (order - j + i) * comb(order, j - i) if 0 <= j - i <= order else Fraction(0)
+            for j in range(degree + 1)
+        ]
         for i in range(size)
     ]
 
@@ -48,7 +51,10 @@ def _difference(degree: int, order: int) -> Rational:
 def _bernstein_gram(degree: int) -> Rational:
     r"""Return :math:`\int_0^1 B_i B_j = \binom{n}{i}\binom{n}{j} / ((2n+1)\binom{2n}{i+j})`."""
     return [
-        [Fraction(comb(degree, i) * comb(degree, j), (2 * degree + 1) * comb(2 * degree, i + j)) for j in range(degree + 1)]
+        [
+            Fraction(comb(degree, i) * comb(degree, j), (2 * degree + 1) * comb(2 * degree, i + j))
+            for j in range(degree + 1)
+        ]
         for i in range(degree + 1)
     ]
 
@@ -60,9 +66,7 @@ def _exact_gram(degree: int, order: int) -> Rational:
 
 def _exact_start_map(degree: int) -> Rational:
     half = (degree + 1) // 2
-    return [
-        [Fraction(comb(j, i) * factorial(degree - i), factorial(degree)) for i in range(half)] for j in range(half)
-    ]
+    return [[Fraction(comb(j, i) * factorial(degree - i), factorial(degree)) for i in range(half)] for j in range(half)]
 
 
 def _exact_ends_map(degree: int) -> Rational:
@@ -116,7 +120,10 @@ def points_to_powers(degree: int) -> FloatArray:
     """Matrix from control points to the coefficients of 1, s, s², …: shape (degree + 1, degree + 1)."""
     return _rounded(
         [
-            [Fraction((-1) ** (i - j) * comb(degree, i) * comb(i, j)) if j <= i else Fraction(0) for j in range(degree + 1)]
+            [
+                Fraction((-1) ** (i - j) * comb(degree, i) * comb(i, j)) if j <= i else Fraction(0)
+                for j in range(degree + 1)
+            ]
             for i in range(degree + 1)
         ]
     )
@@ -125,9 +132,7 @@ def points_to_powers(degree: int) -> FloatArray:
 @cache
 def powers_to_points(degree: int) -> FloatArray:
     """Matrix from the coefficients of 1, s, s², … to control points: shape (degree + 1, degree + 1)."""
-    return _rounded(
-        [[Fraction(comb(j, i), comb(degree, i)) for i in range(degree + 1)] for j in range(degree + 1)]
-    )
+    return _rounded([[Fraction(comb(j, i), comb(degree, i)) for i in range(degree + 1)] for j in range(degree + 1)])
 
 
 @cache
@@ -150,11 +155,12 @@ def basis(degree: int, s: FloatArray) -> FloatArray:
     """
     rising = np.empty((len(s), degree + 1))
     falling = np.empty((len(s), degree + 1))
-    rising[:, 0] = falling[:, degree] = 1.0
-    for j in range(1, degree + 1):
-        np.multiply(rising[:, j - 1], s, out=rising[:, j])
-        np.multiply(falling[:, degree - j + 1], 1.0 - s, out=falling[:, degree - j])
-    rising *= falling
+    rising[:, 0] = falling[:, 0] = 1.0
+    rising[:, 1:] = s[:, None]
+    falling[:, 1:] = 1.0 - s[:, None]
+    np.cumprod(rising, axis=1, out=rising)
+    np.cumprod(falling, axis=1, out=falling)
+    rising *= falling[:, ::-1]
     rising *= _binomials(degree)
     return rising
 
@@ -207,9 +213,12 @@ def restriction(degree: int, low: Fraction, high: Fraction) -> Rational:
         # blossom of B_column at (degree - row) copies of low and row copies of high
         return sum(
             (
-                comb(degree - row, a) * comb(row, column - a)
-                * low**a * (1 - low) ** (degree - row - a)
-                * high ** (column - a) * (1 - high) ** (row - column + a)
+                comb(degree - row, a)
+                * comb(row, column - a)
+                * low**a
+                * (1 - low) ** (degree - row - a)
+                * high ** (column - a)
+                * (1 - high) ** (row - column + a)
                 for a in range(max(0, column - row), min(degree - row, column) + 1)
             ),
             Fraction(0),

@@ -72,7 +72,9 @@ class Trajectory(Path):
         points = _owned(self.control_points)
         durations = _owned(self.durations)
         if points.ndim != 3 or 0 in points.shape or not np.isfinite(points).all():
-            raise WaypointError(f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}")
+            raise WaypointError(
+                f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}"
+            )
         if durations.shape != points.shape[:1] or not (durations.min() > 0.0 and np.isfinite(durations).all()):
             raise TimingError(f"durations must be positive and finite, one for each of {len(points)} pieces")
         breaks = np.concatenate(([0.0], np.cumsum(durations)))
@@ -119,6 +121,10 @@ class Trajectory(Path):
         values = np.einsum("mj,mjd->md", basis(self.degree - order, s), points)
         return np.asarray(values / duration[:, None] ** order) if order else values
 
+    def told(self, yaw: Heading, report: Report | None) -> Trajectory:
+        """Return the same curve with another yaw and report."""
+        return replace(self, yaw=yaw, report=report)
+
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
         points = differentiate(self.control_points, check_order(order))
@@ -133,7 +139,7 @@ class Trajectory(Path):
         if check_order(order) > self.degree:
             return np.zeros(len(self.durations))
         points = differentiate(self.control_points, order)
-        squares = np.einsum("mid,ij,mjd->m", points, gram(self.degree - order, 0), points, optimize=True)
+        squares = (points * np.matmul(gram(self.degree - order, 0), points)).sum(axis=(1, 2))
         return np.asarray(squares * self.durations ** (1.0 - 2.0 * order))
 
     def max_norm(self, order: int = 0) -> tuple[float, float]:

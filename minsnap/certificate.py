@@ -1,0 +1,180 @@
+"""certify: what holds of a trajectory at every instant, whoever made it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.corridor import as_constraints
+from minsnap.errors import InputError, WaypointError
+from minsnap.extrema import maximum
+from minsnap.inputs import check_waypoints
+from minsnap.polynomial import differentiate
+from minsnap.samples import FloatArray
+from minsnap.trajectory import Trajectory
+from minsnap.walls import Balls, Constraint, Faces, Walls
+
+if TYPE_CHECKING:
+    from minsnap.limits import Limits, Utilisation
+
+EXACT = 1e-9
+"""Error, relative to the size of the curve, below which a waypoint counts as met and a limit as kept."""
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far a trajectory stays from a wall, at the place where it comes nearest.
+
+    Parameters
+    ----------
+    value : float
+        Least distance to the wall, in the wall's unit; negative outside.
+    leg : int
+        Leg where it comes nearest.
+    instant : float
+        When [s].
+    name : str
+        Which constraint.
+    """
+
+    value: float
+    leg: int
+    instant: float
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What holds of a trajectory over all time, exact to rounding.
+
+    Parameters
+    ----------
+    ok : bool
+        Everything that was asked holds.
+    corridor_margin : float or None
+        Least distance to a wall [m], negative outside; None if no corridor was asked about.
+    nearest : Margin or None
+        Where that is.
+    waypoint_error : float or None
+        Largest distance to a waypoint at its instant [m]; None without waypoints.
+    max_speed, max_acceleration, max_jerk, max_snap : float
+        Largest Euclidean norms over all time.
+    continuity : int
+        Highest order up to which derivatives are continuous at all knots, to ``EXACT`` of their size.
+    utilisation : tuple of Utilisation
+        How far each limit is used; empty without limits.
+    """
+
+    ok: bool
+    corridor_margin: float | None
+    nearest: Margin | None
+    waypoint_error: float | None
+    max_speed: float
+    max_acceleration: float
+    max_jerk: float
+    max_snap: float
+    continuity: int
+    utilisation: tuple[Utilisation, ...] = ()
+
+
+def certify(
+    traj: Trajectory,
+    waypoints: npt.ArrayLike | None = None,
+    corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
+    limits: Limits | None = None,
+    tolerance: float = 0.0,
+) -> Certificate:
+    """Say what holds, exactly, of any trajectory.
+
+    Parameters
+    ----------
+    traj : Trajectory
+        From ``plan`` or from anywhere else.
+    waypoints : array_like, shape (legs + 1, dim), optional
+        What it should pass through; the corridor runs between them. Its own knots unless given.
+    corridor : float, array_like, Constraint or sequence of Constraint, optional
+        Half-widths of a ``Tube`` [m], or constraints.
+    limits : Limits, optional
+        What it should not exceed.
+    tolerance : float
+        How far from its waypoints it may be [m], as planned with ``waypoint_tolerance``.
+
+    Returns
+    -------
+    Certificate
+
+    Raises
+    ------
+    WaypointError
+        If the number or the dimension of the waypoints is not that of the trajectory.
+    """
+    if not isinstance(traj, Trajectory):
+        raise InputError(f"certify takes a Trajectory, not {type(traj).__name__}")
+    points = traj(traj.leg_breaks) if waypoints is None else _matching(traj, check_waypoints(waypoints))
+    walls = [wall for constraint in as_constraints(corridor) for wall in constraint.walls(points)]
+    nearest = nearest_wall(traj, walls)
+    error = None if waypoints is None else float(np.linalg.norm(traj(traj.leg_breaks) - points, axis=1).max())
+    size = float(np.abs(points).max()) or 1.0
+    utilisation = () if limits is None else limits.utilisation(traj)
+    ok = (
+        (nearest is None or nearest.value >= 0.0)
+        and (error is None or error <= EXACT * size + tolerance * np.sqrt(traj.dim))
+        and all(used.value <= 1.0 + EXACT for used in utilisation)
+    )
+    maxima = (traj.max_norm(order)[0] for order in (1, 2, 3, 4))
+    margin = None if nearest is None else nearest.value
+    return Certificate(bool(ok), margin, nearest, error, *maxima, _continuity(traj), utilisation)
+
+
+def nearest_wall(traj: Trajectory, walls: Sequence[Walls]) -> Margin | None:
+    """Exact least distance to the walls over all time; None where there are none."""
+    margins = [_margin(traj, wall) for wall in walls if len(wall.leg)]
+    return min(margins, key=lambda margin: margin.value) if margins else None
+
+
+def _margin(traj: Trajectory, wall: Walls) -> Margin:
+    if isinstance(wall, Faces):
+        inside, row, piece = wall.polynomials(traj)
+        if not len(inside):
+            return Margin(np.inf, 0, 0.0, wall.name)
+        value, which, s = maximum(-inside)
+        return Margin(-value, int(wall.leg[row[which]]), _instant(traj, int(piece[which]), s), wall.name)
+    return _ball_margin(traj, wall)
+
+
+def _ball_margin(traj: Trajectory, wall: Balls) -> Margin:
+    squares, row, piece = wall.squares(traj)
+    scaled = (squares - 1.0) * wall.radius[row, None]
+    _, which, s = maximum(scaled)
+    largest = maximum(squares[which : which + 1])[0]
+    value = float(wall.radius[row[which]]) * (1.0 - float(np.sqrt(max(largest, 0.0))))
+    return Margin(value, int(wall.leg[row[which]]), _instant(traj, int(piece[which]), s), wall.name)
+
+
+def _instant(traj: Trajectory, piece: int, s: float) -> float:
+    return float(traj.breaks[piece] + s * traj.durations[piece])
+
+
+def _continuity(traj: Trajectory) -> int:
+    """Highest order up to which both sides of every knot agree."""
+    if len(traj.durations) == 1:
+        return traj.degree
+    for order in range(traj.degree + 1):
+        points = differentiate(traj.control_points, order) / traj.durations[:, None, None] ** order
+        jump = np.abs(points[1:, 0] - points[:-1, -1]).max()
+        if jump > EXACT * np.abs(points).max():
+            return order - 1
+    return traj.degree
+
+
+def _matching(traj: Trajectory, points: FloatArray) -> FloatArray:
+    if points.shape != (traj.legs + 1, traj.dim):
+        raise WaypointError(
+            f"a trajectory of {traj.legs} legs and {traj.dim} coordinates has waypoints of shape "
+            f"({traj.legs + 1}, {traj.dim}), not {points.shape}"
+        )
+    return points

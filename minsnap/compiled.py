@@ -1,0 +1,282 @@
+"""Walls made ready for a problem: one list of one-sided excesses, in normalised units, piece by piece."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.polynomial import basis, differentiate, squared_norm
+from minsnap.problem import IntArray, Problem
+from minsnap.samples import FloatArray
+from minsnap.walls import Balls, Faces, Walls
+
+if TYPE_CHECKING:
+    from minsnap.task import Task
+
+PARALLEL = 1e-12
+"""Share of a wall's size below which an axis counts as not bounded by it."""
+
+
+@dataclass(frozen=True)
+class Units:
+    """What normalised lengths and times are worth.
+
+    Parameters
+    ----------
+    length : float
+        [m].
+    time : float
+        [s].
+    origin : ndarray, shape (dim,)
+        Point taken as zero [m].
+    """
+
+    length: float
+    time: float
+    origin: FloatArray
+
+    def of_order(self, order: int) -> float:
+        """Value of one normalised unit of a derivative [m/s^order]."""
+        return self.length / self.time**order
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Rows of the QP before they meet its unknowns: normal . r^(order)(s) <= bound on a piece, relative to its start.
+
+    Parameters
+    ----------
+    wall : ndarray of int, shape (r,)
+        Which one-sided wall each belongs to, counted over all blocks.
+    piece : ndarray of int, shape (r,)
+    s : ndarray, shape (r,)
+    order : ndarray of int, shape (r,)
+    normal : ndarray, shape (r, dim)
+    bound : ndarray, shape (r,)
+    """
+
+    wall: IntArray
+    piece: IntArray
+    s: FloatArray
+    order: IntArray
+    normal: FloatArray
+    bound: FloatArray
+
+
+class Block(Protocol):
+    """One-sided walls of one kind and order."""
+
+    order: int
+    piece: IntArray
+    width: FloatArray
+
+    def excess(self, points: FloatArray) -> FloatArray:
+        """Control points of the excess over each wall in its widths, from relative control points of all pieces."""
+        ...
+
+    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Normals (r, dim) and bounds (r,) of rows for walls ``index`` where the derivative has that value."""
+        ...
+
+    def touched(self) -> npt.NDArray[np.bool_]:
+        """Which axes each wall bounds, shape (m, dim)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """One-sided planes: normal . x <= bound."""
+
+    order: int
+    piece: IntArray
+    normal: FloatArray
+    bound: FloatArray
+    width: FloatArray
+
+    def excess(self, points: FloatArray) -> FloatArray:
+        """Return (n . x - bound) / width."""
+        along = np.matmul(points[self.piece], self.normal[:, :, None])[:, :, 0]
+        along -= self.bound[:, None]
+        along /= self.width[:, None]
+        return along
+
+    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The planes themselves."""
+        return self.normal[index], self.bound[index]
+
+    def touched(self) -> npt.NDArray[np.bool_]:
+        """Axes with a component of the normal that is not rounding."""
+        return np.asarray(np.abs(self.normal) > PARALLEL * np.abs(self.normal).max(axis=1, keepdims=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres:
+    """One-sided balls: norm of (matrix x + offset) <= radius."""
+
+    order: int
+    piece: IntArray
+    matrix: FloatArray
+    offset: FloatArray
+    width: FloatArray
+
+    def excess(self, points: FloatArray) -> FloatArray:
+        """Return half the excess of the squared norm in squared radii: to first order the excess in radii."""
+        mapped = np.matmul(points[self.piece], self.matrix.transpose(0, 2, 1)) + self.offset[:, None, :]
+        return (squared_norm(mapped / self.width[:, None, None]) - 1.0) / 2.0
+
+    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Tangent planes in the direction of the value."""
+        mapped = np.einsum("rqd,rd->rq", self.matrix[index], value) + self.offset[index]
+        norm = np.linalg.norm(mapped, axis=1, keepdims=True)
+        direction = mapped / np.where(norm > 0.0, norm, 1.0)
+        normal = np.einsum("rq,rqd->rd", direction, self.matrix[index])
+        return normal, self.width[index] - (direction * self.offset[index]).sum(axis=1)
+
+    def touched(self) -> npt.NDArray[np.bool_]:
+        """Axes that the matrix maps to something that is not rounding."""
+        return np.asarray(np.abs(self.matrix).max(axis=1) > PARALLEL)
+
+
+@dataclass(frozen=True, eq=False)
+class KnotBounds:
+    """Bounds on single coordinates of knots: sign x[axis] <= bound at one end of a piece."""
+
+    piece: IntArray
+    s: FloatArray
+    axis: IntArray
+    sign: FloatArray
+    bound: FloatArray
+    width: FloatArray
+    dim: int
+    order: int = 0
+
+    def excess(self, points: FloatArray) -> FloatArray:
+        """Return the excess at the knot: polynomials of degree 0."""
+        end = np.where(self.s > 0.0, points.shape[1] - 1, 0)
+        value = points[self.piece, end, self.axis]
+        return np.asarray((self.sign * value - self.bound) / self.width)[:, None]
+
+    @property
+    def normal(self) -> FloatArray:
+        """Signed unit vectors, (m, dim)."""
+        return np.asarray(self.sign[:, None] * (self.axis[:, None] == np.arange(self.dim)))
+
+    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The bounds themselves."""
+        return self.normal[index], self.bound[index]
+
+    def touched(self) -> npt.NDArray[np.bool_]:
+        """The one axis that each bounds."""
+        return self.normal != 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Compiled:
+    """All walls of a problem.
+
+    Parameters
+    ----------
+    blocks : tuple of Block
+        In the order of the walls they came from.
+    first : ndarray of int
+        Where each block's walls begin in the common count.
+    """
+
+    blocks: tuple[Block, ...]
+    first: IntArray
+
+    @cached_property
+    def widths(self) -> FloatArray:
+        """Widths of all walls in the common count."""
+        return np.concatenate([block.width for block in self.blocks]) if self.blocks else np.zeros(0)
+
+    def excess(self, problem: Problem, points: FloatArray) -> list[FloatArray]:
+        """Control points of the excess over every wall, block by block."""
+        by_order = {0: points}
+        for order in {block.order for block in self.blocks} - {0}:
+            by_order[order] = differentiate(points, order) / problem.durations[:, None, None] ** order
+        return [block.excess(by_order[block.order]) for block in self.blocks]
+
+    def rows(self, problem: Problem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> Rows:
+        """Rows for some walls of a block, each at its own s."""
+        chosen = self.blocks[block]
+        piece = chosen.piece[index]
+        if isinstance(chosen, KnotBounds):
+            s = chosen.s[index]
+        value = points[piece, 0]
+        if isinstance(chosen, Spheres):
+            local = differentiate(points[piece], chosen.order)
+            value = np.einsum("rj,rjd->rd", basis(local.shape[1] - 1, s), local)
+            value /= problem.durations[piece, None] ** chosen.order
+        normal, bound = chosen.cuts(index, value)
+        return Rows(self.first[block] + index, piece, s, np.full(len(s), chosen.order), normal, bound)
+
+
+def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
+    """Bring a task's walls and the bounds of its waypoints into a problem's units, pieces and origins."""
+    blocks: list[Block] = []
+    for walls in task.walls:
+        compile_one = _planes if isinstance(walls, Faces) else _spheres
+        blocks.append(compile_one(walls, problem, units, task.pieces))  # type: ignore[operator]
+    if problem.held.any():
+        blocks.append(_knot_bounds(task, problem))
+    sizes = [len(block.piece) for block in blocks]
+    return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
+
+
+def _repeat(leg: IntArray, pieces: int) -> tuple[IntArray, IntArray]:
+    if pieces == 1:
+        return np.arange(len(leg)), leg
+    return np.repeat(np.arange(len(leg)), pieces), (leg[:, None] * pieces + np.arange(pieces)).reshape(-1)
+
+
+def _planes(faces: Faces, problem: Problem, units: Units, pieces: int) -> Planes:
+    row, piece = _repeat(faces.leg, pieces)
+    unit = units.of_order(faces.order)
+    normal, width = faces.normal[row], faces.width[row] / unit
+    offset = np.einsum("rd,rd->r", normal, _reference(faces, problem, units, row, piece))
+    sides = [(normal, faces.upper[row] / unit - offset), (-normal, offset - faces.lower[row] / unit)]
+    kept = [np.isfinite(bound) for _, bound in sides]
+    bounds = np.concatenate([bound[keep] for (_, bound), keep in zip(sides, kept, strict=True)])
+    widths = np.concatenate([width[keep] for keep in kept])
+    normals = np.concatenate([side[keep] for (side, _), keep in zip(sides, kept, strict=True)])
+    return Planes(faces.order, np.concatenate([piece[keep] for keep in kept]), normals, bounds, widths)
+
+
+def _spheres(balls: Balls, problem: Problem, units: Units, pieces: int) -> Spheres:
+    row, piece = _repeat(balls.leg, pieces)
+    matrix = balls.matrix[row]
+    offset = np.einsum("rqd,rd->rq", matrix, _reference(balls, problem, units, row, piece))
+    return Spheres(balls.order, piece, matrix, offset, balls.radius[row] / units.of_order(balls.order))
+
+
+def _knot_bounds(task: Task, problem: Problem) -> KnotBounds:
+    waypoint, axis = np.nonzero(task.upper > task.lower)
+    if task.closed:
+        waypoint, axis = waypoint[waypoint < task.legs], axis[waypoint < task.legs]
+    knot = waypoint * task.pieces
+    s = (knot == len(problem.durations)).astype(np.float64)
+    piece = np.where(s > 0.0, knot - 1, knot)
+    offset = np.where(s > 0.0, problem.steps[piece, axis], 0.0)
+    upper, lower = task.upper[waypoint, axis] / task.length, task.lower[waypoint, axis] / task.length
+    ones = np.ones(len(axis))
+    return KnotBounds(
+        np.tile(piece, 2),
+        np.tile(s, 2),
+        np.tile(axis, 2),
+        np.concatenate((ones, -ones)),
+        np.concatenate((upper + offset, -lower - offset)),
+        np.tile((upper - lower) / 2.0, 2),
+        task.dim,
+    )
+
+
+def _reference(walls: Walls, problem: Problem, units: Units, row: IntArray, piece: IntArray) -> FloatArray:
+    """Origin of a piece's relative control points, seen from the wall's anchor: (r, dim)."""
+    if walls.order > 0:
+        return -walls.anchor[row] / units.of_order(walls.order)
+    return np.asarray(problem.nominal[piece] - (walls.anchor[row] - units.origin) / units.length)

@@ -1,0 +1,247 @@
+r"""The exchange method: solve with few rows, find where the curve sticks out, add rows there, solve again.
+
+A corridor that must hold at every instant makes a QP with infinitely many rows; only those at the few instants where
+the optimum touches a wall matter (R. Hettich and K. O. Kortanek, "Semi-infinite programming: theory, methods, and
+applications", SIAM Review 35, 1993).  Every solve is a relaxation, so its cost is a lower bound.  Once the excess is so
+small that moving the walls inwards by as much costs less than ``GAP`` of the optimum, as the multipliers tell, they are
+moved, and what the next solve gives is inside the true ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from minsnap.compiled import Compiled, Rows
+from minsnap.components import Component, split_axes
+from minsnap.extrema import maxima
+from minsnap.peaks import peaks
+from minsnap.problem import IntArray, Problem
+from minsnap.qp import SMALL
+from minsnap.samples import FloatArray
+
+GAP = 1e-6
+"""Share of the cost that may be lost by moving walls inwards instead of iterating on."""
+
+ROUNDS = 40
+STALLED = 4
+"""Rounds without halving the excess after which the solver's accuracy is taken to be reached."""
+
+START = 6
+"""Rows that each violated wall of a small problem gets before the first solve."""
+
+SAFETY = 1.5
+"""Walls are moved by so many times the excess."""
+
+LARGEST_SHRINK = 1e-3
+"""Share of their width by which walls are moved at most where it costs nothing."""
+
+
+class Infeasible(Exception):
+    """The QP over the rows so far has no solution; carries the component and rows."""
+
+
+@dataclass(frozen=True, eq=False)
+class RowSet:
+    """Rows of the QP in its unknowns.
+
+    Parameters
+    ----------
+    source : Rows
+        Where they come from.
+    columns : ndarray of int, shape (r, dim * 2k)
+        Unknowns that entry (r, j) of ``values`` multiplies; -1 for none.
+    values : ndarray, shape (r, dim * 2k)
+    bound : ndarray, shape (r,)
+        For deviations from the base.
+    width : ndarray, shape (r,)
+        Width of each row's wall.
+    """
+
+    source: Rows
+    columns: IntArray
+    values: FloatArray
+    bound: FloatArray
+    width: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.bound)
+
+    def joined(self, other: RowSet) -> RowSet:
+        """These rows and the other ones."""
+        source = Rows(
+            *(np.concatenate((getattr(self.source, n), getattr(other.source, n))) for n in Rows.__annotations__)
+        )
+        rest = (np.concatenate((getattr(self, n), getattr(other, n))) for n in ("columns", "values", "bound", "width"))
+        return RowSet(source, *rest)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What the exchange found.
+
+    Parameters
+    ----------
+    knots : ndarray, shape (knots, slots, dim)
+    rows : RowSet or None
+        Rows of the last QP.
+    multipliers : ndarray, shape (r,)
+        Of these rows, for the normalised cost without 1/2.
+    rounds : int
+    solver : str
+    fallback : tuple of str
+        Solvers that failed on the way.
+    excess : float
+        Largest excess over a true wall, in its widths; 0 or less when inside.
+    """
+
+    knots: FloatArray
+    rows: RowSet | None
+    multipliers: FloatArray
+    rounds: int
+    solver: str
+    fallback: tuple[str, ...]
+    excess: float
+
+
+class Exchange:
+    """State of one run: a problem, its optimum without walls, the walls, and the rows found so far."""
+
+    def __init__(self, problem: Problem, base: FloatArray, compiled: Compiled, solver: str) -> None:
+        self.problem, self.base, self.compiled = problem, base, compiled
+        masks = split_axes(compiled, problem)
+        self.components = [Component(problem, base, mask, solver) for mask in masks]
+        self.group = np.argmax(np.stack(masks), axis=0)
+        self.rows: RowSet | None = None
+        self.shrink = 0.0
+        self.unknowns = np.zeros(problem.size)
+        self.multipliers = np.zeros(0)
+        self.base_cost = problem.cost(base)
+        self.gain = 0.0
+        self.rounds = 0
+        self.last = base
+
+    def run(self) -> Outcome:
+        """Iterate until nothing sticks out of the true walls."""
+        best, stalled = np.inf, 0
+        due = any(component.always for component in self.components) or self.rounds > 0
+        for _ in range(ROUNDS):
+            floor = 0.0 if self.shrink else self._affordable()
+            found, excess = self._sticking_out(self.last, floor)
+            if excess <= 0.0 and floor == 0.0 and not due:
+                break
+            stalled = 0 if excess < 0.5 * best else stalled + 1
+            best = min(best, excess)
+            if found:
+                self._add(found, self.rounds == 0)
+            if self.rounds and (excess <= floor or stalled >= STALLED):
+                self.shrink += SAFETY * max(excess, floor)
+            self.last, due = self._solve(), False
+        return self.outcome(self.last, excess)
+
+    def tighten(self) -> None:
+        """Move the walls inwards once more, so that rounding cannot leave the curve outside."""
+        self.shrink = max(10.0 * self.shrink, 1e-9)
+
+    def run_sampled(self, samples: int) -> Outcome:
+        """Solve once with rows at equally spaced inner instants of every piece, as the thesis does."""
+        s = np.arange(1, samples + 1) / (samples + 1)
+        points = self.problem.relative_points(self.base)
+        for number, block in enumerate(self.compiled.blocks):
+            index = np.repeat(np.arange(len(block.piece)), samples)
+            rows = self.compiled.rows(self.problem, points, number, index, np.tile(s, len(block.piece)))
+            self._add([rows], False)
+        return self.outcome(self._solve())
+
+    def outcome(self, knots: FloatArray, excess: float = 0.0) -> Outcome:
+        """Wrap knot values with how they were found."""
+        solver = next((c.solver for c in self.components if c.solver), "banded")
+        failed = tuple(dict.fromkeys(name for c in self.components for name in c.failed))
+        return Outcome(knots, self.rows, self.multipliers, self.rounds, solver, failed, max(excess, 0.0))
+
+    def _affordable(self) -> float:
+        """By how many widths the walls may move inwards for ``GAP`` of the cost; 0 before the first solve."""
+        if self.rows is None or not len(self.multipliers):
+            return 0.0
+        slope = float(self.multipliers @ self.rows.width)
+        cost = self.base_cost + self.gain
+        return min(GAP * cost / (SAFETY * slope), LARGEST_SHRINK) if slope > 0.0 else LARGEST_SHRINK
+
+    def _sticking_out(self, knots: FloatArray, floor: float) -> tuple[list[Rows], float]:
+        """Rows where the curve is more than ``floor`` widths out of a wall, and the largest such excess."""
+        points = self.problem.relative_points(knots)
+        excess = self.compiled.excess(self.problem, points)
+        found = [peaks(values, floor) for values in excess]
+        if floor == 0.0 and not any(len(row) for row, _, _ in found):
+            found = [_exact_peaks(values) for values in excess]
+        rows = [
+            self.compiled.rows(self.problem, points, number, row, s)
+            for number, (row, s, _) in enumerate(found)
+            if len(row)
+        ]
+        return rows, max((float(value.max(initial=0.0)) for _, _, value in found), default=0.0)
+
+    def _add(self, found: list[Rows], first: bool) -> None:
+        if first and self.problem.size <= SMALL:
+            found = [self._spread(rows) for rows in found]
+        for rows in found:
+            fresh = self._in_unknowns(rows)
+            self.rows = fresh if self.rows is None else self.rows.joined(fresh)
+
+    def _spread(self, rows: Rows) -> Rows:
+        """The same walls at a few instants each, for a good first solve."""
+        _, first = np.unique(rows.wall, return_index=True)
+        s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(START) + 0.5) / START)
+        pick = np.repeat(first, START)
+        spread = Rows(*(getattr(rows, name)[pick] for name in Rows.__annotations__))
+        spread = replace(spread, s=np.tile(s, len(first)))
+        return Rows(*(np.concatenate((getattr(rows, n), getattr(spread, n))) for n in Rows.__annotations__))
+
+    def _in_unknowns(self, rows: Rows) -> RowSet:
+        problem, slots = self.problem, self.problem.slots
+        factors = np.empty((len(rows.s), 2 * problem.half))
+        for order in np.unique(rows.order):
+            chosen = rows.order == order
+            factors[chosen] = problem.row_factors(rows.piece[chosen], rows.s[chosen], int(order))
+        ends = np.concatenate((self.base[rows.piece][:, slots.start], self.base[rows.piece + 1][:, slots.end]), axis=1)
+        ends[:, problem.half] += problem.steps[rows.piece]
+        present = np.einsum("rj,rjd,rd->r", factors, ends, rows.normal)
+        columns = problem.piece_columns[rows.piece].reshape(len(factors), -1)
+        values = (rows.normal[:, :, None] * factors[:, None, :]).reshape(len(factors), -1)
+        width = self.compiled.widths[rows.wall]
+        return RowSet(rows, columns, values, rows.bound - present, width)
+
+    def _solve(self) -> FloatArray:
+        """Solve every component over its rows and put the results together."""
+        rows = self.rows
+        size = 0 if rows is None else len(rows)
+        self.rounds += 1
+        self.multipliers = np.zeros(size)
+        self.gain = 0.0
+        group = self._row_groups()
+        for number, component in enumerate(self.components):
+            chosen = np.flatnonzero(group == number)
+            if not len(chosen) and not component.always:
+                continue
+            found = component.solve(rows, chosen, self.shrink)
+            if found is None:
+                raise Infeasible(number, chosen)
+            self.unknowns[component.columns], self.multipliers[chosen] = found
+            self.gain += component.gain
+        return self.problem.add(self.base, self.unknowns)
+
+    def _row_groups(self) -> IntArray:
+        if self.rows is None:
+            return np.zeros(0, dtype=np.intp)
+        return np.asarray(self.group[np.argmax(np.abs(self.rows.source.normal), axis=1)])
+
+
+def _exact_peaks(values: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Where polynomials (m, n + 1) are positive: proof that none is, or the highest place of each that is."""
+    may = np.flatnonzero(values.max(axis=1) > 0.0)
+    if not len(may):
+        return may, np.zeros(0), np.zeros(0)
+    found = maxima(values[may])
+    out = found.values > 0.0
+    return may[out], found.where[out], found.values[out]

@@ -1,0 +1,256 @@
+"""plan: the one call that ties waypoints, durations, corridor and solver together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.certificate import nearest_wall
+from minsnap.corridor import as_constraints
+from minsnap.errors import TimingError, WaypointError, YawError
+from minsnap.inputs import (
+    check_continuity,
+    check_degree,
+    check_durations,
+    check_pieces,
+    check_positive_time,
+    check_state,
+    check_waypoints,
+    refuse_repeated,
+)
+from minsnap.path import ConstantHeading, Heading
+from minsnap.qp import check_solver
+from minsnap.report import Report
+from minsnap.samples import FloatArray
+from minsnap.solver import solve
+from minsnap.task import Task
+from minsnap.trajectory import Trajectory
+from minsnap.walls import Constraint
+from minsnap.yaw import PlannedHeading, VelocityHeading, shortest_turns
+
+
+def plan(
+    waypoints: npt.ArrayLike,
+    durations: npt.ArrayLike | None = None,
+    total_time: float | None = None,
+    limits: Any = None,
+    corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
+    continuity: int | None = None,
+    degree: int = 7,
+    yaw: float | str | npt.ArrayLike | None = None,
+    start: Mapping[str, npt.ArrayLike] | None = None,
+    end: Mapping[str, npt.ArrayLike] | None = None,
+    closed: bool = False,
+    solver: str = "auto",
+    *,
+    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None = None,
+    split: str = "optimal",
+    pieces: int = 1,
+    waypoint_tolerance: npt.ArrayLike | None = None,
+    samples: int | None = None,
+    certify: bool = True,
+) -> Trajectory:
+    r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
+
+    With degree 2k - 1 = 7 that derivative is snap (D. Mellinger and V. Kumar, "Minimum snap trajectory generation and
+    control for quadrotors", ICRA 2011).  A corridor holds at every instant, not only at samples.
+
+    Parameters
+    ----------
+    waypoints : array_like, shape (n, dim)
+        Positions to pass through [m], n >= 2.
+    durations : array_like, shape (n - 1,), optional
+        Seconds a leg.
+    total_time : float, optional
+        Seconds for all legs, split by ``split``.
+    limits : Limits, optional
+        Find the shortest time that keeps them.
+    corridor : float, array_like, Constraint or sequence of Constraint, optional
+        Half-width of a ``Tube`` around each leg [m], one or one a leg; or constraints.
+    continuity : int, optional
+        Derivatives continuous at the knots; k - 1 unless given (3 for degree 7), at most 2k - 2.
+    degree : int
+        2k - 1: 3, 5, 7, 9 or 11.
+    yaw : float, array_like of shape (n,), "velocity", optional
+        Constant yaw [rad]; one a waypoint, turned the shortest way with least angular acceleration; or along the
+        velocity.  Zero unless given.
+    start, end : mapping, optional
+        Derivatives at the ends, such as ``{"velocity": (1, 0, 0)}`` [m/s]; those up to order k - 1 that are not
+        named are zero.
+    closed : bool
+        A closed lap: the state at the end is the state at the start, and free.
+    solver : str
+        A QP solver by its qpsolvers name, or ``"auto"``.
+    pins : mapping, optional
+        Derivatives at inner waypoints: ``{2: {"velocity": (1, 0, 0)}}``.
+    split : {"optimal", "distance"}
+        How ``total_time`` is split over the legs.
+    pieces : int
+        Polynomials a leg.
+    waypoint_tolerance : float or array_like, shape (n,) or (n, dim), optional
+        Half-width of the box around a waypoint within which the curve may pass [m]; one number is for the inner
+        waypoints, the ends stay pinned.
+    samples : int, optional
+        With ``certify=False``: instants a leg at which the corridor holds, as in the thesis; 20 unless given.
+    certify : bool
+        Keep the corridor at every instant (the default) or at samples only.
+
+    Returns
+    -------
+    Trajectory
+        With a ``report`` of how it was found.
+
+    Raises
+    ------
+    WaypointError, TimingError, CorridorError, DegreeError, YawError, UnknownSolverError
+        If an argument is malformed; each is a ValueError.
+    InfeasibleError
+        If no curve meets everything: says which leg and the smallest width that would do.
+    SolverError
+        If every solver failed on a problem that has a solution.
+    """
+    began = perf_counter()
+    points = check_waypoints(waypoints)
+    half = check_degree(degree)
+    task = Task(
+        points,
+        *_tolerances(waypoint_tolerance, points),
+        pins=_all_pins(pins, start, end, closed, half, points),
+        half=half,
+        continuity=check_continuity(continuity, half),
+        closed=_closing(closed, points),
+        pieces=check_pieces(pieces),
+        walls=_walls(corridor, points),
+        solver=check_solver(solver),
+    )
+    times = task.piece_durations(_durations(task, durations, total_time, limits, split))
+    solved = solve(task, times, samples, certify)
+    trajectory = solved.trajectory()
+    margin = nearest_wall(trajectory, task.walls)
+    report = Report(
+        solved.outcome.solver,
+        solved.outcome.rounds,
+        0 if solved.outcome.rows is None else len(solved.outcome.rows),
+        solved.cost,
+        None if margin is None else margin.value,
+        1e3 * (perf_counter() - began),
+        solved.outcome.fallback,
+    )
+    heading = _heading(yaw, trajectory, closed)
+    return trajectory.told(heading, report)
+
+
+def _durations(
+    task: Task, durations: npt.ArrayLike | None, total_time: float | None, limits: Any, split: str
+) -> FloatArray:
+    """Leg durations (legs,) [s] from the one of three ways that was chosen."""
+    given = [
+        name
+        for name, value in (("durations", durations), ("total_time", total_time), ("limits", limits))
+        if value is not None
+    ]
+    if len(given) != 1:
+        what = "none was" if not given else f"{' and '.join(given)} were"
+        raise TimingError(f"give exactly one of durations, total_time and limits: {what} given")
+    if durations is not None:
+        times = check_durations(durations, task.legs)
+        if task.walls:
+            refuse_repeated(task.waypoints, "drop the corridor: a leg without length has no direction")
+        return times
+    refuse_repeated(task.waypoints, "give every leg a duration of its own")
+    if total_time is None:
+        raise NotImplementedError("limits")
+    total = check_positive_time(total_time)
+    if split == "distance":
+        return total * task.lengths / task.lengths.sum()
+    raise NotImplementedError("split")
+
+
+def _walls(corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None, points: FloatArray) -> list[Any]:
+    return [wall for constraint in as_constraints(corridor) for wall in constraint.walls(points) if len(wall.leg)]
+
+
+def _closing(closed: bool, points: FloatArray) -> bool:
+    if closed and (points[0] != points[-1]).any():
+        raise WaypointError("closed=True needs the last waypoint to be the first one: append it")
+    return bool(closed)
+
+
+def _all_pins(
+    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None,
+    start: Mapping[str, npt.ArrayLike] | None,
+    end: Mapping[str, npt.ArrayLike] | None,
+    closed: bool,
+    half: int,
+    points: FloatArray,
+) -> dict[int, dict[int, FloatArray]]:
+    last, dim = len(points) - 1, points.shape[1]
+    if closed and (start is not None or end is not None):
+        raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
+    collected: dict[int, dict[int, FloatArray]] = {}
+    for index, state in (pins or {}).items():
+        if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not 0 <= index <= last:
+            raise WaypointError(f"pins name waypoint {index!r}: there are waypoints 0 to {last}")
+        if index in (0, last):
+            raise WaypointError(f"pins name waypoint {index}, an end of the trajectory: use start= or end=")
+        collected[int(index)] = check_state(state, f"pins[{index}]", half, dim)
+    if not closed:
+        rest = {order: np.zeros(dim) for order in range(1, half)}
+        collected[0] = rest | check_state(start, "start", half, dim)
+        collected[last] = rest | check_state(end, "end", half, dim)
+    return collected
+
+
+def _tolerances(tolerance: npt.ArrayLike | None, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Box around every waypoint, lower and upper offsets (n, dim)."""
+    widths = np.zeros(points.shape)
+    if tolerance is not None:
+        try:
+            given = np.array(tolerance, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise WaypointError(f"waypoint_tolerance must be numbers [m], not {tolerance!r}") from None
+        if not np.isfinite(given).all() or (given < 0.0).any():
+            raise WaypointError(f"waypoint_tolerance must be finite and not negative [m], not {tolerance!r}")
+        if given.ndim == 0:
+            widths[1:-1] = given
+        elif given.shape in ((len(points),), points.shape):
+            widths[:] = given[:, None] if given.ndim == 1 else given
+        else:
+            raise WaypointError(
+                f"waypoint_tolerance has shape {given.shape}: give one, or one for each of {len(points)} waypoints"
+            )
+    return -widths, widths
+
+
+def _heading(yaw: float | str | npt.ArrayLike | None, trajectory: Trajectory, closed: bool) -> Heading:
+    if yaw is None:
+        return ConstantHeading()
+    if isinstance(yaw, str):
+        if yaw != "velocity":
+            raise YawError(f"yaw is {yaw!r}: give an angle [rad], one a waypoint, or 'velocity'")
+        return VelocityHeading(trajectory)
+    try:
+        angles = np.array(yaw, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise YawError(f"yaw is {yaw!r}: give an angle [rad], one a waypoint, or 'velocity'") from None
+    if not np.isfinite(angles).all():
+        raise YawError("yaw must be finite [rad]")
+    if angles.ndim == 0:
+        return ConstantHeading(float(angles))
+    if angles.shape != (trajectory.legs + 1,):
+        raise YawError(
+            f"yaw has shape {angles.shape}: give one angle, or one for each of {trajectory.legs + 1} waypoints"
+        )
+    return PlannedHeading(_planned_yaw(shortest_turns(angles), np.diff(trajectory.leg_breaks), closed))
+
+
+def _planned_yaw(angles: FloatArray, durations: FloatArray, closed: bool) -> Trajectory:
+    """Yaw through angles (n,) with least integral of squared angular acceleration: a cubic spline."""
+    column = angles[:, None]
+    ends = {} if closed else {0: {1: np.zeros(1)}, len(angles) - 1: {1: np.zeros(1)}}
+    zero = np.zeros(column.shape)
+    return solve(Task(column, zero, zero, ends, 2, 1, closed, 1, (), "auto"), durations).trajectory()

@@ -1,0 +1,129 @@
+"""One quadratic program through qpsolvers: which solver, how exactly, and what to try when it fails."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from minsnap.errors import UnknownSolverError
+from minsnap.samples import FloatArray
+
+SMALL = 150
+"""Unknowns up to which a dense active-set solver is quicker than a sparse interior-point one."""
+
+FEASIBLE = 1e-7
+"""Largest violation of a normalised row that is taken for a solution before it is repaired."""
+
+TOLERANCES: dict[str, dict[str, Any]] = {
+    "daqp": {"primal_tol": 1e-9, "dual_tol": 1e-12, "iter_limit": 10_000},
+    "piqp": {"eps_abs": 1e-10, "eps_rel": 1e-10, "eps_duality_gap_abs": 1e-10, "eps_duality_gap_rel": 1e-10},
+    "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10},
+    "osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 200_000, "polishing": True},
+}
+DENSE = frozenset({"daqp", "quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What a QP solver found.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+    multipliers : ndarray, shape (rows,)
+        Of the inequalities, non-negative.
+    equality_multipliers : ndarray, shape (equalities,)
+    solver : str
+        Who found it.
+    """
+
+    x: FloatArray
+    multipliers: FloatArray
+    equality_multipliers: FloatArray
+    solver: str
+
+
+def solver_names(solver: str, size: int) -> tuple[str, ...]:
+    """Solvers to try in turn for a problem with that many unknowns.
+
+    Raises
+    ------
+    UnknownSolverError
+        If ``solver`` is neither ``"auto"`` nor installed.
+    """
+    if solver != "auto":
+        return (check_solver(solver), *(other for other in _preferred(size) if other != solver))
+    return _preferred(size)
+
+
+def _preferred(size: int) -> tuple[str, ...]:
+    return ("daqp", "piqp", "clarabel") if size <= SMALL else ("piqp", "clarabel")
+
+
+def check_solver(solver: str) -> str:
+    """Return the name of an installed solver, or raise UnknownSolverError with the list of those there are."""
+    if solver == "auto" or solver in TOLERANCES:
+        return solver
+    import qpsolvers
+
+    if solver not in qpsolvers.available_solvers:
+        installed = ", ".join(sorted(qpsolvers.available_solvers))
+        raise UnknownSolverError(f"the solver {solver!r} is not installed: use 'auto' or one of {installed}")
+    return solver
+
+
+def solve_qp(
+    P: Any, q: FloatArray, G: Any, h: FloatArray | None, A: Any, b: FloatArray | None, names: Sequence[str]
+) -> tuple[Solution | None, tuple[str, ...]]:
+    """Minimise x'Px/2 + q'x over Gx <= h, Ax = b; rows normalised, costs of order one.
+
+    Returns
+    -------
+    Solution or None
+        None if every solver failed or called the problem infeasible.
+    failed : tuple of str
+        Names of the solvers that did.
+    """
+    failed: list[str] = []
+    for name in names:
+        found = _attempt(P, q, G, h, A, b, name)
+        if found is not None:
+            return found, tuple(failed)
+        failed.append(name)
+    return None, tuple(failed)
+
+
+def _attempt(
+    P: Any, q: FloatArray, G: Any, h: FloatArray | None, A: Any, b: FloatArray | None, name: str
+) -> Solution | None:
+    import qpsolvers
+
+    if name in DENSE:
+        P, G, A = (matrix.toarray() if hasattr(matrix, "toarray") else matrix for matrix in (P, G, A))
+    else:
+        P, G, A = (_sparse(matrix) for matrix in (P, G, A))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            solution = qpsolvers.solve_problem(qpsolvers.Problem(P, q, G, h, A, b), name, **TOLERANCES.get(name, {}))
+        except (qpsolvers.SolverError, ValueError, ArithmeticError):
+            return None
+    if not solution.found or solution.x is None or not np.isfinite(solution.x).all():
+        return None
+    if G is not None and np.max(G @ solution.x - h, initial=0.0) > FEASIBLE * max(
+        1.0, float(np.abs(h).max(initial=0.0))
+    ):
+        return None
+    y = solution.y if solution.y is not None else np.zeros(0)
+    z = np.maximum(solution.z, 0.0) if G is not None else np.zeros(0)
+    return Solution(solution.x, z, y, name)
+
+
+def _sparse(matrix: Any) -> Any:
+    from scipy.sparse import csc_matrix
+
+    return matrix if matrix is None or hasattr(matrix, "tocsc") else csc_matrix(matrix)

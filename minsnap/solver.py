@@ -1,0 +1,128 @@
+"""Solve a task for given durations: linear system, exchange, and what makes the result hold exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.banded import unbounded_optimum
+from minsnap.certificate import nearest_wall
+from minsnap.compiled import Compiled, Units, compile_walls
+from minsnap.errors import SolverError
+from minsnap.exchange import Exchange, Infeasible, Outcome
+from minsnap.extrema import maxima
+from minsnap.problem import Problem
+from minsnap.samples import FloatArray
+from minsnap.task import Task
+from minsnap.trajectory import Trajectory
+
+TRIES = 5
+"""How often the walls are moved inwards again when rounding left the curve outside."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A task solved for given durations.
+
+    Parameters
+    ----------
+    task : Task
+    problem : Problem
+    units : Units
+    outcome : Outcome
+    """
+
+    task: Task
+    problem: Problem
+    units: Units
+    outcome: Outcome
+
+    @property
+    def cost(self) -> float:
+        """Integral of the squared norm of the k-th derivative."""
+        unit = self.units.length**2 * self.units.time ** (1.0 - 2.0 * self.task.half)
+        return self.problem.cost(self.outcome.knots) * unit
+
+    def trajectory(self) -> Trajectory:
+        """Return the curve in metres and seconds."""
+        points = self.problem.control_points(self.outcome.knots, self.task.positions, self.units.length)
+        points.flags.writeable = False
+        durations = self.problem.durations * self.units.time
+        return Trajectory(points, durations, pieces=self.task.pieces)
+
+
+def solve(task: Task, durations: FloatArray, samples: int | None = None, certify: bool = True) -> Solved:
+    """Find the curve of least cost for piece durations (pieces in all,) [s].
+
+    Parameters
+    ----------
+    samples : int, optional
+        With ``certify=False``: instants a piece where walls hold; nothing is promised between them.
+
+    Raises
+    ------
+    Infeasible
+        If no curve keeps all walls.
+    """
+    units = task.units(durations)
+    problem = task.problem(durations, units)
+    base = unbounded_optimum(problem)
+    if not task.constrained and not (problem.jumps and task.pins):
+        return Solved(task, problem, units, Outcome(base, None, np.zeros(0), 0, "banded", (), 0.0))
+    compiled = compile_walls(task, problem, units)
+    exchange = Exchange(problem, base, compiled, task.solver)
+    if not certify:
+        return Solved(task, problem, units, exchange.run_sampled(samples or 20))
+    return _certified(task, problem, units, exchange)
+
+
+def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -> Solved:
+    """Run the exchange until the exact margin of the result is not negative."""
+    try:
+        solved = Solved(task, problem, units, exchange.run())
+    except Infeasible:
+        if not _straight_inside(task, exchange.compiled, problem):
+            raise
+        return _blended(task, problem, units, exchange, exchange.last)
+    for _ in range(TRIES):
+        if _inside(solved):
+            return solved
+        exchange.tighten()
+        solved = Solved(task, problem, units, exchange.run())
+    if not _straight_inside(task, exchange.compiled, problem):
+        raise SolverError(
+            "the solvers found no curve inside the walls to working precision: widen them or change units"
+        )
+    return _blended(task, problem, units, exchange, solved.outcome.knots)
+
+
+def _inside(solved: Solved) -> bool:
+    nearest = nearest_wall(solved.trajectory(), solved.task.walls)
+    return nearest is None or nearest.value >= 0.0
+
+
+def _straight_inside(task: Task, compiled: Compiled, problem: Problem) -> bool:
+    """Whether stopping and going along the straight legs keeps every pin and stays strictly inside."""
+    if problem.values.any() or problem.jumps or any(block.order for block in compiled.blocks):
+        return False
+    return all((values < 0.0).all() for values in _heights(compiled, problem, np.zeros_like(problem.values)))
+
+
+def _heights(compiled: Compiled, problem: Problem, knots: FloatArray) -> list[FloatArray]:
+    """Largest excess over each wall, block by block."""
+    return [maxima(points).values for points in compiled.excess(problem, problem.relative_points(knots))]
+
+
+def _blended(task: Task, problem: Problem, units: Units, exchange: Exchange, knots: FloatArray) -> Solved:
+    """Move towards stop-and-go along the straight legs, by the least share that brings every extremum inside.
+
+    Walls are convex and stop-and-go has all free values zero, so the blend is a scaling of the knot values.
+    """
+    straight = _heights(exchange.compiled, problem, np.zeros_like(knots))
+    share = 0.0
+    for curve, line in zip(_heights(exchange.compiled, problem, knots), straight, strict=True):
+        out = curve > 0.0
+        share = max(share, float((curve[out] / (curve[out] - line[out])).max(initial=0.0)))
+    outcome = exchange.outcome(knots * (1.0 - min(1.0, share * (1.0 + 1e-9) + 1e-12)))
+    return Solved(task, problem, units, outcome)
