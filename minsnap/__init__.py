@@ -11,18 +11,24 @@ from typing import TYPE_CHECKING, Any
 from minsnap.errors import MinsnapError
 
 if TYPE_CHECKING:
+    from minsnap.certificate import Certificate, certify
+    from minsnap.corridor import RoundTube, Tube
     from minsnap.files.setpoints import read_csv, write_csv
     from minsnap.files.waypoints import read_waypoints
     from minsnap.path import Path
+    from minsnap.planner import plan
     from minsnap.plot import plot_overview, plot_path, plot_profiles
     from minsnap.samples import Samples
     from minsnap.shapes import circle, helix, lemniscate, line, rectangle
     from minsnap.trajectory import Trajectory
 
 _HOMES = {
+    "minsnap.certificate": ("Certificate", "certify"),
+    "minsnap.corridor": ("RoundTube", "Tube"),
     "minsnap.files.setpoints": ("read_csv", "write_csv"),
     "minsnap.files.waypoints": ("read_waypoints",),
     "minsnap.path": ("Path",),
+    "minsnap.planner": ("plan",),
     "minsnap.plot": ("plot_overview", "plot_path", "plot_profiles"),
     "minsnap.samples": ("Samples",),
     "minsnap.shapes": ("circle", "helix", "lemniscate", "line", "rectangle"),
@@ -31,14 +37,19 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Certificate",
     "MinsnapError",
     "Path",
+    "RoundTube",
     "Samples",
     "Trajectory",
+    "Tube",
+    "certify",
     "circle",
     "helix",
     "lemniscate",
     "line",
+    "plan",
     "plot_overview",
     "plot_path",
     "plot_profiles",

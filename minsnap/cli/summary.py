@@ -21,7 +21,7 @@ _LINES = (
     ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
     ("solver", "solver", "{}"),
     ("rounds", "rounds", "{}"),
-    ("milliseconds", "solved in", "{:.3g} ms"),
+    ("milliseconds", "planned in", "{:.3g} ms"),
     ("output", "written", "{}"),
     ("plot", "drawn", "{}"),
 )

@@ -109,29 +109,42 @@ def _draw_curve(ax: Axes, points: FloatArray) -> None:
     ax.plot(*points[:1].T, marker="^", color=PATH_COLOUR, markersize=9, linestyle="none", label="start", zorder=5)
     end: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": PATH_COLOUR, "markersize": 6}
     ax.plot(*points[-1:].T, linestyle="none", marker="s", label="end", zorder=6, **end)
-    if points.shape[1] == 2:
-        _draw_arrows(ax, points)
+    _draw_arrows(ax, points)
 
 
 def _draw_arrows(ax: Axes, points: FloatArray) -> None:
     """Mark the direction at places that split the curve into equal lengths."""
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     places = np.searchsorted(travelled, travelled[-1] * (np.arange(ARROWS) + 0.5) / ARROWS)
-    for place in np.clip(places, 1, len(points) - 1):
-        if np.array_equal(points[place - 1], points[place]):
-            continue
+    places = np.clip(places, 1, len(points) - 1)
+    steps = points[places] - points[places - 1]
+    moving = steps.any(axis=1)
+    ends, steps = points[places][moving], steps[moving]
+    if points.shape[1] == 3:
+        space: Any = ax
+        arrow = {"length": 0.05 * float(travelled[-1]), "normalize": True, "pivot": "middle"}
+        space.quiver(*ends.T, *steps.T, color=PATH_COLOUR, arrow_length_ratio=0.6, linewidth=1.0, **arrow)
+        return
+    for end, step in zip(ends, steps, strict=True):
         style = {"arrowstyle": "-|>", "color": PATH_COLOUR, "mutation_scale": 14}
-        ax.annotate("", xy=tuple(points[place]), xytext=tuple(points[place - 1]), arrowprops=style, zorder=3)
+        ax.annotate("", xy=tuple(end), xytext=tuple(end - step), arrowprops=style, zorder=3)
 
 
 def _finish(ax: Axes, chosen: list[int], dim: int) -> None:
     for name, index in zip(("x", "y", "z"), chosen, strict=False):
         getattr(ax, f"set_{name}label")(f"{coordinate_name(index, dim)} [m]")
-    ax.set_aspect("equal", adjustable="datalim" if len(chosen) == 2 else "box")
     if len(chosen) == 3:
-        from matplotlib.ticker import MaxNLocator
-
-        space: Any = ax
-        space.zaxis.set_major_locator(MaxNLocator(4))
+        _equal_space(ax)
+    else:
+        ax.set_aspect("equal", adjustable="datalim")
     ax.grid(True, alpha=0.3)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
+
+
+def _equal_space(ax: Any) -> None:
+    """Give all three axes the same scale, few ticks on the low one, and room for the labels; keep the path on top."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax.computed_zorder = False
+    ax.zaxis.set_major_locator(MaxNLocator(4))
+    ax.set_box_aspect([abs(high - low) for low, high in (ax.get_xlim(), ax.get_ylim(), ax.get_zlim())], zoom=0.85)

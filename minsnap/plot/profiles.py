@@ -66,7 +66,8 @@ def plot_profiles(
         _draw_limit(ax, samples, order, getattr(limits, LIMIT_NAMES.get(order, ""), None))
         _mark_knots(ax, path)
         ax.label_outer()
-    stack[0].legend(loc="upper right", ncols=samples.dim, fontsize="small", framealpha=0.9)
+    above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1, "frameon": False}
+    stack[0].legend(ncols=samples.dim, fontsize="small", **above)
     stack[len(drawn) - 1].set_xlabel("time [s]")
     return stack
 
