@@ -7,11 +7,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from minsnap.errors import FileError, LinkError
 from minsnap.flight.dialect import Message, load_dialect
 from minsnap.flight.schedule import Clock
-from minsnap.flight.transport import Transport, open_transport
+from minsnap.flight.transport import Peer, Transport, open_transport
 from minsnap.flight.vehicle_state import VehicleState
 
 _GROUND_STATION, _COMPANION, _NO_AUTOPILOT, _ACTIVE = 6, 18, 8, 4
@@ -59,7 +60,7 @@ class Link:
         self.ignored: Counter[tuple[int, int]] = Counter()
         self.refused = 0
         self._codec = self._dialect.MAVLink(self, srcSystem=source_system, srcComponent=source_component)
-        self._codec.robust_parsing = True
+        self._parsers: dict[Peer, Any] = {}
         self._next_heartbeat = clock.now()
         if signing_key is not None:
             self._sign(signing_key)
@@ -116,21 +117,36 @@ class Link:
         data, peer = self._transport.receive()
         if not data:
             return None
-        messages = [message for message in self._codec.parse_buffer(data) or () if self._is_from_vehicle(message)]
+        parsed = self._parser(peer).parse_buffer(data) or ()
+        messages = [message for message in parsed if self._is_from_vehicle(message)]
         if messages:
             self._transport.choose(peer)
         return messages
 
+    def _parser(self, peer: Peer) -> Any:
+        """Return the parser of one peer's bytes: what others send cannot get between them."""
+        if peer not in self._parsers:
+            if len(self._parsers) >= _PEERS:
+                self._parsers.clear()
+            parser = self._dialect.MAVLink(None)
+            parser.robust_parsing, parser.signing = True, self._codec.signing
+            self._parsers[peer] = parser
+        return self._parsers[peer]
+
     def _is_from_vehicle(self, message: Message) -> bool:
-        """Note a message of the chosen vehicle; the first suitable heartbeat chooses it."""
-        if message.get_type() == "BAD_DATA":
-            self.refused += 1
+        """Note a message of the chosen vehicle; the first suitable heartbeat chooses it.
+
+        Messages of an unknown type do not count: their check sum cannot be checked.
+        """
+        if message.get_type() == "BAD_DATA" or message.get_type().startswith("UNKNOWN"):
+            self.refused += message.get_type() == "BAD_DATA"
             return False
         sender = (message.get_srcSystem(), message.get_srcComponent())
         if not self.vehicle.known and self._is_suitable(message, sender[0]):
             self.vehicle = replace(self.vehicle, system=sender[0], component=sender[1])
             self.ignored.pop(sender, None)
-        if sender != (self.vehicle.system, self.vehicle.component):
+        chosen = (self.vehicle.system, self.vehicle.component)
+        if chosen == (0, 0) or sender != chosen:
             self.ignored[sender] += 1
             return False
         self.vehicle = self.vehicle.told(message, self._clock.now())
@@ -175,6 +191,9 @@ class Link:
             said += f"; {self.refused} messages were damaged or not signed with this key"
         return said
 
+
+_PEERS = 64
+"""Senders that are kept apart at a time."""
 
 _DRAIN = 100
 """What is looked at before time is looked at again: a flood must not keep a setpoint from leaving."""
