@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from minsnap.corridor import RoundTube, Tube
     from minsnap.files.setpoints import read_csv, write_csv
     from minsnap.files.waypoints import read_waypoints
+    from minsnap.full_problem import FullProblem, build_qp
     from minsnap.path import Path
     from minsnap.planner import plan
     from minsnap.plot import plot_overview, plot_path, plot_profiles
@@ -27,6 +28,7 @@ _HOMES = {
     "minsnap.corridor": ("RoundTube", "Tube"),
     "minsnap.files.setpoints": ("read_csv", "write_csv"),
     "minsnap.files.waypoints": ("read_waypoints",),
+    "minsnap.full_problem": ("FullProblem", "build_qp"),
     "minsnap.path": ("Path",),
     "minsnap.planner": ("plan",),
     "minsnap.plot": ("plot_overview", "plot_path", "plot_profiles"),
@@ -38,12 +40,14 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Certificate",
+    "FullProblem",
     "MinsnapError",
     "Path",
     "RoundTube",
     "Samples",
     "Trajectory",
     "Tube",
+    "build_qp",
     "certify",
     "circle",
     "helix",
