@@ -79,7 +79,8 @@ def check_continuity(continuity: Any, half: int) -> int:
         or not 0 <= continuity <= 2 * half - 2
     ):
         raise DegreeError(
-            f"continuity is {continuity!r}: pieces of degree {2 * half - 1} can share derivatives 0 to {2 * half - 2} at their knots"
+            f"continuity is {continuity!r}: pieces of degree {2 * half - 1} can share derivatives 0 to {2 * half - 2} "
+            "at their knots"
         )
     return int(continuity)
 
@@ -104,6 +105,39 @@ def refuse_repeated(points: FloatArray, reason: str) -> None:
         raise WaypointError(
             f"waypoints {leg} and {leg + 1} are both {_text(points[leg])}: remove one, or {reason}", leg=leg
         )
+
+
+def check_closing(closed: bool, points: FloatArray) -> bool:
+    """Return whether a lap is closed, or raise WaypointError if it does not end where it began."""
+    if closed and (points[0] != points[-1]).any():
+        raise WaypointError("closed=True needs the last waypoint to be the first one: append it")
+    return bool(closed)
+
+
+def check_pins(
+    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None,
+    start: Mapping[str, npt.ArrayLike] | None,
+    end: Mapping[str, npt.ArrayLike] | None,
+    closed: bool,
+    half: int,
+    points: FloatArray,
+) -> dict[int, dict[int, FloatArray]]:
+    """Return pinned derivatives by waypoint and order; at open ends those up to order k - 1 not named are zero."""
+    last, dim = len(points) - 1, points.shape[1]
+    if closed and (start is not None or end is not None):
+        raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
+    collected: dict[int, dict[int, FloatArray]] = {}
+    for index, state in (pins or {}).items():
+        if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not 0 <= index <= last:
+            raise WaypointError(f"pins name waypoint {index!r}: there are waypoints 0 to {last}")
+        if index in (0, last):
+            raise WaypointError(f"pins name waypoint {index}, an end of the trajectory: use start= or end=")
+        collected[int(index)] = check_state(state, f"pins[{index}]", half, dim)
+    if not closed:
+        rest = {order: np.zeros(dim) for order in range(1, half)}
+        collected[0] = rest | check_state(start, "start", half, dim)
+        collected[last] = rest | check_state(end, "end", half, dim)
+    return collected
 
 
 def check_state(state: Mapping[str, npt.ArrayLike] | None, where: str, half: int, dim: int) -> dict[int, FloatArray]:

@@ -13,12 +13,13 @@ from minsnap.certificate import nearest_wall
 from minsnap.corridor import as_constraints
 from minsnap.errors import TimingError, WaypointError, YawError
 from minsnap.inputs import (
+    check_closing,
     check_continuity,
     check_degree,
     check_durations,
     check_pieces,
+    check_pins,
     check_positive_time,
-    check_state,
     check_waypoints,
     refuse_repeated,
 )
@@ -119,10 +120,10 @@ def plan(
     task = Task(
         points,
         *_tolerances(waypoint_tolerance, points),
-        pins=_all_pins(pins, start, end, closed, half, points),
+        pins=check_pins(pins, start, end, closed, half, points),
         half=half,
         continuity=check_continuity(continuity, half),
-        closed=_closing(closed, points),
+        closed=check_closing(closed, points),
         pieces=check_pieces(pieces),
         walls=_walls(corridor, points),
         solver=check_solver(solver),
@@ -172,37 +173,6 @@ def _durations(
 
 def _walls(corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None, points: FloatArray) -> list[Any]:
     return [wall for constraint in as_constraints(corridor) for wall in constraint.walls(points) if len(wall.leg)]
-
-
-def _closing(closed: bool, points: FloatArray) -> bool:
-    if closed and (points[0] != points[-1]).any():
-        raise WaypointError("closed=True needs the last waypoint to be the first one: append it")
-    return bool(closed)
-
-
-def _all_pins(
-    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None,
-    start: Mapping[str, npt.ArrayLike] | None,
-    end: Mapping[str, npt.ArrayLike] | None,
-    closed: bool,
-    half: int,
-    points: FloatArray,
-) -> dict[int, dict[int, FloatArray]]:
-    last, dim = len(points) - 1, points.shape[1]
-    if closed and (start is not None or end is not None):
-        raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
-    collected: dict[int, dict[int, FloatArray]] = {}
-    for index, state in (pins or {}).items():
-        if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not 0 <= index <= last:
-            raise WaypointError(f"pins name waypoint {index!r}: there are waypoints 0 to {last}")
-        if index in (0, last):
-            raise WaypointError(f"pins name waypoint {index}, an end of the trajectory: use start= or end=")
-        collected[int(index)] = check_state(state, f"pins[{index}]", half, dim)
-    if not closed:
-        rest = {order: np.zeros(dim) for order in range(1, half)}
-        collected[0] = rest | check_state(start, "start", half, dim)
-        collected[last] = rest | check_state(end, "end", half, dim)
-    return collected
 
 
 def _tolerances(tolerance: npt.ArrayLike | None, points: FloatArray) -> tuple[FloatArray, FloatArray]:
