@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import io
 import os
 import sys
 from typing import Annotated, NoReturn
@@ -62,8 +63,13 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         What follows the command's name; ``sys.argv[1:]`` unless given.
     """
     load_commands()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a superscript never fails on a terminal that has none
+    command = typer.main.get_command(app)
     try:
-        status = app(arguments, standalone_mode=False, prog_name="minsnap")
+        with command.make_context("minsnap", sys.argv[1:] if arguments is None else list(arguments)) as context:
+            status = command.invoke(context)
         sys.stdout.flush()
     except Exception as error:
         _leave(error)
@@ -88,6 +94,8 @@ def _leave(error: Exception) -> NoReturn:
         fail(f"{error.filename}: {error.strerror}" if error.filename else str(error), 2)
     if isinstance(error, ImportError):
         fail(str(error), 2)
+    if isinstance(error, typer.Exit):
+        sys.exit(error.exit_code)
     if isinstance(error, typer.Abort):
         sys.exit(130)
     if hasattr(error, "format_message"):  # typer's own usage errors, whichever package it takes them from

@@ -1,0 +1,111 @@
+"""Every exit status, and what the command says and does not say."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+
+import pytest
+
+from .conftest import COMMAND
+
+WAYPOINTS = "x,y,z,duration\n0,0,1,4\n8,0,1,2\n8,4,1,\n"
+
+
+def is_one_sentence(text):
+    return text.startswith("minsnap: ") and text.endswith("\n") and text.count("\n") == 1
+
+
+def test_done_is_0_and_only_the_summary_is_printed(process, tmp_path):
+    run = process("rect", "--corridor", "0.3", "-o", "traj.csv")
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "corridor margin" in run.stdout
+    assert os.listdir(tmp_path) == ["traj.csv"]
+
+
+def test_what_cannot_be_met_is_1(process, tmp_path):
+    (tmp_path / "w.csv").write_text("x,y,z\n0,0,1\n8,0,1\n8,4,1\n0,4,1\n0,0,1\n")
+    run = process("plan", "w.csv", "--corridor", "0.02", "--continuity", "4", "-o", "traj.csv")
+    assert run.returncode == 1
+    assert is_one_sentence(run.stderr) and run.stdout == ""
+    assert "leg" in run.stderr
+    assert not (tmp_path / "traj.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["rect", "--width", "-1"], "width"),
+        (["rect", "--nonsense"], "--nonsense"),
+        (["rect", "--width", "wide"], "--width"),
+        (["nonsense"], "nonsense"),
+        (["plan", "missing.csv"], "missing.csv"),
+        (["plan"], "FILE"),
+        (["circle", "-o", "nowhere/circle.csv"], "nowhere"),
+    ],
+)
+def test_bad_usage_and_bad_input_are_2(process, tmp_path, arguments, said):
+    run = process(*arguments)
+    assert run.returncode == 2
+    assert is_one_sentence(run.stderr) and said in run.stderr
+    assert run.stdout == "" and os.listdir(tmp_path) == []
+
+
+def test_no_command_is_2_and_shows_the_help(process):
+    run = process()
+    assert run.returncode == 2
+    assert "Usage: minsnap" in run.stderr and run.stdout == ""
+
+
+def test_help_lists_the_commands_and_version_the_version(process):
+    shown = process("--help")
+    assert shown.returncode == 0
+    for command in ("rect", "circle", "line", "helix", "eight", "plan", "check", "plot"):
+        assert re.search(rf"^  {command} ", shown.stdout, re.MULTILINE), command
+    version = process("--version")
+    assert version.returncode == 0 and re.fullmatch(r"minsnap \d+\.\d+\.\d+\n", version.stdout)
+
+
+@pytest.mark.parametrize("variable", ["NO_COLOR", "FORCE_COLOR"])
+def test_nothing_is_coloured(process, variable):
+    environment = os.environ | {variable: "1", "TERM": "xterm-256color"}
+    for arguments in (["circle", "--help"], ["circle"], ["circle", "--radius", "-1"], ["nonsense"]):
+        run = process(*arguments, env=environment)
+        assert "\x1b" not in run.stdout + run.stderr, arguments
+
+
+def test_a_terminal_without_superscripts_gets_something_else(process):
+    run = process("line", env=os.environ | {"PYTHONIOENCODING": "ascii"})
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "max speed" in run.stdout and "²" not in run.stdout
+
+
+def test_a_reader_that_goes_away_is_met_in_silence(tmp_path):
+    arguments = [*COMMAND, "circle", "--laps", "300", "-o", "-"]
+    with subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+        assert run.stdout.readline().startswith("t,x,y,z")
+        run.stdout.close()
+        assert run.wait(timeout=60) == 141
+        assert run.stderr.read() == ""
+
+
+def test_an_interrupt_is_130_in_silence_and_leaves_nothing(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    arguments = [*COMMAND, "plot", "pipe.csv", "-o", "figure.png"]
+    with subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+        with open(tmp_path / "pipe.csv", "w"):  # opens once the command reads, which then waits for more
+            run.send_signal(signal.SIGINT)
+            assert run.wait(timeout=60) == 130
+        assert (run.stdout.read(), run.stderr.read()) == ("", "")
+    assert os.listdir(tmp_path) == ["pipe.csv"]
+
+
+def test_the_command_loads_nothing_heavy_before_it_is_needed(tmp_path):
+    code = (
+        "import sys; from minsnap.cli.app import load_commands; load_commands();"
+        "print([m for m in ('numpy', 'scipy', 'matplotlib', 'qpsolvers', 'pymavlink', 'rich') if m in sys.modules])"
+    )
+    run = subprocess.run([COMMAND[0], "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"

@@ -1,0 +1,133 @@
+"""plan, check and plot: commands that read files."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import minsnap
+
+SQUARE = "x,y,z\n0,0,1\n4,0,1\n4,4,1\n0,4,1\n0,0,1\n"
+
+
+@pytest.fixture
+def square(tmp_path):
+    file = tmp_path / "square.csv"
+    file.write_text(SQUARE)
+    return file
+
+
+@pytest.fixture
+def flown(tmp_path):
+    file = tmp_path / "flown.csv"
+    minsnap.write_csv(minsnap.circle(2.0), file)
+    return file
+
+
+def test_plan_flies_through_the_waypoints_at_1_m_s_on_average(call, square):
+    said = json.loads(call("plan", square, "--corridor", "0.3", "--json", "-o", "a.csv").stdout)
+    assert said["duration"] == pytest.approx(16.0) and said["legs"] == 4 and said["corridor_margin"] >= 0.0
+    position = minsnap.read_csv("a.csv").position
+    for corner in ((4, 0, 1), (4, 4, 1), (0, 4, 1), (0, 0, 1)):
+        assert np.linalg.norm(position - corner, axis=1).min() < 0.05
+
+
+def test_plan_takes_durations_and_yaw_of_the_file(call, tmp_path):
+    (tmp_path / "w.csv").write_text("x,y,z,yaw,duration\n0,0,1,0,3\n4,0,1,1,2\n4,4,1,2,\n")
+    assert json.loads(call("plan", "w.csv", "--json", "-o", "a.csv").stdout)["duration"] == pytest.approx(5.0)
+    samples = minsnap.read_csv("a.csv")
+    assert samples.yaw[[0, 60, 100]] == pytest.approx([0.0, 1.0, 2.0], abs=1e-9)
+    assert samples.position[60] == pytest.approx([4.0, 0.0, 1.0], abs=1e-9)
+
+
+def test_options_go_before_what_the_file_says(call, tmp_path):
+    (tmp_path / "w.csv").write_text("x,y,z,yaw,duration\n0,0,1,0,3\n4,0,1,1,2\n4,4,1,2,\n")
+    run = call("plan", "w.csv", "--time", "8", "--split", "distance", "--yaw", "0.25", "--json", "-o", "a.csv")
+    assert json.loads(run.stdout)["duration"] == pytest.approx(8.0)
+    assert minsnap.read_csv("a.csv").yaw == pytest.approx(0.25)
+
+
+def test_plan_reads_yaml_and_closes_laps(call, tmp_path):
+    (tmp_path / "w.yaml").write_text("[[0, 0, 1], [4, 0, 1], [4, 4, 1], [0, 0, 1]]\n")
+    assert call("plan", "w.yaml", "--closed", "-o", "a.csv").returncode == 0
+    samples = minsnap.read_csv("a.csv")
+    assert np.linalg.norm(samples.velocity[0]) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "empty"),
+        ("x,y,z\n0,0,1\n", "2"),
+        ("x,y,z\n0,0,1\n0,0,1\n1,1,1\n", "waypoints 0 and 1"),
+        ("x,y,z\n0,0,1\n4,nan,1\n", "line 3"),
+        ("x,y,z\n0,0,1\n4,0\n", "line 3"),
+        ("x,y,duration\n0,0,-1\n4,0,\n", "duration"),
+    ],
+)
+def test_bad_waypoints_are_2_and_write_nothing(call, tmp_path, text, said):
+    (tmp_path / "w.csv").write_text(text)
+    run = call("plan", "w.csv", "--corridor", "0.3", "-o", "a.csv")
+    assert run.returncode == 2
+    assert said in run.stderr and run.stderr.count("\n") == 1
+    assert not (tmp_path / "a.csv").exists()
+
+
+def test_check_finds_a_good_file_good(call, flown):
+    run = call("check", flown)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert run.stdout.endswith("consistent\n")
+    said = json.loads(call("check", flown, "--json").stdout)
+    assert said["ok"] and said["problems"] == [] and said["rate"] == pytest.approx(20.0)
+    assert {axis["name"]: axis["highest"] for axis in said["axes"]}["x"] == pytest.approx(2.0)
+
+
+def test_check_takes_what_every_planning_command_writes(call):
+    for shape in ("rect", "circle", "line", "helix", "eight"):
+        assert call(shape, "-o", "a.csv", "--frame", "ned").returncode == 0
+        assert call("check", "a.csv", "--frame", "ned").returncode == 0, shape
+
+
+def test_check_is_1_for_a_file_that_contradicts_itself(call, flown, tmp_path):
+    rows = np.loadtxt(flown, delimiter=",", skiprows=1)
+    rows[:, 4] *= -1.0
+    header = flown.read_text().splitlines()[0]
+    np.savetxt(tmp_path / "bad.csv", rows, delimiter=",", header=header, comments="")
+    run = call("check", "bad.csv")
+    assert run.returncode == 1
+    assert "problem: " in run.stdout and "vx" in run.stdout
+    assert not json.loads(call("check", "bad.csv", "--json").stdout)["ok"]
+
+
+def test_check_measures_the_corridor(call, square):
+    assert call("plan", square, "--corridor", "0.3", "-o", "a.csv").returncode == 0
+    said = json.loads(call("check", "a.csv", "--waypoints", square, "--corridor", "0.3", "--json").stdout)
+    assert -1e-9 <= said["corridor"]["margin"] < 0.3
+    run = call("check", "a.csv", "--waypoints", square, "--corridor", "0.1")
+    assert run.returncode == 1 and "leaves the corridor of leg" in run.stdout
+
+
+def test_check_refuses_bad_files_and_half_a_corridor_with_2(call, flown, tmp_path):
+    (tmp_path / "bad.csv").write_text("t,x,y,z\n0,1,2,3\n0.1,1,2\n")
+    assert "line 3" in call("check", "bad.csv").stderr
+    run = call("check", flown, "--corridor", "0.3")
+    assert run.returncode == 2 and "--waypoints" in run.stderr
+    assert call("check", "none.csv").returncode == 2
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.svg", "a.pdf"])
+def test_plot_draws_a_file(call, flown, square, tmp_path, name):
+    assert call("plot", flown, "-o", name, "--waypoints", square, "--corridor", "0.2").returncode == 0
+    assert (tmp_path / name).stat().st_size > 5000
+
+
+def test_plot_needs_a_figure_it_can_write(call, flown, tmp_path):
+    assert call("plot", flown).returncode == 2
+    assert "a.txt" in call("plot", flown, "-o", "a.txt").stderr
+    (tmp_path / "a.png").write_text("precious")
+    assert call("plot", flown, "-o", "a.png", "--no-clobber").returncode == 2
+    assert (tmp_path / "a.png").read_text() == "precious"
+    assert call("plot", flown, "-o", "b.png", "--view", "top").returncode == 2
+    assert not (tmp_path / "b.png").exists()

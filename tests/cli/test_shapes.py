@@ -1,0 +1,146 @@
+"""The shapes from the command line: their defaults, files, figures and summaries."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import minsnap
+
+
+def summary(run):
+    assert run.returncode == 0, run.stderr
+    return json.loads(run.stdout)
+
+
+def test_rect_alone_is_six_by_four_around_the_origin_corner_by_corner(call):
+    assert call("rect", "-o", "a.csv").returncode == 0
+    samples = minsnap.read_csv("a.csv")
+    assert samples.position[[0, -1]] == pytest.approx(np.array([[-3.0, -2.0, 1.5]] * 2), abs=1e-9)
+    assert not samples.velocity[[0, -1]].round(9).any()
+    for corner in ((3.0, -2.0), (3.0, 2.0), (-3.0, 2.0)):
+        assert np.linalg.norm(samples.position[:, :2] - corner, axis=1).min() < 0.1
+    assert np.abs(samples.position[:, 0]).max() <= 3.3 + 1e-9 and np.abs(samples.position[:, 1]).max() <= 2.3 + 1e-9
+
+
+def test_rect_says_what_the_library_says(call):
+    said = summary(call("rect", "--width", "8", "--length", "4", "--time", "12", "--split", "distance", "--json"))
+    path = minsnap.rectangle(8.0, 4.0, durations=[4, 2, 4, 2], corridor=0.3)
+    certificate = minsnap.certify(path, corridor=0.3)
+    assert said["cost"] == pytest.approx(path.cost(), rel=1e-6)
+    assert (said["duration"], said["legs"]) == (pytest.approx(12.0), 4)
+    for name in ("max_speed", "max_acceleration", "max_jerk"):
+        assert said[name] == pytest.approx(getattr(certificate, name), rel=1e-6), name
+    assert 0.0 <= said["corridor_margin"] < 1e-3
+    assert said["rounds"] >= 1 and said["milliseconds"] > 0 and said["solver"] == path.report.solver
+
+
+def test_text_and_json_tell_the_same(call):
+    said, text = summary(call("line", "--json")), call("line").stdout
+    for figure in (f"{said['duration']:.6g} s", f"{said['max_speed']:.4g} m/s", f"{said['cost']:.6g} m²/s⁷"):
+        assert figure in text
+    assert "None" not in text and "corridor" not in text
+
+
+@pytest.mark.parametrize("option", [["--no-corridor"], ["--corridor", "0.5,0.2,0.5,0.2"]])
+def test_rect_takes_other_corridors(call, option):
+    margin = summary(call("rect", *option, "--json"))["corridor_margin"]
+    assert margin is None if option == ["--no-corridor"] else margin >= 0.0
+
+
+def test_laps_corner_and_direction(call):
+    assert summary(call("rect", "--laps", "2", "--no-corridor", "--json", "-o", "a.csv"))["legs"] == 8
+    call("rect", "--start-corner", "2", "--clockwise", "--center", "1", "1", "-o", "b.csv")
+    samples = minsnap.read_csv("b.csv")
+    assert samples.position[0] == pytest.approx([4.0, 3.0, 1.5])
+    y = samples.position[len(samples) // 8, 1]
+    assert y < 3.0 and samples.position[len(samples) // 8, 0] == pytest.approx(4.0, abs=0.31)
+
+
+def test_line_alone_is_seven_metres_at_y_1(call):
+    call("line", "-o", "a.csv")
+    samples = minsnap.read_csv("a.csv")
+    assert samples.position[[0, -1], :2] == pytest.approx(np.array([[0.0, 1.0], [7.0, 1.0]]))
+    call("line", "--constant-speed", "-o", "b.csv")
+    assert len(minsnap.read_csv("b.csv")) == 120
+
+
+def test_circle_alone_is_three_metres_and_six_seconds_a_lap(call):
+    said = summary(call("circle", "--ramp", "0", "--json", "-o", "a.csv"))
+    assert said["duration"] == pytest.approx(6.0) and said["max_speed"] == pytest.approx(math.pi)
+    assert said["cost"] is None and said["solver"] is None and said["output"] == "a.csv"
+    position = minsnap.read_csv("a.csv").position
+    assert len(position) == 121
+    assert np.hypot(*position[:, :2].T) == pytest.approx(3.0)
+    assert summary(call("circle", "--json"))["duration"] == pytest.approx(9.0)
+
+
+def test_helix_and_eight(call):
+    assert summary(call("helix", "--pitch", "-0.2", "--laps", "2", "-o", "a.csv", "--json"))["duration"] > 12.0
+    assert minsnap.read_csv("a.csv").position[-1, 2] == pytest.approx(0.6)
+    assert summary(call("eight", "--speed", "2", "--json"))["max_speed"] == pytest.approx(2.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("frame", ["enu", "ned"])
+def test_frame_rate_and_yaw_reach_the_file(call, frame):
+    call("circle", "--yaw", "velocity", "--frame", frame, "--rate", "50", "-o", "a.csv")
+    read = minsnap.read_csv("a.csv", frame=frame)
+    wanted = minsnap.circle(yaw="velocity").sample(50.0)
+    assert np.array_equal(read.position, wanted.position)
+    assert read.yaw == pytest.approx(wanted.yaw, abs=1e-12)
+
+
+def test_standard_output_carries_the_setpoints_and_nothing_else(process, tmp_path):
+    run = process("circle", "-o", "-", "--json")
+    file = tmp_path / "read.csv"
+    file.write_text(run.stdout)
+    assert np.array_equal(minsnap.read_csv(file).position, minsnap.circle().sample(20.0).position)
+    assert json.loads(run.stderr)["output"] == "-"
+
+
+def test_figure_and_file_together(call, tmp_path):
+    assert call("rect", "-o", "a.csv", "--plot", "a.svg").returncode == 0
+    assert (tmp_path / "a.svg").read_text().startswith("<?xml")
+    assert (tmp_path / "a.csv").exists()
+
+
+@pytest.mark.parametrize("target", ["-o", "--plot"])
+def test_no_clobber_keeps_what_is_there(call, tmp_path, target):
+    file = tmp_path / "a.png"
+    file.write_text("precious")
+    run = call("circle", target, "a.png", "--no-clobber")
+    assert run.returncode == 2 and "there already" in run.stderr
+    assert file.read_text() == "precious"
+    assert call("circle", target, "a.png").returncode == 0
+    assert not file.read_bytes().startswith(b"precious")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["circle", "--frame", "north", "-o", "a.csv"], "enu"),
+        (["circle", "--rate", "0", "-o", "a.csv"], "rate"),
+        (["circle", "--rate", "nan", "-o", "a.csv"], "rate"),
+        (["circle", "--plot", "a.jpg"], ".png"),
+        (["circle", "--yaw", "sideways"], "--yaw"),
+        (["circle", "--period", "3", "--speed", "1"], "both"),
+        (["circle", "--radius", "nan"], "radius"),
+        (["rect", "--corridor", "wide"], "--corridor"),
+        (["rect", "--corridor", "-0.1"], "corridor"),
+        (["rect", "--corridor", "0.3,0.3"], "corridor"),
+        (["rect", "--degree", "8"], "degree"),
+        (["rect", "--solver", "abacus"], "abacus"),
+        (["rect", "--start-corner", "4"], "corner"),
+        (["line", "--goal", "0", "1", "1.5"], "starts and ends"),
+        (["line", "--time", "-1"], "time"),
+        (["line", "--constant-speed", "--time", "0"], "time"),
+    ],
+)
+def test_bad_requests_are_2_in_one_sentence_and_write_nothing(call, tmp_path, arguments, said):
+    run = call(*arguments)
+    assert run.returncode == 2
+    assert said in run.stderr and run.stderr.count("\n") == 1 and run.stdout == ""
+    assert list(tmp_path.iterdir()) == []
