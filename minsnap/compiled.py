@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -65,6 +65,14 @@ class Rows:
     order: IntArray
     normal: FloatArray
     bound: FloatArray
+
+    def chosen(self, index: npt.NDArray[Any]) -> Rows:
+        """Return some of the rows, by indices or a mask."""
+        return Rows(*(getattr(self, name)[index] for name in Rows.__annotations__))
+
+    def joined(self, other: Rows) -> Rows:
+        """Return these rows and the other ones."""
+        return Rows(*(np.concatenate((getattr(self, name), getattr(other, name))) for name in Rows.__annotations__))
 
 
 class Block(Protocol):

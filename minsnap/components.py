@@ -15,7 +15,7 @@ from minsnap.qp import SMALL, solve_qp, solver_names
 from minsnap.samples import FloatArray
 
 if TYPE_CHECKING:
-    from minsnap.exchange import RowSet
+    from minsnap.rows import RowSet
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -174,7 +174,7 @@ def _jump_rows(
     right = (left + 1) % pieces
     if not len(left):
         return None
-    ends = _plain_ends(problem, base)
+    ends = problem.plain_ends(base, np.arange(pieces))
     blocks, bounds = [], []
     for order in problem.jumps:
         before = problem.row_factors(left, np.ones(len(left)), order)
@@ -197,9 +197,3 @@ def _jump_rows(
     A = vstack(blocks).tocsc()
     return (A.toarray() if n <= SMALL else A), np.concatenate(bounds)
 
-
-def _plain_ends(problem: Problem, knots: FloatArray) -> FloatArray:
-    """End derivatives of every piece in normalised units, positions relative to its nominal start."""
-    ends = np.concatenate((knots[:-1, problem.slots.start], knots[1:, problem.slots.end]), axis=1)
-    ends[:, problem.half] += problem.steps
-    return ends

@@ -15,10 +15,9 @@ import numpy as np
 
 from minsnap.compiled import Compiled, Rows
 from minsnap.components import Component, split_axes
-from minsnap.extrema import maxima
-from minsnap.peaks import peaks
 from minsnap.problem import IntArray, Problem
 from minsnap.qp import SMALL
+from minsnap.rows import RowSet, rows_in_unknowns, sticking_out
 from minsnap.samples import FloatArray
 
 GAP = 1e-6
@@ -38,43 +37,8 @@ LARGEST_SHRINK = 1e-3
 """Share of their width by which walls are moved at most where it costs nothing."""
 
 
-class Infeasible(Exception):
+class InfeasibleRowsError(Exception):
     """The QP over the rows so far has no solution; carries the component and rows."""
-
-
-@dataclass(frozen=True, eq=False)
-class RowSet:
-    """Rows of the QP in its unknowns.
-
-    Parameters
-    ----------
-    source : Rows
-        Where they come from.
-    columns : ndarray of int, shape (r, dim * 2k)
-        Unknowns that entry (r, j) of ``values`` multiplies; -1 for none.
-    values : ndarray, shape (r, dim * 2k)
-    bound : ndarray, shape (r,)
-        For deviations from the base.
-    width : ndarray, shape (r,)
-        Width of each row's wall.
-    """
-
-    source: Rows
-    columns: IntArray
-    values: FloatArray
-    bound: FloatArray
-    width: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.bound)
-
-    def joined(self, other: RowSet) -> RowSet:
-        """These rows and the other ones."""
-        source = Rows(
-            *(np.concatenate((getattr(self.source, n), getattr(other.source, n))) for n in Rows.__annotations__)
-        )
-        rest = (np.concatenate((getattr(self, n), getattr(other, n))) for n in ("columns", "values", "bound", "width"))
-        return RowSet(source, *rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +72,16 @@ class Outcome:
 class Exchange:
     """State of one run: a problem, its optimum without walls, the walls, and the rows found so far."""
 
-    def __init__(self, problem: Problem, base: FloatArray, compiled: Compiled, solver: str) -> None:
-        self.problem, self.base, self.compiled = problem, base, compiled
+    def __init__(
+        self,
+        problem: Problem,
+        base: FloatArray,
+        compiled: Compiled,
+        solver: str,
+        seed: Rows | None = None,
+        gap: float = GAP,
+    ) -> None:
+        self.problem, self.base, self.compiled, self.gap = problem, base, compiled, gap
         masks = split_axes(compiled, problem)
         self.components = [Component(problem, base, mask, solver) for mask in masks]
         self.group = np.argmax(np.stack(masks), axis=0)
@@ -121,6 +93,8 @@ class Exchange:
         self.gain = 0.0
         self.rounds = 0
         self.last = base
+        if seed is not None:
+            self._add([seed], False)
 
     def run(self) -> Outcome:
         """Iterate until nothing sticks out of the true walls."""
@@ -128,13 +102,13 @@ class Exchange:
         due = any(component.always for component in self.components) or self.rounds > 0
         for _ in range(ROUNDS):
             floor = 0.0 if self.shrink else self._affordable()
-            found, excess = self._sticking_out(self.last, floor)
+            found, excess = sticking_out(self.problem, self.compiled, self.last, floor)
             if excess <= 0.0 and floor == 0.0 and not due:
                 break
             stalled = 0 if excess < 0.5 * best else stalled + 1
             best = min(best, excess)
             if found:
-                self._add(found, self.rounds == 0)
+                self._add(found, self.rows is None)
             if self.rounds and (excess <= floor or stalled >= STALLED):
                 self.shrink += SAFETY * max(excess, floor)
             self.last, due = self._solve(), False
@@ -161,56 +135,26 @@ class Exchange:
         return Outcome(knots, self.rows, self.multipliers, self.rounds, solver, failed, max(excess, 0.0))
 
     def _affordable(self) -> float:
-        """By how many widths the walls may move inwards for ``GAP`` of the cost; 0 before the first solve."""
+        """By how many widths the walls may move inwards for ``gap`` of the cost; 0 before the first solve."""
         if self.rows is None or not len(self.multipliers):
             return 0.0
         slope = float(self.multipliers @ self.rows.width)
         cost = self.base_cost + self.gain
-        return min(GAP * cost / (SAFETY * slope), LARGEST_SHRINK) if slope > 0.0 else LARGEST_SHRINK
-
-    def _sticking_out(self, knots: FloatArray, floor: float) -> tuple[list[Rows], float]:
-        """Rows where the curve is more than ``floor`` widths out of a wall, and the largest such excess."""
-        points = self.problem.relative_points(knots)
-        excess = self.compiled.excess(self.problem, points)
-        found = [peaks(values, floor) for values in excess]
-        if floor == 0.0 and not any(len(row) for row, _, _ in found):
-            found = [_exact_peaks(values) for values in excess]
-        rows = [
-            self.compiled.rows(self.problem, points, number, row, s)
-            for number, (row, s, _) in enumerate(found)
-            if len(row)
-        ]
-        return rows, max((float(value.max(initial=0.0)) for _, _, value in found), default=0.0)
+        return min(self.gap * cost / (SAFETY * slope), LARGEST_SHRINK) if slope > 0.0 else LARGEST_SHRINK
 
     def _add(self, found: list[Rows], first: bool) -> None:
         if first and self.problem.size <= SMALL:
             found = [self._spread(rows) for rows in found]
         for rows in found:
-            fresh = self._in_unknowns(rows)
+            fresh = rows_in_unknowns(self.problem, self.base, self.compiled, rows)
             self.rows = fresh if self.rows is None else self.rows.joined(fresh)
 
     def _spread(self, rows: Rows) -> Rows:
         """The same walls at a few instants each, for a good first solve."""
         _, first = np.unique(rows.wall, return_index=True)
         s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(START) + 0.5) / START)
-        pick = np.repeat(first, START)
-        spread = Rows(*(getattr(rows, name)[pick] for name in Rows.__annotations__))
-        spread = replace(spread, s=np.tile(s, len(first)))
-        return Rows(*(np.concatenate((getattr(rows, n), getattr(spread, n))) for n in Rows.__annotations__))
-
-    def _in_unknowns(self, rows: Rows) -> RowSet:
-        problem, slots = self.problem, self.problem.slots
-        factors = np.empty((len(rows.s), 2 * problem.half))
-        for order in np.unique(rows.order):
-            chosen = rows.order == order
-            factors[chosen] = problem.row_factors(rows.piece[chosen], rows.s[chosen], int(order))
-        ends = np.concatenate((self.base[rows.piece][:, slots.start], self.base[rows.piece + 1][:, slots.end]), axis=1)
-        ends[:, problem.half] += problem.steps[rows.piece]
-        present = np.einsum("rj,rjd,rd->r", factors, ends, rows.normal)
-        columns = problem.piece_columns[rows.piece].reshape(len(factors), -1)
-        values = (rows.normal[:, :, None] * factors[:, None, :]).reshape(len(factors), -1)
-        width = self.compiled.widths[rows.wall]
-        return RowSet(rows, columns, values, rows.bound - present, width)
+        spread = replace(rows.chosen(np.repeat(first, START)), s=np.tile(s, len(first)))
+        return rows.joined(spread)
 
     def _solve(self) -> FloatArray:
         """Solve every component over its rows and put the results together."""
@@ -226,7 +170,7 @@ class Exchange:
                 continue
             found = component.solve(rows, chosen, self.shrink)
             if found is None:
-                raise Infeasible(number, chosen)
+                raise InfeasibleRowsError(number, chosen)
             self.unknowns[component.columns], self.multipliers[chosen] = found
             self.gain += component.gain
         return self.problem.add(self.base, self.unknowns)
@@ -236,12 +180,3 @@ class Exchange:
             return np.zeros(0, dtype=np.intp)
         return np.asarray(self.group[np.argmax(np.abs(self.rows.source.normal), axis=1)])
 
-
-def _exact_peaks(values: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Where polynomials (m, n + 1) are positive: proof that none is, or the highest place of each that is."""
-    may = np.flatnonzero(values.max(axis=1) > 0.0)
-    if not len(may):
-        return may, np.zeros(0), np.zeros(0)
-    found = maxima(values[may])
-    out = found.values > 0.0
-    return may[out], found.where[out], found.values[out]

@@ -28,6 +28,7 @@ from minsnap.qp import check_solver
 from minsnap.report import Report
 from minsnap.samples import FloatArray
 from minsnap.solver import solve
+from minsnap.split import OptimalSplit, check_split, distance_split
 from minsnap.task import Task
 from minsnap.trajectory import Trajectory
 from minsnap.walls import Constraint
@@ -166,9 +167,9 @@ def _durations(
     if total_time is None:
         raise NotImplementedError("limits")
     total = check_positive_time(total_time)
-    if split == "distance":
-        return total * task.lengths / task.lengths.sum()
-    raise NotImplementedError("split")
+    if check_split(split) == "distance":
+        return distance_split(task, total)
+    return OptimalSplit(task, total).run()
 
 
 def _walls(corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None, points: FloatArray) -> list[Any]:

@@ -147,6 +147,12 @@ class Problem:
         ends[:, self.half] += self.steps
         return ends
 
+    def plain_ends(self, knots: FloatArray, piece: IntArray) -> FloatArray:
+        """Unscaled end derivatives of some pieces, positions relative to the nominal start: (m, 2k, dim)."""
+        ends = np.concatenate((knots[piece][:, self.slots.start], knots[piece + 1][:, self.slots.end]), axis=1)
+        ends[:, self.half] += self.steps[piece]
+        return ends
+
     def relative_points(self, knots: FloatArray) -> FloatArray:
         """Control points relative to the nominal start of each piece: (pieces, 2k, dim)."""
         return np.asarray(np.matmul(ends_to_points(self.degree), self.piece_ends(knots)))

@@ -8,9 +8,9 @@ import numpy as np
 
 from minsnap.banded import unbounded_optimum
 from minsnap.certificate import nearest_wall
-from minsnap.compiled import Compiled, Units, compile_walls
+from minsnap.compiled import Compiled, Rows, Units, compile_walls
 from minsnap.errors import SolverError
-from minsnap.exchange import Exchange, Infeasible, Outcome
+from minsnap.exchange import GAP, Exchange, InfeasibleRowsError, Outcome
 from minsnap.extrema import maxima
 from minsnap.problem import Problem
 from minsnap.samples import FloatArray
@@ -52,26 +52,40 @@ class Solved:
         return Trajectory(points, durations, pieces=self.task.pieces)
 
 
-def solve(task: Task, durations: FloatArray, samples: int | None = None, certify: bool = True) -> Solved:
+def solve(
+    task: Task,
+    durations: FloatArray,
+    samples: int | None = None,
+    certify: bool = True,
+    units: Units | None = None,
+    seed: Rows | None = None,
+    gap: float = GAP,
+) -> Solved:
     """Find the curve of least cost for piece durations (pieces in all,) [s].
 
     Parameters
     ----------
     samples : int, optional
         With ``certify=False``: instants a piece where walls hold; nothing is promised between them.
+    units : Units, optional
+        Units to use; those of these durations unless given.
+    seed : Rows, optional
+        Rows to begin with, from a solve in the same units.
+    gap : float
+        Share of the cost that may be given away for fewer rounds.
 
     Raises
     ------
-    Infeasible
+    InfeasibleRowsError
         If no curve keeps all walls.
     """
-    units = task.units(durations)
+    units = units or task.units(durations)
     problem = task.problem(durations, units)
     base = unbounded_optimum(problem)
     if not task.constrained and not (problem.jumps and task.pins):
         return Solved(task, problem, units, Outcome(base, None, np.zeros(0), 0, "banded", (), 0.0))
     compiled = compile_walls(task, problem, units)
-    exchange = Exchange(problem, base, compiled, task.solver)
+    exchange = Exchange(problem, base, compiled, task.solver, seed, gap)
     if not certify:
         return Solved(task, problem, units, exchange.run_sampled(samples or 20))
     return _certified(task, problem, units, exchange)
@@ -81,7 +95,7 @@ def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -
     """Run the exchange until the exact margin of the result is not negative."""
     try:
         solved = Solved(task, problem, units, exchange.run())
-    except Infeasible:
+    except InfeasibleRowsError:
         if not _straight_inside(task, exchange.compiled, problem):
             raise
         return _blended(task, problem, units, exchange, exchange.last)

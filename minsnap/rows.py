@@ -1,0 +1,82 @@
+"""Rows of the QP: where the curve sticks out of its walls, and what that means for the unknowns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.compiled import Compiled, Rows
+from minsnap.extrema import maxima
+from minsnap.peaks import peaks
+from minsnap.problem import IntArray, Problem
+from minsnap.samples import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class RowSet:
+    """Rows of the QP in its unknowns.
+
+    Parameters
+    ----------
+    source : Rows
+        Where they come from.
+    columns : ndarray of int, shape (r, dim * 2k)
+        Unknowns that entry (r, j) of ``values`` multiplies; -1 for none.
+    values : ndarray, shape (r, dim * 2k)
+    bound : ndarray, shape (r,)
+        For deviations from the base.
+    width : ndarray, shape (r,)
+        Width of each row's wall.
+    """
+
+    source: Rows
+    columns: IntArray
+    values: FloatArray
+    bound: FloatArray
+    width: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.bound)
+
+    def joined(self, other: RowSet) -> RowSet:
+        """These rows and the other ones."""
+        source = self.source.joined(other.source)
+        rest = (np.concatenate((getattr(self, n), getattr(other, n))) for n in ("columns", "values", "bound", "width"))
+        return RowSet(source, *rest)
+
+
+def rows_in_unknowns(problem: Problem, base: FloatArray, compiled: Compiled, rows: Rows) -> RowSet:
+    """Express rows in the deviations from the knot values ``base`` (knots, slots, dim)."""
+    factors = np.empty((len(rows.s), 2 * problem.half))
+    for order in np.unique(rows.order):
+        chosen = rows.order == order
+        factors[chosen] = problem.row_factors(rows.piece[chosen], rows.s[chosen], int(order))
+    present = np.einsum("rj,rjd,rd->r", factors, problem.plain_ends(base, rows.piece), rows.normal)
+    columns = problem.piece_columns[rows.piece].reshape(len(factors), -1)
+    values = (rows.normal[:, :, None] * factors[:, None, :]).reshape(len(factors), -1)
+    return RowSet(rows, columns, values, rows.bound - present, compiled.widths[rows.wall])
+
+
+def sticking_out(problem: Problem, compiled: Compiled, knots: FloatArray, floor: float) -> tuple[list[Rows], float]:
+    """Rows where the curve is more than ``floor`` widths out of a wall, and the largest such excess.
+
+    With ``floor`` zero, finding none is a proof that the curve is inside at every instant.
+    """
+    points = problem.relative_points(knots)
+    excess = compiled.excess(problem, points)
+    found = [peaks(values, floor) for values in excess]
+    if floor == 0.0 and not any(len(row) for row, _, _ in found):
+        found = [_exact_peaks(values) for values in excess]
+    rows = [compiled.rows(problem, points, number, row, s) for number, (row, s, _) in enumerate(found) if len(row)]
+    return rows, max((float(value.max(initial=0.0)) for _, _, value in found), default=0.0)
+
+
+def _exact_peaks(values: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Where polynomials (m, n + 1) are positive: proof that none is, or the highest place of each that is."""
+    may = np.flatnonzero(values.max(axis=1) > 0.0)
+    if not len(may):
+        return may, np.zeros(0), np.zeros(0)
+    found = maxima(values[may])
+    out = found.values > 0.0
+    return may[out], found.where[out], found.values[out]
