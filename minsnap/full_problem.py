@@ -20,8 +20,7 @@ import numpy.typing as npt
 from minsnap.corridor import as_constraints
 from minsnap.errors import CorridorError, WaypointError
 from minsnap.full_rows import Rows, join, keep_states, pass_waypoints, sample_planes
-from minsnap.inputs import check_continuity, check_degree, check_durations, check_waypoints
-from minsnap.planner import _all_pins, _closing
+from minsnap.inputs import check_closing, check_continuity, check_degree, check_durations, check_pins, check_waypoints
 from minsnap.polynomial import powers_to_points
 from minsnap.samples import FloatArray
 from minsnap.trajectory import Trajectory
@@ -149,7 +148,7 @@ def build_qp(
     points, half = check_waypoints(waypoints), check_degree(degree)
     times = check_durations(durations, len(points) - 1)
     shared = check_continuity(continuity, half)
-    states = _all_pins(pins, start, end, _closing(closed, points), half, points)
+    states = check_pins(pins, start, end, check_closing(closed, points), half, points)
     equations = Rows(len(times), points.shape[1], 2 * half)
     pass_waypoints(equations, points)
     keep_states(equations, states, times, shared)
