@@ -147,11 +147,10 @@ def _margin(traj: Trajectory, wall: Walls) -> Margin:
 
 
 def _ball_margin(traj: Trajectory, wall: Balls) -> Margin:
-    squares, row, piece = wall.squares(traj)
-    scaled = (squares - 1.0) * wall.radius[row, None]
-    _, which, s = maximum(scaled)
-    largest = maximum(squares[which : which + 1])[0]
-    value = float(wall.radius[row[which]]) * (1.0 - float(np.sqrt(max(largest, 0.0))))
+    excess, row, piece = wall.excess(traj)
+    _, which, s = maximum(excess * wall.radius[row, None])
+    largest = maximum(excess[which : which + 1])[0]
+    value = float(wall.radius[row[which]]) * (1.0 - float(np.sqrt(max(1.0 + 2.0 * largest, 0.0))))
     return Margin(value, int(wall.leg[row[which]]), _instant(traj, int(piece[which]), s), wall.name)
 
 

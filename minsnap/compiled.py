@@ -123,30 +123,35 @@ class Planes:
 
 @dataclass(frozen=True, eq=False)
 class Spheres:
-    """One-sided balls: norm of (matrix x + offset) <= radius."""
+    """One-sided balls or cones: norm of (matrix x + offset) <= radius + slope . x."""
 
     order: int
     piece: IntArray
     matrix: FloatArray
     offset: FloatArray
+    radius: FloatArray
+    slope: FloatArray
     width: FloatArray
 
     def excess(self, points: FloatArray) -> FloatArray:
-        """Return half the excess of the squared norm in squared radii: to first order the excess in radii."""
-        mapped = np.matmul(points[self.piece], self.matrix.transpose(0, 2, 1)) + self.offset[:, None, :]
-        return (squared_norm(mapped / self.width[:, None, None]) - 1.0) / 2.0
+        """Return half the excess of the squared norm in squared widths: to first order the excess in widths."""
+        mine = points[self.piece]
+        mapped = np.matmul(mine, self.matrix.transpose(0, 2, 1)) + self.offset[:, None, :]
+        squares = squared_norm(mapped / self.width[:, None, None])
+        reach = self.radius[:, None] + np.matmul(mine, self.slope[:, :, None])[:, :, 0]
+        return (squares - squared_norm((reach / self.width[:, None])[..., None])) / 2.0
 
     def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Tangent planes in the direction of the value."""
         mapped = np.einsum("rqd,rd->rq", self.matrix[index], value) + self.offset[index]
         norm = np.linalg.norm(mapped, axis=1, keepdims=True)
         direction = mapped / np.where(norm > 0.0, norm, 1.0)
-        normal = np.einsum("rq,rqd->rd", direction, self.matrix[index])
-        return normal, self.width[index] - (direction * self.offset[index]).sum(axis=1)
+        normal = np.einsum("rq,rqd->rd", direction, self.matrix[index]) - self.slope[index]
+        return normal, self.radius[index] - (direction * self.offset[index]).sum(axis=1)
 
     def touched(self) -> npt.NDArray[np.bool_]:
-        """Axes that the matrix maps to something that is not rounding."""
-        return np.asarray(np.abs(self.matrix).max(axis=1) > PARALLEL)
+        """Axes that the matrix or the slope maps to something that is not rounding."""
+        return np.asarray((np.abs(self.matrix).max(axis=1) > PARALLEL) | (np.abs(self.slope) > PARALLEL))
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,9 +262,11 @@ def _planes(faces: Faces, problem: Problem, units: Units, pieces: int) -> Planes
 
 def _spheres(balls: Balls, problem: Problem, units: Units, pieces: int) -> Spheres:
     row, piece = _repeat(balls.leg, pieces)
-    matrix = balls.matrix[row]
-    offset = np.einsum("rqd,rd->rq", matrix, _reference(balls, problem, units, row, piece))
-    return Spheres(balls.order, piece, matrix, offset, balls.radius[row] / units.of_order(balls.order))
+    matrix, reference = balls.matrix[row], _reference(balls, problem, units, row, piece)
+    slope = np.zeros(reference.shape) if balls.slope is None else balls.slope[row]
+    width = balls.radius[row] / units.of_order(balls.order)
+    offset = np.einsum("rqd,rd->rq", matrix, reference)
+    return Spheres(balls.order, piece, matrix, offset, width + (slope * reference).sum(axis=1), slope, width)
 
 
 def _knot_bounds(task: Task, problem: Problem) -> KnotBounds:

@@ -231,3 +231,13 @@ def subdivide(points: FloatArray, parts: int) -> FloatArray:
     """Split scalar polynomials into equal parts: (m, n + 1) to (m, parts, n + 1)."""
     degree = points.shape[1] - 1
     return (points @ _subdivision(degree, parts).T).reshape(len(points), parts, degree + 1)
+
+
+def multiply(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Control points of products of scalar polynomials: (m, n + 1) and (m, l + 1) to (m, n + l + 1)."""
+    n, m = left.shape[1] - 1, right.shape[1] - 1
+    weighted = right * _binomials(m)
+    product = np.zeros((len(left), n + m + 1))
+    for j in range(n + 1):
+        product[:, j : j + m + 1] += comb(n, j) * left[:, j, None] * weighted
+    return np.asarray(product / _binomials(n + m))

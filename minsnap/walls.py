@@ -3,7 +3,8 @@ r"""Walls: the convex sets that a derivative of the curve must stay in, leg by l
 A constraint is anything with a method ``walls(waypoints)`` that returns a list of these two:
 
 * ``Faces``: :math:`lower \le n^\top (r^{(p)}(t) - a) \le upper` on a leg,
-* ``Balls``: :math:`\|M (r^{(p)}(t) - a)\|_2 \le \rho` on a leg.
+* ``Balls``: :math:`\|M (r^{(p)}(t) - a)\|_2 \le \rho` on a leg, or with a radius that grows along a slope,
+  :math:`\rho + c^\top (r^{(p)}(t) - a)`: a cone.
 
 From them the library derives both rows of the QP at any instant (a ball gives its tangent plane there) and the exact
 margin over all instants, because :math:`n^\top r` and :math:`\|M r\|^2` are polynomials on every piece.
@@ -89,6 +90,8 @@ class Balls:
         Derivative that is bounded: 0 position, 1 velocity, …
     name : str
         What messages call it.
+    slope : array_like, shape (m, dim), optional
+        c, by which the radius grows; a ball has none.
     """
 
     leg: IntArray
@@ -97,6 +100,7 @@ class Balls:
     radius: FloatArray
     order: int = 0
     name: str = "corridor"
+    slope: FloatArray | None = None
 
     def __post_init__(self) -> None:
         _own(self)
@@ -106,12 +110,16 @@ class Balls:
         """Length by which an excess is judged: the radius."""
         return self.radius
 
-    def squares(self, trajectory: Trajectory) -> tuple[FloatArray, IntArray, IntArray]:
-        """Squared norm over each piece in units of the squared radius: control points (r, 2n + 1), rows, pieces."""
+    def excess(self, trajectory: Trajectory) -> tuple[FloatArray, IntArray, IntArray]:
+        """Half the excess of the squared norm over the squared radius, in squared radii: to first order in radii.
+
+        Control points (r, 2n + 1), rows, pieces.
+        """
         row, piece = _on_pieces(self.leg, trajectory.pieces)
-        points = _derivative_points(trajectory, piece, self.anchor[row], self.order)
-        mapped = np.einsum("rnd,rqd->rnq", points, self.matrix[row]) / self.radius[row, None, None]
-        return squared_norm(mapped), row, piece
+        points = _derivative_points(trajectory, piece, self.anchor[row], self.order) / self.radius[row, None, None]
+        squares = squared_norm(np.einsum("rnd,rqd->rnq", points, self.matrix[row]))
+        reach = 1.0 if self.slope is None else squared_norm(1.0 + np.einsum("rnd,rd->rn", points, self.slope[row])[..., None])
+        return (squares - reach) / 2.0, row, piece
 
 
 Walls = Faces | Balls
@@ -128,7 +136,7 @@ class Constraint(Protocol):
 def _own(walls: Walls) -> None:
     for entry in fields(walls):
         value = getattr(walls, entry.name)
-        if entry.name in ("order", "name"):
+        if entry.name in ("order", "name") or value is None:
             continue
         array = np.array(value, dtype=np.intp if entry.name == "leg" else np.float64)
         if np.isnan(array).any():
