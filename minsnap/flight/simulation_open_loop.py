@@ -16,7 +16,7 @@ from minsnap.vehicle.states import FlatStates, flatness_of
 
 
 def simulate_open_loop(
-    vehicle: Quadrotor, path: Path, *, wind: tuple[float, float, float] = (0.0, 0.0, 0.0), step: float = 0.002
+    vehicle: Quadrotor, path: Path, *, wind: tuple[float, float, float] = (0.0, 0.0, 0.0), step: float = 0.001
 ) -> Flight:
     """Integrate the equations of motion under the rotor speeds that flatness gives for a path.
 

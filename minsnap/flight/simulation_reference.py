@@ -68,9 +68,9 @@ class ReferenceTable:
             velocity, acceleration = (spatial(path(inside, order)) for order in (1, 2))
             return Samples(t, spatial(path(inside)), velocity, acceleration, yaw=path.yaw(inside))
         own = self.samples.t - self.samples.t[0]
-        position = _interpolated(t, own, self.samples.position)
-        velocity = None if self.samples.velocity is None else _interpolated(t, own, self.samples.velocity)
-        return Samples(t, position, velocity)
+        known = self.samples.velocity
+        moving = None if known is None else _interpolated(t, own, known)
+        return Samples(t, _interpolated(t, own, self.samples.position), moving)
 
 
 def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:

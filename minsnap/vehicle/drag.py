@@ -38,6 +38,33 @@ class Drag(Protocol):
         ...
 
 
+@runtime_checkable
+class HubDrag(Drag, Protocol):
+    """Drag that acts at each rotor's hub, so that rotation of the body changes it and it turns the body."""
+
+    def wrench(
+        self,
+        velocity: npt.ArrayLike,
+        body_rates: npt.ArrayLike,
+        hubs: FloatArray,
+        *,
+        pitch: npt.ArrayLike = 0.0,
+        rotor_speed: npt.ArrayLike = 0.0,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return force [N] and torque [N m] in the body frame, each of shape (..., 3).
+
+        Parameters
+        ----------
+        velocity, body_rates : array_like, shape (..., 3)
+            Through the air, and about the body's axes [m/s], [rad/s].
+        hubs : ndarray, shape (4, 3)
+            Where the rotors are in the body frame [m].
+        pitch, rotor_speed
+            As for :meth:`Drag.force`.
+        """
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class BodyDrag:
     r"""Drag along each axis of the body, linear and quadratic in velocity: odd, zero at rest, opposing motion.
@@ -99,7 +126,8 @@ def linear_rotor_drag(dx: float, dy: float, dz: float = 0.0) -> BodyDrag:
 class RotorSpeedDrag:
     """Rotor drag that grows with rotor speed, ``F = -sum(speed) diag(coefficient) v``.
 
-    The model of RotorPy (Folk, Paulos and Kumar 2023), without the part that body rotation adds at each hub.
+    The model of RotorPy (Folk, Paulos and Kumar 2023). In simulation it acts at each hub with the hub's own velocity,
+    which damps the body's rotation; the force at rest of rotation is the sum given here.
 
     Parameters
     ----------
@@ -125,6 +153,21 @@ class RotorSpeedDrag:
         total = 4.0 * speeds if speeds.ndim == 0 else speeds.sum(axis=-1)
         return -np.asarray(total)[..., None] * self.coefficient * np.asarray(velocity, dtype=np.float64)
 
+    def wrench(
+        self,
+        velocity: npt.ArrayLike,
+        body_rates: npt.ArrayLike,
+        hubs: FloatArray,
+        *,
+        pitch: npt.ArrayLike = 0.0,
+        rotor_speed: npt.ArrayLike = 0.0,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return force and torque of the drag at every hub; see :class:`HubDrag`."""
+        rates = np.asarray(body_rates, dtype=np.float64)[..., None, :]
+        local = np.asarray(velocity, dtype=np.float64)[..., None, :] + np.cross(rates, hubs)
+        forces = -np.asarray(rotor_speed, dtype=np.float64)[..., None] * self.coefficient * local
+        return forces.sum(axis=-2), np.cross(hubs, forces).sum(axis=-2)
+
     def at(self, rotor_speed: float) -> BodyDrag:
         """Return the linear model at four rotors of one speed [rad/s]."""
         return BodyDrag(linear=4.0 * rotor_speed * self.coefficient)
@@ -148,6 +191,25 @@ class SumOfDrags:
         """Return the force in the body frame, shape (..., 3) [N]; see :class:`Drag`."""
         none = np.zeros(np.shape(velocity))
         return sum((part.force(velocity, pitch=pitch, rotor_speed=rotor_speed) for part in self.parts), start=none)
+
+    def wrench(
+        self,
+        velocity: npt.ArrayLike,
+        body_rates: npt.ArrayLike,
+        hubs: FloatArray,
+        *,
+        pitch: npt.ArrayLike = 0.0,
+        rotor_speed: npt.ArrayLike = 0.0,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return force and torque of all parts, those that do not act at hubs without torque; see :class:`HubDrag`."""
+        force, torque = np.zeros(np.shape(velocity)), np.zeros(np.shape(velocity))
+        for part in self.parts:
+            if isinstance(part, HubDrag):
+                more = part.wrench(velocity, body_rates, hubs, pitch=pitch, rotor_speed=rotor_speed)
+                force, torque = force + more[0], torque + more[1]
+            else:
+                force = force + part.force(velocity, pitch=pitch, rotor_speed=rotor_speed)
+        return force, torque
 
 
 def coefficients(name: str, values: npt.ArrayLike) -> FloatArray:

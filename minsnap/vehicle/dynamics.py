@@ -3,7 +3,8 @@ r"""Newton and Euler for a quadrotor: how its state changes under rotor speeds a
 .. math:: m \dot v = R\,(T e_z + F_{drag}) - m g e_z, \qquad I \dot\omega = \tau - \omega \times I\omega,
           \qquad \dot q = \tfrac12\, q \otimes (0, \omega)
 
-Chapter 4 of the thesis, with a quaternion in place of its Euler angles. Drag acts at the centre of mass.
+Chapter 4 of the thesis, with a quaternion in place of its Euler angles. Drag acts at the centre of mass,
+unless its model says otherwise.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.samples import FloatArray
-from minsnap.vehicle.drag import BodyDrag
+from minsnap.vehicle.drag import BodyDrag, HubDrag
 from minsnap.vehicle.quadrotor import Quadrotor
 
 State = Sequence[Any]
@@ -39,8 +40,9 @@ class RigidBody:
         self._mixer = (vehicle.thrust_coefficient * vehicle.mixer).tolist()
         self._inertia = vehicle.inertia.tolist()
         self._inverse = np.linalg.inv(vehicle.inertia).tolist()
-        drag = vehicle.drag
-        self._drag = (drag.linear.tolist(), drag.quadratic.tolist()) if isinstance(drag, BodyDrag) else None
+        self._plain = isinstance(vehicle.drag, BodyDrag)
+        drag = vehicle.drag if isinstance(vehicle.drag, BodyDrag) else BodyDrag()
+        self._drag = (drag.linear.tolist(), drag.quadratic.tolist())
 
     def derivative(self, state: State, rotor_speed: Sequence[Any], wind: Sequence[Any] = (0.0, 0.0, 0.0)) -> list[Any]:
         """Return the rate of change of the 13 numbers of the state.
@@ -61,7 +63,12 @@ class RigidBody:
         _, _, _, vx, vy, vz, w, x, y, z, p, q, r = state
         axes = body_axes(w, x, y, z)
         thrust, *torque = (_weighted(row, rotor_speed) for row in self._mixer)
-        force = self._air_force(axes, (vx - wind[0], vy - wind[1], vz - wind[2]), rotor_speed)
+        air = (vx - wind[0], vy - wind[1], vz - wind[2])
+        if self._plain:
+            force = self._air_force(axes, air)
+        else:
+            force, turning = self._air_wrench(axes, air, (p, q, r), rotor_speed)
+            torque = [one + other for one, other in zip(torque, turning, strict=True)]
         fx, fy, fz = force[0], force[1], force[2] + thrust
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = axes
         mass = self._mass
@@ -79,11 +86,9 @@ class RigidBody:
             *self._turn((p, q, r), torque),
         ]
 
-    def _air_force(self, axes: tuple[Any, Any, Any], air: tuple[Any, Any, Any], rotor_speed: Sequence[Any]) -> Any:
+    def _air_force(self, axes: tuple[Any, Any, Any], air: tuple[Any, Any, Any]) -> Any:
         """Return the drag in the body frame from the velocity through the air in the world frame."""
         u, v, w = (axis[0] * air[0] + axis[1] * air[1] + axis[2] * air[2] for axis in axes)
-        if self._drag is None:
-            return self._general_force(axes, np.stack([u, v, w], axis=-1), rotor_speed)
         linear, quadratic = self._drag
         speed = (u * u + v * v + w * w) ** 0.5
         return (
@@ -92,10 +97,19 @@ class RigidBody:
             -(linear[2] + quadratic[2] * speed) * w,
         )
 
-    def _general_force(self, axes: tuple[Any, Any, Any], velocity: FloatArray, rotor_speed: Sequence[Any]) -> Any:
-        pitch = -np.arcsin(np.clip(axes[0][2], -1.0, 1.0))
-        force = self.vehicle.drag.force(velocity, pitch=pitch, rotor_speed=np.stack(list(rotor_speed), axis=-1))
-        return force.tolist() if force.ndim == 1 else force.T
+    def _air_wrench(
+        self, axes: tuple[Any, Any, Any], air: tuple[Any, Any, Any], rates: Sequence[Any], rotor_speed: Sequence[Any]
+    ) -> tuple[Any, Any]:
+        """Return force and torque of a model of drag that is not plain, through its own methods on arrays."""
+        drag, speeds = self.vehicle.drag, np.stack(list(rotor_speed), axis=-1)
+        along = [axis[0] * air[0] + axis[1] * air[1] + axis[2] * air[2] for axis in axes]
+        velocity = np.stack(along, axis=-1)
+        known = {"pitch": -np.arcsin(np.clip(axes[0][2], -1.0, 1.0)), "rotor_speed": speeds}
+        if isinstance(drag, HubDrag):
+            turning = np.stack(list(rates), axis=-1)
+            force, torque = drag.wrench(velocity, turning, self.vehicle.rotor_positions, **known)
+            return _numbers(force), _numbers(torque)
+        return _numbers(drag.force(velocity, **known)), (0.0, 0.0, 0.0)
 
     def _turn(self, rates: tuple[Any, Any, Any], torque: Sequence[Any]) -> list[Any]:
         """Return angular accelerations by Euler's equation."""
@@ -138,6 +152,11 @@ class RigidBody:
         length = math.sqrt(moved[6] ** 2 + moved[7] ** 2 + moved[8] ** 2 + moved[9] ** 2)
         moved[6:10] = [part / length for part in moved[6:10]]
         return moved
+
+
+def _numbers(vectors: FloatArray) -> Any:
+    """Return the components of one vector as floats, or of many, shape (m, 3), as arrays."""
+    return vectors.tolist() if vectors.ndim == 1 else vectors.T
 
 
 def body_axes(w: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:

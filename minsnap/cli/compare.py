@@ -1,0 +1,60 @@
+"""The command that compares flights with their reference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from minsnap.cli import options
+from minsnap.cli.app import app
+
+if TYPE_CHECKING:
+    from minsnap.flight.tracking import Comparison
+
+
+@app.command()
+def compare(
+    reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="Setpoint CSV, or a log to take it from.")],
+    flights: Annotated[
+        list[Path], typer.Argument(metavar="FLIGHT...", help="CSV, ULog (.ulg) or dataflash log (.bin).")
+    ],
+    align: Annotated[
+        bool, typer.Option("--align", help="Find the offset between the clocks first, as logs need.")
+    ] = False,
+    max_delay: Annotated[float, typer.Option("--max-delay", metavar="S", help="Longest delay looked for [s].")] = 2.0,
+    plot: options.Plot = None,
+    json: options.Json = False,
+) -> None:
+    """Compare flights with what they were to fly: error per axis, delay, error in shape apart from error in time."""
+    from minsnap.files.flights import load_flight, load_reference
+    from minsnap.flight import tracking
+
+    wanted = load_reference(reference)
+    flown = {_name(path, flights): load_flight(path) for path in flights}
+    found = {name: tracking.compare(wanted, flight, align=align, max_delay=max_delay) for name, flight in flown.items()}
+    if plot is not None:
+        from minsnap.flight.tracking_plot import plot_tracking
+        from minsnap.plot.figures import save_figure
+
+        moved = {name: tracking.moved(flight, found[name].offset) for name, flight in flown.items()}
+        save_figure(plot_tracking(wanted, moved), plot)
+    _say(found, json)
+
+
+def _name(path: Path, flights: list[Path]) -> str:
+    """Return a file's name, with its folder where two of them are named alike."""
+    alike = [other for other in flights if other.name == path.name]
+    return path.name if len(alike) == 1 else str(path)
+
+
+def _say(found: dict[str, Comparison], json: bool) -> None:
+    if json:
+        from minsnap.cli.summary import as_json
+
+        print(as_json({name: comparison.as_dict() for name, comparison in found.items()}))
+    else:
+        from minsnap.flight.tracking_report import comparison_text
+
+        print(comparison_text(found))

@@ -1,0 +1,68 @@
+"""Flights from files: setpoint CSV, PX4's ULog, ArduPilot's dataflash log; told apart by their ending."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from minsnap.errors import FileError
+from minsnap.samples import Samples
+
+ENDINGS = (".csv", ".ulg", ".bin")
+"""Endings of the files that hold a flight."""
+
+
+def load_flight(path: str | os.PathLike[str]) -> Samples:
+    """Read what was flown.
+
+    Parameters
+    ----------
+    path : str or path
+        ``.csv`` as the library writes setpoints and simulated flights, ``.ulg`` as PX4 logs (extra ``logs``), ``.bin``
+        as ArduPilot does.
+
+    Returns
+    -------
+    Samples
+
+    Raises
+    ------
+    FileError
+        If the ending is not known, or the file is missing or damaged.
+    ImportError
+        If a log needs an extra that is not installed.
+    """
+    return _load(path, "flight")
+
+
+def load_reference(path: str | os.PathLike[str]) -> Samples:
+    """Read what was to be flown: a setpoint CSV, or the setpoints of a log; otherwise as :func:`load_flight`."""
+    return _load(path, "reference")
+
+
+def _load(path: str | os.PathLike[str], part: str) -> Samples:
+    ending = Path(path).suffix.lower()
+    if ending == ".csv":
+        from minsnap.files.setpoints import read_csv
+
+        return read_csv(path)
+    if ending == ".ulg":
+        from minsnap.files.ulog import read_ulog
+
+        return _part(read_ulog(path), part, path)
+    if ending == ".bin":
+        from minsnap.files.dataflash import read_dataflash
+
+        return _part(read_dataflash(path), part, path)
+    raise FileError(f"{path} is no flight by its ending: it must be one of {', '.join(ENDINGS)}")
+
+
+def _part(log: Any, part: str, path: str | os.PathLike[str]) -> Samples:
+    """Return the reference or the flight of a log, or say that it holds none."""
+    samples: Samples | None = getattr(log, part)
+    if samples is None:
+        raise FileError(
+            f"{path} holds no {'setpoints' if part == 'reference' else 'position'}: log them, or give a CSV"
+        )
+    return samples
