@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from minsnap.errors import InputError
-
-if TYPE_CHECKING:
-    from minsnap.limits import Limits
 
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="FILE", help="Setpoint CSV to write; - is standard output.")
@@ -32,6 +29,10 @@ MaxAcceleration = Annotated[
     float | None, typer.Option("--max-acceleration", metavar="M/S2", help="Shortest time within [m/s^2].")
 ]
 MaxJerk = Annotated[float | None, typer.Option("--max-jerk", metavar="M/S3", help="Shortest time within [m/s^3].")]
+MaxThrust = Annotated[
+    float | None, typer.Option("--max-thrust", metavar="RATIO", help="Shortest time within, over the weight.")
+]
+MaxTilt = Annotated[float | None, typer.Option("--max-tilt", metavar="RAD", help="Shortest time within [rad].")]
 
 Corridor = Annotated[
     str | None,
@@ -40,6 +41,7 @@ Corridor = Annotated[
 Yaw = Annotated[str | None, typer.Option("--yaw", help="Heading [rad], or 'velocity' to look where it flies.")]
 Degree = Annotated[int, typer.Option("--degree", help="Degree of the polynomials: 3, 5, 7, 9 or 11.")]
 Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivatives continuous at the waypoints.")]
+Pieces = Annotated[int, typer.Option("--pieces", help="Polynomials a leg.")]
 Solver = Annotated[str, typer.Option("--solver", help="auto, or a solver's name: daqp, piqp, clarabel, osqp.")]
 
 
@@ -66,17 +68,6 @@ def parse_yaw(text: str | None) -> float | str | None:
         If the text is neither.
     """
     return text if text in (None, "velocity") else _number("--yaw", text)
-
-
-def build_limits(speed: float | None, acceleration: float | None, jerk: float | None) -> Limits | None:
-    """Return the limits that were given, or None if there are none."""
-    given = {"speed": speed, "acceleration": acceleration, "jerk": jerk}
-    known = {name: value for name, value in given.items() if value is not None}
-    if not known:
-        return None
-    from minsnap.limits import Limits
-
-    return Limits(**known)
 
 
 def given(**options: Any) -> dict[str, Any]:

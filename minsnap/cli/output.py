@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -15,6 +13,7 @@ from minsnap.cli.summary import as_json, as_text, summarise
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from minsnap.limits import Limits
     from minsnap.path import Path
 
 STANDARD_OUTPUT = FilePath("-")
@@ -47,12 +46,12 @@ class Destination:
         If the rate is not positive.
     """
 
-    output: FilePath | None
-    plot: FilePath | None
-    rate: float
-    frame: str
-    json: bool
-    no_clobber: bool
+    output: options.Output = None
+    plot: options.Plot = None
+    rate: options.Rate = 20.0
+    frame: options.Frame = "enu"
+    json: options.Json = False
+    no_clobber: options.NoClobber = False
 
     def __post_init__(self) -> None:
         from minsnap.files.atomic import check_destination
@@ -68,11 +67,17 @@ class Destination:
             if file is not None and file != STANDARD_OUTPUT:
                 check_destination(file, clobber=not self.no_clobber)
 
-    def deliver(self, path: Path, corridor: Any = None, waypoints: npt.ArrayLike | None = None, **drawing: Any) -> None:
+    def deliver(
+        self,
+        path: Path,
+        corridor: Any = None,
+        waypoints: npt.ArrayLike | None = None,
+        limits: Limits | None = None,
+    ) -> None:
         """Write what was asked for, then print the summary: on stderr when standard output carries the setpoints."""
-        figures = summarise(path, corridor, waypoints)
+        figures = summarise(path, corridor, waypoints, limits)
         if self.plot is not None:
-            self._draw(path, corridor=corridor, waypoints=waypoints, **drawing)
+            self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits)
         if self.output is not None:
             self._write(path)
         named = {"output": self.output, "plot": self.plot}
@@ -94,30 +99,3 @@ class Destination:
 
         if self.plot is not None:
             save_figure(plot_overview(path, **drawing), self.plot, clobber=not self.no_clobber)
-
-
-def delivers(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of a :class:`Destination`, which it gets as its first argument."""
-
-    def run(**arguments: Any) -> None:
-        command(_destination(**{name: arguments.pop(name) for name in shared}), **arguments)
-
-    own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
-    shared = inspect.signature(_destination, eval_str=True).parameters
-    keywords = [p.replace(kind=p.KEYWORD_ONLY) for p in (*own, *shared.values())]
-    run.__name__, run.__doc__, run.__module__ = command.__name__, command.__doc__, command.__module__
-    run.__annotations__ = {p.name: p.annotation for p in keywords}
-    run.__signature__ = inspect.Signature(keywords)  # type: ignore[attr-defined]
-    return run
-
-
-def _destination(
-    output: options.Output = None,
-    plot: options.Plot = None,
-    rate: options.Rate = 20.0,
-    frame: options.Frame = "enu",
-    json: options.Json = False,
-    no_clobber: options.NoClobber = False,
-) -> Destination:
-    """Return the destination that the shared options describe: the one place where they and their defaults stand."""
-    return Destination(output, plot, rate, frame, json, no_clobber)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from minsnap.limits import Limits
     from minsnap.path import Path
 
 _LINES = (
@@ -26,11 +28,16 @@ _LINES = (
     ("plot", "drawn", "{}"),
 )
 
+_LIMITS_AFTER = 6
+"""Limits stand below the greatest speed, acceleration and jerk."""
+
 SAMPLES = 20_001
 """Instants at which a path that is not piecewise polynomial is searched for its greatest speed and so on."""
 
 
-def summarise(path: Path, corridor: Any = None, waypoints: npt.ArrayLike | None = None) -> dict[str, Any]:
+def summarise(
+    path: Path, corridor: Any = None, waypoints: npt.ArrayLike | None = None, limits: Limits | None = None
+) -> dict[str, Any]:
     """Return the figures of a path; those that it does not have are None.
 
     Exact over all time for a trajectory; for a shape that is no polynomial, the greatest of many samples.
@@ -39,27 +46,28 @@ def summarise(path: Path, corridor: Any = None, waypoints: npt.ArrayLike | None 
     ----------
     path : Path
         A plan or a shape.
-    corridor, waypoints
+    corridor, waypoints, limits
         What it was planned with.
 
     Returns
     -------
     dict
         duration [s], legs, cost [m^2/s^7], max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
-        corridor_margin [m], solver, rounds, milliseconds.
+        corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where most.
     """
     from minsnap.trajectory import Trajectory
 
     known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-2])
-    known["duration"] = path.duration
+    known |= {"duration": path.duration, "limits": []}
     if isinstance(path, Trajectory):
-        return known | _of_trajectory(path, corridor, waypoints)
+        return known | _of_trajectory(path, corridor, waypoints, limits)
     return known | _of_shape(path)
 
 
 def as_text(figures: Mapping[str, Any]) -> str:
     """Return the figures that there are, one a line."""
     lines = [(label, form.format(figures[name])) for name, label, form in _LINES if figures.get(name) is not None]
+    lines[_LIMITS_AFTER:_LIMITS_AFTER] = [(f"limit {used['name']}", _usage(used)) for used in figures["limits"]]
     return "\n".join(f"{label:<18}{value}" for label, value in lines)
 
 
@@ -68,10 +76,16 @@ def as_json(figures: Mapping[str, Any]) -> str:
     return json.dumps(dict(figures), indent=2)
 
 
-def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None) -> dict[str, Any]:
+def _usage(used: Mapping[str, Any]) -> str:
+    """Return how far a limit is used: the one that binds is at 100 %."""
+    share, value, limit = 100.0 * used["fraction"], used["value"], used["limit"]
+    return f"{share:.2f} %, {value:.4g} of {limit:.4g}, on leg {used['leg']} at {used['instant']:.4g} s"
+
+
+def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, limits: Limits | None) -> dict[str, Any]:
     from minsnap.certificate import certify
 
-    certificate = certify(path, waypoints=waypoints, corridor=corridor)
+    certificate = certify(path, waypoints=waypoints, corridor=corridor, limits=limits)
     report = path.report
     return {
         "legs": path.legs,
@@ -79,6 +93,7 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None) ->
         "max_speed": certificate.max_speed,
         "max_acceleration": certificate.max_acceleration,
         "max_jerk": certificate.max_jerk,
+        "limits": [asdict(used) for used in certificate.utilisation],
         "corridor_margin": None if corridor is None else certificate.corridor_margin,
         "solver": report.solver if report else None,
         "rounds": report.rounds if report else None,

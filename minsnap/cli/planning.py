@@ -1,0 +1,107 @@
+"""What the commands that plan or trace have in common: how long, how fast, how it turns."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from minsnap.cli import options
+
+if TYPE_CHECKING:
+    from minsnap.limits import Limits
+
+Center = Annotated[tuple[float, float], typer.Option("--center", metavar="X Y", help="Centre [m].")]
+Altitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z [m].")]
+StartAltitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z at the start [m].")]
+Clockwise = Annotated[bool, typer.Option("--clockwise", help="Turn clockwise seen from above.")]
+Laps = Annotated[float, typer.Option("--laps", help="Turns, spin-up and spin-down included.")]
+Period = Annotated[float | None, typer.Option("--period", metavar="S", help="Seconds a lap at full speed; 6 [s].")]
+Speed = Annotated[float | None, typer.Option("--speed", metavar="M/S", help="Full speed, instead of the period [m/s].")]
+Ramp = Annotated[
+    float | None, typer.Option("--ramp", metavar="RAD", help="Angle of spin-up and spin-down; pi/2. 0 starts at speed.")
+]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How long a plan takes: a total time, or the shortest within limits."""
+
+    time: options.Time = None
+    max_speed: options.MaxSpeed = None
+    max_acceleration: options.MaxAcceleration = None
+    max_jerk: options.MaxJerk = None
+    max_thrust: options.MaxThrust = None
+    max_tilt: options.MaxTilt = None
+    yaw: options.Yaw = None
+
+    @property
+    def limits(self) -> Limits | None:
+        """The limits given, or None."""
+        motion = {"speed": self.max_speed, "acceleration": self.max_acceleration, "jerk": self.max_jerk}
+        chosen = options.given(**motion, max_thrust=self.max_thrust, tilt=self.max_tilt)
+        if not chosen:
+            return None
+        from minsnap.limits import Limits
+
+        return Limits(**chosen)
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of a plan that were given."""
+        return options.given(total_time=self.time, limits=self.limits, yaw=options.parse_yaw(self.yaw))
+
+
+@dataclass(frozen=True)
+class Planning(Timing):
+    """How a plan through several waypoints is made."""
+
+    corridor: options.Corridor = None
+    split: options.Split = None
+    degree: options.Degree = 7
+    continuity: options.Continuity = None
+    pieces: options.Pieces = 1
+    solver: options.Solver = "auto"
+
+    @property
+    def walls(self) -> float | list[float] | None:
+        """The half-widths of the corridor [m], or None."""
+        return options.parse_corridor(self.corridor)
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of a plan that were given."""
+        chosen = options.given(corridor=self.walls, split=self.split, continuity=self.continuity)
+        return super().arguments() | chosen | {"degree": self.degree, "pieces": self.pieces, "solver": self.solver}
+
+
+@dataclass(frozen=True)
+class CorridorPlanning(Planning):
+    """The same with a corridor unless told otherwise."""
+
+    corridor: options.Corridor = "0.3"
+
+
+@dataclass(frozen=True)
+class Turning:
+    """How a circle, a helix or a figure of eight turns."""
+
+    period: Period = None
+    speed: Speed = None
+    laps: Laps = 1.0
+    ramp: Ramp = None
+    center: Center = (0.0, 0.0)
+    altitude: Altitude = 1.5
+    clockwise: Clockwise = False
+    yaw: options.Yaw = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of a shape that were given."""
+        return options.given(**asdict(self) | {"yaw": options.parse_yaw(self.yaw)})
+
+
+@dataclass(frozen=True)
+class Climbing(Turning):
+    """The same for a helix."""
+
+    laps: Laps = 3.0
+    altitude: StartAltitude = 1.0
