@@ -13,7 +13,7 @@ class UdpListener(Transport):
 
     def __init__(self, host: str, port: int) -> None:
         self.address = f"udpin:{host}:{port}"
-        self._socket = _udp_socket(host, port, self.address)
+        self._socket = bind_udp(host, port, self.address)
         self._peers: set[Peer] = set()
         self._chosen = False
 
@@ -45,7 +45,7 @@ class UdpSender(Transport):
         self.address = f"udpout:{host}:{port}"
         self._destination = (resolve(host, self.address), port)
         own = LOOPBACK if self._destination[0].startswith("127.") else "0.0.0.0"
-        self._socket = _udp_socket(own, 0, self.address)
+        self._socket = bind_udp(own, 0, self.address)
 
     def send(self, data: bytes) -> None:
         _send_datagram(self._socket, data, self._destination)
@@ -60,7 +60,7 @@ class UdpSender(Transport):
         self._socket.close()
 
 
-def _udp_socket(host: str, port: int, address: str) -> socket.socket:
+def bind_udp(host: str, port: int, address: str) -> socket.socket:
     """Bind a socket that shares its port with nobody."""
     bound = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
