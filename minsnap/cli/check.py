@@ -69,13 +69,13 @@ def _as_json(report: ConsistencyReport, inside: Membership | None, problems: lis
 
 def _as_text(report: ConsistencyReport, inside: Membership | None, problems: list[str]) -> str:
     lines = [
-        f"{'rows':<18}{report.rows}",
-        f"{'duration':<18}{report.duration:.6g} s at {report.rate:.6g} Hz",
-        f"{'at rest':<18}{_rests(report)}",
-        f"{'largest step':<18}{report.largest_jump:.4g} m, at {report.jump_time:.6g} s",
+        f"{'rows':<20}{report.rows}",
+        f"{'duration':<20}{report.duration:.6g} s at {report.rate:.6g} Hz",
+        f"{'at rest':<20}{_rests(report)}",
+        f"{'largest step':<20}{report.largest_jump:.4g} m, at {report.jump_time:.6g} s",
     ]
     if inside is not None:
-        lines.append(f"{'corridor margin':<18}{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s")
+        lines.append(f"{'corridor margin':<20}{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s")
     lines += ["", *_table(report.axes)] if report.axes else []
     verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]
     return "\n".join([*lines, "", *verdict])

@@ -67,8 +67,10 @@ def summarise(
 def as_text(figures: Mapping[str, Any]) -> str:
     """Return the figures that there are, one a line."""
     lines = [(label, form.format(figures[name])) for name, label, form in _LINES if figures.get(name) is not None]
-    lines[_LIMITS_AFTER:_LIMITS_AFTER] = [(f"limit {used['name']}", _usage(used)) for used in figures["limits"]]
-    return "\n".join(f"{label:<18}{value}" for label, value in lines)
+    lines[_LIMITS_AFTER:_LIMITS_AFTER] = [
+        (f"limit {used['name'].replace('_', ' ')}", _usage(used)) for used in figures["limits"]
+    ]
+    return "\n".join(f"{label:<20}{value}" for label, value in lines)
 
 
 def as_json(figures: Mapping[str, Any]) -> str:

@@ -1,0 +1,122 @@
+"""Streaming and relaying as processes, against a stand-in that speaks MAVLink."""
+
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from flying import excursion, in_ned
+from standin import OFFBOARD, POSCTL, PointMass, StandIn, mavutil
+
+from minsnap import write_csv
+
+PATH = excursion(1.0, reach=0.2)
+START = in_ned(PATH.position[0])
+COMMAND = [sys.executable, "-m", "minsnap"]
+
+
+@pytest.fixture
+def vehicle():
+    with StandIn(body=PointMass(START)) as standin:
+        yield standin
+
+
+@pytest.fixture
+def path(tmp_path):
+    write_csv(PATH, tmp_path / "path.csv")
+    return tmp_path / "path.csv"
+
+
+def link(vehicle):
+    return f"udpout:127.0.0.1:{vehicle.port}"
+
+
+def started(*arguments, stdin=subprocess.DEVNULL):
+    command = [*COMMAND, *map(str, arguments)]
+    return subprocess.Popen(command, stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_a_whole_flight_by_itself(process, path, tmp_path):
+    with StandIn(body=PointMass((0.0, 0.0, -1.0)), armed=False) as vehicle:
+        log = tmp_path / "log.csv"
+        done = process("stream", path, "--connect", link(vehicle), "--trigger", "now", "--arm", "--land", "--log", log)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("completed\n21 setpoints of the flight")
+    assert "at 20.0" in done.stdout or "at 19.9" in done.stdout
+    for event in ("system 1 answers (px4", "streaming the start at 20 Hz", "flying", "holding the end", "done"):
+        assert event in done.stderr
+    assert log.read_text().count("\n") > 100
+
+
+def test_enter_lets_go_and_a_bar_is_drawn_on_a_terminal(vehicle, path):
+    ours, theirs = pty.openpty()
+    command = [*COMMAND, "stream", str(path), "--connect", link(vehicle)]
+    with subprocess.Popen(command, stdin=theirs, stdout=subprocess.PIPE, stderr=theirs) as running:
+        vehicle.enter()
+        vehicle.until(lambda v: len(v.setpoints) > 60)
+        assert all(m.vx == m.vy == 0 for _, m in vehicle.setpoints)
+        os.write(ours, b"\n")
+        vehicle.until(lambda v: any(m.vx or m.vy for _, m in v.setpoints))
+        vehicle.until(lambda v: len(v.setpoints) > 95)
+        vehicle.enter(POSCTL)
+        assert running.wait(10) == 0
+        running.stdout.read()
+    drawn = os.read(ours, 65536).decode()
+    assert "press Enter to fly" in drawn and "m from its setpoint" in drawn and "[####" in drawn
+    os.close(ours)
+    os.close(theirs)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_holds_until_the_mode_is_left(vehicle, path, number):
+    with started("stream", path, "--connect", link(vehicle), "--trigger", "mode") as running:
+        vehicle.until(lambda v: len(v.setpoints) > 42)
+        vehicle.enter(OFFBOARD)
+        vehicle.until(lambda v: any(m.vx or m.vy for _, m in v.setpoints))
+        running.send_signal(number)
+        time.sleep(1.0)
+        assert running.poll() is None and not vehicle.failsafes
+        vehicle.enter(POSCTL)
+        said, _ = running.communicate(timeout=10)
+    assert running.returncode == 1 and said.startswith("not completed: stopped by the user")
+
+
+def test_refusals_have_their_status_and_sentence(call, path, vehicle):
+    far = call("stream", path, "--connect", link(vehicle), "--max-start-distance", "1e-9", "--trigger", "mode")
+    assert (far.returncode, far.stdout) == (1, "") or "from the start" in far.stderr
+    assert call("stream", path, "--connect", "nonsense").returncode == 2
+    silent = call("stream", path, "--connect", "udpin:0", "--wait", "0.3")
+    assert silent.returncode == 2 and "no heartbeat of a vehicle within 0.3 s on udpin:127.0.0.1:0" in silent.stderr
+    wrong = call("stream", path, "--connect", link(vehicle), "--system", "9", "--wait", "1.5")
+    assert wrong.returncode == 2 and "no heartbeat of system 9" in wrong.stderr and "heard only system 1" in wrong.stderr
+    slow = call("stream", path, "--connect", "udpin:0", "--rate", "1.5")
+    assert slow.returncode == 2 and "1.5 Hz is too slow: PX4 needs at least 2 setpoints a second" in slow.stderr
+    odd = call("stream", path, "--connect", "udpin:0", "--trigger", "shout")
+    assert odd.returncode == 2 and "choose enter, mode or now" in odd.stderr
+    assert vehicle.setpoints == []
+
+
+def test_an_inconsistent_file_is_not_flown(call, tmp_path, vehicle):
+    bad = tmp_path / "bad.csv"
+    write_csv(type(PATH)(PATH.t, PATH.position, -PATH.velocity), bad)
+    done = call("stream", bad, "--connect", link(vehicle))
+    assert done.returncode == 1 and "not fit to fly: x and vx disagree" in done.stderr
+    assert vehicle.setpoints == []
+
+
+def test_a_relayed_file_arrives(process, tmp_path):
+    receiver = mavutil.mavlink_connection("udpin:127.0.0.1:0")
+    poses = tmp_path / "poses.csv"
+    poses.write_text("t,x,y,z,yaw\n" + "".join(f"{k / 50},{k / 50},0,1,0\n" for k in range(26)))
+    port = receiver.port.getsockname()[1]
+    done = process("relay", "--from", f"csv:{poses}", "--to", f"udpout:127.0.0.1:{port}", "--frame", "flu")
+    assert done.returncode == 0, done.stderr
+    kinds = set()
+    while (message := receiver.recv_msg()) is not None:
+        kinds.add(message.get_type())
+    receiver.close()
+    assert kinds == {"HEARTBEAT", "VISION_POSITION_ESTIMATE"}
+    assert "poses at" in done.stdout and "Hz" in done.stdout

@@ -1,0 +1,37 @@
+"""The figures of a summary, as text and as JSON."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import minsnap
+from minsnap.cli.summary import as_json, as_text, summarise
+from minsnap.limits import Limits
+
+
+@pytest.fixture(scope="module")
+def figures():
+    return summarise(minsnap.rectangle(), 0.3, limits=Limits(speed=2.0, acceleration=1.0))
+
+
+def test_each_limit_tells_how_far_it_is_used_and_where(figures):
+    speed, acceleration = json.loads(as_json(figures))["limits"]
+    assert speed["fraction"] == pytest.approx(figures["max_speed"] / 2.0)
+    assert acceleration["fraction"] == pytest.approx(figures["max_acceleration"]) and acceleration["fraction"] > 1.0
+    assert 0 <= speed["leg"] < 4 and 0.0 < speed["instant"] < figures["duration"]
+
+
+def test_text_shows_limits_below_the_greatest_values(figures):
+    labels = [line[:20].strip() for line in as_text(figures).splitlines()]
+    assert labels[:9] == [
+        "duration", "legs", "cost", "max speed", "max acceleration", "max jerk",
+        "limit speed", "limit acceleration", "corridor margin",
+    ]  # fmt: skip
+
+
+def test_a_shape_that_is_no_polynomial_has_speeds_and_no_cost():
+    found = summarise(minsnap.circle(2.0, speed=1.0))
+    assert found["max_speed"] == pytest.approx(1.0)
+    assert found["cost"] is None and found["legs"] is None and found["limits"] == []
