@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from minsnap.errors import MinsnapError
 
 if TYPE_CHECKING:
+    from minsnap.boxes import Boxes
     from minsnap.certificate import Certificate, certify
     from minsnap.corridor import RoundTube, Tube
     from minsnap.files.setpoints import read_csv, write_csv
@@ -19,11 +20,14 @@ if TYPE_CHECKING:
     from minsnap.path import Path
     from minsnap.planner import plan
     from minsnap.plot import plot_overview, plot_path, plot_profiles
+    from minsnap.polytopes import Polytopes
+    from minsnap.room import HalfSpaces, Room
     from minsnap.samples import Samples
     from minsnap.shapes import circle, helix, lemniscate, line, rectangle
     from minsnap.trajectory import Trajectory
 
 _HOMES = {
+    "minsnap.boxes": ("Boxes",),
     "minsnap.certificate": ("Certificate", "certify"),
     "minsnap.corridor": ("RoundTube", "Tube"),
     "minsnap.files.setpoints": ("read_csv", "write_csv"),
@@ -32,6 +36,8 @@ _HOMES = {
     "minsnap.path": ("Path",),
     "minsnap.planner": ("plan",),
     "minsnap.plot": ("plot_overview", "plot_path", "plot_profiles"),
+    "minsnap.polytopes": ("Polytopes",),
+    "minsnap.room": ("HalfSpaces", "Room"),
     "minsnap.samples": ("Samples",),
     "minsnap.shapes": ("circle", "helix", "lemniscate", "line", "rectangle"),
     "minsnap.trajectory": ("Trajectory",),
@@ -39,10 +45,14 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Boxes",
     "Certificate",
     "FullProblem",
+    "HalfSpaces",
     "MinsnapError",
     "Path",
+    "Polytopes",
+    "Room",
     "RoundTube",
     "Samples",
     "Trajectory",

@@ -30,7 +30,7 @@ def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
     if not np.isfinite(points).all():
         index = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
         raise WaypointError(
-            f"waypoint {index} is {_text(points[index])}: every coordinate must be a finite number", waypoint=index
+            f"waypoint {index} is {point_text(points[index])}: every coordinate must be a finite number", waypoint=index
         )
     points.flags.writeable = False
     return points
@@ -103,7 +103,7 @@ def refuse_repeated(points: FloatArray, reason: str) -> None:
     leg = repeated_waypoint(points)
     if leg is not None:
         raise WaypointError(
-            f"waypoints {leg} and {leg + 1} are both {_text(points[leg])}: remove one, or {reason}", leg=leg
+            f"waypoints {leg} and {leg + 1} are both {point_text(points[leg])}: remove one, or {reason}", leg=leg
         )
 
 
@@ -166,5 +166,6 @@ def _vector(value: npt.ArrayLike, name: str, where: str, dim: int) -> FloatArray
     return vector
 
 
-def _text(point: FloatArray) -> str:
+def point_text(point: FloatArray) -> str:
+    """Return a point as a message shows it."""
     return "(" + ", ".join(f"{value:g}" for value in point) + ")"

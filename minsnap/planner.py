@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from minsnap.certificate import nearest_wall
 from minsnap.corridor import as_constraints
-from minsnap.errors import TimingError, WaypointError, YawError
+from minsnap.errors import TimingError, YawError
 from minsnap.inputs import (
     check_closing,
     check_continuity,
@@ -20,12 +20,14 @@ from minsnap.inputs import (
     check_pieces,
     check_pins,
     check_positive_time,
-    check_waypoints,
     refuse_repeated,
 )
 from minsnap.path import ConstantHeading, Heading
+from minsnap.placement import place
 from minsnap.qp import check_solver
+from minsnap.reach import check_reach
 from minsnap.report import Report
+from minsnap.room import Room, as_room
 from minsnap.samples import FloatArray
 from minsnap.solver import solve
 from minsnap.split import OptimalSplit, check_split, distance_split
@@ -36,7 +38,7 @@ from minsnap.yaw import PlannedHeading, VelocityHeading, shortest_turns
 
 
 def plan(
-    waypoints: npt.ArrayLike,
+    waypoints: npt.ArrayLike | None,
     durations: npt.ArrayLike | None = None,
     total_time: float | None = None,
     limits: Any = None,
@@ -52,6 +54,7 @@ def plan(
     pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None = None,
     split: str = "optimal",
     pieces: int = 1,
+    room: Room | Sequence[npt.ArrayLike] | None = None,
     waypoint_tolerance: npt.ArrayLike | None = None,
     samples: int | None = None,
     certify: bool = True,
@@ -63,8 +66,9 @@ def plan(
 
     Parameters
     ----------
-    waypoints : array_like, shape (n, dim)
-        Positions to pass through [m], n >= 2.
+    waypoints : array_like, shape (n, dim), or None
+        Positions to pass through [m], n >= 2. With None the curve passes from set to set through their overlaps; the
+        corridor is then ``Boxes`` or ``Polytopes``, and ``start`` and ``end`` give positions.
     durations : array_like, shape (n - 1,), optional
         Seconds a leg.
     total_time : float, optional
@@ -72,7 +76,7 @@ def plan(
     limits : Limits, optional
         Find the shortest time that keeps them.
     corridor : float, array_like, Constraint or sequence of Constraint, optional
-        Half-width of a ``Tube`` around each leg [m], one or one a leg; or constraints.
+        Half-width of a ``Tube`` around each leg [m], one or one a leg; or constraints, which all hold.
     continuity : int, optional
         Derivatives continuous at the knots; k - 1 unless given (3 for degree 7), at most 2k - 2.
     degree : int
@@ -82,7 +86,7 @@ def plan(
         velocity.  Zero unless given.
     start, end : mapping, optional
         Derivatives at the ends, such as ``{"velocity": (1, 0, 0)}`` [m/s]; those up to order k - 1 that are not
-        named are zero.
+        named are zero. Without waypoints also the ``"position"`` [m].
     closed : bool
         A closed lap: the state at the end is the state at the start, and free.
     solver : str
@@ -93,6 +97,8 @@ def plan(
         How ``total_time`` is split over the legs.
     pieces : int
         Polynomials a leg.
+    room : Room or (lower, upper), optional
+        Two corners of a box that holds on all legs [m], such as ``((-4, -4, 0), (4, 4, 6))``.
     waypoint_tolerance : float or array_like, shape (n,) or (n, dim), optional
         Half-width of the box around a waypoint within which the curve may pass [m]; one number is for the inner
         waypoints, the ends stay pinned.
@@ -116,19 +122,22 @@ def plan(
         If every solver failed on a problem that has a solution.
     """
     began = perf_counter()
-    points = check_waypoints(waypoints)
-    half = check_degree(degree)
+    constraints = as_constraints(corridor) + as_room(room)
+    placement = place(waypoints, waypoint_tolerance, constraints, start, end, closed)
+    points, half = placement.points, check_degree(degree)
     task = Task(
         points,
-        *_tolerances(waypoint_tolerance, points),
-        pins=check_pins(pins, start, end, closed, half, points),
+        placement.lower,
+        placement.upper,
+        pins=check_pins(pins, placement.start, placement.end, closed, half, points),
         half=half,
         continuity=check_continuity(continuity, half),
         closed=check_closing(closed, points),
         pieces=check_pieces(pieces),
-        walls=_walls(corridor, points),
+        walls=[wall for constraint in constraints for wall in constraint.walls(points) if len(wall.leg)],
         solver=check_solver(solver),
     )
+    check_reach(placement, task.pins, task.walls)
     times = task.piece_durations(_durations(task, durations, total_time, limits, split))
     solved = solve(task, times, samples, certify)
     trajectory = solved.trajectory()
@@ -159,10 +168,7 @@ def _durations(
         what = "none was" if not given else f"{' and '.join(given)} were"
         raise TimingError(f"give exactly one of durations, total_time and limits: {what} given")
     if durations is not None:
-        times = check_durations(durations, task.legs)
-        if task.walls:
-            refuse_repeated(task.waypoints, "drop the corridor: a leg without length has no direction")
-        return times
+        return check_durations(durations, task.legs)
     refuse_repeated(task.waypoints, "give every leg a duration of its own")
     if total_time is None:
         raise NotImplementedError("limits")
@@ -170,31 +176,6 @@ def _durations(
     if check_split(split) == "distance":
         return distance_split(task, total)
     return OptimalSplit(task, total).run()
-
-
-def _walls(corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None, points: FloatArray) -> list[Any]:
-    return [wall for constraint in as_constraints(corridor) for wall in constraint.walls(points) if len(wall.leg)]
-
-
-def _tolerances(tolerance: npt.ArrayLike | None, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Box around every waypoint, lower and upper offsets (n, dim)."""
-    widths = np.zeros(points.shape)
-    if tolerance is not None:
-        try:
-            given = np.array(tolerance, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise WaypointError(f"waypoint_tolerance must be numbers [m], not {tolerance!r}") from None
-        if not np.isfinite(given).all() or (given < 0.0).any():
-            raise WaypointError(f"waypoint_tolerance must be finite and not negative [m], not {tolerance!r}")
-        if given.ndim == 0:
-            widths[1:-1] = given
-        elif given.shape in ((len(points),), points.shape):
-            widths[:] = given[:, None] if given.ndim == 1 else given
-        else:
-            raise WaypointError(
-                f"waypoint_tolerance has shape {given.shape}: give one, or one for each of {len(points)} waypoints"
-            )
-    return -widths, widths
 
 
 def _heading(yaw: float | str | npt.ArrayLike | None, trajectory: Trajectory, closed: bool) -> Heading:
