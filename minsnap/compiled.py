@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -94,6 +94,10 @@ class Block(Protocol):
         """Which axes each wall bounds, shape (m, dim)."""
         ...
 
+    def moved(self, distance: FloatArray) -> Block:
+        """Return the same walls moved outwards, shape (m,)."""
+        ...
+
 
 @dataclass(frozen=True, eq=False)
 class Planes:
@@ -119,6 +123,10 @@ class Planes:
     def touched(self) -> npt.NDArray[np.bool_]:
         """Axes with a component of the normal that is not rounding."""
         return np.asarray(np.abs(self.normal) > PARALLEL * np.abs(self.normal).max(axis=1, keepdims=True))
+
+    def moved(self, distance: FloatArray) -> Planes:
+        """Return the same walls moved outwards, shape (m,)."""
+        return replace(self, bound=self.bound + distance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +161,10 @@ class Spheres:
         """Axes that the matrix or the slope maps to something that is not rounding."""
         return np.asarray((np.abs(self.matrix).max(axis=1) > PARALLEL) | (np.abs(self.slope) > PARALLEL))
 
+    def moved(self, distance: FloatArray) -> Spheres:
+        """Return the same walls moved outwards, shape (m,)."""
+        return replace(self, radius=self.radius + distance)
+
 
 @dataclass(frozen=True, eq=False)
 class KnotBounds:
@@ -186,6 +198,10 @@ class KnotBounds:
         """The one axis that each bounds."""
         return self.normal != 0.0
 
+    def moved(self, distance: FloatArray) -> KnotBounds:
+        """Return the same walls moved outwards, shape (m,)."""
+        return replace(self, bound=self.bound + distance)
+
 
 @dataclass(frozen=True, eq=False)
 class Compiled:
@@ -213,6 +229,11 @@ class Compiled:
         for order in {block.order for block in self.blocks} - {0}:
             by_order[order] = differentiate(points, order) / problem.durations[:, None, None] ** order
         return [block.excess(by_order[block.order]) for block in self.blocks]
+
+    def relaxed(self, amounts: FloatArray) -> Compiled:
+        """Return the same walls, each moved outwards by so many of its widths."""
+        parts = np.split(amounts, self.first[1:-1])
+        return replace(self, blocks=tuple(b.moved(part * b.width) for b, part in zip(self.blocks, parts, strict=True)))
 
     def rows(self, problem: Problem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> Rows:
         """Rows for some walls of a block, each at its own s."""

@@ -85,7 +85,7 @@ class Component:
 
     def solve(self, rows: RowSet | None, chosen: IntArray, shrink: float) -> tuple[FloatArray, FloatArray] | None:
         """Solve over the chosen rows, walls moved inwards by ``shrink`` widths: unknowns and multipliers."""
-        G, h, norms = self._matrix(rows, chosen, shrink)
+        G, h, norms = self.matrix(rows, chosen, shrink)
         A, b = self.equalities if self.equalities is not None else (None, None)
         size = _largest(-h if h is not None else None, np.abs(self.slope), np.abs(b) if b is not None else None)
         h, b = (None if side is None else side / size for side in (h, b))
@@ -98,7 +98,7 @@ class Component:
         self.gain = float(x @ (self.hessian @ x) + 2.0 * self.slope @ x)
         return self.scale * x, 2.0 * size * found.multipliers / norms
 
-    def _matrix(
+    def matrix(
         self, rows: RowSet | None, chosen: IntArray, shrink: float
     ) -> tuple[Any, FloatArray | None, FloatArray]:
         n = len(self.columns)
