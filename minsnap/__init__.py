@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from minsnap.files.setpoints import read_csv, write_csv
     from minsnap.files.waypoints import read_waypoints
     from minsnap.full_problem import FullProblem, build_qp
+    from minsnap.grid import corridor_from_grid
     from minsnap.path import Path
     from minsnap.planner import plan
     from minsnap.plot import plot_overview, plot_path, plot_profiles
@@ -33,6 +34,7 @@ _HOMES = {
     "minsnap.files.setpoints": ("read_csv", "write_csv"),
     "minsnap.files.waypoints": ("read_waypoints",),
     "minsnap.full_problem": ("FullProblem", "build_qp"),
+    "minsnap.grid": ("corridor_from_grid",),
     "minsnap.path": ("Path",),
     "minsnap.planner": ("plan",),
     "minsnap.plot": ("plot_overview", "plot_path", "plot_profiles"),
@@ -60,6 +62,7 @@ __all__ = [
     "build_qp",
     "certify",
     "circle",
+    "corridor_from_grid",
     "helix",
     "lemniscate",
     "line",
