@@ -58,6 +58,7 @@ def test_a_minute_arrives_whole_in_order_and_equal_to_float32(kind, rate):
     assert np.array_equal(rows[moving - 1 : moving - 1 + len(expected)], expected)
 
 
+@pytest.mark.slow
 def test_a_short_flight_in_real_time_keeps_its_rate():
     """Lateness is reported, and on any machine that keeps up, setpoints arrive as far apart as they should."""
     from minsnap.flight.schedule import Clock
@@ -175,6 +176,7 @@ stream(sys.argv[1], sys.argv[2], trigger="now", log=sys.argv[3], on_event=lambda
 """
 
 
+@pytest.mark.slow
 def test_a_log_is_complete_to_the_last_line_after_kill_9(tmp_path):
     source, path = tmp_path / "path.csv", tmp_path / "flight.csv"
     write_csv(PATH, source)

@@ -52,7 +52,7 @@ class StandIn:
         self.mode, self.armed, self.armed_at = self.other, True, -math.inf
         self.beats = self.positions = self.moves = True
         self.setpoints, self.heard, self.commands, self.modes, self.failsafes = [], [], [], [], []
-        self.position_rate = 20.0
+        self.position_rate, self.beat_period = 20.0, 0.25
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -96,7 +96,7 @@ class StandIn:
             self._fly(now, now - last)
             last = now
             if now >= beat:
-                beat = max(beat + 1.0, now)
+                beat = max(beat + self.beat_period, now)
                 self._beat()
             if now >= place:
                 place = max(place + 1 / self.position_rate, now)
