@@ -1,0 +1,40 @@
+"""Where the laws are tried: one strategy of corridors for all of them."""
+
+import numpy as np
+from hypothesis import strategies as st
+
+DEGREES = (3, 5, 7, 9, 11)
+
+
+def decades(low, high):
+    """Numbers spread evenly over powers of ten."""
+    return st.floats(np.log10(low), np.log10(high)).map(lambda power: float(10.0**power))
+
+
+@st.composite
+def corridors(draw, legs=(1, 6), dims=(1, 4), degrees=DEGREES, walls=True, closed=False):
+    """Arguments of ``plan``: legs of 0.2 to 20 m in any direction, widths 0.03 to 1.6 m, any durations."""
+    count, dim = draw(st.integers(*legs)), draw(st.integers(*dims))
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    lengths = np.array(draw(st.lists(decades(0.2, 20.0), min_size=count, max_size=count)))
+    directions = random.normal(size=(count, dim))
+    if draw(st.booleans()):
+        directions = np.sign(directions[:, :1]) * np.eye(dim)[random.integers(dim, size=count)]
+    steps = lengths[:, None] * directions / np.linalg.norm(directions, axis=1)[:, None]
+    points = np.concatenate((np.zeros((1, dim)), np.cumsum(steps, axis=0))) + random.normal(size=dim)
+    if closed:
+        points[-1] = points[0] if np.linalg.norm(points[-2] - points[0]) > 0.05 else points[-1]
+        points = points if (points[-1] == points[0]).all() else np.concatenate((points, points[:1]))
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    durations = lengths * 10.0 ** random.uniform(-0.5, 0.5, len(lengths))
+    given = {"waypoints": points, "durations": durations, "degree": draw(st.sampled_from(degrees))}
+    if walls:
+        given["corridor"] = draw(decades(0.03, 1.6)) * 10.0 ** random.uniform(-0.3, 0.3, len(lengths))
+    if closed:
+        given["closed"] = True
+    return given
+
+
+def state_orders(degree):
+    """Names of the derivatives that can be pinned."""
+    return ("velocity", "acceleration", "jerk", "snap", "crackle")[: (degree + 1) // 2 - 1]
