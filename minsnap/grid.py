@@ -95,7 +95,7 @@ def corridor_from_grid(
     free = ~_grown(taken, _margin(clearance), size)
     cells = connected(free, visited(np.array(free.shape), points, size, corner), size, corner)
     limit = np.maximum(np.floor(np.minimum(largest / size, np.array(free.shape)) + ROUNDING), 2).astype(np.intp)
-    boxes = pruned(inflated(free, cells, limit))
+    boxes = pruned(inflated(free, cells, limit), cells[0], cells[-1])
     lower, upper = (corner + size * np.array([box[side] for box in boxes]) for side in (0, 1))
     corridor = Boxes(lower, upper)
     waypoints = np.vstack([points[:1], corridor.passages()[0], points[-1:]])

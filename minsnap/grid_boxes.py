@@ -48,14 +48,19 @@ def _grow(free: BoolArray, low: IntArray, high: IntArray, axis: int, up: bool) -
     return True
 
 
-def pruned(boxes: list[CellBox]) -> list[CellBox]:
-    """Leave out boxes between two that overlap."""
-    kept, index = [boxes[0]], 0
-    while index < len(boxes) - 1:
-        index = next(
-            other
-            for other in range(len(boxes) - 1, index, -1)
-            if (np.maximum(boxes[index][0], boxes[other][0]) < np.minimum(boxes[index][1], boxes[other][1])).all()
-        )
+def pruned(boxes: list[CellBox], start: IntArray, end: IntArray) -> list[CellBox]:
+    """Leave out boxes between two that overlap, those before the last one with ``start`` and after one with ``end``."""
+    index = max(number for number, box in enumerate(boxes) if _holds(box, start))
+    kept = [boxes[index]]
+    while not _holds(kept[-1], end):
+        index = max(number for number, box in enumerate(boxes) if _overlap(kept[-1], box))
         kept.append(boxes[index])
     return kept
+
+
+def _holds(box: CellBox, cell: IntArray) -> bool:
+    return bool(((box[0] <= cell) & (cell < box[1])).all())
+
+
+def _overlap(box: CellBox, other: CellBox) -> bool:
+    return bool((np.maximum(box[0], other[0]) < np.minimum(box[1], other[1])).all())
