@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from minsnap.errors import InputError, VehicleError
 from minsnap.flight.controller import Controller
 from minsnap.flight.controller_cascade import CascadeController
+from minsnap.flight.controller_feedforward import reference_states
 from minsnap.flight.experiment_course import Course, course
 from minsnap.flight.simulation import STEP, simulate
 from minsnap.flight.simulation_flight import Flight
@@ -18,6 +19,7 @@ from minsnap.vehicle.consistent import consistent_parasitic_drag
 from minsnap.vehicle.drag import Drag
 from minsnap.vehicle.published import published_drag
 from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle.states import check_rotor_limits
 
 MODELS = ("published", "consistent", "exact")
 """Models that compensation may use: the published linear fit, the consistent airframe model, the simulated drag."""
@@ -139,6 +141,8 @@ def run_experiment(
     ------
     InputError
         If a course, compensation or repetition is not known.
+    ThrustError
+        If the course asks the rotors for more than they can give, drag aside; says when and by how much.
     DivergenceError
         If a flight diverges.
     """
@@ -146,6 +150,8 @@ def run_experiment(
         raise InputError("there is nothing to fly: give at least one compensation, or None for a flight without")
     flown = course(name, repetitions, literal=literal, rate=setpoint_rate)
     craft = Quadrotor.dji_f330() if vehicle is None else vehicle
+    check_rotor_limits(craft, reference_states(craft, flown.samples, None), flown.samples.t)
+    models = [None if compensation is None else drag_model(compensation, craft) for compensation in compensations]
     pilot = CascadeController(references="velocity") if controller is None else controller
     runs = []
     for index, compensation in enumerate(compensations):
@@ -153,7 +159,7 @@ def run_experiment(
             craft,
             pilot,
             flown.samples,
-            compensation=None if compensation is None else drag_model(compensation, craft),
+            compensation=models[index],
             sensors=sensors,
             wind=wind,
             step=step,

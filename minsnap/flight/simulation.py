@@ -131,7 +131,7 @@ class _Run:
                 state, speeds, reason = self._step_on(state, speeds, command, wind[index], rows[order[index]].position)
                 if reason:
                     return reason
-            if progress is not None and index % every == 0:
+            if progress is not None and (index % every == 0 or index == self._count):
                 progress(index / self._count)
         return None
 

@@ -1,0 +1,137 @@
+import json
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.vehicle import PUBLISHED_PARASITIC, RPM, Quadrotor
+
+
+def test_the_experiment_prints_the_table_and_draws_the_figure(call, tmp_path) -> None:
+    done = call("experiment", "line", "--repeat", 1, "--compensate", "both", "--plot", "line.png")
+    assert done.returncode == 0, done.stderr
+    assert "tracking of 1 straight lines" in done.stdout and "with consistent" in done.stdout
+    assert (tmp_path / "line.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_experiment_as_json_takes_every_option(call) -> None:
+    done = call(
+        *("experiment", "circle", "--repeat", 1, "--compensate", "on", "--model", "exact", "--smooth", "--json"),
+        *("--controller", "lee", "--vehicle", "crazyflie", "--delay", 0.01, "--noise", 0.001, "--gust", 0.2),
+        *("--wind", 0.5, 0, 0, "--seed", 3, "--rate", 50, "--pose-rate", 100),
+    )
+    assert done.returncode == 0, done.stderr
+    (run,) = json.loads(done.stdout)["runs"]
+    assert run["compensation"] == "exact" and 0 < run["whole"]["rmse_3d"] < 1.0
+
+
+def test_the_experiment_flies_a_described_vehicle(call, tmp_path) -> None:
+    Quadrotor.dji_f330().to_yaml(tmp_path / "mine.yaml")
+    done = call("experiment", "line", "--repeat", 1, "--compensate", "off", "--vehicle", "mine.yaml")
+    assert done.returncode == 0 and "without" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["star"], "no course is called 'star'"),
+        (["line", "--compensate", "maybe"], "--compensate is 'maybe'"),
+        (["line", "--controller", "pid"], "--controller is 'pid'"),
+        (["line", "--model", "best"], "no model of compensation"),
+        (["line", "--references", "all"], "references is 'all'"),
+        (["line", "--vehicle", "none.yaml"], "none.yaml cannot be read"),
+        (["line", "--plot", "line.txt"], "line.txt"),
+        (["line", "--repeat", "0"], "repetitions"),
+    ],
+)
+def test_bad_usage_of_the_experiment_is_one_sentence(call, arguments, says) -> None:
+    done = call("experiment", *arguments)
+    assert done.returncode == 2 and says in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_a_diverging_experiment_exits_with_1(call, tmp_path) -> None:
+    weak = Quadrotor.dji_f330()
+    weak.to_yaml(tmp_path / "weak.yaml")
+    text = (tmp_path / "weak.yaml").read_text().replace("motor_time_constant: 0.04", "motor_time_constant: 0.6")
+    (tmp_path / "weak.yaml").write_text(text)
+    done = call("experiment", "circle", "--repeat", 2, "--controller", "lee", "--vehicle", "weak.yaml")
+    assert done.returncode == 1 and "diverged at t = " in done.stderr
+
+
+@pytest.fixture
+def flights(tmp_path):
+    path = minsnap.lemniscate()
+    minsnap.write_csv(path, tmp_path / "plan.csv")
+    late = minsnap.Samples(*[getattr(path.sample(20.0), name) for name in ("t", "position", "velocity")])
+    minsnap.write_csv(minsnap.Samples(late.t + 0.25, late.position, late.velocity), tmp_path / "late.csv")
+    return path
+
+
+def test_compare_prints_a_row_a_flight(call, flights, tmp_path) -> None:
+    done = call("compare", "plan.csv", "plan.csv", "late.csv", "--plot", "compare.svg")
+    assert done.returncode == 0, done.stderr
+    rows = done.stdout.splitlines()
+    assert rows[1].split()[:4] == ["flight", "x", "y", "z"] and [row.split()[0] for row in rows[2:]] == [
+        "plan.csv",
+        "late.csv",
+    ]
+    assert float(rows[2].split()[4]) < 1e-3 < float(rows[3].split()[4])
+    assert (tmp_path / "compare.svg").exists()
+
+
+def test_compare_as_json_finds_the_delay(call, flights) -> None:
+    found = json.loads(call("compare", "plan.csv", "late.csv", "--json").stdout)["late.csv"]
+    assert found["delay"] == pytest.approx(0.25, abs=2e-3) and found["path_rmse"] < 1e-3
+    aligned = json.loads(call("compare", "plan.csv", "late.csv", "--align", "--json").stdout)["late.csv"]
+    assert aligned["offset"] == pytest.approx(-0.25, abs=2e-3) and aligned["rmse_3d"] < 1e-2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["plan.csv", "none.csv"], "none.csv cannot be read"),
+        (["plan.csv", "flight.txt"], "flight.txt is no flight by its ending"),
+        (["plan.csv"], "Missing argument"),
+    ],
+)
+def test_bad_usage_of_compare_is_one_sentence(call, flights, arguments, says) -> None:
+    done = call("compare", *arguments)
+    assert done.returncode == 2 and says in done.stderr and done.stderr.count("\n") == 1
+
+
+def write(path, **columns: np.ndarray) -> None:
+    np.savetxt(
+        path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.17g"
+    )
+
+
+def test_fit_finds_a_thrust_coefficient(call, tmp_path) -> None:
+    speed = np.linspace(2000, 6000, 20)
+    write(tmp_path / "bench.csv", speed_rpm=speed, thrust=7.456e-8 * speed**2)
+    done = call("fit", "bench.csv", "--form", "thrust", "--plot", "bench.png")
+    assert done.returncode == 0, done.stderr
+    assert "[N/RPM^2]" in done.stdout and "7.456e-08" in done.stdout and (tmp_path / "bench.png").exists()
+    terms = json.loads(call("fit", "bench.csv", "--form", "thrust", "--json").stdout)["terms"]
+    assert terms[0]["value"] == pytest.approx(7.456e-8 / RPM**2, rel=1e-9)
+
+
+@pytest.mark.parametrize("form", ["parasitic", "reduced", "linear", "consistent"])
+def test_fit_finds_drag_surfaces(call, tmp_path, form) -> None:
+    pitch, speed = (axis.ravel() for axis in np.meshgrid(np.linspace(-20, 20, 9), np.linspace(7, 28, 9)))
+    write(
+        tmp_path / "tunnel.csv",
+        pitch_deg=pitch,
+        velocity=speed,
+        drag=PUBLISHED_PARASITIC(pitch_deg=pitch, velocity=speed),
+    )
+    done = call("fit", "tunnel.csv", "--form", form, "--plot", "tunnel.png")
+    assert done.returncode == 0, done.stderr
+    assert "81 points" in done.stdout and "velocity from 7 to 28" in done.stdout and (tmp_path / "tunnel.png").exists()
+
+
+def test_fit_says_what_is_missing(call, tmp_path) -> None:
+    write(tmp_path / "bench.csv", speed=np.arange(3.0), thrust=np.arange(3.0))
+    done = call("fit", "bench.csv", "--form", "thrust")
+    assert done.returncode == 2 and "no column speed_rpm" in done.stderr
+    done = call("fit", "bench.csv", "--form", "lift")
+    assert done.returncode == 2 and "no form is called 'lift'" in done.stderr
