@@ -39,7 +39,7 @@ def _open_optimum(problem: Problem, free: BoolArray, values: FloatArray) -> Floa
 
 
 def _closed_optimum(problem: Problem, free: BoolArray) -> FloatArray:
-    """Least cost over the shared state of first and last knot: the response to each of its values, then a small system."""
+    """Least cost over the state that first and last knot share: its responses, then a small system."""
     seam = free[0] & free[-1]
     inner = free.copy()
     inner[0] = inner[-1] = False
@@ -66,7 +66,7 @@ def _seam_pull(problem: Problem, knots: FloatArray, still: bool) -> FloatArray:
 
 
 def _still(problem: Problem) -> Problem:
-    """The same problem without displacement, for responses to boundary values alone."""
+    """Take away the displacement: the same problem, for responses to boundary values alone."""
     return Problem(
         problem.slots, problem.durations, np.zeros_like(problem.nominal), problem.values, problem.free, problem.held
     )

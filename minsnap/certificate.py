@@ -123,7 +123,7 @@ def certify(
     ok = (
         (nearest is None or nearest.value >= 0.0)
         and (error is None or error <= EXACT * size + tolerance * np.sqrt(traj.dim))
-        and all(used.value <= 1.0 + EXACT for used in utilisation)
+        and all(used.fraction <= 1.0 + EXACT for used in utilisation)
     )
     maxima = (traj.max_norm(order)[0] for order in (1, 2, 3, 4))
     margin = None if nearest is None else nearest.value

@@ -87,7 +87,7 @@ class Block(Protocol):
         ...
 
     def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Normals (r, dim) and bounds (r,) of rows for walls ``index`` where the derivative has that value."""
+        """Return normals (r, dim) and bounds (r,) of rows for walls ``index`` where the derivative has that value."""
         ...
 
     def touched(self) -> npt.NDArray[np.bool_]:
@@ -117,7 +117,7 @@ class Planes:
         return along
 
     def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The planes themselves."""
+        """Return the planes themselves."""
         return self.normal[index], self.bound[index]
 
     def touched(self) -> npt.NDArray[np.bool_]:
@@ -191,11 +191,11 @@ class KnotBounds:
         return np.asarray(self.sign[:, None] * (self.axis[:, None] == np.arange(self.dim)))
 
     def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The bounds themselves."""
+        """Return the bounds themselves."""
         return self.normal[index], self.bound[index]
 
     def touched(self) -> npt.NDArray[np.bool_]:
-        """The one axis that each bounds."""
+        """Return the one axis that each bounds."""
         return self.normal != 0.0
 
     def moved(self, distance: FloatArray) -> KnotBounds:

@@ -98,9 +98,7 @@ class Component:
         self.gain = float(x @ (self.hessian @ x) + 2.0 * self.slope @ x)
         return self.scale * x, 2.0 * size * found.multipliers / norms
 
-    def matrix(
-        self, rows: RowSet | None, chosen: IntArray, shrink: float
-    ) -> tuple[Any, FloatArray | None, FloatArray]:
+    def matrix(self, rows: RowSet | None, chosen: IntArray, shrink: float) -> tuple[Any, FloatArray | None, FloatArray]:
         n = len(self.columns)
         if rows is None or not len(chosen):
             return None, None, np.ones(0)
@@ -196,4 +194,3 @@ def _jump_rows(
 
     A = vstack(blocks).tocsc()
     return (A.toarray() if n <= SMALL else A), np.concatenate(bounds)
-

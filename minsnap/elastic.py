@@ -20,10 +20,10 @@ from minsnap.rows import RowSet, rows_in_unknowns, sticking_out
 from minsnap.samples import FloatArray
 
 TRACE = 1e-3
-"""Weight of the scaled snap cost beside the slacks."""
+"""Weight of the scaled snap cost beside the slacks, unless another is given."""
 
 ACCURACY = 1e-4
-"""Excess over the relaxed walls, in widths, that ends the exchange."""
+"""Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
 
 ROUNDS = 30
 
@@ -75,9 +75,18 @@ class Elastic:
     """State of one elastic run."""
 
     def __init__(
-        self, problem: Problem, base: FloatArray, compiled: Compiled, solver: str, give: Give, seed: Rows | None = None
+        self,
+        problem: Problem,
+        base: FloatArray,
+        compiled: Compiled,
+        solver: str,
+        give: Give,
+        seed: Rows | None = None,
+        trace: float = TRACE,
+        accuracy: float = ACCURACY,
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, base, compiled, give
+        self.trace, self.accuracy = trace, accuracy
         self.component = Component(problem, base, np.ones(problem.dim, dtype=bool), solver)
         self.rows: RowSet | None = None
         self.multipliers = np.zeros(0)
@@ -98,7 +107,7 @@ class Elastic:
             rounds = 1
         while rounds < ROUNDS:
             given = self._amounts(slacks)
-            found, _ = sticking_out(self.problem, self.compiled.relaxed(given), knots, ACCURACY)
+            found, _ = sticking_out(self.problem, self.compiled.relaxed(given), knots, self.accuracy)
             if not found and rounds:
                 break
             self._add([self._unrelaxed(rows, given) for rows in found])
@@ -147,7 +156,7 @@ class Elastic:
         group = self.give.group[rows.source.wall]
         gives = np.flatnonzero(group >= 0)
         slack = csc_matrix((-moves[gives], (gives, group[gives])), shape=(len(rows), m))
-        P = block_diag((TRACE * csc_matrix(self.component.hessian), TRACE * csc_matrix(np.eye(m))))
+        P = block_diag((self.trace * csc_matrix(self.component.hessian), self.trace * csc_matrix(np.eye(m))))
         q = np.concatenate((np.zeros(n), np.ones(m)))
         rows_and_slacks = hstack((csc_matrix(G), slack))
         rows_and_slacks = vstack((rows_and_slacks, hstack((csc_matrix((m, n)), -csc_matrix(np.eye(m))))))

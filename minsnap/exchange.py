@@ -150,7 +150,7 @@ class Exchange:
             self.rows = fresh if self.rows is None else self.rows.joined(fresh)
 
     def _spread(self, rows: Rows) -> Rows:
-        """The same walls at a few instants each, for a good first solve."""
+        """Repeat the walls at a few instants each, for a good first solve."""
         _, first = np.unique(rows.wall, return_index=True)
         s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(START) + 0.5) / START)
         spread = replace(rows.chosen(np.repeat(first, START)), s=np.tile(s, len(first)))
@@ -179,4 +179,3 @@ class Exchange:
         if self.rows is None:
             return np.zeros(0, dtype=np.intp)
         return np.asarray(self.group[np.argmax(np.abs(self.rows.source.normal), axis=1)])
-

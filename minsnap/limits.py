@@ -86,14 +86,14 @@ class Limits:
     def _check_hover(self) -> None:
         if self.max_thrust is not None and self.max_thrust <= 1.0:
             raise LimitError(
-                f"max_thrust is {self.max_thrust}, below hover: it must exceed 1, the thrust-to-weight ratio of hovering",
+                f"max_thrust is {self.max_thrust}, below hover: the thrust-to-weight ratio must exceed 1",
                 smallest=1.0,
             )
         if self.min_thrust is not None and self.min_thrust >= 1.0:
             raise LimitError(f"min_thrust is {self.min_thrust}, above hover: it must be below 1", largest=1.0)
         if self.tilt is not None and self.tilt >= np.pi / 2.0:
             raise LimitError(
-                f"tilt is {self.tilt} rad: at pi/2 or more no thrust holds altitude; it must be below {np.pi / 2.0:.4f} rad",
+                f"tilt is {self.tilt} rad: no thrust holds altitude unless it is below pi/2 = {np.pi / 2.0:.4f} rad",
                 largest=np.pi / 2.0,
             )
 
@@ -163,7 +163,9 @@ class _WallBuilder:
             for axis in np.eye(self.dim):
                 self._faces(order, axis, -limit, limit, name)
 
-    def ball(self, order: int, radius: float | None, matrix: FloatArray, name: str, anchor: Any = None, slope: Any = None) -> None:
+    def ball(
+        self, order: int, radius: float | None, matrix: FloatArray, name: str, anchor: Any = None, slope: Any = None
+    ) -> None:
         if radius is None:
             return
         spread = (self.legs, *matrix.shape)
@@ -171,7 +173,9 @@ class _WallBuilder:
         tilt = None if slope is None else np.broadcast_to(np.array(slope), (self.legs, self.dim))
         points = np.broadcast_to(centre, (self.legs, self.dim))
         radii = np.full(self.legs, radius)
-        self.walls.append(Balls(np.arange(self.legs), np.broadcast_to(matrix, spread), points, radii, order, name, tilt))
+        self.walls.append(
+            Balls(np.arange(self.legs), np.broadcast_to(matrix, spread), points, radii, order, name, tilt)
+        )
 
     def vertical(self, order: int, lower: float, upper: float, name: str) -> None:
         if np.isfinite(lower) or np.isfinite(upper):

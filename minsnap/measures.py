@@ -13,7 +13,7 @@ from minsnap.polynomial import differentiate, multiply, squared_norm
 from minsnap.ratios import largest_ratio
 from minsnap.samples import FloatArray
 from minsnap.trajectory import Trajectory
-from minsnap.yaw import ConstantHeading, PlannedHeading
+from minsnap.yaw import ConstantHeading, PlannedHeading, RemappedHeading
 
 if TYPE_CHECKING:
     from minsnap.limits import Limits
@@ -74,7 +74,10 @@ class _Measures:
     def all(self) -> Iterator[Utilisation]:
         """Go through the limits that are set."""
         takers: dict[str, Callable[[], Found]] = {
-            **{name: self._normed(order) for name, order in (("speed", 1), ("acceleration", 2), ("jerk", 3), ("snap", 4))},
+            **{
+                name: self._normed(order)
+                for name, order in (("speed", 1), ("acceleration", 2), ("jerk", 3), ("snap", 4))
+            },
             "horizontal_speed": lambda: self._norm(self._order(1)[..., :2]),
             "horizontal_acceleration": lambda: self._norm(self._order(2)[..., :2]),
             "climb_speed": lambda: maximum(self._order(1)[..., 2]),
@@ -155,15 +158,17 @@ class _Measures:
         return float(np.sqrt(max(value, 0.0))), piece, s
 
     def _yaw_rate(self, limit: float) -> Utilisation:
-        heading = self.traj.yaw
+        heading, rate = self.traj.yaw, 1.0
+        while isinstance(heading, RemappedHeading) and heading.start == 0.0:
+            heading, rate = heading.heading, rate * heading.rate
         if isinstance(heading, PlannedHeading):
             value, instant = heading.trajectory.max_norm(1)
-            return self._yaw_used(value, limit, instant, "exact")
+            return self._yaw_used(value * rate, limit, instant / rate, "exact")
         if isinstance(heading, ConstantHeading):
             return self._yaw_used(0.0, limit, 0.0, "exact")
         grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * np.linspace(0.0, 1.0, YAW_RATE)
         instants = np.minimum(grid.reshape(-1), self.traj.duration)
-        rates = np.abs(heading(instants, 1))
+        rates = np.abs(self.traj.yaw(instants, 1))
         return self._yaw_used(float(rates.max()), limit, float(instants[rates.argmax()]), "sampled")
 
     def _yaw_used(self, value: float, limit: float, instant: float, method: str) -> Utilisation:
@@ -173,5 +178,5 @@ class _Measures:
 
 
 def _elevated(points: FloatArray, size: int) -> FloatArray:
-    """The same scalar polynomials with ``size`` control points."""
+    """Write the same scalar polynomials with ``size`` control points."""
     return multiply(points, np.ones((len(points), size - points.shape[1] + 1)))

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.certificate import nearest_wall
 from minsnap.corridor import as_constraints
-from minsnap.errors import TimingError, YawError
+from minsnap.errors import YawError
 from minsnap.inputs import (
     check_closing,
     check_continuity,
     check_degree,
-    check_durations,
     check_pieces,
     check_pins,
-    check_positive_time,
-    refuse_repeated,
 )
+from minsnap.limits import Limits
 from minsnap.path import ConstantHeading, Heading
 from minsnap.placement import place
 from minsnap.qp import check_solver
@@ -30,8 +27,9 @@ from minsnap.report import Report
 from minsnap.room import Room, as_room
 from minsnap.samples import FloatArray
 from minsnap.solver import solve
-from minsnap.split import OptimalSplit, check_split, distance_split
+from minsnap.split import Progress
 from minsnap.task import Task
+from minsnap.timing import Timed, Timing, plan_timed
 from minsnap.trajectory import Trajectory
 from minsnap.walls import Constraint
 from minsnap.yaw import PlannedHeading, VelocityHeading, shortest_turns
@@ -41,7 +39,7 @@ def plan(
     waypoints: npt.ArrayLike | None,
     durations: npt.ArrayLike | None = None,
     total_time: float | None = None,
-    limits: Any = None,
+    limits: Limits | None = None,
     corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
     continuity: int | None = None,
     degree: int = 7,
@@ -53,6 +51,9 @@ def plan(
     *,
     pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None = None,
     split: str = "optimal",
+    time_weight: float | None = None,
+    enforce: str = "qp",
+    progress: Progress | None = None,
     pieces: int = 1,
     room: Room | Sequence[npt.ArrayLike] | None = None,
     waypoint_tolerance: npt.ArrayLike | None = None,
@@ -74,7 +75,7 @@ def plan(
     total_time : float, optional
         Seconds for all legs, split by ``split``.
     limits : Limits, optional
-        Find the shortest time that keeps them.
+        What must not be exceeded at any instant; alone, the shortest time found that keeps them.
     corridor : float, array_like, Constraint or sequence of Constraint, optional
         Half-width of a ``Tube`` around each leg [m], one or one a leg; or constraints, which all hold.
     continuity : int, optional
@@ -93,8 +94,16 @@ def plan(
         A QP solver by its qpsolvers name, or ``"auto"``.
     pins : mapping, optional
         Derivatives at inner waypoints: ``{2: {"velocity": (1, 0, 0)}}``.
-    split : {"optimal", "distance"}
-        How ``total_time`` is split over the legs.
+    split : {"optimal", "distance", "trapezoid"}
+        How the time is split over the legs: so that the cost (with ``limits`` alone: the time) is least, by their
+        lengths, or as a speed that rises and falls within limits.
+    time_weight : float, optional
+        Minimise cost + time_weight * time over the durations (Richter et al. 2013), instead of fixing a total.
+    enforce : {"qp", "scaling"}
+        How ``limits`` alone are kept: as walls of the QP, so that long legs cruise at the limit, or only by the time
+        scale of plans that do not know them.
+    progress : callable, optional
+        Called with a ``Step`` at every evaluation of a search; Ctrl-C ends a search with the best plan it has.
     pieces : int
         Polynomials a leg.
     room : Room or (lower, upper), optional
@@ -138,44 +147,25 @@ def plan(
         solver=check_solver(solver),
     )
     check_reach(placement, task.pins, task.walls)
-    times = task.piece_durations(_durations(task, durations, total_time, limits, split))
-    solved = solve(task, times, samples, certify)
-    trajectory = solved.trajectory()
-    margin = nearest_wall(trajectory, task.walls)
-    report = Report(
-        solved.outcome.solver,
-        solved.outcome.rounds,
-        0 if solved.outcome.rows is None else len(solved.outcome.rows),
-        solved.cost,
+    timing = Timing(durations, total_time, limits, split, time_weight, enforce, progress)
+    timed = plan_timed(task, timing, lambda curve: curve.told(_heading(yaw, curve, closed), None), samples, certify)
+    return timed.trajectory.told(timed.trajectory.yaw, _report(task, timed, limits, 1e3 * (perf_counter() - began)))
+
+
+def _report(task: Task, timed: Timed, limits: Limits | None, milliseconds: float) -> Report:
+    margin, outcome = nearest_wall(timed.trajectory, task.walls), timed.solved.outcome
+    return Report(
+        outcome.solver,
+        outcome.rounds,
+        0 if outcome.rows is None else len(outcome.rows),
+        timed.cost,
         None if margin is None else margin.value,
-        1e3 * (perf_counter() - began),
-        solved.outcome.fallback,
+        milliseconds,
+        outcome.fallback,
+        () if limits is None else limits.utilisation(timed.trajectory),
+        timed.steps,
+        timed.interrupted,
     )
-    heading = _heading(yaw, trajectory, closed)
-    return trajectory.told(heading, report)
-
-
-def _durations(
-    task: Task, durations: npt.ArrayLike | None, total_time: float | None, limits: Any, split: str
-) -> FloatArray:
-    """Leg durations (legs,) [s] from the one of three ways that was chosen."""
-    given = [
-        name
-        for name, value in (("durations", durations), ("total_time", total_time), ("limits", limits))
-        if value is not None
-    ]
-    if len(given) != 1:
-        what = "none was" if not given else f"{' and '.join(given)} were"
-        raise TimingError(f"give exactly one of durations, total_time and limits: {what} given")
-    if durations is not None:
-        return check_durations(durations, task.legs)
-    refuse_repeated(task.waypoints, "give every leg a duration of its own")
-    if total_time is None:
-        raise NotImplementedError("limits")
-    total = check_positive_time(total_time)
-    if check_split(split) == "distance":
-        return distance_split(task, total)
-    return OptimalSplit(task, total).run()
 
 
 def _heading(yaw: float | str | npt.ArrayLike | None, trajectory: Trajectory, closed: bool) -> Heading:

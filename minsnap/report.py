@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from minsnap.measures import Utilisation
+    from minsnap.split import Step
 
 
 @dataclass(frozen=True)
@@ -25,6 +30,12 @@ class Report:
         Wall time of the call.
     fallback : tuple of str
         Solvers that were tried before this one and failed.
+    utilisation : tuple of Utilisation
+        How far each limit is used; empty without limits.
+    steps : tuple of Step
+        The search for durations, evaluation by evaluation; empty where they were given.
+    interrupted : bool
+        Whether that search was stopped by Ctrl-C; the plan is the best it had found.
     """
 
     solver: str
@@ -34,3 +45,11 @@ class Report:
     corridor_margin: float | None
     milliseconds: float
     fallback: tuple[str, ...] = ()
+    utilisation: tuple[Utilisation, ...] = ()
+    steps: tuple[Step, ...] = ()
+    interrupted: bool = False
+
+    @property
+    def binding(self) -> Utilisation | None:
+        """The limit that is used most; None without limits."""
+        return max(self.utilisation, key=lambda used: used.fraction, default=None)

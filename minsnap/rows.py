@@ -40,7 +40,7 @@ class RowSet:
         return len(self.bound)
 
     def joined(self, other: RowSet) -> RowSet:
-        """These rows and the other ones."""
+        """Return these rows and the other ones."""
         source = self.source.joined(other.source)
         rest = (np.concatenate((getattr(self, n), getattr(other, n))) for n in ("columns", "values", "bound", "width"))
         return RowSet(source, *rest)

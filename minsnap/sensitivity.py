@@ -17,7 +17,7 @@ from minsnap.solver import Solved
 
 
 def cost_gradient(solved: Solved) -> FloatArray:
-    r"""Derivative of the optimal cost in each piece's duration, shape (pieces in all,) [cost/s].
+    r"""Return the derivative of the optimal cost in each piece's duration, shape (pieces in all,) [cost/s].
 
     With :math:`c_i = T_i^{1-2k} e_i^\top Q e_i` and :math:`A` the orders of the end derivatives,
     :math:`T_i \, \partial c_i / \partial T_i = (1 - 2k) c_i + 2 T_i^{1-2k} e_i^\top A Q e_i`; every active row adds

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -143,6 +143,15 @@ class Task:
     def piece_durations(self, durations: FloatArray) -> FloatArray:
         """Split leg durations (legs,) equally over the pieces."""
         return np.repeat(durations / self.pieces, self.pieces) if self.pieces > 1 else durations
+
+    def with_walls(self, walls: Sequence[Walls]) -> Task:
+        """Return the same task with further walls."""
+        return replace(self, walls=[*self.walls, *walls])
+
+    @property
+    def still(self) -> bool:
+        """Whether all pinned derivatives are zero, so that time may be stretched."""
+        return not any(value.any() for state in self.pins.values() for value in state.values())
 
     @property
     def constrained(self) -> bool:

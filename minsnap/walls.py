@@ -118,7 +118,11 @@ class Balls:
         row, piece = _on_pieces(self.leg, trajectory.pieces)
         points = _derivative_points(trajectory, piece, self.anchor[row], self.order) / self.radius[row, None, None]
         squares = squared_norm(np.einsum("rnd,rqd->rnq", points, self.matrix[row]))
-        reach = 1.0 if self.slope is None else squared_norm(1.0 + np.einsum("rnd,rd->rn", points, self.slope[row])[..., None])
+        reach = (
+            1.0
+            if self.slope is None
+            else squared_norm(1.0 + np.einsum("rnd,rd->rn", points, self.slope[row])[..., None])
+        )
         return (squares - reach) / 2.0, row, piece
 
 
