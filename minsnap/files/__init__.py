@@ -1,0 +1,1 @@
+"""Files: setpoints, other programs' formats, logs."""
