@@ -18,7 +18,14 @@ def process(tmp_path):
     """Run the command as a process in an empty folder."""
 
     def run(*arguments, **options):
-        given = {"cwd": tmp_path, "capture_output": True, "text": True, "check": False, "stdin": subprocess.DEVNULL}
+        given = {
+            "cwd": tmp_path,
+            "capture_output": True,
+            "text": True,
+            "check": False,
+            "stdin": subprocess.DEVNULL,
+            "timeout": 60,
+        }
         return subprocess.run([*COMMAND, *map(str, arguments)], **(given | options))
 
     return run

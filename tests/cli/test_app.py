@@ -6,6 +6,7 @@ import os
 import re
 import signal
 import subprocess
+import time
 
 import pytest
 
@@ -16,6 +17,16 @@ WAYPOINTS = "x,y,z,duration\n0,0,1,4\n8,0,1,2\n8,4,1,\n"
 
 def is_one_sentence(text):
     return text.startswith("minsnap: ") and text.endswith("\n") and text.count("\n") == 1
+
+
+def wait_for_reader(pipe, run):
+    """Open a pipe for writing once the command reads from it, where it then waits for more."""
+    while run.poll() is None:
+        try:
+            return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
+        except OSError:
+            time.sleep(0.01)
+    raise AssertionError(run.stderr.read())
 
 
 def test_done_is_0_and_only_the_summary_is_printed(process, tmp_path):
@@ -95,9 +106,10 @@ def test_an_interrupt_is_130_in_silence_and_leaves_nothing(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
     arguments = [*COMMAND, "plot", "pipe.csv", "-o", "figure.png"]
     with subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
-        with open(tmp_path / "pipe.csv", "w"):  # opens once the command reads, which then waits for more
-            run.send_signal(signal.SIGINT)
-            assert run.wait(timeout=60) == 130
+        writer = wait_for_reader(tmp_path / "pipe.csv", run)
+        run.send_signal(signal.SIGINT)
+        assert run.wait(timeout=60) == 130
+        os.close(writer)
         assert (run.stdout.read(), run.stderr.read()) == ("", "")
     assert os.listdir(tmp_path) == ["pipe.csv"]
 
