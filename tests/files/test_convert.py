@@ -1,0 +1,78 @@
+"""Any format to any other, by the endings; and polynomials through samples."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import FileError
+from minsnap.files.convert import read_any, write_any
+from minsnap.files.refit import refit
+from minsnap.samples import Samples
+
+NAMES = {"setpoints": "a.csv", "crazyflie": "cf.csv", "mav": "a.yaml", "npz": "a.npz", "parquet": "a.parquet"}
+PLAN = minsnap.rectangle(width=6, length=4)
+
+
+def sampled(content, rate=20.0):
+    return content if isinstance(content, Samples) else content.sample(rate)
+
+
+@pytest.mark.parametrize(("first", "second"), list(itertools.permutations(NAMES, 2)))
+def test_there_and_on_to_another(tmp_path, first, second):
+    """The plan, through two formats, is the plan: to a millimetre where polynomials were fitted to samples."""
+    one, two = (tmp_path / f"{k}{NAMES[name]}" for k, name in enumerate((first, second)))
+    write_any(PLAN, one, first)
+    assert write_any(read_any(one), two, second) == second
+    back, expected = sampled(read_any(two)), PLAN.sample(20.0)
+    count = min(len(back), len(expected)) - 1
+    assert count >= len(expected) - 2
+    np.testing.assert_allclose(back.position[:count], expected.position[:count], atol=1.5e-3)
+
+
+ENDINGS = [(".csv", "setpoints"), (".yml", "mav"), (".npy", "px4"), (".json", "multidof")]
+
+
+@pytest.mark.parametrize(("ending", "name"), ENDINGS)
+def test_endings_mean_formats(tmp_path, ending, name):
+    path = tmp_path / f"a{ending}"
+    assert write_any(PLAN, path) == name and path.stat().st_size > 100
+    with pytest.raises(FileError, match="there already"):
+        write_any(PLAN, path, clobber=False)
+
+
+def test_setpoints_keep_the_frame_they_are_asked_for(tmp_path):
+    write_any(PLAN, tmp_path / "ned.csv", frame="ned", rate=10.0)
+    samples = read_any(tmp_path / "ned.csv", "ned")
+    assert samples.rate == pytest.approx(10.0)
+    np.testing.assert_allclose(samples.position, PLAN.sample(10.0).position, atol=1e-12)
+
+
+def test_what_cannot_be_converted(tmp_path):
+    with pytest.raises(FileError, match="cannot be read by its ending: it must be one of .csv, .yaml"):
+        read_any(tmp_path / "a.doc")
+    with pytest.raises(FileError, match="cannot be written by its ending: name a format of setpoints, crazyflie"):
+        write_any(PLAN, tmp_path / "a.doc")
+    with pytest.raises(FileError, match="no format is called 'paper'"):
+        write_any(PLAN, tmp_path / "a.csv", "paper")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_refit_passes_every_sample_and_is_smooth():
+    samples = minsnap.circle(radius=3.0).sample(20.0)
+    curve = refit(samples)
+    t = np.minimum(samples.t, curve.duration)
+    assert np.linalg.norm(curve(t) - samples.position, axis=1).max() <= 1e-3
+    assert len(curve.durations) < len(samples) / 3
+    inner = curve.breaks[1:-1]
+    for order in (0, 1, 2):
+        np.testing.assert_allclose(curve(inner - 1e-12, order), curve(inner, order), atol=1e-6)
+
+
+def test_a_refit_that_needs_more_pieces_says_what_it_would_reach():
+    wild = minsnap.circle(radius=3.0, laps=20).sample(20.0)
+    with pytest.raises(FileError, match="31 pieces come within .* m of the samples, not 0.001 m: fly it in parts"):
+        refit(wild, 31)
+    with pytest.raises(FileError, match="need samples with velocities and accelerations"):
+        refit(Samples(wild.t, wild.position))
