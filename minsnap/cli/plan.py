@@ -11,6 +11,7 @@ from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning
+from minsnap.cli.progress import searching
 
 if TYPE_CHECKING:
     from minsnap.files.waypoints import Waypoints
@@ -32,7 +33,8 @@ def plan(
     asked = _of_file(found) | planning.arguments()
     if "total_time" in asked or "limits" in asked:
         del asked["durations"]
-    path = plan_path(found.points, closed=closed, **asked)
+    with searching() as progress:
+        path = plan_path(found.points, closed=closed, **asked, **progress)
     destination.deliver(path, planning.walls, found.points, limits=planning.limits)
 
 

@@ -24,6 +24,13 @@ Ramp = Annotated[
 ]
 
 
+CAREFUL_SPEED = 3.0
+"""Speed of a rectangle that is given neither times nor limits [m/s]."""
+
+CAREFUL_ACCELERATION = 6.0
+"""Its acceleration [m/s^2]."""
+
+
 @dataclass(frozen=True)
 class Timing:
     """How long a plan takes: a total time, or the shortest within limits."""
@@ -75,10 +82,20 @@ class Planning(Timing):
 
 
 @dataclass(frozen=True)
-class CorridorPlanning(Planning):
-    """The same with a corridor unless told otherwise."""
+class RectanglePlanning(Planning):
+    """The same for a rectangle: in a corridor, and within limits where no time is given."""
 
     corridor: options.Corridor = "0.3"
+
+    @property
+    def limits(self) -> Limits | None:
+        """The limits given, or those of a careful flight if there is no time either."""
+        chosen = super().limits
+        if chosen is not None or self.time is not None:
+            return chosen
+        from minsnap.limits import Limits
+
+        return Limits(speed=CAREFUL_SPEED, acceleration=CAREFUL_ACCELERATION)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ import typer
 from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import Altitude, Center, Climbing, Clockwise, CorridorPlanning, Timing, Turning
+from minsnap.cli.planning import Altitude, Center, Climbing, Clockwise, RectanglePlanning, Timing, Turning
+from minsnap.cli.progress import searching
 
 StartAngle = Annotated[float, typer.Option("--start-angle", metavar="RAD", help="Where it begins.")]
 Point = tuple[float, float, float]
@@ -18,7 +19,7 @@ Point = tuple[float, float, float]
 @app.command()
 @grouped
 def rect(
-    planning: CorridorPlanning,
+    planning: RectanglePlanning,
     destination: Destination,
     width: Annotated[float, typer.Option("--width", metavar="M", help="Side along x [m].")] = 6.0,
     length: Annotated[float, typer.Option("--length", metavar="M", help="Side along y [m].")] = 4.0,
@@ -29,7 +30,10 @@ def rect(
     center: Center = (0.0, 0.0),
     no_corridor: Annotated[bool, typer.Option("--no-corridor", help="Leave the sides free.")] = False,
 ) -> None:
-    """Plan a rectangle, corner by corner from rest to rest, inside a corridor around its sides."""
+    """Plan a rectangle, corner by corner from rest to rest, inside a corridor around its sides.
+
+    Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given.
+    """
     from minsnap.shapes import rectangle
 
     walls = None if no_corridor else planning.walls
@@ -39,7 +43,8 @@ def rect(
         "clockwise": clockwise,
         "center": center,
     }
-    path = rectangle(width, length, altitude=altitude, **asked | {"corridor": walls})
+    with searching() as progress:
+        path = rectangle(width, length, altitude=altitude, **asked | {"corridor": walls}, **progress)
     destination.deliver(path, walls, limits=planning.limits)
 
 

@@ -23,7 +23,8 @@ _LINES = (
     ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
     ("solver", "solver", "{}"),
     ("rounds", "rounds", "{}"),
-    ("milliseconds", "planned in", "{:.3g} ms"),
+    ("milliseconds", "planned in", "{:.1f} ms"),
+    ("interrupted", "interrupted", "{} (the best plan found until then)"),
     ("output", "written", "{}"),
     ("plot", "drawn", "{}"),
 )
@@ -100,6 +101,7 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, li
         "solver": report.solver if report else None,
         "rounds": report.rounds if report else None,
         "milliseconds": report.milliseconds if report else None,
+        "interrupted": "yes" if report and report.interrupted else None,
     }
 
 

@@ -1,0 +1,57 @@
+"""One line on a terminal while durations are searched; nothing where nobody is looking."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import monotonic
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from minsnap.split import Step
+
+INTERVAL = 0.2
+"""Least time between two lines, and before the first: a quick search shows none [s]."""
+
+
+class SearchLine:
+    """A line that tells how far a search is, written over itself.
+
+    Parameters
+    ----------
+    stream : text file
+        A terminal.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream, self.due, self.width = stream, monotonic() + 2.0 * INTERVAL, 0
+
+    def __call__(self, step: Step) -> None:
+        """Show one evaluation, unless the last one was shown a moment ago."""
+        if monotonic() >= self.due:
+            self.due = monotonic() + INTERVAL
+            self._show(f"searching durations: {step.evaluation} plans, {step.total_time:.4g} s (Ctrl-C takes the best)")
+
+    def clear(self) -> None:
+        """Leave an empty line behind."""
+        if self.width:
+            self._show("")
+
+    def _show(self, text: str) -> None:
+        self.stream.write(f"\r{text:<{self.width}}" + ("" if text else "\r"))
+        self.stream.flush()
+        self.width = len(text)
+
+
+@contextmanager
+def searching() -> Iterator[dict[str, Any]]:
+    """Give the argument of a plan that shows its search on standard error, if that is a terminal; then clear it."""
+    if not sys.stderr.isatty():
+        yield {}
+        return
+    line = SearchLine(sys.stderr)
+    try:
+        yield {"progress": line}
+    finally:
+        line.clear()
