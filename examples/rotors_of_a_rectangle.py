@@ -1,7 +1,8 @@
 """What a rectangle asks of the rotors: thrust, tilt and rotor speeds by differential flatness, checked open loop.
 
 Rotor speeds follow from the trajectory in closed form, drag included. Fed to the equations of motion with no feedback
-at all they fly the rectangle to within micrometres, which shows that both are right.
+at all they fly the rectangle to within nanometres, which shows that both are right. Where the corridor holds the curve,
+snap jumps at the corners, and with it torques: the small steps in rotor speed at 4, 6 and 10 s.
 """
 
 import sys
@@ -33,7 +34,7 @@ def main(folder: Path) -> None:
     angle.set(ylabel="tilt [°]")
     rotors.set(ylabel="rotor speed [RPM]", xlabel="time [s]")
     rotors.legend(frameon=False, ncols=4)
-    figure.suptitle(f"flown open loop for {path.duration:g} s it strays by {1e6 * strays:.1f} µm")
+    figure.suptitle(f"flown open loop for {path.duration:g} s it strays by {1e9 * strays:.1f} nm")
     folder.mkdir(parents=True, exist_ok=True)
     figure.savefig(folder / "rotors_of_a_rectangle.png", dpi=120)
 

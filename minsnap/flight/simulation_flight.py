@@ -13,7 +13,7 @@ from minsnap.vehicle.rotation import headings
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """State of a vehicle at uniform instants, the first at 0; SI units, world z up, read-only arrays.
+    """State of a vehicle at increasing instants, the first at 0; SI units, world z up, read-only arrays.
 
     Parameters
     ----------

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import numpy as np
 
 from minsnap.errors import TimingError
@@ -14,6 +17,9 @@ from minsnap.vehicle.flatness import spatial
 from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.states import FlatStates, flatness_of
 
+_INSIDE = 1e-9
+"""How far before its end a step's last rotor speeds are taken, as a part of the step."""
+
 
 def simulate_open_loop(
     vehicle: Quadrotor, path: Path, *, wind: tuple[float, float, float] = (0.0, 0.0, 0.0), step: float = 0.001
@@ -21,22 +27,24 @@ def simulate_open_loop(
     """Integrate the equations of motion under the rotor speeds that flatness gives for a path.
 
     Nothing corrects an error, so how far the flight strays tells how exact the inverse dynamics and the integration
-    are. Rotor speeds are given as functions of time; motors do not lag, and limits are not applied.
+    are. Rotor speeds are given as functions of time; motors do not lag, and limits are not applied. Snap, and with it
+    torque, may jump at the knots of a trajectory: steps end there, with the rotor speeds of the leg that ends.
 
     Parameters
     ----------
     vehicle : Quadrotor
         With drag that can be inverted.
     path : Path
-        Of two or three dimensions, with four continuous derivatives for the integration to be of fourth order.
+        Of two or three dimensions; four continuous derivatives between its ``breaks``, where it has them.
     wind : tuple of 3 floats
         Constant, known to the inverse dynamics [m/s].
     step : float
-        [s].
+        Greatest step [s].
 
     Returns
     -------
     Flight
+        At instants that are uniform within each leg.
 
     Raises
     ------
@@ -46,22 +54,33 @@ def simulate_open_loop(
     air = vector("wind velocity", wind)
     if not 0 < step <= path.duration:
         raise TimingError(f"the step is {step!r} s: it must be above 0 and within the path's {path.duration} s")
-    count = max(1, round(path.duration / step))
-    halves = np.linspace(0.0, path.duration, 2 * count + 1)
-    states = flatness_of(vehicle, path, halves, wind=air)
-    log = _integrate(RigidBody(vehicle), path, states, air, path.duration / count)
-    return _flight(path, halves[::2], log, states, air)
+    t = _instants(path, step)
+    stages = np.stack([t[:-1], 0.5 * (t[:-1] + t[1:]), t[1:] - _INSIDE * np.diff(t)], axis=-1)
+    states = flatness_of(vehicle, path, stages.ravel(), wind=air)
+    log = _integrate(RigidBody(vehicle), path, states, air, np.diff(t).tolist())
+    return _flight(path, t, log, states, air)
+
+
+def _instants(path: Path, step: float) -> FloatArray:
+    """Return instants from 0 to the end, the knots of a trajectory among them, no further apart than a step."""
+    knots = np.asarray(getattr(path, "breaks", (0.0, path.duration)), dtype=np.float64)
+    legs = [
+        np.linspace(start, end, math.ceil((end - start) / step - 1e-9) + 1)[:-1]
+        for start, end in itertools.pairwise(knots.tolist())
+    ]
+    return np.concatenate([*legs, knots[-1:]])
 
 
 def _integrate(
-    body: RigidBody, path: Path, states: FlatStates, wind: tuple[float, float, float], step: float
+    body: RigidBody, path: Path, states: FlatStates, wind: tuple[float, float, float], steps: list[float]
 ) -> list[list[float]]:
-    """Return the state at the start and after every step."""
+    """Return the state at the start and after every step, from three rotor speeds a step."""
     speeds = states.rotor_speed.tolist()
     start = (spatial(path(0.0)), spatial(path(0.0, 1)), states.quaternion[0], states.body_rates[0])
     log = [np.concatenate(start).tolist()]
-    for index in range(0, len(speeds) - 2, 2):
-        log.append(body.advance(log[-1], (speeds[index], speeds[index + 1], speeds[index + 2]), wind, step))
+    for index, step in enumerate(steps):
+        first, middle, last = speeds[3 * index : 3 * index + 3]
+        log.append(body.advance(log[-1], (first, middle, last), wind, step))
     return log
 
 
@@ -69,4 +88,5 @@ def _flight(path: Path, t: FloatArray, log: list[list[float]], states: FlatState
     position, velocity, quaternion, rates = np.split(np.array(log), [3, 6, 10], axis=1)
     reference = Samples(t, spatial(path(t)), spatial(path(t, 1)), yaw=path.yaw(t))
     air, free = np.tile(wind, (len(t), 1)), np.zeros(len(t), dtype=bool)
-    return Flight(t.copy(), position, velocity, quaternion, rates, states.rotor_speed[::2].copy(), air, free, reference)
+    speeds = np.concatenate([states.rotor_speed[::3], states.rotor_speed[-1:]])
+    return Flight(t.copy(), position, velocity, quaternion, rates, speeds, air, free, reference)
