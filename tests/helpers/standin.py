@@ -37,6 +37,9 @@ class PointMass:
     def rest(self, dt):
         self.velocity = [0.0, 0.0, 0.0]
 
+    def descend(self, dt):
+        self.position[2] = min(0.0, self.position[2] + dt)
+
 
 class StandIn:
     """The autopilot; a context manager that runs in a thread of its own."""
@@ -151,7 +154,7 @@ class StandIn:
                 self.failsafes.append(now)
                 self.mode = self.other
         elif self.mode == self.landing:
-            self.body.position[2] = min(0.0, self.body.position[2] + dt)
-            self.armed = self.armed and self.body.position[2] < 0
-        else:
+            self.body.descend(dt)
+            self.armed = self.armed and self.body.position[2] < -0.02
+        elif self.armed:
             self.body.rest(dt)
