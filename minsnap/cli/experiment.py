@@ -43,6 +43,9 @@ def experiment(
     wind: Annotated[Triple, typer.Option("--wind", metavar="X Y Z", help="Mean wind [m/s].")] = (0.0, 0.0, 0.0),
     gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0,
     seed: Annotated[int, typer.Option("--seed", help="Repeats the same noise and gusts.")] = 0,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Write reference and flights as CSV there.")
+    ] = None,
     plot: options.Plot = None,
     json: options.Json = False,
 ) -> None:
@@ -63,6 +66,10 @@ def experiment(
         sensors=Sensors(pose_rate, delay, noise, seed),
         wind=_wind(wind, gust, seed),
     )
+    if output is not None:
+        from minsnap.flight.experiment_report import write_flights
+
+        write_flights(found, output)
     if plot is not None:
         from minsnap.flight.experiment_plot import plot_experiment
         from minsnap.plot.figures import save_figure

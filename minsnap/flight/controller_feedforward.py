@@ -38,7 +38,7 @@ def reference_states(vehicle: Quadrotor, reference: Samples, drag: Drag | None) 
     return flat_states(vehicle, velocity, acceleration, jerk, snap, yaw, rate, drag=flat)
 
 
-def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag) -> FloatArray:
+def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag | None = None) -> FloatArray:
     """Return the acceleration that offsets drag along a reference, in still air (section 4.7 of the thesis).
 
     The reference velocity is turned into the body frame by the reference attitude, which is that of flatness; the
@@ -49,8 +49,8 @@ def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag) -> Flo
     vehicle : Quadrotor
     reference : Samples
         With velocity; without, nothing can be offset and the answer is zero.
-    drag : Drag
-        The model to offset, which need not be the vehicle's.
+    drag : Drag or None
+        The model to offset; the vehicle's own unless given.
 
     Returns
     -------
@@ -59,6 +59,7 @@ def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag) -> Flo
     """
     if reference.velocity is None:
         return np.zeros((len(reference), 3))
+    drag = vehicle.drag if drag is None else drag
     states = reference_states(vehicle, reference, drag)
     velocity = np.einsum("mji,mj->mi", states.rotation, spatial(reference.velocity))
     pitch = -np.arcsin(np.clip(states.rotation[:, 2, 0], -1.0, 1.0))

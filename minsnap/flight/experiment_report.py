@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import Any
 
 from minsnap.flight.experiment import PUBLISHED_RMSE, Experiment, Run
@@ -53,6 +55,28 @@ def _part_table(experiment: Experiment) -> list[str]:
 
 def _baseline(experiment: Experiment) -> Run | None:
     return next((run for run in experiment.runs if run.compensation is None), None)
+
+
+def write_flights(experiment: Experiment, folder: str | os.PathLike[str]) -> list[Path]:
+    """Write the reference and every flight as CSV, which ``minsnap compare`` reads; return the files.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    folder : str or path
+        Made if it is not there.
+    """
+    from minsnap.files.setpoints import write_csv
+
+    home, name = Path(folder), experiment.course.name
+    home.mkdir(parents=True, exist_ok=True)
+    written = {home / f"{name}_reference.csv": experiment.course.samples}
+    for run in experiment.runs:
+        words = f"with_{run.compensation}" if run.compensation else "without_compensation"
+        written[home / f"{name}_{words}.csv"] = run.flight.samples
+    for file, samples in written.items():
+        write_csv(samples, file)
+    return list(written)
 
 
 def experiment_dict(experiment: Experiment) -> dict[str, Any]:

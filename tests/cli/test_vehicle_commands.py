@@ -25,6 +25,20 @@ def test_the_experiment_as_json_takes_every_option(call) -> None:
     assert run["compensation"] == "exact" and 0 < run["whole"]["rmse_3d"] < 1.0
 
 
+def test_flights_of_an_experiment_can_be_compared_again(call, tmp_path) -> None:
+    done = call("experiment", "line", "--repeat", 2, "--smooth", "--model", "exact", "-o", "flown", "--json")
+    assert done.returncode == 0, done.stderr
+    assert sorted(file.name for file in (tmp_path / "flown").iterdir()) == [
+        "line_reference.csv",
+        "line_with_exact.csv",
+        "line_without_compensation.csv",
+    ]
+    again = call("compare", "flown/line_reference.csv", "flown/line_with_exact.csv", "--json")
+    whole = json.loads(again.stdout)["line_with_exact.csv"]
+    delays = [run["whole"]["delay"] for run in json.loads(done.stdout)["runs"]]
+    assert whole["delay"] == pytest.approx(delays[1], abs=1e-3)
+
+
 def test_the_experiment_flies_a_described_vehicle(call, tmp_path) -> None:
     Quadrotor.dji_f330().to_yaml(tmp_path / "mine.yaml")
     done = call("experiment", "line", "--repeat", 1, "--compensate", "off", "--vehicle", "mine.yaml")

@@ -9,7 +9,7 @@ import minsnap
 from minsnap.errors import InputError
 from minsnap.flight import CascadeController, GeometricController, drag_feed_forward, simulate
 from minsnap.flight.controller import Allocator, Estimate, Reference
-from minsnap.flight.controller_cascade import heading_axes
+from minsnap.flight.controller_cascade_pilot import heading_axes
 from minsnap.flight.controller_geometric import desired_axes
 from minsnap.vehicle import BodyDrag, Quadrotor, flat_states, flatness_of, published_drag
 
@@ -136,6 +136,15 @@ def test_feed_forward_reaches_even_a_cascade_that_follows_position_alone() -> No
     assert pushed[2] > 0.01
 
 
+def test_a_derivative_on_rates_holds_against_their_change() -> None:
+    pilots = [CascadeController(rate_derivative=(gain, 0, 0)).pilot(F330, 0.004) for gain in (0.0, 0.5)]
+    turning = STILL._replace(body_rates=(0.2, 0, 0))
+    for pilot in pilots:
+        pilot.command(STILL, REST)
+    plain, damped = (F330.wrench(pilot.command(turning, REST).rotor_speed) for pilot in pilots)
+    assert damped[1] - plain[1] == pytest.approx(-0.5 * F330.inertia[0, 0] * 0.2 / 0.004)
+
+
 def test_the_cascade_removes_a_constant_push() -> None:
     windless = minsnap.line((0, 0, 1), (1e-6, 0, 1), total_time=40.0)
     from minsnap.flight import ConstantWind
@@ -189,6 +198,7 @@ def test_isotropic_feed_forward_by_hand_and_the_published_one_pushes_backwards()
     assert drag_feed_forward(F330, samples, published_drag("linear"))[5, 0] == pytest.approx(-0.1069 - 0.01856 * 3)
     without = drag_feed_forward(F330, replace(samples, velocity=None), BodyDrag((1, 1, 1)))
     assert not without.any()
+    np.testing.assert_array_equal(drag_feed_forward(F330, samples), drag_feed_forward(F330, samples, F330.drag))
 
 
 @pytest.fixture(scope="module")
