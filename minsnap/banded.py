@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.errors import SolverError
+from minsnap.extended import decimal_optimum, is_extreme
 from minsnap.polynomial import ends_gram
 from minsnap.problem import BoolArray, IntArray, Problem, rising_powers
 from minsnap.samples import FloatArray
@@ -28,6 +29,8 @@ def unbounded_optimum(problem: Problem) -> FloatArray:
 
 
 def _open_optimum(problem: Problem, free: BoolArray, values: FloatArray) -> FloatArray:
+    if is_extreme(problem):
+        return decimal_optimum(problem, free, values)
     knots = values.copy()
     slopes = _slopes(problem, values)
     if (free == free[:, :, :1]).all():

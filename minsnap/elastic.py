@@ -18,8 +18,9 @@ from minsnap.problem import IntArray, Problem
 from minsnap.qp import SMALL, solve_qp
 from minsnap.rows import RowSet, rows_in_unknowns, sticking_out
 from minsnap.samples import FloatArray
+from minsnap.space import Whitened
 
-TRACE = 1e-3
+TRACE = 1e-5
 """Weight of the scaled snap cost beside the slacks, unless another is given."""
 
 ACCURACY = 1e-4
@@ -87,7 +88,7 @@ class Elastic:
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, base, compiled, give
         self.trace, self.accuracy = trace, accuracy
-        self.component = Component(problem, base, np.ones(problem.dim, dtype=bool), solver)
+        self.component = Component(problem, base, np.ones(problem.dim, dtype=bool), solver, SMALL)
         self.rows: RowSet | None = None
         self.multipliers = np.zeros(0)
         if seed is not None:
@@ -139,13 +140,13 @@ class Elastic:
         A, b = part.equalities if part.equalities is not None else (None, None)
         if A is not None:
             A, b = _padded(A, self.give.slacks), b / size
-        found, failed = solve_qp(P, q, G, h, A, b, part.names)
+        found, failed = solve_qp(P, q, G, h, A, b, part.names, 1.0)
         if found is None:
             raise SolverError(f"the elastic problem was not solved by {', '.join(failed)}")
         n = len(part.columns)
         self.multipliers = found.multipliers[: len(rows)] / norms / size
         unknowns = np.zeros(self.problem.size)
-        unknowns[part.columns] = size * part.scale * found.x[:n]
+        unknowns[part.columns] = size * part.space.unknowns(found.x[:n])
         return self.problem.add(self.base, unknowns), found.x[n:]
 
     def _extended(self, G: object, h: FloatArray, moves: FloatArray, rows: RowSet) -> tuple[object, ...]:
@@ -156,12 +157,12 @@ class Elastic:
         group = self.give.group[rows.source.wall]
         gives = np.flatnonzero(group >= 0)
         slack = csc_matrix((-moves[gives], (gives, group[gives])), shape=(len(rows), m))
-        P = block_diag((self.trace * csc_matrix(self.component.hessian), self.trace * csc_matrix(np.eye(m))))
+        P = block_diag((self.trace * csc_matrix(self.component.space.hessian), self.trace * csc_matrix(np.eye(m))))
         q = np.concatenate((np.zeros(n), np.ones(m)))
         rows_and_slacks = hstack((csc_matrix(G), slack))
         rows_and_slacks = vstack((rows_and_slacks, hstack((csc_matrix((m, n)), -csc_matrix(np.eye(m))))))
         h = np.concatenate((h, np.full(m, -self.give.lowest)))
-        if n + m <= SMALL:
+        if isinstance(self.component.space, Whitened):
             return P.toarray(), q, rows_and_slacks.toarray(), h
         return csc_matrix(P), q, csc_matrix(rows_and_slacks), h
 

@@ -23,9 +23,9 @@ from minsnap.samples import FloatArray
 GAP = 1e-6
 """Share of the cost that may be lost by moving walls inwards instead of iterating on."""
 
-ROUNDS = 40
-STALLED = 4
-"""Rounds without halving the excess after which the solver's accuracy is taken to be reached."""
+ROUNDS = 80
+STALLED = 6
+"""Rounds without a quarter less excess after which the solver's accuracy is taken to be reached."""
 
 START = 6
 """Rows that each violated wall of a small problem gets before the first solve."""
@@ -105,7 +105,7 @@ class Exchange:
             found, excess = sticking_out(self.problem, self.compiled, self.last, floor)
             if excess <= 0.0 and floor == 0.0 and not due:
                 break
-            stalled = 0 if excess < 0.5 * best else stalled + 1
+            stalled = 0 if excess < 0.75 * best else stalled + 1
             best = min(best, excess)
             if found:
                 self._add(found, self.rows is None)

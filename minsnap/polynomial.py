@@ -109,10 +109,16 @@ def gram(degree: int, order: int) -> FloatArray:
 
 
 @cache
-def ends_gram(degree: int) -> FloatArray:
-    """Gram matrix of the k-th derivative in end derivatives, degree 2k - 1: shape (2k, 2k), exact then rounded."""
+def exact_ends_gram(degree: int) -> Rational:
+    """Gram matrix of the k-th derivative in end derivatives, degree 2k - 1: 2k rows of 2k rationals."""
     ends = _exact_ends_map(degree)
-    return _rounded(_product(_product(_transpose(ends), _exact_gram(degree, (degree + 1) // 2)), ends))
+    return _product(_product(_transpose(ends), _exact_gram(degree, (degree + 1) // 2)), ends)
+
+
+@cache
+def ends_gram(degree: int) -> FloatArray:
+    """``exact_ends_gram`` rounded once: shape (2k, 2k)."""
+    return _rounded(exact_ends_gram(degree))
 
 
 @cache

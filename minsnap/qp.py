@@ -12,11 +12,23 @@ import numpy as np
 from minsnap.errors import UnknownSolverError
 from minsnap.samples import FloatArray
 
-SMALL = 150
+SMALL = 60
 """Unknowns up to which a dense active-set solver is quicker than a sparse interior-point one."""
+
+DENSE_SIZE = 150
+"""Unknowns up to which problems are whitened and dense."""
+
+MIDDLE = 1500
+"""Unknowns up to which the dense solver is still tried, in whitened coordinates, after the sparse ones."""
 
 FEASIBLE = 1e-7
 """Largest violation of a normalised row that is taken for a solution before it is repaired."""
+
+GAP = 1e-6
+"""Largest duality gap, as a share of the cost, that is taken for an optimum."""
+
+TINY = 1e-12
+"""Cost, in scaled units, below which a gap does not matter."""
 
 TOLERANCES: dict[str, dict[str, Any]] = {
     "daqp": {"primal_tol": 1e-9, "dual_tol": 1e-12, "iter_limit": 10_000},
@@ -61,7 +73,11 @@ def solver_names(solver: str, size: int) -> tuple[str, ...]:
 
 
 def _preferred(size: int) -> tuple[str, ...]:
-    return ("daqp", "piqp", "clarabel") if size <= SMALL else ("piqp", "clarabel")
+    if size <= SMALL:
+        return ("daqp", "piqp", "clarabel")
+    if size <= DENSE_SIZE:
+        return ("piqp", "daqp", "clarabel")
+    return ("piqp", "clarabel")
 
 
 def check_solver(solver: str) -> str:
@@ -77,9 +93,16 @@ def check_solver(solver: str) -> str:
 
 
 def solve_qp(
-    P: Any, q: FloatArray, G: Any, h: FloatArray | None, A: Any, b: FloatArray | None, names: Sequence[str]
+    P: Any,
+    q: FloatArray,
+    G: Any,
+    h: FloatArray | None,
+    A: Any,
+    b: FloatArray | None,
+    names: Sequence[str],
+    tiny: float = TINY,
 ) -> tuple[Solution | None, tuple[str, ...]]:
-    """Minimise x'Px/2 + q'x over Gx <= h, Ax = b; rows normalised, costs of order one.
+    """Minimise x'Px/2 + q'x over Gx <= h, Ax = b; rows normalised, costs of order one or not below ``tiny``.
 
     Returns
     -------
@@ -90,7 +113,7 @@ def solve_qp(
     """
     failed: list[str] = []
     for name in names:
-        found = _attempt(P, q, G, h, A, b, name)
+        found = _attempt(P, q, G, h, A, b, name, tiny)
         if found is not None:
             return found, tuple(failed)
         failed.append(name)
@@ -98,13 +121,13 @@ def solve_qp(
 
 
 def _attempt(
-    P: Any, q: FloatArray, G: Any, h: FloatArray | None, A: Any, b: FloatArray | None, name: str
+    P: Any, q: FloatArray, G: Any, h: FloatArray | None, A: Any, b: FloatArray | None, name: str, tiny: float
 ) -> Solution | None:
     import qpsolvers
 
     if name in DENSE:
         P, G, A = (matrix.toarray() if hasattr(matrix, "toarray") else matrix for matrix in (P, G, A))
-    else:
+    elif name != "piqp" or not isinstance(P, np.ndarray):
         P, G, A = (_sparse(matrix) for matrix in (P, G, A))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -114,13 +137,35 @@ def _attempt(
             return None
     if not solution.found or solution.x is None or not np.isfinite(solution.x).all():
         return None
-    if G is not None and np.max(G @ solution.x - h, initial=0.0) > FEASIBLE * max(
-        1.0, float(np.abs(h).max(initial=0.0))
-    ):
-        return None
-    y = solution.y if solution.y is not None else np.zeros(0)
-    z = np.maximum(solution.z, 0.0) if G is not None else np.zeros(0)
-    return Solution(solution.x, z, y, name)
+    z = np.maximum(solution.z, 0.0) if G is not None and solution.z is not None else np.zeros(0)
+    y = solution.y if A is not None and solution.y is not None else np.zeros(0)
+    found = Solution(solution.x, z, y, name)
+    return found if _holds(P, q, G, h, A, b, found, tiny) else None
+
+
+def _holds(
+    P: Any,
+    q: FloatArray,
+    G: Any,
+    h: FloatArray | None,
+    A: Any,
+    b: FloatArray | None,
+    found: Solution,
+    tiny: float,
+) -> bool:
+    """Whether a solution is feasible, and its duality gap small beside its cost: solvers' own words are not enough."""
+    x = found.x
+    Px = P @ x
+    gap = float(x @ Px + q @ x)
+    if G is not None and h is not None:
+        if np.max(G @ x - h, initial=0.0) > FEASIBLE * max(1.0, float(np.abs(h).max(initial=0.0))):
+            return False
+        gap += float(h @ found.multipliers)
+    if A is not None and b is not None:
+        if np.abs(A @ x - b).max(initial=0.0) > FEASIBLE * max(1.0, float(np.abs(b).max(initial=0.0))):
+            return False
+        gap += float(b @ found.equality_multipliers)
+    return abs(gap) <= GAP * (float(x @ Px) + abs(float(q @ x)) + tiny)
 
 
 def _sparse(matrix: Any) -> Any:
