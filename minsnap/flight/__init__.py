@@ -17,8 +17,10 @@ if TYPE_CHECKING:
     from minsnap.flight.experiment_course import Course, course
     from minsnap.flight.experiment_plot import plot_experiment
     from minsnap.flight.link import open_link
+    from minsnap.flight.mocap import open_source
     from minsnap.flight.offboard import stream
     from minsnap.flight.options import StreamOptions, StreamReport, StreamStatus
+    from minsnap.flight.relay import Relay, RelayReport
     from minsnap.flight.safety import SafetyRules
     from minsnap.flight.simulation import simulate
     from minsnap.flight.simulation_flight import Flight
@@ -38,8 +40,10 @@ _HOMES = {
     "minsnap.flight.experiment_course": ("Course", "course"),
     "minsnap.flight.experiment_plot": ("plot_experiment",),
     "minsnap.flight.link": ("open_link",),
+    "minsnap.flight.mocap": ("open_source",),
     "minsnap.flight.offboard": ("stream",),
     "minsnap.flight.options": ("StreamOptions", "StreamReport", "StreamStatus"),
+    "minsnap.flight.relay": ("Relay", "RelayReport"),
     "minsnap.flight.safety": ("SafetyRules",),
     "minsnap.flight.streaming": ("Streamer",),
     "minsnap.flight.simulation": ("simulate",),
@@ -53,30 +57,15 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "CascadeController",
-    "Comparison",
-    "ConstantWind",
-    "Controller",
-    "Course",
-    "DrydenWind",
-    "Experiment",
-    "Flight",
-    "GeometricController",
+    "Relay",
+    "RelayReport",
     "SafetyRules",
-    "Sensors",
     "StreamOptions",
     "StreamReport",
     "StreamStatus",
     "Streamer",
-    "compare",
-    "course",
-    "drag_feed_forward",
     "open_link",
-    "plot_experiment",
-    "plot_tracking",
-    "run_experiment",
-    "simulate",
-    "simulate_open_loop",
+    "open_source",
     "stream",
 ]
 

@@ -75,9 +75,7 @@ def command(vehicle: VehicleState, name: str, *parameters: float) -> Message:
     """COMMAND_LONG to the vehicle; parameters that are not given are 0."""
     dialect = load_dialect()
     values = (*parameters, *(0.0,) * (7 - len(parameters)))
-    return dialect.MAVLink_command_long_message(
-        vehicle.system, vehicle.component, getattr(dialect, name), 0, *values
-    )
+    return dialect.MAVLink_command_long_message(vehicle.system, vehicle.component, getattr(dialect, name), 0, *values)
 
 
 def arm_command(vehicle: VehicleState) -> Message:

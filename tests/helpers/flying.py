@@ -22,9 +22,7 @@ def excursion(duration=10.0, rate=20.0, reach=4.0):
     second = 4 * w**2 * (3 * s**2 * c**2 - s**4)
     along = np.array([reach, 0.5, 0.25 * reach])
     position = np.outer(shape, along) + [0, 0, 1.5]
-    return Samples(
-        t, position, np.outer(first, along), np.outer(second, along), yaw=0.6 * shape, yaw_rate=0.6 * first
-    )
+    return Samples(t, position, np.outer(first, along), np.outer(second, along), yaw=0.6 * shape, yaw_rate=0.6 * first)
 
 
 def in_ned(position):
