@@ -57,15 +57,33 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "CascadeController",
+    "Comparison",
+    "ConstantWind",
+    "Controller",
+    "Course",
+    "DrydenWind",
+    "Experiment",
+    "Flight",
+    "GeometricController",
     "Relay",
     "RelayReport",
     "SafetyRules",
+    "Sensors",
     "StreamOptions",
     "StreamReport",
     "StreamStatus",
     "Streamer",
+    "compare",
+    "course",
+    "drag_feed_forward",
     "open_link",
     "open_source",
+    "plot_experiment",
+    "plot_tracking",
+    "run_experiment",
+    "simulate",
+    "simulate_open_loop",
     "stream",
 ]
 
