@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from minsnap.files.waypoints import read_waypoints
     from minsnap.full_problem import FullProblem, build_qp
     from minsnap.grid import corridor_from_grid
+    from minsnap.limits import Limits
     from minsnap.path import Path
     from minsnap.planner import plan
-    from minsnap.plot import plot_overview, plot_path, plot_profiles
+    from minsnap.plot import plot_convergence, plot_overview, plot_path, plot_profiles, plot_utilisation
     from minsnap.polytopes import Polytopes
     from minsnap.room import HalfSpaces, Room
     from minsnap.samples import Samples
@@ -35,9 +36,10 @@ _HOMES = {
     "minsnap.files.waypoints": ("read_waypoints",),
     "minsnap.full_problem": ("FullProblem", "build_qp"),
     "minsnap.grid": ("corridor_from_grid",),
+    "minsnap.limits": ("Limits",),
     "minsnap.path": ("Path",),
     "minsnap.planner": ("plan",),
-    "minsnap.plot": ("plot_overview", "plot_path", "plot_profiles"),
+    "minsnap.plot": ("plot_convergence", "plot_overview", "plot_path", "plot_profiles", "plot_utilisation"),
     "minsnap.polytopes": ("Polytopes",),
     "minsnap.room": ("HalfSpaces", "Room"),
     "minsnap.samples": ("Samples",),
@@ -51,6 +53,7 @@ __all__ = [
     "Certificate",
     "FullProblem",
     "HalfSpaces",
+    "Limits",
     "MinsnapError",
     "Path",
     "Polytopes",
@@ -67,9 +70,11 @@ __all__ = [
     "lemniscate",
     "line",
     "plan",
+    "plot_convergence",
     "plot_overview",
     "plot_path",
     "plot_profiles",
+    "plot_utilisation",
     "read_csv",
     "read_waypoints",
     "rectangle",

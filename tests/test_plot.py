@@ -14,7 +14,8 @@ matplotlib.use("agg")
 import minsnap
 from minsnap.corridor import RoundTube, Tube
 from minsnap.errors import FileError, InputError
-from minsnap.plot import plot_overview, plot_path, plot_profiles, save_figure
+from minsnap.limits import Limits
+from minsnap.plot import plot_convergence, plot_overview, plot_path, plot_profiles, plot_utilisation, save_figure
 from minsnap.plot.regions import leg_bodies, outline
 from minsnap.samples import Samples
 
@@ -142,3 +143,40 @@ def test_other_endings_and_existing_files_are_refused(path, tmp_path):
 def test_importing_the_figures_does_not_import_matplotlib():
     code = "import sys, minsnap.plot; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_utilisation_peaks_at_what_the_certificate_says():
+    limits = Limits(
+        speed=2.0, acceleration=3.0, jerk=9.0, snap=40.0, horizontal_speed=2.5, horizontal_acceleration=4.0,
+        climb_speed=1.0, descent_speed=0.8, vertical_speed=1.5, vertical_acceleration=2.0, max_thrust=1.5, min_thrust=0.5, tilt=0.6,
+        body_rate=4.0, yaw_rate=3.0,
+    )  # fmt: skip
+    traj = minsnap.plan(
+        [(0, 0, 1), (3, 1, 2), (2, 4, 0.5), (0, 2, 1)], durations=[2.5, 2.5, 2.5], yaw=[0.0, 1.0, 2.0, 1.0]
+    )
+    exact = {used.name: used.fraction for used in limits.utilisation(traj)}
+    ax = plot_utilisation(traj, limits)
+    drawn = {line.get_label().replace(" ", "_"): np.max(line.get_ydata()) / 100.0 for line in ax.lines[:-1]}
+    assert drawn.keys() == exact.keys()
+    for name, fraction in exact.items():
+        assert drawn[name] == pytest.approx(fraction, rel=1e-3), name
+
+
+def test_utilisation_per_axis_and_without_what_it_needs(path):
+    axis = plot_utilisation(path, Limits(speed=1.0, norm="axis")).lines[0].get_ydata()
+    t = np.linspace(0.0, path.duration, len(axis))
+    assert axis == pytest.approx(100.0 * np.abs(path(t, 1)).max(axis=1))
+    bare = Samples(np.arange(3.0), np.ones((3, 3)))
+    with pytest.raises(InputError, match="lack"):
+        plot_utilisation(bare, Limits(speed=1.0))
+    with pytest.raises(InputError, match="no limit"):
+        plot_utilisation(path, Limits())
+
+
+def test_convergence_goes_down_to_the_duration_found():
+    traj = minsnap.rectangle(limits=Limits(speed=3.0, acceleration=6.0))
+    best = plot_convergence(traj).lines[1].get_ydata()
+    assert (np.diff(best) <= 0.0).all()
+    assert best[-1] == pytest.approx(traj.duration, rel=0.02)
+    with pytest.raises(InputError, match="not searched"):
+        plot_convergence(minsnap.line())

@@ -3,5 +3,6 @@
 from minsnap.plot.figures import plot_overview, save_figure
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.profiles import plot_profiles
+from minsnap.plot.utilisation import plot_convergence, plot_utilisation
 
-__all__ = ["plot_overview", "plot_path", "plot_profiles", "save_figure"]
+__all__ = ["plot_convergence", "plot_overview", "plot_path", "plot_profiles", "plot_utilisation", "save_figure"]
