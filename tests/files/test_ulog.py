@@ -9,6 +9,7 @@ from minsnap.errors import FileError
 from minsnap.files.flights import load_flight, load_reference
 from minsnap.files.ulog import read_ulog
 
+
 def fields(kind, names):
     return "uint64_t timestamp;" + "".join(f"{kind} {name};" for name in names.split())
 
