@@ -223,6 +223,11 @@ class Compiled:
         """Widths of all walls in the common count."""
         return np.concatenate([block.width for block in self.blocks]) if self.blocks else np.zeros(0)
 
+    @cached_property
+    def momentary(self) -> npt.NDArray[np.bool_]:
+        """Which walls hold at one instant only, in the common count."""
+        return np.concatenate([np.full(len(block.piece), isinstance(block, KnotBounds)) for block in self.blocks])
+
     def excess(self, problem: Problem, points: FloatArray) -> list[FloatArray]:
         """Control points of the excess over every wall, block by block."""
         by_order = {0: points}

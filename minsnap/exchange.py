@@ -109,7 +109,8 @@ class Exchange:
             best = min(best, excess)
             if found:
                 self._add(found, self.rows is None)
-            if self.rounds and (excess <= floor or stalled >= STALLED):
+            cheap = excess <= floor or (stalled >= STALLED and excess <= LARGEST_SHRINK)
+            if self.rounds and cheap:
                 self.shrink += SAFETY * max(excess, floor)
             self.last, due = self._solve(), False
         return self.outcome(self.last, excess)
@@ -151,7 +152,8 @@ class Exchange:
 
     def _spread(self, rows: Rows) -> Rows:
         """Repeat the walls at a few instants each, for a good first solve."""
-        _, first = np.unique(rows.wall, return_index=True)
+        walls, first = np.unique(rows.wall, return_index=True)
+        first = first[~self.compiled.momentary[walls]]
         s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(START) + 0.5) / START)
         spread = replace(rows.chosen(np.repeat(first, START)), s=np.tile(s, len(first)))
         return rows.joined(spread)
