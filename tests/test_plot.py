@@ -148,8 +148,8 @@ def test_importing_the_figures_does_not_import_matplotlib():
 def test_utilisation_peaks_at_what_the_certificate_says():
     limits = Limits(
         speed=2.0, acceleration=3.0, jerk=9.0, snap=40.0, horizontal_speed=2.5, horizontal_acceleration=4.0,
-        climb_speed=1.0, descent_speed=0.8, vertical_speed=1.5, vertical_acceleration=2.0, max_thrust=1.5, min_thrust=0.5, tilt=0.6,
-        body_rate=4.0, yaw_rate=3.0,
+        climb_speed=1.0, descent_speed=0.8, vertical_speed=1.5, vertical_acceleration=2.0, max_thrust=1.5,
+        min_thrust=0.5, tilt=0.6, body_rate=4.0, yaw_rate=3.0,
     )  # fmt: skip
     traj = minsnap.plan(
         [(0, 0, 1), (3, 1, 2), (2, 4, 0.5), (0, 2, 1)], durations=[2.5, 2.5, 2.5], yaw=[0.0, 1.0, 2.0, 1.0]

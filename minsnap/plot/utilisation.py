@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -79,7 +79,7 @@ def utilisation_curves(samples: Samples, limits: Limits) -> dict[str, FloatArray
     }
 
 
-def _measures(samples: Samples, limits: Limits) -> dict[str, Callable[[], FloatArray]]:
+def _measures(samples: Samples, limits: Limits) -> dict[str, Callable[[], Any]]:
     """Return a function for each limit that gives what it bounds, shape (m,)."""
     from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
 
