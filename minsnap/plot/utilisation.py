@@ -84,9 +84,10 @@ def _measures(samples: Samples, limits: Limits) -> dict[str, Callable[[], Any]]:
     from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
 
     def size(values: FloatArray | None) -> FloatArray:
-        return (
-            np.linalg.norm(_there(values), axis=1) if limits.norm == "euclidean" else np.abs(_there(values)).max(axis=1)
-        )
+        vectors = _there(values)
+        if limits.norm == "axis":
+            return np.asarray(np.abs(vectors).max(axis=1))
+        return np.asarray(np.linalg.norm(vectors, axis=1))
 
     def level(values: FloatArray | None) -> FloatArray:
         return np.asarray(np.linalg.norm(_there(values)[:, :2], axis=1))
