@@ -19,9 +19,9 @@ REST = Reference((0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0), 0.0, 0.0, (0, 0, 0)
 STILL = Estimate((0, 0, 0), (0, 0, 0), (1, 0, 0, 0), (0, 0, 0))
 
 
-def wrench(controller, estimate: Estimate, reference: Reference) -> np.ndarray:
+def wrench(controller, estimate: Estimate, reference: Reference, vehicle: Quadrotor = F330) -> np.ndarray:
     """Thrust and torques of the first command."""
-    return F330.wrench(controller.pilot(F330, 0.004).command(estimate, reference).rotor_speed)
+    return vehicle.wrench(controller.pilot(vehicle, 0.004).command(estimate, reference).rotor_speed)
 
 
 CONTROLLERS = [GeometricController(), GeometricController(feed_forward=False), CascadeController()]
@@ -76,6 +76,30 @@ def test_lee_on_the_reference_commands_exactly_what_flatness_gives() -> None:
         )
         told = GeometricController().pilot(free, 0.004).command(estimate, reference)
         np.testing.assert_allclose(told.rotor_speed, flat.rotor_speed[index], rtol=1e-9)
+
+
+def test_lee_away_from_the_reference_is_the_printed_formula_in_matrices() -> None:
+    """Equations 15 and 16 of Lee, Leok and McClamroch, with matrices, wedge and vee."""
+    rng = np.random.default_rng(5)
+    strong = replace(F330, torque_coefficient=20 * F330.torque_coefficient, rotor_speed_min=0.0)
+    inertia = strong.inertia
+    for _ in range(20):
+        attitude = Rotation.from_rotvec(rng.normal(0, 0.2, 3))
+        rates, wanted, change = rng.normal(0, 0.5, (3, 3))
+        reference = REST._replace(
+            position=tuple(rng.normal(0, 0.1, 3)), yaw=0.2, body_rates=tuple(wanted), angular_acceleration=tuple(change)
+        )
+        estimate = STILL._replace(quaternion=tuple(np.roll(attitude.as_quat(), 1)), body_rates=tuple(rates))
+        pull = np.array([6.0, 6.0, 8.0]) * reference.position + [0, 0, F330.gravity]
+        rotation, desired = attitude.as_matrix(), np.array(desired_axes(tuple(pull), 0.2, LEVEL)).T
+        skew = 0.5 * (desired.T @ rotation - rotation.T @ desired)
+        attitude_error = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
+        seen = rotation.T @ desired
+        follow = np.cross(rates, seen @ wanted) - seen @ change
+        gains = -np.array([144.0, 144.0, 60.0]) * attitude_error - [19.0, 19.0, 12.0] * (rates - seen @ wanted)
+        torque = inertia @ gains + np.cross(rates, inertia @ rates) - inertia @ follow
+        expected = np.concatenate([[F330.mass * pull @ rotation[:, 2]], torque])
+        np.testing.assert_allclose(wrench(GeometricController(), estimate, reference, strong), expected, atol=1e-12)
 
 
 def test_desired_attitudes_have_thrust_up_and_yaw_ahead() -> None:
@@ -162,6 +186,18 @@ def test_the_cascade_tilts_and_speeds_no_more_than_its_limits() -> None:
     tilt = np.degrees(np.arccos(1 - 2 * (flight.quaternion[:, 1] ** 2 + flight.quaternion[:, 2] ** 2)))
     assert 15 < tilt.max() < 24 and 3.5 < flight.velocity[:, 0].max() < 4.6
     assert abs(flight.position[-1, 0] - 30.0) < 1.0, "nothing has wound up"
+
+
+def test_a_climb_at_full_thrust_winds_nothing_up() -> None:
+    weak = replace(F330, rotor_speed_max=1.02 * F330.hover_rotor_speed)
+    position = np.array([[0, 0, 1.0]] + [[0, 0, 6.0]] * 11)
+    start = minsnap.Samples(np.arange(12) / 20.0, position)
+    flight = simulate(weak, CascadeController("position"), start, duration=20.0)
+    assert flight.saturated.mean() > 0.1
+    assert flight.position[:, 2].max() < 6.01, (
+        "an integral that goes on while rotors are at their limit overshoots by 1 m"
+    )
+    assert abs(flight.position[-1, 2] - 6.0) < 0.01
 
 
 @pytest.mark.parametrize(
