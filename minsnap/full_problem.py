@@ -154,9 +154,10 @@ def build_qp(
     keep_states(equations, states, times, shared)
     join(equations, times, shared, closed)
     walls = [wall for constraint in as_constraints(corridor) for wall in constraint.walls(points)]
+    instants = _instants(samples)
     rows = Rows(len(times), points.shape[1], 2 * half)
     for wall in walls:
-        sample_planes(rows, wall, times, _instants(samples))
+        sample_planes(rows, wall, times, instants)
     A, b, equalities = equations.collected()
     G, h, inequalities = rows.collected()
     P = _cost(times, points.shape[1], half)

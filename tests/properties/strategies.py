@@ -12,21 +12,21 @@ def decades(low, high):
 
 
 @st.composite
-def corridors(draw, legs=(1, 6), dims=(1, 4), degrees=DEGREES, walls=True, closed=False):
-    """Arguments of ``plan``: legs of 0.2 to 20 m in any direction, widths 0.03 to 1.6 m, any durations."""
+def corridors(draw, legs=(1, 6), dims=(1, 4), degrees=DEGREES, walls=True, closed=False, lengths=(0.2, 20.0), pace=0.5):
+    """Arguments of ``plan``: legs of some lengths in any direction, widths 0.03 to 1.6 m, speeds 10**±pace."""
     count, dim = draw(st.integers(*legs)), draw(st.integers(*dims))
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    lengths = np.array(draw(st.lists(decades(0.2, 20.0), min_size=count, max_size=count)))
+    sizes = np.array(draw(st.lists(decades(*lengths), min_size=count, max_size=count)))
     directions = random.normal(size=(count, dim))
     if draw(st.booleans()):
         directions = np.sign(directions[:, :1]) * np.eye(dim)[random.integers(dim, size=count)]
-    steps = lengths[:, None] * directions / np.linalg.norm(directions, axis=1)[:, None]
+    steps = sizes[:, None] * directions / np.linalg.norm(directions, axis=1)[:, None]
     points = np.concatenate((np.zeros((1, dim)), np.cumsum(steps, axis=0))) + random.normal(size=dim)
     if closed:
         points[-1] = points[0] if np.linalg.norm(points[-2] - points[0]) > 0.05 else points[-1]
         points = points if (points[-1] == points[0]).all() else np.concatenate((points, points[:1]))
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    durations = lengths * 10.0 ** random.uniform(-0.5, 0.5, len(lengths))
+    durations = lengths * 10.0 ** random.uniform(-pace, pace, len(lengths))
     given = {"waypoints": points, "durations": durations, "degree": draw(st.sampled_from(degrees))}
     if walls:
         given["corridor"] = draw(decades(0.03, 1.6)) * 10.0 ** random.uniform(-0.3, 0.3, len(lengths))
