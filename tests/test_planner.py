@@ -1,0 +1,192 @@
+"""The one call: what it takes, what it gives, what it says of itself."""
+
+import inspect
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from oracles.curves import jumps
+
+import minsnap
+
+CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
+DURATIONS = [4.0, 2.0, 4.0, 2.0]
+
+
+def test_its_arguments_are_those_of_the_contract_in_that_order():
+    names = list(inspect.signature(minsnap.plan).parameters)
+    assert names[:12] == [
+        "waypoints",
+        "durations",
+        "total_time",
+        "limits",
+        "corridor",
+        "continuity",
+        "degree",
+        "yaw",
+        "start",
+        "end",
+        "closed",
+        "solver",
+    ]
+    defaults = {name: p.default for name, p in inspect.signature(minsnap.plan).parameters.items()}
+    assert (defaults["degree"], defaults["closed"], defaults["solver"], defaults["split"]) == (
+        7,
+        False,
+        "auto",
+        "optimal",
+    )
+
+
+@pytest.mark.parametrize("make", (list, tuple, np.array, lambda rows: np.array(rows, np.float32)))
+def test_waypoints_of_any_kind(make):
+    traj = minsnap.plan(make(CORNERS), make(DURATIONS), corridor=0.3)
+    assert (traj(traj.breaks) == CORNERS).all()
+    assert (traj.legs, traj.dim, traj.degree, traj.duration) == (4, 3, 7, 12.0)
+
+
+def test_nothing_passed_in_is_changed_or_kept():
+    points, durations, width = np.array(CORNERS, float), np.array(DURATIONS), np.full(4, 0.3)
+    before = points.copy(), durations.copy(), width.copy()
+    traj = minsnap.plan(points, durations, corridor=width)
+    for array, copy in zip((points, durations, width), before, strict=True):
+        assert (array == copy).all()
+    points[:], durations[:] = 0.0, 1.0
+    assert (traj(traj.breaks) == CORNERS).all()
+
+
+@pytest.mark.parametrize("dim", (1, 2, 3, 4, 7))
+def test_any_dimension(dim):
+    points = np.random.default_rng(0).normal(size=(5, dim))
+    for corridor in (None, 0.2):
+        traj = minsnap.plan(points, DURATIONS, corridor=corridor)
+        assert (traj(traj.breaks) == points).all()
+        assert minsnap.certify(traj, points, corridor).ok
+
+
+@pytest.mark.parametrize("degree", (3, 5, 7, 9, 11))
+def test_every_degree_minimises_its_own_derivative(degree):
+    half = (degree + 1) // 2
+    costs = {}
+    for other in (3, 5, 7, 9, 11):
+        if other >= degree:
+            traj = minsnap.plan(CORNERS, DURATIONS, degree=other)
+            costs[other] = traj.cost(half)
+    assert min(costs, key=costs.get) == degree
+    assert minsnap.plan(CORNERS, DURATIONS, degree=degree).report.cost == pytest.approx(costs[degree], rel=1e-9)
+
+
+def test_no_neighbour_is_cheaper():
+    # least cost means that no small change of inner derivatives that keeps the knots lowers it
+    traj = minsnap.plan(CORNERS, DURATIONS)
+    random = np.random.default_rng(0)
+    for knot in (1, 2, 3):
+        for name in ("velocity", "acceleration", "jerk"):
+            order = ("position", "velocity", "acceleration", "jerk").index(name)
+            there = traj(traj.breaks[knot], order)
+            moved = there + 1e-3 * random.normal(size=3)
+            assert minsnap.plan(CORNERS, DURATIONS, pins={knot: {name: there}}).cost() == pytest.approx(traj.cost())
+            assert minsnap.plan(CORNERS, DURATIONS, pins={knot: {name: moved}}).cost() > traj.cost()
+
+
+def test_by_distance_every_leg_has_the_same_mean_speed():
+    traj = minsnap.plan(CORNERS, total_time=9.0, split="distance")
+    assert traj.durations == pytest.approx([3.0, 1.5, 3.0, 1.5])
+
+
+def test_the_optimal_split_is_better_than_its_neighbours():
+    best = minsnap.plan(CORNERS, total_time=12.0)
+    for leg in range(4):
+        for change in (-0.05, 0.05):
+            durations = best.durations.copy()
+            durations[leg] += change
+            durations *= 12.0 / durations.sum()
+            assert minsnap.plan(CORNERS, durations).cost() > best.cost()
+
+
+def test_a_start_and_an_end_in_motion():
+    start, end = {"velocity": (1, 0.2, 0), "jerk": (0, 0, 0.5)}, {"acceleration": (0, -0.5, 0)}
+    traj = minsnap.plan(CORNERS, DURATIONS, start=start, end=end, corridor=0.5)
+    assert traj(0.0, 1) == pytest.approx([1, 0.2, 0])
+    assert traj(0.0, 2) == pytest.approx([0, 0, 0], abs=1e-9)
+    assert traj(0.0, 3) == pytest.approx([0, 0, 0.5], abs=1e-8)
+    assert traj(12.0, 1) == pytest.approx([0, 0, 0], abs=1e-9)
+    assert traj(12.0, 2) == pytest.approx([0, -0.5, 0], abs=1e-8)
+    assert minsnap.certify(traj, CORNERS, 0.5).ok
+
+
+def test_a_pin_inside_a_corridor():
+    traj = minsnap.plan(CORNERS, DURATIONS, corridor=0.3, pins={1: {"velocity": (0.2, 0.2, 0)}, 3: {"jerk": (0, 0, 0)}})
+    assert traj(4.0, 1) == pytest.approx([0.2, 0.2, 0], abs=1e-9)
+    assert traj(10.0, 3) == pytest.approx([0, 0, 0], abs=1e-8)
+    assert minsnap.certify(traj, CORNERS, 0.3).ok
+    assert traj.cost() > minsnap.plan(CORNERS, DURATIONS, corridor=0.3).cost()
+
+
+def test_a_closed_lap_in_a_corridor_is_cheaper_than_one_from_rest():
+    lap = minsnap.plan(CORNERS, DURATIONS, corridor=0.3, closed=True)
+    assert lap.cost() < minsnap.plan(CORNERS, DURATIONS, corridor=0.3).cost()
+    assert np.abs(lap(0.0, 1)).max() > 0.01
+    for order in range(4):
+        assert (jumps(lap.then(lap), order) <= 1e-9).all()
+
+
+@pytest.mark.parametrize("pieces", (1, 2, 3, 5))
+def test_pieces_make_a_corridor_cheaper(pieces):
+    traj = minsnap.plan(CORNERS, DURATIONS, corridor=0.3, pieces=pieces)
+    assert traj.control_points.shape == (4 * pieces, 8, 3)
+    assert traj.legs == 4
+    assert traj.leg_breaks == pytest.approx([0, 4, 6, 10, 12])
+    assert minsnap.certify(traj, CORNERS, 0.3).ok
+    fewer = minsnap.plan(CORNERS, DURATIONS, corridor=0.3)
+    assert traj.cost() <= fewer.cost() * (1.0 + 1e-9)
+
+
+def test_without_a_corridor_pieces_change_nothing():
+    one, many = (minsnap.plan(CORNERS, DURATIONS, pieces=pieces) for pieces in (1, 3))
+    assert many.cost() == pytest.approx(one.cost(), rel=1e-9)
+    t = np.linspace(0.0, 12.0, 101)
+    assert many(t) == pytest.approx(one(t), abs=1e-9)
+
+
+def test_a_tolerance_of_one_waypoint_moves_that_one_alone():
+    tolerance = np.zeros((5, 3))
+    tolerance[2] = 0.5
+    traj = minsnap.plan(CORNERS, DURATIONS, waypoint_tolerance=tolerance)
+    off = np.abs(traj(traj.breaks) - CORNERS)
+    assert off[[0, 1, 3, 4]].max() == 0.0
+    assert 0.1 <= off[2].max() <= 0.5 + 1e-9
+    assert traj.cost() < minsnap.plan(CORNERS, DURATIONS).cost()
+
+
+def test_the_report_tells_how_it_was_found():
+    report = minsnap.plan(CORNERS, DURATIONS, corridor=0.3).report
+    assert report.solver == "daqp"
+    assert report.fallback == ()
+    assert report.rounds > 1
+    assert report.rows > 0
+    assert report.cost == pytest.approx(1557.005, rel=1e-5)
+    assert 0.0 <= report.corridor_margin < 1e-4
+    assert report.milliseconds > 0.0
+    free = minsnap.plan(CORNERS, DURATIONS).report
+    assert (free.solver, free.rounds, free.rows, free.corridor_margin) == ("banded", 0, 0, None)
+
+
+def test_the_same_question_has_the_same_answer():
+    asked = {"waypoints": CORNERS, "durations": DURATIONS, "corridor": 0.3}
+    one, other = minsnap.plan(**asked), minsnap.plan(**asked)
+    assert (one.control_points == other.control_points).all()
+
+
+def test_two_waypoints_are_enough():
+    traj = minsnap.plan([(0, 0, 0), (1, 2, 3)], total_time=2.0, corridor=0.1)
+    assert traj.cost() == pytest.approx(100_800.0 * 14.0 / 2.0**7)
+    assert traj(1.0) == pytest.approx([0.5, 1.0, 1.5])
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    heavy = ("scipy", "matplotlib", "qpsolvers", "pandas", "typer")
+    code = f"import sys, minsnap; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
