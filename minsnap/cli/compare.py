@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +14,7 @@ from minsnap.cli.app import app
 
 if TYPE_CHECKING:
     from minsnap.flight.tracking import Comparison
+    from minsnap.samples import Samples
 
 
 @app.command()
@@ -28,11 +31,9 @@ def compare(
     json: options.Json = False,
 ) -> None:
     """Compare flights with what they were to fly: error per axis, delay, error in shape apart from error in time."""
-    from minsnap.files.flights import load_flight, load_reference
     from minsnap.flight import tracking
 
-    wanted = load_reference(reference)
-    flown = {_name(path, flights): load_flight(path) for path in flights}
+    wanted, flown = _read(reference, flights)
     found = {name: tracking.compare(wanted, flight, align=align, max_delay=max_delay) for name, flight in flown.items()}
     if plot is not None:
         from minsnap.flight.tracking_plot import plot_tracking
@@ -41,6 +42,19 @@ def compare(
         moved = {name: tracking.moved(flight, found[name].offset) for name, flight in flown.items()}
         save_figure(plot_tracking(wanted, moved), plot)
     _say(found, json)
+
+
+def _read(reference: Path, flights: list[Path]) -> tuple[Samples, dict[str, Samples]]:
+    """Read all files; what is damaged in a log is said on standard error."""
+    from minsnap.files.flights import load_flight, load_reference
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        wanted = load_reference(reference)
+        flown = {_name(path, flights): load_flight(path) for path in flights}
+    for warning in caught:
+        print(f"minsnap: {warning.message}", file=sys.stderr)
+    return wanted, flown
 
 
 def _name(path: Path, flights: list[Path]) -> str:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from minsnap.errors import FileError
 from minsnap.samples import Samples
+
+if TYPE_CHECKING:
+    from minsnap.files.logs import FlightLog
 
 ENDINGS = (".csv", ".ulg", ".bin")
 """Endings of the files that hold a flight."""
@@ -26,10 +30,15 @@ def load_flight(path: str | os.PathLike[str]) -> Samples:
     -------
     Samples
 
+    Warns
+    -----
+    UserWarning
+        If a log is damaged; what could be read of it is returned.
+
     Raises
     ------
     FileError
-        If the ending is not known, or the file is missing or damaged.
+        If the ending is not known, or the file is missing or too damaged to be read.
     ImportError
         If a log needs an extra that is not installed.
     """
@@ -58,9 +67,11 @@ def _load(path: str | os.PathLike[str], part: str) -> Samples:
     raise FileError(f"{path} is no flight by its ending: it must be one of {', '.join(ENDINGS)}")
 
 
-def _part(log: Any, part: str, path: str | os.PathLike[str]) -> Samples:
-    """Return the reference or the flight of a log, or say that it holds none."""
+def _part(log: FlightLog, part: str, path: str | os.PathLike[str]) -> Samples:
+    """Return the reference or the flight of a log, or say that it holds none; warn of damage."""
     samples: Samples | None = getattr(log, part)
+    if log.damage is not None:
+        warnings.warn(log.damage, stacklevel=4)
     if samples is None:
         raise FileError(
             f"{path} holds no {'setpoints' if part == 'reference' else 'position'}: log them, or give a CSV"

@@ -1,4 +1,5 @@
 import json
+import struct
 
 import numpy as np
 import pytest
@@ -98,6 +99,32 @@ def test_compare_as_json_finds_the_delay(call, flights) -> None:
     assert found["delay"] == pytest.approx(0.25, abs=2e-3) and found["path_rmse"] < 1e-3
     aligned = json.loads(call("compare", "plan.csv", "late.csv", "--align", "--json").stdout)["late.csv"]
     assert aligned["offset"] == pytest.approx(-0.25, abs=2e-3) and aligned["rmse_3d"] < 1e-2
+
+
+@pytest.fixture
+def log(tmp_path, flights):
+    """A PX4 log of the same flight: its clock began 5 s before, its axes are north, east, down."""
+    t = np.arange(0, flights.duration, 0.02)
+    east, north, up = flights(t).T
+    rows = np.stack([north, east, -up], axis=1)
+    fields = "vehicle_local_position:uint64_t timestamp;float x;float y;float z;"
+    messages = [("B", bytes(40)), ("F", fields.encode()), ("A", struct.pack("<BH", 0, 0) + b"vehicle_local_position")]
+    for stamp, row in zip(t, rows, strict=True):
+        messages.append(("D", struct.pack("<HQ3f", 0, round((stamp + 5.0) * 1e6), *row)))
+    raw = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0)
+    raw += b"".join(struct.pack("<HB", len(payload), ord(kind)) + payload for kind, payload in messages)
+    (tmp_path / "flight.ulg").write_bytes(raw)
+    return raw
+
+
+def test_compare_takes_logs_and_says_what_is_damaged(call, log, tmp_path) -> None:
+    found = json.loads(call("compare", "plan.csv", "flight.ulg", "--align", "--json").stdout)["flight.ulg"]
+    assert found["rmse_3d"] < 2e-3
+    (tmp_path / "cut.ulg").write_bytes(log[:-5])
+    done = call("compare", "plan.csv", "cut.ulg", "--json")
+    assert done.returncode == 0 and "cut.ulg" in done.stderr and "could be read" in done.stderr
+    done = call("compare", "flight.ulg", "plan.csv")
+    assert done.returncode == 2 and "holds no setpoints" in done.stderr
 
 
 @pytest.mark.parametrize(
