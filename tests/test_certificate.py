@@ -123,7 +123,9 @@ def test_missed_waypoints_are_seen():
 def test_continuity_is_counted(degree, expected):
     random = np.random.default_rng(1)
     times, points = np.arange(13.0), random.normal(size=13)
-    traj = Trajectory.from_ppoly(PPoly.from_spline(make_interp_spline(times, points, k=degree)))
+    ppoly = PPoly.from_spline(make_interp_spline(times, points, k=degree))
+    real = np.diff(ppoly.x) > 0.0
+    traj = Trajectory.from_ppoly(PPoly(ppoly.c[:, real], np.unique(ppoly.x)))
     assert minsnap.certify(traj).continuity == expected
 
 
