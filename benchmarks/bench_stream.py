@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from minsnap import Samples
-from minsnap.flight import SafetyRules, stream
+from minsnap.flight import SafetyRules, StreamStatus, stream
 
 OFFBOARD, POSITION = 6 << 16, 3 << 16
 
@@ -75,10 +75,17 @@ def main() -> None:
     hold = round(3.5 * wanted.rate)
     receiver = multiprocessing.Process(target=receive, args=(theirs, len(samples) + hold), daemon=True)
     receiver.start()
-    report = stream(samples, f"udpout:127.0.0.1:{ours.recv()}", trigger="now", rules=SafetyRules(abort_distance=9))
+    steps: list[int] = []
+
+    def note(status: StreamStatus) -> None:
+        if status.index is not None:
+            steps.append(status.index)
+
+    connection, rules = f"udpout:127.0.0.1:{ours.recv()}", SafetyRules(abort_distance=9)
+    report = stream(samples, connection, trigger="now", rules=rules, on_status=note)
     arrived, heights = ours.recv()
     gaps = np.diff(arrived) * wanted.rate
-    flown = np.float32(-samples.position[:, 2])
+    flown = np.float32(-samples.position[steps, 2])
     first = int(np.argmax(np.float32(heights) != flown[0])) - 1
     equal = np.array_equal(np.float32(heights)[first : first + len(flown)], flown)
     schedule = report.schedule
@@ -90,7 +97,7 @@ def main() -> None:
                 "sent": schedule.sent,
                 "arrived": len(arrived),
                 "skipped": schedule.skipped,
-                "flight equal and in order": bool(equal),
+                "what was sent arrived, equal and in order": bool(equal),
                 "mean rate": schedule.rate,
                 "lateness ms (median, p99, worst)": [
                     round(1e3 * x, 3) for x in (schedule.median, schedule.p99, schedule.worst)
