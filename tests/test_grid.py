@@ -54,7 +54,7 @@ def test_boxes_keep_the_clearance_from_every_obstacle():
     taken = np.argwhere(GRID) * 0.1
     for lower, upper in zip(found.boxes.lower, found.boxes.upper, strict=True):
         gap = np.maximum(np.maximum(taken - upper, lower - taken - 0.1), 0.0)
-        assert np.linalg.norm(gap, axis=1).min() >= 0.15 - 1e-9
+        assert 0.15 - 1e-9 <= np.linalg.norm(gap, axis=1).min() <= 0.2 + 1e-9
 
 
 def test_random_grids_in_space_are_crossed_along_any_free_path():
@@ -82,12 +82,13 @@ def test_empty_grid_is_one_box_and_its_side_can_be_bounded():
     assert (found.boxes.upper - found.boxes.lower).max() <= 1.0 + 1e-9 and len(found.boxes) > 3
 
 
-def test_step_through_a_corner_goes_round_by_the_free_side():
+@pytest.mark.parametrize("corner", [(0, 1), (1, 0)])
+def test_step_through_a_corner_goes_round_by_the_free_side(corner):
     grid = np.zeros((2, 2), dtype=int)
-    grid[0, 1] = 1
+    grid[corner] = 1
     found = corridor_from_grid(grid, 1.0, [(0.5, 0.5), (1.5, 1.5)])
     assert not any(grid[cells].any() for cells in covered(found.boxes, grid.shape, 1.0))
-    grid[1, 0] = 1
+    grid[corner[::-1]] = 1
     with pytest.raises(CorridorError, match="meets a cell that is occupied"):
         corridor_from_grid(grid, 1.0, [(0.5, 0.5), (1.5, 1.5)])
 

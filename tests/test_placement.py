@@ -19,6 +19,13 @@ def test_nominal_points_are_the_centres_of_the_overlaps():
     assert placement.start == {} and placement.end == {}
 
 
+def test_room_moves_nominal_points_inside():
+    room = minsnap.Room((0.0, 0.0), (9.0, 0.3))
+    placement = place(None, None, [PAIR, room], {"position": (0.5, 0.1)}, {"position": (4.5, 0.2)}, False)
+    assert placement.points[1] == pytest.approx([2.5, 0.15])
+    assert (placement.upper + placement.points)[1] == pytest.approx([3.0, 0.3])
+
+
 def test_every_leg_has_a_length_though_a_path_starts_where_it_would_pass():
     placement = place(None, None, [PAIR], {"position": (2.5, 0.5)}, {"position": (4.5, 0.2)}, False)
     assert (np.diff(placement.points, axis=0) != 0.0).any(axis=1).all()
