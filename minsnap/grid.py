@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from minsnap.boxes import Boxes
 from minsnap.errors import CorridorError
-from minsnap.grid_boxes import inflated, pruned
+from minsnap.grid_boxes import grown, inflated, pruned
 from minsnap.grid_path import BoolArray, connected, visited
 from minsnap.inputs import check_waypoints
 from minsnap.samples import FloatArray
@@ -92,7 +92,7 @@ def corridor_from_grid(
     points = check_waypoints(path)
     if points.shape[1] != taken.ndim:
         raise CorridorError(f"the path has {points.shape[1]} coordinates and the grid {taken.ndim} axes")
-    free = ~_grown(taken, _margin(clearance), size)
+    free = ~grown(taken, _margin(clearance), size)
     cells = connected(free, visited(np.array(free.shape), points, size, corner), size, corner)
     limit = np.maximum(np.floor(np.minimum(largest / size, np.array(free.shape)) + ROUNDING), 2).astype(np.intp)
     boxes = pruned(inflated(free, cells, limit), cells[0], cells[-1])
@@ -128,15 +128,3 @@ def _margin(clearance: Any) -> float:
     ):
         raise CorridorError(f"the clearance is {clearance!r}: it is a distance, 0 or more and finite [m]")
     return float(clearance)
-
-
-def _grown(taken: BoolArray, clearance: float, size: FloatArray) -> BoolArray:
-    """Occupied cells and all that have a point nearer than the clearance to one."""
-    if clearance == 0.0:
-        return taken
-    from scipy.ndimage import binary_dilation
-
-    count = np.minimum(np.ceil(clearance / size), np.array(taken.shape) - 1).astype(np.intp)
-    steps = np.meshgrid(*(np.arange(-n, n + 1) for n in count), indexing="ij")
-    gaps = [np.maximum(np.abs(step) - 1, 0) * side for step, side in zip(steps, size, strict=True)]
-    return np.asarray(binary_dilation(taken, np.sqrt(sum(gap * gap for gap in gaps)) < clearance))

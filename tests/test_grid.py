@@ -6,6 +6,7 @@ import pytest
 import minsnap
 from minsnap import corridor_from_grid
 from minsnap.errors import CorridorError
+from minsnap.grid_boxes import grown
 from minsnap.grid_path import connected, visited
 
 GRID = np.zeros((30, 20), dtype=int)
@@ -55,6 +56,17 @@ def test_boxes_keep_the_clearance_from_every_obstacle():
     for lower, upper in zip(found.boxes.lower, found.boxes.upper, strict=True):
         gap = np.maximum(np.maximum(taken - upper, lower - taken - 0.1), 0.0)
         assert 0.15 - 1e-9 <= np.linalg.norm(gap, axis=1).min() <= 0.2 + 1e-9
+
+
+def test_obstacles_grow_by_all_cells_that_have_a_point_too_near():
+    draw = np.random.default_rng(0)
+    size = np.array([0.1, 0.15, 0.2])
+    for clearance in (0.05, 0.2, 0.25, 0.41, 9.0):
+        taken = draw.random((9, 8, 7)) < 0.01
+        taken[4, 4, 4] = True
+        apart = np.abs(np.argwhere(np.ones_like(taken))[:, None] - np.argwhere(taken)[None])
+        near = np.linalg.norm(np.maximum(apart - 1, 0) * size, axis=2).min(axis=1) < clearance
+        assert np.array_equal(grown(taken, clearance, size).reshape(-1), near)
 
 
 def test_random_grids_in_space_are_crossed_along_any_free_path():
