@@ -122,6 +122,41 @@ def test_constant_yaw_is_kept():
     assert path.yaw(1.0, 1) == 0.0
 
 
+def test_line_from_rest_to_rest_is_the_septic_of_least_snap():
+    path = minsnap.line((0.0, 1.0, 2.0), (4.0, -2.0, 2.0), total_time=3.0)
+    t = np.linspace(0.0, 3.0, 101)
+    s = t / 3.0
+    share = 35 * s**4 - 84 * s**5 + 70 * s**6 - 20 * s**7
+    assert path(t) == pytest.approx([0.0, 1.0, 2.0] + share[:, None] * [4.0, -3.0, 0.0], abs=1e-12)
+    assert minsnap.line().duration == pytest.approx(7.0)
+
+
+@pytest.mark.parametrize("corner", range(4))
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_rectangle_visits_its_corners_in_order_and_stays_inside(corner, clockwise):
+    path = minsnap.rectangle(
+        5.0, 3.0, altitude=2.0, center=(1.0, -1.0), laps=2, start_corner=corner, clockwise=clockwise, corridor=0.2
+    )
+    found = path(path.leg_breaks)
+    assert found[[0, 4, 8]] == pytest.approx(np.array([found[0]] * 3), abs=1e-9)
+    middle = found[:4] - [1.0, -1.0, 2.0]
+    assert np.abs(middle) == pytest.approx(np.array([[2.5, 1.5, 0.0]] * 4), abs=1e-9)
+    assert middle[0, :2] == pytest.approx([(-2.5, -1.5), (2.5, -1.5), (2.5, 1.5), (-2.5, 1.5)][corner])
+    turn = np.cross(middle[1, :2] - middle[0, :2], middle[2, :2] - middle[1, :2])
+    assert (turn < 0.0) == clockwise
+    assert minsnap.certify(path, corridor=0.2).ok
+    assert path.durations == pytest.approx(np.linalg.norm(np.diff(found, axis=0), axis=1))
+
+
+def test_rectangle_passes_on_times_limits_and_options():
+    assert minsnap.rectangle(total_time=12.0).duration == pytest.approx(12.0)
+    assert minsnap.rectangle(durations=[4, 3, 2, 1]).durations == pytest.approx([4, 3, 2, 1])
+    assert minsnap.rectangle(degree=9, corridor=None).degree == 9
+    lap = minsnap.rectangle(closed=True, yaw="velocity")
+    assert lap(0.0, 1) == pytest.approx(lap(lap.duration, 1), abs=1e-9)
+    assert lap.yaw(lap.duration) - lap.yaw(0.0) == pytest.approx(2.0 * math.pi, abs=1e-3)
+
+
 def test_constant_speed_line_is_120_equal_steps():
     path = minsnap.line(constant_speed=True)
     samples = path.sample(20.0)

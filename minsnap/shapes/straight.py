@@ -68,8 +68,7 @@ def line(
         return _constant_speed(ends, total_time, limits, **options)
     if total_time is None and limits is None:
         total_time = distance / SPEED
-    durations = None if total_time is None else [check_positive("total time", total_time, "seconds")]
-    return _plan(ends, durations=durations, limits=limits, **options)
+    return _plan(ends, total_time=total_time, limits=limits, **options)
 
 
 def rectangle(

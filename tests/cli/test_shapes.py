@@ -52,8 +52,8 @@ def test_rect_takes_other_corridors(call, option):
 
 
 def test_laps_corner_and_direction(call):
-    assert summary(call("rect", "--laps", "2", "--no-corridor", "--json", "-o", "a.csv"))["legs"] == 8
-    call("rect", "--start-corner", "2", "--clockwise", "--center", "1", "1", "-o", "b.csv")
+    assert summary(call("rect", "--laps", "2", "--no-corridor", "--time", "40", "--json", "-o", "a.csv"))["legs"] == 8
+    call("rect", "--start-corner", "2", "--clockwise", "--center", "1", "1", "--time", "20", "-o", "b.csv")
     samples = minsnap.read_csv("b.csv")
     assert samples.position[0] == pytest.approx([4.0, 3.0, 1.5])
     y = samples.position[len(samples) // 8, 1]
@@ -82,6 +82,34 @@ def test_helix_and_eight(call):
     assert summary(call("helix", "--pitch", "-0.2", "--laps", "2", "-o", "a.csv", "--json"))["duration"] > 12.0
     assert minsnap.read_csv("a.csv").position[-1, 2] == pytest.approx(0.6)
     assert summary(call("eight", "--speed", "2", "--json"))["max_speed"] == pytest.approx(2.0, rel=1e-6)
+
+
+def test_rect_without_a_time_is_flown_within_careful_limits_and_uses_one_in_full(call):
+    said = summary(call("rect", "--json"))
+    assert said["max_speed"] <= 3.0 * (1 + 1e-9) and said["max_acceleration"] <= 6.0 * (1 + 1e-9)
+    assert max(used["fraction"] for used in said["limits"]) >= 0.999
+    assert said["duration"] < 20.0
+
+
+def test_limits_asked_for_are_kept_and_told(call):
+    run = call("line", "--max-speed", "2", "--max-tilt", "0.2", "--max-thrust", "1.5", "--max-jerk", "30")
+    assert run.returncode == 0
+    for name in ("speed", "tilt", "max thrust", "jerk"):
+        share = next(line for line in run.stdout.splitlines() if line.startswith(f"limit {name} "))
+        assert float(share[20:].partition(" %")[0]) <= 100.0, name
+
+
+def test_a_time_too_short_for_the_limits_is_1_and_names_the_shortest(call, tmp_path):
+    run = call("line", "--time", "2", "--max-speed", "1", "-o", "a.csv")
+    assert run.returncode == 1 and list(tmp_path.iterdir()) == []
+    assert "shortest" in run.stderr and run.stderr.count("\n") == 1
+
+
+def test_more_pieces_and_other_splits_reach_the_plan(call):
+    given = ["--time", "20", "--json"]
+    one = summary(call("rect", "--split", "distance", *given))
+    assert summary(call("rect", "--split", "distance", "--pieces", "2", *given))["cost"] < one["cost"]
+    assert summary(call("rect", *given))["cost"] < one["cost"]
 
 
 @pytest.mark.parametrize("frame", ["enu", "ned"])
@@ -133,6 +161,10 @@ def test_no_clobber_keeps_what_is_there(call, tmp_path, target):
         (["rect", "--corridor", "0.3,0.3"], "corridor"),
         (["rect", "--degree", "8"], "degree"),
         (["rect", "--solver", "abacus"], "abacus"),
+        (["rect", "--pieces", "0"], "pieces"),
+        (["rect", "--max-speed", "0"], "speed"),
+        (["rect", "--max-thrust", "0.9"], "thrust"),
+        (["rect", "--split", "evenly", "--time", "9"], "evenly"),
         (["rect", "--start-corner", "4"], "corner"),
         (["line", "--goal", "0", "1", "1.5"], "starts and ends"),
         (["line", "--time", "-1"], "time"),
