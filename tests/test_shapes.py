@@ -142,7 +142,7 @@ def test_rectangle_visits_its_corners_in_order_and_stays_inside(corner, clockwis
     middle = found[:4] - [1.0, -1.0, 2.0]
     assert np.abs(middle) == pytest.approx(np.array([[2.5, 1.5, 0.0]] * 4), abs=1e-9)
     assert middle[0, :2] == pytest.approx([(-2.5, -1.5), (2.5, -1.5), (2.5, 1.5), (-2.5, 1.5)][corner])
-    turn = np.cross(middle[1, :2] - middle[0, :2], middle[2, :2] - middle[1, :2])
+    turn = np.cross(middle[1] - middle[0], middle[2] - middle[1])[2]
     assert (turn < 0.0) == clockwise
     assert minsnap.certify(path, corridor=0.2).ok
     assert path.durations == pytest.approx(np.linalg.norm(np.diff(found, axis=0), axis=1))
