@@ -83,8 +83,8 @@ def _circle(repetitions: int, literal: bool, rate: float) -> Samples:
     from minsnap.shapes import circle
 
     if not literal:
-        return circle(laps=repetitions, ramp=min(math.pi / 2.0, math.pi * repetitions)).sample(rate)
-    return _repeated([circle(ramp=0.0)] * repetitions, rate, joined=True)
+        return circle(3.0, period=6.0, laps=repetitions, ramp=min(math.pi / 2.0, math.pi * repetitions)).sample(rate)
+    return _repeated([circle(3.0, period=6.0, ramp=0.0)] * repetitions, rate, joined=True)
 
 
 def _line(repetitions: int, literal: bool, rate: float) -> Samples:
@@ -93,14 +93,15 @@ def _line(repetitions: int, literal: bool, rate: float) -> Samples:
     if literal:
         return _repeated([line(constant_speed=True)] * repetitions, rate, joined=False)
     ends = ((0.0, 1.0, 1.5), (7.0, 1.0, 1.5))
-    there_and_back = (line(*ends), line(*reversed(ends)))
+    there_and_back = (line(*ends, total_time=7.0), line(*reversed(ends), total_time=7.0))
     return _repeated([there_and_back[index % 2] for index in range(repetitions)], rate, joined=True)
 
 
 def _rect(repetitions: int, literal: bool, rate: float) -> Samples:
     from minsnap.shapes import rectangle
 
-    return _repeated([rectangle()] * repetitions, rate, joined=True)
+    once = rectangle(6.0, 4.0, corridor=0.3, durations=[6.0, 4.0, 6.0, 4.0])
+    return _repeated([once] * repetitions, rate, joined=True)
 
 
 _COURSES: dict[str, Callable[[int, bool, float], Samples]] = {"circle": _circle, "line": _line, "rect": _rect}

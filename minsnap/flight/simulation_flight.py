@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.samples import FloatArray, Samples
+from minsnap.vehicle.arrays import own_arrays
 from minsnap.vehicle.rotation import headings
 
 
@@ -46,10 +47,7 @@ class Flight:
     reference: Samples
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
+        own_arrays(self)
 
     def __len__(self) -> int:
         return len(self.t)

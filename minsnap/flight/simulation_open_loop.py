@@ -89,4 +89,4 @@ def _flight(path: Path, t: FloatArray, log: list[list[float]], states: FlatState
     reference = Samples(t, spatial(path(t)), spatial(path(t, 1)), yaw=path.yaw(t))
     air, free = np.tile(wind, (len(t), 1)), np.zeros(len(t), dtype=bool)
     speeds = np.concatenate([states.rotor_speed[::3], states.rotor_speed[-1:]])
-    return Flight(t.copy(), position, velocity, quaternion, rates, speeds, air, free, reference)
+    return Flight(t, position, velocity, quaternion, rates, speeds, air, free, reference)

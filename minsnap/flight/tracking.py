@@ -11,6 +11,7 @@ from minsnap.errors import InputError
 from minsnap.flight.tracking_curve import distance_to_curve, position_at
 from minsnap.flight.tracking_delay import estimate_delay
 from minsnap.samples import FloatArray, Samples
+from minsnap.vehicle.arrays import own_arrays
 
 MAX_DELAY = 2.0
 """Longest delay that is looked for unless told otherwise [s]."""
@@ -44,8 +45,7 @@ class Comparison:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        for array in (self.t, self.error, self.late_error, self.path_error):
-            array.flags.writeable = False
+        own_arrays(self)
 
     @property
     def rmse(self) -> FloatArray:

@@ -3,9 +3,9 @@
 from minsnap.vehicle.consistent import consistent_parasitic_drag, consistent_r_squared, consistent_rotor_drag
 from minsnap.vehicle.description import read_vehicle, write_vehicle
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, SumOfDrags, linear_rotor_drag
+from minsnap.vehicle.drag_fits import DragFit, fit_consistent_drag, fit_drag
 from minsnap.vehicle.dynamics import RigidBody
 from minsnap.vehicle.fit import CoefficientFit, fit_thrust_coefficient, fit_torque_coefficient
-from minsnap.vehicle.fit_drag import DragFit, fit_consistent_drag, fit_drag
 from minsnap.vehicle.flatness import GRAVITY, body_rates, specific_thrust, thrust_vector, tilt, tilt_rate
 from minsnap.vehicle.published import (
     PUBLISHED_PARASITIC,

@@ -58,7 +58,7 @@ def consistent_terms(pitch_deg: FloatArray, velocity: FloatArray) -> FloatArray:
 @cache
 def _refit() -> tuple[BodyDrag, float]:
     """Fit the consistent model to the published surface on a grid over its measured range."""
-    from minsnap.vehicle.fit_drag import fit_consistent_drag
+    from minsnap.vehicle.drag_fits import fit_consistent_drag
 
     low, high = PUBLISHED_PARASITIC.measured["pitch_deg"]
     slow, fast = PUBLISHED_PARASITIC.measured["velocity"]

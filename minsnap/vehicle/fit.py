@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from minsnap.errors import FitError
 from minsnap.samples import FloatArray
+from minsnap.vehicle.arrays import own_arrays
 from minsnap.vehicle.surface import Range, warn_outside
 
 
@@ -39,6 +40,9 @@ class CoefficientFit:
     r_squared: float
     residuals: FloatArray
     measured: Range
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
 
     def __call__(self, speed: npt.ArrayLike) -> FloatArray:
         """Evaluate the fit at speeds of any shape [rad/s].

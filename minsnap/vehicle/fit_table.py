@@ -10,9 +10,10 @@ import numpy as np
 
 from minsnap.errors import FitError
 from minsnap.samples import FloatArray
+from minsnap.vehicle.arrays import own_arrays
 from minsnap.vehicle.consistent import consistent_terms
+from minsnap.vehicle.drag_fits import FORMS, DragFit, drag_columns, fit_consistent_drag, fit_drag, read_columns
 from minsnap.vehicle.fit import CoefficientFit, fit_thrust_coefficient, fit_torque_coefficient
-from minsnap.vehicle.fit_drag import FORMS, DragFit, drag_columns, fit_consistent_drag, fit_drag, read_columns
 from minsnap.vehicle.published import RPM
 from minsnap.vehicle.surface import Range, Surface
 
@@ -57,6 +58,9 @@ class TableFit:
     measured: dict[str, Range]
     table: dict[str, FloatArray]
     fitted: CoefficientFit | DragFit | None = None
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain numbers, for JSON."""

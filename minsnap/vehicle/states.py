@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.samples import FloatArray
+from minsnap.vehicle.arrays import own_arrays
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.flatness import spatial
 from minsnap.vehicle.inverse import BoolArray, angular_accelerations_of, body_frame, rates_of
@@ -56,8 +57,7 @@ class FlatStates:
     singular: BoolArray
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            getattr(self, field.name).flags.writeable = False
+        own_arrays(self)
 
     def __len__(self) -> int:
         return len(self.thrust)

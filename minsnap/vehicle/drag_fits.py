@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from minsnap.errors import FitError
 from minsnap.samples import FloatArray
+from minsnap.vehicle.arrays import own_arrays
 from minsnap.vehicle.consistent import consistent_terms
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.fit import columns, explained
@@ -53,6 +54,9 @@ class DragFit:
     standard_errors: FloatArray
     covariance: FloatArray
     residuals: FloatArray
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
 
     @property
     def coefficients(self) -> FloatArray:
