@@ -92,19 +92,25 @@ def test_translational_lift_is_the_whole_difference_that_is_left() -> None:
 
 
 def fly(path, parameters: dict, aero: bool, compensation=None) -> np.ndarray:
-    """Fly a path with RotorPy's own controller and dynamics; the error of position at 100 Hz, after 2 s."""
+    """Fly a path in RotorPy's own environment, with its controller and dynamics; the error of position after 2 s."""
+    from rotorpy.environments import Environment
+    from rotorpy.world import World
+
     craft = from_rotorpy(parameters, aero=aero)
-    adapter = RotorPyTrajectory(path, vehicle=craft, compensation=compensation)
     flat = flatness_of(craft, path, [0.0], drag=BodyDrag())
     state = start(parameters) | {"x": path(0.0), "v": path(0.0, 1), "w": flat.body_rates[0], "wind": np.zeros(3)}
     state["q"] = np.roll(flat.quaternion[0], -1)
-    body, control = Multirotor(parameters, state, aero=aero), SE3Control(parameters)
-    errors = []
-    for index in range(int(path.duration * 100)):
-        command = control.update(index / 100, state, adapter.update(index / 100))
-        state = body.step(state, command, 0.01)
-        errors.append(state["x"] - path((index + 1) / 100))
-    return np.array(errors)[200:]
+    environment = Environment(
+        vehicle=Multirotor(parameters, state, aero=aero),
+        controller=SE3Control(parameters),
+        trajectory=RotorPyTrajectory(path, vehicle=craft, compensation=compensation),
+        world=World.empty((-9, 9, -9, 9, -9, 9)),
+        sim_rate=100,
+    )
+    flown = environment.run(
+        t_final=path.duration - 0.01, use_mocap=False, terminate=False, plot=False, animate_bool=False, verbose=False
+    )
+    return (flown["state"]["x"] - path(np.minimum(flown["time"], path.duration)))[200:]
 
 
 def rmse(errors: np.ndarray) -> float:
@@ -113,15 +119,17 @@ def rmse(errors: np.ndarray) -> float:
 
 @pytest.fixture(scope="module")
 def circle():
-    return minsnap.circle(radius=3.0, speed=3.0, ramp=0.0)
+    return minsnap.circle(radius=3.0, speed=3.0, ramp=0.0, laps=0.6)
 
 
+@pytest.mark.slow
 def test_compensation_lowers_the_error_with_their_drag(circle) -> None:
     drag = hover_drag(from_rotorpy(hummingbird))
     without, offset = rmse(fly(circle, hummingbird, True)), rmse(fly(circle, hummingbird, True, drag))
     assert offset < 0.5 * without
 
 
+@pytest.mark.slow
 def test_compensation_changes_nothing_where_there_is_no_drag(circle) -> None:
     none = hover_drag(from_rotorpy(hummingbird, aero=False))
     assert none.absent
