@@ -1,0 +1,125 @@
+"""Random problems with random limits: none violated by certify or by a dense grid, and no exception."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from properties.strategies import decades
+
+import minsnap
+from minsnap.limits import Limits
+from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
+
+SPANS = {
+    "speed": (0.5, 10.0),
+    "acceleration": (0.5, 16.0),
+    "jerk": (2.0, 100.0),
+    "snap": (5.0, 1000.0),
+    "horizontal_speed": (0.5, 6.0),
+    "horizontal_acceleration": (0.5, 10.0),
+    "climb_speed": (0.3, 4.0),
+    "descent_speed": (0.3, 4.0),
+    "vertical_speed": (0.3, 4.0),
+    "vertical_acceleration": (0.5, 10.0),
+    "max_thrust": (1.1, 3.0),
+    "min_thrust": (0.2, 0.9),
+    "tilt": (0.1, 1.2),
+    "body_rate": (0.5, 6.0),
+}
+
+
+@st.composite
+def limits(draw):
+    names = draw(st.lists(st.sampled_from(sorted(SPANS)), min_size=1, max_size=4, unique=True))
+    chosen = {name: draw(decades(*SPANS[name])) for name in names}
+    return Limits(**chosen, norm=draw(st.sampled_from(["euclidean", "axis"])))
+
+
+@st.composite
+def problems(draw):
+    legs = draw(st.integers(1, 5))
+    random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    steps = random.normal(size=(legs, 3))
+    steps *= 10.0 ** random.uniform(-0.5, 1.0, (legs, 1)) / np.linalg.norm(steps, axis=1)[:, None]
+    given = {"waypoints": np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0))), "limits": draw(limits())}
+    if draw(st.booleans()):
+        given["corridor"] = draw(decades(0.05, 1.6))
+    return given
+
+
+def sampled(path):
+    """What the limits bound, on a dense grid, by other formulas."""
+    t = np.linspace(0.0, path.duration, 4001)
+    v, a, j, s = (path(t, order) for order in (1, 2, 3, 4))
+    g = Limits().gravity
+    return {
+        "speed": v,
+        "acceleration": a,
+        "jerk": j,
+        "snap": s,
+        "horizontal_speed": np.hypot(v[:, 0], v[:, 1]).max(),
+        "horizontal_acceleration": np.hypot(a[:, 0], a[:, 1]).max(),
+        "climb_speed": v[:, 2].max(),
+        "descent_speed": -v[:, 2].min(),
+        "vertical_speed": np.abs(v[:, 2]).max(),
+        "vertical_acceleration": np.abs(a[:, 2]).max(),
+        "max_thrust": specific_thrust(a).max() / g,
+        "min_thrust": specific_thrust(a).min() / g,
+        "tilt": tilt(a).max(),
+        "body_rate": tilt_rate(a, j).max(),
+    }
+
+
+def check(path, asked):
+    allowed, values = asked["limits"], sampled(path)
+    certificate = minsnap.certify(path, asked["waypoints"], corridor=asked.get("corridor"), limits=allowed)
+    assert certificate.ok, certificate
+    for name, limit in allowed.given().items():
+        value = values[name]
+        if isinstance(value, np.ndarray):
+            value = np.abs(value).max() if allowed.norm == "axis" else np.linalg.norm(value, axis=1).max()
+        if name == "min_thrust":
+            assert value >= limit * (1.0 - 1e-9), name
+        else:
+            assert value <= limit * (1.0 + 1e-9), name
+
+
+@settings(max_examples=25)
+@given(problems())
+def test_the_shortest_plan_touches_its_limits_and_exceeds_none(asked):
+    path = minsnap.plan(**asked)
+    check(path, asked)
+    assert path.report.binding.fraction >= 0.999
+
+
+@settings(max_examples=10)
+@given(problems(), decades(0.1, 1e4))
+def test_a_priced_plan_exceeds_no_limit(asked, weight):
+    check(minsnap.plan(**asked, time_weight=weight), asked)
+
+
+@settings(max_examples=10)
+@given(problems(), st.floats(1.05, 3.0))
+def test_a_total_within_reach_is_kept_with_the_limits(asked, longer):
+    total = longer * minsnap.plan(**asked).duration
+    path = minsnap.plan(**asked, total_time=total)
+    check(path, asked)
+    assert path.duration == pytest.approx(total, rel=1e-9)
+
+
+@settings(max_examples=10)
+@given(problems(), st.sampled_from(["optimal", "distance"]))
+def test_a_plan_that_is_only_scaled_exceeds_no_limit(asked, split):
+    path = minsnap.plan(**asked, enforce="scaling", split=split)
+    check(path, asked)
+    assert path.report.binding.fraction >= 0.999
+
+
+@settings(max_examples=10)
+@given(problems(), st.floats(0.5, 2.0))
+def test_time_does_not_know_which_unit_it_is_in(asked, factor):
+    """Limits on speed and acceleration in another unit of time: the same path, another clock."""
+    asked["limits"] = Limits(speed=2.0, acceleration=3.0)
+    path = minsnap.plan(**asked)
+    asked["limits"] = Limits(speed=2.0 * factor, acceleration=3.0 * factor**2)
+    assert minsnap.plan(**asked).duration * factor == pytest.approx(path.duration, rel=1e-3)
