@@ -95,11 +95,15 @@ class Component:
         """
         found = self._attempt(rows, chosen, shrink)
         if found is None and isinstance(self.space, Scaled) and len(self.columns) <= MIDDLE:
-            for name in ("slope", "equalities"):
-                self.__dict__.pop(name, None)
-            self.space, self.names = self._space(True), ("daqp", *self.names)
+            self.whiten()
             found = self._attempt(rows, chosen, shrink)
         return found
+
+    def whiten(self) -> None:
+        """Change to coordinates in which the Hessian is the identity, and to dense solvers first."""
+        for name in ("slope", "equalities"):
+            self.__dict__.pop(name, None)
+        self.space, self.names = self._space(True), ("daqp", *self.names)
 
     def _attempt(self, rows: RowSet | None, chosen: IntArray, shrink: float) -> tuple[FloatArray, FloatArray] | None:
         G, h, norms = self.matrix(rows, chosen, shrink)

@@ -8,6 +8,8 @@ One slack for all limits tells how far given durations are from flyable; one sla
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +17,7 @@ from minsnap.compiled import Compiled, Rows
 from minsnap.components import Component
 from minsnap.errors import SolverError
 from minsnap.problem import IntArray, Problem
-from minsnap.qp import SMALL, solve_qp
+from minsnap.qp import MIDDLE, SMALL, solve_qp
 from minsnap.rows import RowSet, rows_in_unknowns, sticking_out
 from minsnap.samples import FloatArray
 from minsnap.space import Whitened
@@ -23,7 +25,10 @@ from minsnap.space import Whitened
 TRACE = 1e-5
 """Weight of the scaled snap cost beside the slacks, unless another is given."""
 
-ACCURACY = 1e-4
+SPARSE_TRACE = 1e-3
+"""The same where the Hessian only has a unit diagonal."""
+
+ACCURACY = 3e-4
 """Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
 
 ROUNDS = 30
@@ -95,21 +100,23 @@ class Elastic:
             self._add([seed])
 
     def run(self) -> Relaxed:
-        """Iterate until the relaxed walls hold at every instant, to ``ACCURACY``.
+        """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
+
+        Where the base holds them with every slack at its lowest there is nothing to solve, and no rows.
 
         Raises
         ------
         SolverError
             If no solver answers.
         """
-        knots, slacks, rounds = self.base, np.zeros(self.give.slacks), 0
+        knots, slacks, rounds = self.base, np.full(self.give.slacks, self.give.lowest), 0
         if self.rows is not None:
             knots, slacks = self._solve()
             rounds = 1
         while rounds < ROUNDS:
             given = self._amounts(slacks)
             found, _ = sticking_out(self.problem, self.compiled.relaxed(given), knots, self.accuracy)
-            if not found and rounds:
+            if not found:
                 break
             self._add([self._unrelaxed(rows, given) for rows in found])
             knots, slacks = self._solve()
@@ -136,11 +143,16 @@ class Elastic:
         assert h is not None
         size = max(float(-h.min()), 1e-3)
         moves = self.give.weight[rows.source.wall] * rows.width / norms / size
-        P, q, G, h = self._extended(G, h / size, moves, rows)
+        P, q = self._costs
+        G, h = self._extended(G, h / size, moves, rows)
         A, b = part.equalities if part.equalities is not None else (None, None)
         if A is not None:
             A, b = _padded(A, self.give.slacks), b / size
         found, failed = solve_qp(P, q, G, h, A, b, part.names, 1.0)
+        if found is None and not self._dense and len(part.columns) <= MIDDLE:
+            part.whiten()
+            self.__dict__.pop("_costs", None)
+            return self._solve()
         if found is None:
             raise SolverError(f"the elastic problem was not solved by {', '.join(failed)}")
         n = len(part.columns)
@@ -149,25 +161,51 @@ class Elastic:
         unknowns[part.columns] = size * part.space.unknowns(found.x[:n])
         return self.problem.add(self.base, unknowns), found.x[n:]
 
-    def _extended(self, G: object, h: FloatArray, moves: FloatArray, rows: RowSet) -> tuple[object, ...]:
-        """Hessian, slope, rows and bounds with the slacks as further unknowns."""
-        from scipy.sparse import block_diag, csc_matrix, hstack, vstack
+    @cached_property
+    def _costs(self) -> tuple[Any, FloatArray]:
+        """Hessian and slope with the slacks as further unknowns."""
+        from scipy.sparse import block_diag, csc_matrix
 
+        n, m = len(self.component.columns), self.give.slacks
+        q = np.concatenate((np.zeros(n), np.ones(m)))
+        hessian = self.component.space.hessian
+        if self._dense:
+            P = np.zeros((n + m, n + m))
+            P[:n, :n] = self._trace * hessian
+            P[n:, n:] = self._trace * np.eye(m)
+            return P, q
+        return csc_matrix(block_diag((self._trace * hessian, self._trace * csc_matrix(np.eye(m))))), q
+
+    @property
+    def _dense(self) -> bool:
+        return isinstance(self.component.space, Whitened)
+
+    @property
+    def _trace(self) -> float:
+        return self.trace if self._dense else SPARSE_TRACE / TRACE * self.trace
+
+    def _extended(self, G: Any, h: FloatArray, moves: FloatArray, rows: RowSet) -> tuple[Any, FloatArray]:
+        """Rows and bounds with the slacks as further unknowns, and the slacks' lower bounds."""
         n, m = len(self.component.columns), self.give.slacks
         group = self.give.group[rows.source.wall]
         gives = np.flatnonzero(group >= 0)
-        slack = csc_matrix((-moves[gives], (gives, group[gives])), shape=(len(rows), m))
-        P = block_diag((self.trace * csc_matrix(self.component.space.hessian), self.trace * csc_matrix(np.eye(m))))
-        q = np.concatenate((np.zeros(n), np.ones(m)))
-        rows_and_slacks = hstack((csc_matrix(G), slack))
-        rows_and_slacks = vstack((rows_and_slacks, hstack((csc_matrix((m, n)), -csc_matrix(np.eye(m))))))
         h = np.concatenate((h, np.full(m, -self.give.lowest)))
-        if isinstance(self.component.space, Whitened):
-            return P.toarray(), q, rows_and_slacks.toarray(), h
-        return csc_matrix(P), q, csc_matrix(rows_and_slacks), h
+        row = np.concatenate((gives, len(rows) + np.arange(m)))
+        column = n + np.concatenate((group[gives], np.arange(m)))
+        value = np.concatenate((-moves[gives], np.full(m, -1.0)))
+        if self._dense:
+            dense = np.zeros((len(rows) + m, n + m))
+            dense[: len(rows), :n] = G
+            dense[row, column] = value
+            return dense, h
+        from scipy.sparse import csc_matrix
+
+        G = G.tocoo()
+        entries = tuple(np.concatenate(pair) for pair in ((G.data, value), (G.row, row), (G.col, column)))
+        return csc_matrix((entries[0], entries[1:]), shape=(len(rows) + m, n + m)), h
 
 
-def _padded(A: object, slacks: int) -> object:
+def _padded(A: Any, slacks: int) -> Any:
     from scipy.sparse import csc_matrix, hstack
 
-    return hstack((csc_matrix(A), csc_matrix((A.shape[0], slacks)))).tocsc()  # type: ignore[attr-defined]
+    return hstack((csc_matrix(A), csc_matrix((A.shape[0], slacks)))).tocsc()

@@ -62,6 +62,15 @@ def check_positive_time(total_time: Any, name: str = "total_time") -> float:
     return float(total_time)
 
 
+def check_weight(weight: Any) -> float:
+    """Return a positive, finite price of time."""
+    if isinstance(weight, bool) or not isinstance(weight, (int, float, np.number)):
+        raise TimingError(f"time_weight is {weight!r}: it must be a number, the cost of a second")
+    if not (np.isfinite(weight) and weight > 0.0):
+        raise TimingError(f"time_weight is {weight}: it must be positive and finite, the cost of a second")
+    return float(weight)
+
+
 def check_degree(degree: Any) -> int:
     """Return k for degree 2k - 1, or raise DegreeError."""
     if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or int(degree) not in DEGREES:

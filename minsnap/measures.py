@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -64,12 +64,26 @@ def measure_all(limits: Limits, traj: Trajectory) -> tuple[Utilisation, ...]:
     return tuple(_Measures(limits, traj).all())
 
 
+def measure_state(limits: Limits, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
+    """Measure a single instant.
+
+    Parameters
+    ----------
+    derivatives : mapping of int to ndarray, shape (dim,)
+        By order; those missing are zero.
+    dim : int
+    """
+    instant = Trajectory(np.zeros((1, 1, dim)), np.ones(1))
+    known = {order: derivatives.get(order, np.zeros(dim)).reshape(1, 1, dim) for order in range(1, 5)}
+    return tuple(_Measures(limits, instant, known).all())
+
+
 class _Measures:
     """Derivatives of one trajectory, computed once, and the measures taken from them."""
 
-    def __init__(self, limits: Limits, traj: Trajectory) -> None:
+    def __init__(self, limits: Limits, traj: Trajectory, known: dict[int, FloatArray] | None = None) -> None:
         self.limits, self.traj = limits, traj
-        self._cache: dict[int, FloatArray] = {}
+        self._cache = known or {}
 
     def all(self) -> Iterator[Utilisation]:
         """Go through the limits that are set."""

@@ -13,7 +13,7 @@ import numpy as np
 from minsnap.banded import unbounded_optimum
 from minsnap.compiled import Compiled, Rows, compile_walls
 from minsnap.elastic import Elastic, Give, Relaxed
-from minsnap.errors import SolverError
+from minsnap.errors import LimitError, SolverError
 from minsnap.limits import Limits
 from minsnap.measures import Utilisation
 from minsnap.problem import Problem
@@ -26,9 +26,16 @@ from minsnap.trajectory import Trajectory
 CLOSE = 3e-3
 """Relaxation below which one Newton step gives the scale."""
 
-NEWTON_STEPS = 12
-ITERATIONS = 60
-ACCURACY = 1e-7
+NEWTON_STEPS = 40
+
+FLAT = 1e-4
+"""Slope of the relaxation in the logarithm of time below which it counts as flat."""
+
+LARGEST_STEP = 0.7
+"""Of the logarithm of the time scale."""
+
+ITERATIONS = 40
+ACCURACY = 1e-6
 """Relative change of the total at which the search ends."""
 
 LOWEST = -0.5
@@ -36,6 +43,12 @@ LOWEST = -0.5
 
 TOUCHING = 1e-10
 """How far below 1 the largest utilisation may be."""
+
+OVERUSED = 2.0
+"""Utilisation above which it does not matter by how much a limit is exceeded."""
+
+SLOWEST = 40.0
+"""Bound on the logarithm of a factor on time."""
 
 REACH = 3.0
 """Bound on the logarithm of a leg's factor on its first guess."""
@@ -105,21 +118,35 @@ class ShortestSearch:
     def evaluate(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
         """Logarithm of the least total in these proportions, and its gradient."""
         shares = self.first * np.exp(logarithms)
-        for _ in range(NEWTON_STEPS):
-            slack, slopes = self.relaxation(shares * np.exp(self.scale))
-            total = slopes.sum()
-            if not total < 0.0:
-                raise SolverError(
-                    "no durations make the corridor and the limits agree: the pins are out of their reach"
-                )
-            self.scale += float(np.clip(-slack / total, -0.7, 0.7))
-            if abs(slack) < CLOSE:
-                break
+        slopes = self._rescale(shares)
         value = float(np.log(shares.sum()) + self.scale)
         if value < self.best[0]:
             self.best = (value, shares * np.exp(self.scale))
         self.log.add(np.exp(value), np.exp(value))
-        return value, shares / shares.sum() - slopes / total
+        return value, shares / shares.sum() - slopes / slopes.sum()
+
+    def _rescale(self, shares: FloatArray) -> FloatArray:
+        """Find the least scale of these proportions by Newton's method; return the slopes there.
+
+        Where a pin uses a limit up, or the durations are very long, the relaxation is flat: then time is shortened
+        until it is not.
+        """
+        steep: FloatArray | None = None
+        for _ in range(NEWTON_STEPS):
+            slack, slopes = self.relaxation(shares * np.exp(self.scale))
+            total = float(slopes.sum())
+            if total > -FLAT:
+                if slack > CLOSE:
+                    break
+                if steep is not None:
+                    return steep
+                self.scale -= LARGEST_STEP
+                continue
+            steep = slopes
+            self.scale += float(np.clip(-slack / total, -LARGEST_STEP, LARGEST_STEP))
+            if abs(slack) < CLOSE:
+                return slopes
+        raise SolverError("no durations were found at which the corridor and the limits agree")
 
     def relaxation(self, durations: FloatArray) -> tuple[float, FloatArray]:
         r"""Return :math:`\tau` at these leg durations, and :math:`T_i \partial\tau / \partial T_i`, shape (legs,)."""
@@ -127,7 +154,7 @@ class ShortestSearch:
         found = self._relaxed(problem)
         rows, multipliers = found.rows, found.multipliers
         if rows is None:
-            return LOWEST, -np.ones(len(durations))
+            return LOWEST, np.zeros(len(durations))
         self.seed = rows.source.chosen(multipliers > 1e-9 * multipliers.max(initial=1e-300))
         slopes = row_slopes(problem, found.knots, rows, multipliers)
         return float(found.slacks[0]), leg_sums(slopes, self.task.pieces)
@@ -150,17 +177,27 @@ def most_used(limits: Limits, trajectory: Trajectory) -> Utilisation:
 
 
 def touching_factor(limits: Limits, trajectory: Trajectory) -> float:
-    """Factor on time at which the most used limit is just reached, none exceeded."""
+    """Factor on time at which the most used limit is just reached, none exceeded.
+
+    Raises
+    ------
+    LimitError
+        If the path uses none of the limits at any speed.
+    """
     from scipy.optimize import brentq
 
     def over(logarithm: float) -> float:
-        return most_used(limits, trajectory.stretched(float(np.exp(logarithm)))).fraction - 1.0
+        used = most_used(limits, trajectory.stretched(float(np.exp(logarithm)))).fraction
+        return min(used, OVERUSED) - 1.0
 
     low, high = 0.0, 0.0
-    while over(high) > 0.0 and high < 40.0:
+    while over(high) > 0.0 and high < SLOWEST:
         low, high = high, high + 0.25
-    while over(low) <= 0.0 and low > -40.0:
+    while over(low) <= 0.0:
         low, high = low - 0.25, low
+        if low < -SLOWEST:
+            names = " and ".join(limits.given())
+            raise LimitError(f"nothing limits the time: the path does not use {names} at any speed; add a limit")
     root = float(brentq(over, low, high, xtol=1e-13, rtol=1e-13))
     while over(root) > TOUCHING:
         root += 1e-12 + abs(root) * 1e-12

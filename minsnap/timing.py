@@ -12,8 +12,9 @@ import numpy.typing as npt
 from minsnap.errors import InfeasibleError, LimitError, TimingError
 from minsnap.exchange import InfeasibleRowsError
 from minsnap.explain import explain
-from minsnap.inputs import check_durations, check_positive_time, refuse_repeated
+from minsnap.inputs import check_durations, check_positive_time, check_weight, refuse_repeated
 from minsnap.limits import Limits
+from minsnap.measures import measure_state
 from minsnap.samples import FloatArray
 from minsnap.shortest import ShortestSearch, most_used, norm_limits, stop_and_go_times, touching_factor
 from minsnap.solver import Solved, solve
@@ -29,8 +30,11 @@ from minsnap.split import (
 from minsnap.task import Task
 from minsnap.trajectory import Trajectory
 
-RESERVES = (1e-4, 1e-3, 1e-2, 0.05, 0.2, 0.5)
+RESERVES = (2e-3, 1e-2, 0.05, 0.2, 0.5)
 """Shares by which the shortest durations found are lengthened until the final plan succeeds."""
+
+KEPT = 1e-9
+"""How far above 1 a utilisation may be."""
 
 SCALED_LEGS = 20
 """Legs up to which the proportions of a plan that is only scaled are searched."""
@@ -123,7 +127,8 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None, 
     bounded = task if limits is None else task.with_walls(limits.walls(task.waypoints))
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
-        return _timed(_solved(bounded, durations, samples, certify), finish)
+        timed = _timed(_solved(bounded, durations, samples, certify), finish)
+        return timed if limits is None else _kept(timed, limits)
     refuse_repeated(task.waypoints, "give every leg a duration of its own")
     if limits is None:
         durations, search = _unlimited(task, timing)
@@ -171,7 +176,7 @@ def _searched(search: Any) -> tuple[FloatArray, _Run]:
 def _unlimited(task: Task, timing: Timing) -> tuple[FloatArray, _Run | None]:
     """Leg durations where nothing limits derivatives."""
     if timing.time_weight is not None:
-        price = check_positive_time(timing.time_weight, "time_weight")
+        price = check_weight(timing.time_weight)
         return _searched(CostSearch(task, priced_first_guess(task, price), price, timing.progress))
     total = check_positive_time(timing.total_time)
     if timing.split == "trapezoid":
@@ -182,23 +187,27 @@ def _unlimited(task: Task, timing: Timing) -> tuple[FloatArray, _Run | None]:
 
 def _shortest(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
     """Find the shortest plan within limits."""
-    if timing.enforce == "scaling" or timing.split != "optimal":
+    walled = any(wall.order for wall in bounded.walls)
+    if timing.enforce == "scaling" or timing.split != "optimal" or not walled:
         return _scaled(task, timing, limits, finish)
-    durations, search = _searched(ShortestSearch(bounded, stop_and_go_times(task.lengths, limits), timing.progress))
-    return _touching(bounded, task.piece_durations(durations), limits, finish, search)
+    shortest = ShortestSearch(bounded, stop_and_go_times(task.lengths, limits), timing.progress)
+    durations, search = _searched(shortest)
+    return _touching(bounded, task.piece_durations(durations), limits, finish, search, shortest)
 
 
-def _touching(task: Task, durations: FloatArray, limits: Limits, finish: Finish, search: _Run) -> Timed:
+def _touching(
+    task: Task, durations: FloatArray, limits: Limits, finish: Finish, search: _Run, shortest: ShortestSearch
+) -> Timed:
     """Plan at durations barely longer than the shortest, then scale so that a limit is touched and none exceeded."""
     for reserve in RESERVES:
         try:
-            solved = solve(task, durations * (1.0 + reserve))
+            solved = solve(task, durations * (1.0 + reserve), units=shortest.units, seed=shortest.seed)
         except InfeasibleRowsError:
             continue
         trajectory = finish(solved.trajectory())
         if task.still:
             return _timed(solved, finish, search, touching_factor(limits, trajectory))
-        if most_used(limits, trajectory).fraction <= 1.0:
+        if most_used(limits, trajectory).fraction <= 1.0 + KEPT:
             return _timed(solved, finish, search)
     raise explain(task, durations)
 
@@ -207,12 +216,8 @@ def _scaled(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed
     """Plan in given proportions, or the best ones, and scale to touch the limits."""
     if not task.still:
         raise TimingError("derivatives that are pinned do not scale with time: use split='optimal' and enforce='qp'")
-    speed, acceleration = norm_limits(limits)[:2]
-    first = distance_split(task, float(task.legs))
-    if timing.split == "trapezoid":
-        if np.isinf(speed) and np.isinf(acceleration):
-            raise TimingError("split='trapezoid' needs a limit on speed or acceleration")
-        first = trapezoid_times(task.lengths, speed, acceleration)
+    split = "distance" if timing.split == "optimal" else timing.split
+    first = task.legs * _proportions(task, split, limits)
     search = None
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
         first, search = _searched(_ScaledSearch(task, timing, limits, finish))
@@ -251,35 +256,89 @@ class _ScaledSearch:
 
 
 def _limited(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
-    """Plan for a total or a price, and limits besides: begin where the limits can be kept."""
-    fastest, search = _searched(ShortestSearch(task, stop_and_go_times(task.lengths, limits), timing.progress))
-    if timing.total_time is not None:
-        total, price = check_positive_time(timing.total_time), None
-        shortest = float(fastest.sum() * (1.0 + RESERVES[0]))
-        if total < shortest:
-            message = f"{total:.6g} s are too short for the limits: the shortest found is {shortest:.6g} s"
-            raise InfeasibleError(message, shortest=shortest)
-        first = fastest * (total / fastest.sum())
-    else:
-        price = check_positive_time(timing.time_weight, "time_weight")
+    """Plan for a total or a price, and limits besides."""
+    if timing.total_time is not None and timing.split != "optimal":
+        total = check_positive_time(timing.total_time)
+        durations = total * _proportions(task, timing.split, limits)
+        return _kept(_timed(_solved(task, task.piece_durations(durations)), finish), limits)
+    fastest, search = _fastest(task, timing, limits)
+    price, first = _wished(task, timing, fastest)
+    durations, search = _searched(CostSearch(task, first, price, timing.progress))
+    for reserve in (0.0, *RESERVES):
+        try:
+            solved = solve(task, task.piece_durations(durations * (1.0 + reserve)))
+        except InfeasibleRowsError:
+            if price is None:
+                durations = first
+            continue
+        return _kept(_timed(solved, finish, search), limits, price is not None)
+    raise explain(task, task.piece_durations(durations))
+
+
+def _fastest(task: Task, timing: Timing, limits: Limits) -> tuple[FloatArray, _Run]:
+    first = stop_and_go_times(task.lengths, limits)
+    if not any(wall.order for wall in task.walls):
+        return first, _Run(())
+    return _searched(ShortestSearch(task, first, timing.progress))
+
+
+def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | None, FloatArray]:
+    """Price of a second, if any, and durations to begin with, at which the limits can be kept."""
+    if timing.time_weight is not None:
+        price = check_weight(timing.time_weight)
         wished = priced_first_guess(replace(task, walls=[w for w in task.walls if w.order == 0]), price)
-        first = fastest * max(1.0 + RESERVES[2], wished.sum() / fastest.sum())
-    durations = first
-    if timing.split == "optimal":
-        durations, search = _searched(CostSearch(task, first, price, timing.progress))
-    return _timed(_solved(task, task.piece_durations(durations)), finish, search)
+        return price, fastest * max(1.0 + RESERVES[1], wished.sum() / fastest.sum())
+    total = check_positive_time(timing.total_time)
+    shortest = float(fastest.sum() * (1.0 + RESERVES[0]))
+    if total < shortest:
+        message = f"{total:.6g} s are too short for the limits: the shortest found is {shortest:.6g} s"
+        raise InfeasibleError(message, shortest=shortest)
+    return None, fastest * (total / fastest.sum())
+
+
+def _proportions(task: Task, split: str, limits: Limits) -> FloatArray:
+    """Shares of the legs in the total, by their lengths or by a trapezoid of speed: shape (legs,), sum 1."""
+    if split == "distance":
+        return distance_split(task, 1.0)
+    speed, acceleration = norm_limits(limits)[:2]
+    if np.isinf(speed) and np.isinf(acceleration):
+        raise TimingError("split='trapezoid' needs a limit on speed or acceleration")
+    times = trapezoid_times(task.lengths, speed, acceleration)
+    return np.asarray(times / times.sum())
+
+
+def _kept(timed: Timed, limits: Limits, stretchable: bool = False) -> Timed:
+    """Return a plan that keeps all limits, those that are not walls of the QP too, or say how long it would take."""
+    used = most_used(limits, timed.trajectory)
+    if used.fraction <= 1.0 + KEPT:
+        return timed
+    task, total = timed.solved.task, timed.trajectory.duration
+    where = f"on leg {used.leg} at {used.instant:.4g} s"
+    message = f"{used.name} cannot be kept in {total:.6g} s: it reaches {used.value:.6g} {where}"
+    if not task.still:
+        raise InfeasibleError(f"{message}; give more time", leg=used.leg, instant=used.instant)
+    factor = touching_factor(limits, timed.trajectory)
+    if stretchable:
+        curve = timed.trajectory.stretched(factor)
+        return replace(timed, trajectory=curve, cost=timed.cost * factor ** (1 - 2 * task.half))
+    raise InfeasibleError(
+        f"{message}; {total * factor:.6g} s would do in these proportions",
+        leg=used.leg,
+        instant=used.instant,
+        shortest=total * factor,
+        stretch=factor,
+    )
 
 
 def _check_pins(task: Task, limits: Limits) -> None:
     """Raise LimitError if a pinned state already exceeds a limit."""
-    orders = {1: ("speed", limits.speed), 2: ("acceleration", limits.acceleration), 3: ("jerk", limits.jerk)}
     for waypoint, state in task.pins.items():
-        for order, value in state.items():
-            name, limit = orders.get(order, ("", None))
-            size = np.linalg.norm(value) if limits.norm == "euclidean" else np.abs(value).max()
-            if limit is not None and size > limit:
+        for used in measure_state(limits, state, task.dim):
+            if used.fraction > 1.0:
+                change = "lower the limit to at most" if used.name == "min_thrust" else "raise the limit to at least"
                 raise LimitError(
-                    f"the {name} pinned at waypoint {waypoint} is {size:.6g}, above the limit {limit:.6g}: "
-                    f"raise the limit to at least {size:.6g}",
-                    smallest=float(size),
+                    f"the state pinned at waypoint {waypoint} has {used.name} {used.value:.6g}, beyond its limit "
+                    f"{used.limit:.6g}: {change} {used.value:.6g}",
+                    waypoint=waypoint,
+                    smallest=used.value,
                 )
