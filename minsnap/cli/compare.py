@@ -27,13 +27,14 @@ def compare(
         bool, typer.Option("--align", help="Find the offset between the clocks first, as logs need.")
     ] = False,
     max_delay: Annotated[float, typer.Option("--max-delay", metavar="S", help="Longest delay looked for [s].")] = 2.0,
+    frame: Annotated[str, typer.Option("--frame", help="Axes of CSV files: enu, ned, flu, frd or optitrack.")] = "enu",
     plot: options.Plot = None,
     json: options.Json = False,
 ) -> None:
     """Compare flights with what they were to fly: error per axis, delay, error in shape apart from error in time."""
     from minsnap.flight import tracking
 
-    wanted, flown = _read(reference, flights)
+    wanted, flown = _read(reference, flights, frame)
     found = {name: tracking.compare(wanted, flight, align=align, max_delay=max_delay) for name, flight in flown.items()}
     if plot is not None:
         from minsnap.flight.tracking_plot import plot_tracking
@@ -44,14 +45,14 @@ def compare(
     _say(found, json)
 
 
-def _read(reference: Path, flights: list[Path]) -> tuple[Samples, dict[str, Samples]]:
+def _read(reference: Path, flights: list[Path], frame: str) -> tuple[Samples, dict[str, Samples]]:
     """Read all files; what is damaged in a log is said on standard error."""
     from minsnap.files.flights import load_flight, load_reference
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        wanted = load_reference(reference)
-        flown = {_name(path, flights): load_flight(path) for path in flights}
+        wanted = load_reference(reference, frame)
+        flown = {_name(path, flights): load_flight(path, frame) for path in flights}
     for warning in caught:
         print(f"minsnap: {warning.message}", file=sys.stderr)
     return wanted, flown

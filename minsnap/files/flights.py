@@ -17,7 +17,7 @@ ENDINGS = (".csv", ".ulg", ".bin")
 """Endings of the files that hold a flight."""
 
 
-def load_flight(path: str | os.PathLike[str]) -> Samples:
+def load_flight(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
     """Read what was flown.
 
     Parameters
@@ -25,6 +25,8 @@ def load_flight(path: str | os.PathLike[str]) -> Samples:
     path : str or path
         ``.csv`` as the library writes setpoints and simulated flights, ``.ulg`` as PX4 logs (extra ``logs``), ``.bin``
         as ArduPilot does.
+    frame : str
+        Axes of a CSV; logs have theirs.
 
     Returns
     -------
@@ -42,20 +44,20 @@ def load_flight(path: str | os.PathLike[str]) -> Samples:
     ImportError
         If a log needs an extra that is not installed.
     """
-    return _load(path, "flight")
+    return _load(path, "flight", frame)
 
 
-def load_reference(path: str | os.PathLike[str]) -> Samples:
+def load_reference(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
     """Read what was to be flown: a setpoint CSV, or the setpoints of a log; otherwise as :func:`load_flight`."""
-    return _load(path, "reference")
+    return _load(path, "reference", frame)
 
 
-def _load(path: str | os.PathLike[str], part: str) -> Samples:
+def _load(path: str | os.PathLike[str], part: str, frame: str) -> Samples:
     ending = Path(path).suffix.lower()
     if ending == ".csv":
         from minsnap.files.setpoints import read_csv
 
-        return read_csv(path)
+        return read_csv(path, frame)
     if ending == ".ulg":
         from minsnap.files.ulog import read_ulog
 

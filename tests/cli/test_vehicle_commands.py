@@ -127,6 +127,13 @@ def test_compare_takes_logs_and_says_what_is_damaged(call, log, tmp_path) -> Non
     assert done.returncode == 2 and "holds no setpoints" in done.stderr
 
 
+def test_compare_reads_setpoints_in_their_own_axes(call, log, flights, tmp_path) -> None:
+    minsnap.write_csv(flights, tmp_path / "ned.csv", frame="ned")
+    done = call("compare", "ned.csv", "flight.ulg", "--align", "--frame", "ned", "--json")
+    assert json.loads(done.stdout)["flight.ulg"]["rmse_3d"] < 2e-3
+    assert call("compare", "ned.csv", "flight.ulg", "--frame", "up").returncode == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

@@ -225,6 +225,12 @@ def test_other_references_are_named() -> None:
         Sensors(delay=-0.1)
 
 
+def test_a_plane_plan_is_flown_level() -> None:
+    path = minsnap.plan([(0, 0), (4, 0), (4, 3)], durations=[4, 3], yaw="velocity")
+    flight = simulate(F330, GeometricController(), path, compensation=F330.drag)
+    assert flight.reference.position.shape[1] == 3 and np.abs(flight.error).max() < 0.05
+
+
 def test_the_flight_starts_in_the_state_of_the_reference() -> None:
     path = minsnap.circle(ramp=0.0)
     flight = simulate(F330, GeometricController(), path, duration=0.1, compensation=F330.drag)
