@@ -8,12 +8,17 @@ import stat
 import numpy as np
 import pandas
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 import minsnap
 from minsnap.errors import FileError, FrameError, TimingError
 from minsnap.samples import Samples
 
 HEADER = "t,x,y,z,vx,vy,vz,ax,ay,az,yaw,yaw_rate"
+FRAMES = ["enu", "flu", "frd", "optitrack"]
+"""Those that round nothing: a yaw in NED is subtracted from pi/2."""
 QUANTITIES = ("t", "position", "velocity", "acceleration", "yaw", "yaw_rate")
 
 
@@ -28,7 +33,7 @@ def write(folder, text):
     return file
 
 
-@pytest.mark.parametrize("frame", ["enu", "flu", "frd", "optitrack"])
+@pytest.mark.parametrize("frame", FRAMES)
 def test_reads_back_exactly(path, tmp_path, frame):
     minsnap.write_csv(path, tmp_path / "a.csv", rate=50.0, frame=frame)
     read, wanted = minsnap.read_csv(tmp_path / "a.csv", frame=frame), path.sample(50.0)
@@ -168,3 +173,30 @@ def test_a_device_is_written_to_and_a_link_followed(path, tmp_path):
     minsnap.write_csv(path, tmp_path / "link.csv")
     assert (tmp_path / "link.csv").is_symlink()
     assert len(minsnap.read_csv(tmp_path / "target.csv")) == len(path.sample(20.0))
+
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(
+    values=arrays(np.float64, st.tuples(st.integers(1, 5), st.just(11)), elements=FINITE), frame=st.sampled_from(FRAMES)
+)
+def test_any_finite_numbers_read_back_exactly(tmp_path_factory, values, frame):
+    file = tmp_path_factory.mktemp("any") / "a.csv"
+    columns = (values[:, :3], values[:, 3:6], values[:, 6:9])
+    written = Samples(np.arange(float(len(values))), *columns, yaw=values[:, 9], yaw_rate=values[:, 10])
+    minsnap.write_csv(written, file, frame=frame)
+    read = minsnap.read_csv(file, frame=frame)
+    for name in QUANTITIES:
+        assert np.array_equal(getattr(read, name), getattr(written, name)), name
+
+
+@given(st.one_of(st.binary(max_size=60), st.text("0123456789.,-+einfat_xyzv\n\r ", max_size=60).map(str.encode)))
+def test_whatever_a_file_holds_it_is_read_or_refused(tmp_path_factory, content):
+    file = tmp_path_factory.mktemp("any") / "a.csv"
+    for text in (content, b"t,x,y,z\n" + content):
+        file.write_bytes(text)
+        try:
+            assert np.isfinite(minsnap.read_csv(file).position).all()
+        except FileError as error:
+            assert str(file) in str(error)

@@ -6,6 +6,8 @@ import sys
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import minsnap
 from minsnap.errors import FileError
@@ -116,3 +118,16 @@ def test_yaml_without_its_package_names_the_extra(write, monkeypatch):
     monkeypatch.setitem(sys.modules, "yaml", None)
     with pytest.raises(ImportError, match=r"minsnap\[yaml\]"):
         minsnap.read_waypoints(write("- [0, 0]\n", "a.yaml"))
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.yaml"])
+@given(
+    content=st.one_of(st.binary(max_size=60), st.text("0123456789.,-:[]{}xyz!&*'\"\n ", max_size=60).map(str.encode))
+)
+def test_whatever_a_file_holds_it_is_read_or_refused(tmp_path_factory, name, content):
+    file = tmp_path_factory.mktemp("any") / name
+    file.write_bytes(content)
+    try:
+        assert np.isfinite(minsnap.read_waypoints(file).points).all()
+    except FileError as error:
+        assert str(file) in str(error)
