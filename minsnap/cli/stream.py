@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,7 +15,7 @@ from minsnap.cli.app import app
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.flight.options import StreamReport
+    from minsnap.flight.options import StreamOptions, StreamReport
     from minsnap.flight.streaming import Streamer
 
 
@@ -58,13 +58,8 @@ def stream(
     is held. Ctrl-C stops and holds until the mode is left; a second one leaves the vehicle to its own failsafe. Exit
     status 1 if the flight was refused or stopped by a rule of safety.
     """
-    from minsnap.cli.display import Display, EnterKey
-    from minsnap.flight.link import open_link
-    from minsnap.flight.offboard import prepare
     from minsnap.flight.options import StreamOptions
     from minsnap.flight.safety import SafetyRules
-    from minsnap.flight.schedule import Clock
-    from minsnap.flight.streaming import Streamer
 
     settings = StreamOptions(
         rate=rate,
@@ -72,7 +67,7 @@ def stream(
         frame=frame,
         laps=laps,
         autopilot=_one_of("--autopilot", autopilot, ("auto", "px4", "ardupilot", "generic")),
-        trigger=EnterKey() if _one_of("--trigger", trigger, ("enter", "mode", "now")) == "enter" else trigger,
+        trigger=_trigger(trigger),
         relative=_one_of("--origin", origin, ("file", "current")) == "current",
         arm=arm,
         land=land,
@@ -80,17 +75,34 @@ def stream(
         wait=wait,
         log=log,
     )
-    table, clock = prepare(file, settings), Clock()
-    link = open_link(connect, clock, system=system, signing_key=signing_key)
-    try:
-        with Display(prompt=trigger == "enter") as display:
-            streamer = Streamer(table, link, settings, clock, display.event, display.status)
-            with _stopped_by_signals(streamer):
-                report = streamer.run()
-    finally:
-        link.close()
+    report = _fly(file, connect, settings, system, signing_key)
     print(_summary(report))
     return 0 if report.completed else 1
+
+
+def _fly(file: Path, connect: str, settings: StreamOptions, system: int | None, key: Path | None) -> StreamReport:
+    """Fly with a display on stderr, and with Ctrl-C as a stop that holds."""
+    from minsnap.cli.display import Display
+    from minsnap.flight.link import open_link
+    from minsnap.flight.offboard import prepare
+    from minsnap.flight.schedule import Clock
+    from minsnap.flight.streaming import Streamer
+
+    table, clock = prepare(file, settings), Clock()
+    link = open_link(connect, clock, system=system, signing_key=key)
+    try:
+        with Display(prompt=callable(settings.trigger)) as display:
+            streamer = Streamer(table, link, settings, clock, display.event, display.status)
+            with _stopped_by_signals(streamer):
+                return streamer.run()
+    finally:
+        link.close()
+
+
+def _trigger(name: str) -> str | Callable[[], bool]:
+    from minsnap.cli.display import EnterKey
+
+    return EnterKey() if _one_of("--trigger", name, ("enter", "mode", "now")) == "enter" else name
 
 
 def _one_of(option: str, value: str, choices: tuple[str, ...]) -> str:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from minsnap.files.atomic import atomic_write
 from minsnap.flight.frames import map_samples
 from minsnap.samples import FloatArray, Samples
+from minsnap.yaw import wrap
 
 DTYPE = np.dtype(
     [
@@ -54,7 +55,7 @@ def px4_setpoints(samples: Samples, start: int = 0) -> npt.NDArray[np.void]:
     for name in ("position", "velocity", "acceleration", "jerk"):
         messages[name] = _or_nan(getattr(ned, name))
     yaw = _or_nan(ned.yaw)
-    messages["yaw"] = np.where(np.abs(yaw) <= np.pi, yaw, np.remainder(yaw + np.pi, 2 * np.pi) - np.pi)
+    messages["yaw"] = np.where(np.abs(yaw) <= np.pi, yaw, wrap(yaw))
     messages["yawspeed"] = _or_nan(ned.yaw_rate)
     return messages
 

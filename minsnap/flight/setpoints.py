@@ -14,6 +14,7 @@ from minsnap.flight.dialect import Message, load_dialect
 from minsnap.flight.frames import get_frame, map_samples
 from minsnap.flight.vehicle_state import Vector, VehicleState
 from minsnap.samples import FloatArray, Samples
+from minsnap.yaw import wrap
 
 FIELDS = {"position": 0b111, "velocity": 0b111 << 3, "acceleration": 0b111 << 6, "yaw": 1 << 10, "yaw_rate": 1 << 11}
 """What a setpoint can hold, and the bits of the type mask that say to ignore it (MAVLink, POSITION_TARGET_TYPEMASK)."""
@@ -180,7 +181,7 @@ def _column(samples: Samples, name: str, held: bool) -> FloatArray:
     if not held or values is None:
         return np.zeros((len(samples), width))
     if name == "yaw":
-        values = np.where(np.abs(values) <= math.pi, values, np.remainder(values + math.pi, 2 * math.pi) - math.pi)
+        values = np.where(np.abs(values) <= math.pi, values, wrap(values))
     column: FloatArray = np.asarray(values, dtype=np.float64).reshape(len(samples), width)
     return column
 

@@ -26,7 +26,7 @@ def test_from_the_ground_round_a_planned_rectangle_and_back_to_the_ground(tmp_pa
             report = flight.result(60.0)
         assert vehicle.mode == LAND and not vehicle.failsafes
         vehicle.until(lambda v: not v.armed)
-    assert report.completed and report.flown == len(samples)
+    assert report.completed and len(samples) - report.schedule.skipped <= report.flown <= len(samples)
     assert report.rmse < 0.4 and report.worst_error < 0.8
     with open(log, newline="") as file:
         lines = list(csv.DictReader(file))

@@ -29,6 +29,10 @@ def in_ned(position):
     return tuple(map_vectors(position, "enu", "ned"))
 
 
+PATH = excursion(8.0, reach=3.0)
+START = in_ned(PATH.position[0])
+
+
 class Flight:
     """A streamer that runs beside the test."""
 

@@ -55,7 +55,7 @@ class StandIn:
         self.mode, self.armed, self.armed_at = self.other, True, -math.inf
         self.beats = self.positions = self.moves = True
         self.setpoints, self.heard, self.commands, self.modes, self.failsafes = [], [], [], [], []
-        self.position_rate, self.beat_period = 20.0, 0.25
+        self.position_rate, self.beat_period, self.patience = 20.0, 0.25, 1.0
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -150,7 +150,7 @@ class StandIn:
         led = self.mode == self.following and self.armed and self.last_setpoint > self.armed_at
         if led and self.setpoints and self.moves:
             self.body.follow(self.setpoints[-1][1], dt)
-            if now - self.last_setpoint > 1.0:
+            if now - self.last_setpoint > self.patience:
                 self.failsafes.append(now)
                 self.mode = self.other
         elif self.mode == self.landing:
