@@ -67,8 +67,11 @@ def _body(walls: Sequence[Walls], leg: int, waypoints: FloatArray) -> FloatArray
     for wall in walls:
         if not isinstance(wall, Faces) and (wall.leg == leg).any():
             return _cylinder(wall, int(np.flatnonzero(wall.leg == leg)[0]), start, end)
-    rows = [_half_spaces(wall, leg) for wall in walls if isinstance(wall, Faces)]
-    return _polytope(np.vstack([*rows, _ends(np.vstack(rows), start, end)]), (start + end) / 2.0)
+    faces = [wall for wall in walls if isinstance(wall, Faces)]
+    rows = np.vstack([_half_spaces(wall, leg) for wall in faces])
+    ends = [_ends(start, end) for wall in faces if _is_tube(wall, leg, end - start)][:1]
+    closed = np.vstack([rows, *ends])
+    return _polytope(np.vstack([closed, _far(closed, waypoints)]), (start + end) / 2.0)
 
 
 def _half_spaces(faces: Faces, leg: int) -> FloatArray:
@@ -81,14 +84,31 @@ def _half_spaces(faces: Faces, leg: int) -> FloatArray:
     return np.asarray(rows[np.isfinite(rows).all(axis=1)])
 
 
-def _ends(rows: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the planes that close a body: at the waypoints for a tube, far away for anything else."""
-    along = (end - start) / (np.linalg.norm(end - start) or 1.0)
-    if along.any() and np.abs(rows[:, :-1] @ along).max(initial=0.0) < 1e-9:
-        return np.array([[*along, -along @ end], [*-along, along @ start]])
-    reach = 10.0 * (1.0 + np.linalg.norm(end - start))
-    axes, middle = np.eye(len(start)), (start + end) / 2.0
-    return np.vstack([np.column_stack([axes, -middle - reach]), np.column_stack([-axes, middle - reach])])
+def _is_tube(faces: Faces, leg: int, step: FloatArray) -> bool:
+    """Whether pairs of planes leave a leg no way but along its direction."""
+    mine = faces.leg == leg
+    across = bool(np.abs(faces.normal[mine] @ step).max(initial=0.0) < 1e-9 * np.linalg.norm(step))
+    paired = bool(np.isfinite(faces.lower[mine]).all() and np.isfinite(faces.upper[mine]).all())
+    return across and paired and np.linalg.matrix_rank(faces.normal[mine]) == len(step) - 1
+
+
+def _ends(start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return the planes that close a tube at its waypoints."""
+    along = (end - start) / np.linalg.norm(end - start)
+    return np.array([[*along, -along @ end], [*-along, along @ start]])
+
+
+def _far(rows: FloatArray, waypoints: FloatArray) -> FloatArray:
+    """Return planes a little beyond all waypoints, on the sides where half-spaces leave an axis unbounded."""
+    from minsnap.half_spaces import bounding_boxes
+
+    lengths = np.linalg.norm(rows[:, :-1], axis=1, keepdims=True)
+    lower, upper = bounding_boxes([(rows[:, :-1] / lengths, -rows[:, -1] / lengths[:, 0])])
+    beyond = 1.0 + 0.25 * np.ptp(waypoints, axis=0).max()
+    axes = np.eye(waypoints.shape[1])
+    above = np.column_stack([axes, -waypoints.max(axis=0) - beyond])[~np.isfinite(upper[0])]
+    below = np.column_stack([-axes, waypoints.min(axis=0) - beyond])[~np.isfinite(lower[0])]
+    return np.vstack([above, below])
 
 
 def _polytope(rows: FloatArray, guess: FloatArray) -> FloatArray:
