@@ -24,15 +24,26 @@ Time = Annotated[float | None, typer.Option("--time", metavar="S", help="Duratio
 Split = Annotated[
     str | None, typer.Option("--split", help="How --time is split over the legs: optimal, distance or trapezoid.")
 ]
+TimeWeight = Annotated[
+    float | None,
+    typer.Option("--time-weight", metavar="W", help="Least cost + W * time, instead of a duration [cost/s]."),
+]
 MaxSpeed = Annotated[float | None, typer.Option("--max-speed", metavar="M/S", help="Shortest time within [m/s].")]
 MaxAcceleration = Annotated[
     float | None, typer.Option("--max-acceleration", metavar="M/S2", help="Shortest time within [m/s^2].")
 ]
 MaxJerk = Annotated[float | None, typer.Option("--max-jerk", metavar="M/S3", help="Shortest time within [m/s^3].")]
+MaxSnap = Annotated[float | None, typer.Option("--max-snap", metavar="M/S4", help="Shortest time within [m/s^4].")]
 MaxThrust = Annotated[
     float | None, typer.Option("--max-thrust", metavar="RATIO", help="Shortest time within, over the weight.")
 ]
-MaxTilt = Annotated[float | None, typer.Option("--max-tilt", metavar="RAD", help="Shortest time within [rad].")]
+MaxTilt = Annotated[float | None, typer.Option("--max-tilt", metavar="DEG", help="Shortest time within [degrees].")]
+MaxBodyRate = Annotated[
+    float | None, typer.Option("--max-body-rate", metavar="RAD/S", help="Roll and pitch: shortest time within [rad/s].")
+]
+MaxYawRate = Annotated[
+    float | None, typer.Option("--max-yaw-rate", metavar="RAD/S", help="Shortest time within [rad/s].")
+]
 
 Corridor = Annotated[
     str | None,
@@ -41,7 +52,7 @@ Corridor = Annotated[
 Yaw = Annotated[str | None, typer.Option("--yaw", help="Heading [rad], or 'velocity' to look where it flies.")]
 Degree = Annotated[int, typer.Option("--degree", help="Degree of the polynomials: 3, 5, 7, 9 or 11.")]
 Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivatives continuous at the waypoints.")]
-Pieces = Annotated[int, typer.Option("--pieces", help="Polynomials a leg.")]
+Pieces = Annotated[int | None, typer.Option("--pieces", help="Polynomials a leg; 1 unless given.")]
 Solver = Annotated[str, typer.Option("--solver", help="auto, or a solver's name: daqp, piqp, clarabel, osqp.")]
 
 

@@ -31,9 +31,9 @@ def plan(
 
     found = read_waypoints(file)
     asked = _of_file(found) | planning.arguments()
-    if "total_time" in asked or "limits" in asked:
+    if asked.keys() & {"total_time", "time_weight", "limits"}:
         del asked["durations"]
-    with searching() as progress:
+    with searching(destination.json) as progress:
         path = plan_path(found.points, closed=closed, **asked, **progress)
     destination.deliver(path, planning.walls, found.points, limits=planning.limits)
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from math import radians
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from minsnap.cli import options
+from minsnap.errors import TimingError
 
 if TYPE_CHECKING:
     from minsnap.limits import Limits
@@ -33,21 +35,39 @@ CAREFUL_ACCELERATION = 6.0
 
 @dataclass(frozen=True)
 class Timing:
-    """How long a plan takes: a total time, or the shortest within limits."""
+    """How long a plan takes: a total time, a price of time, or the shortest within limits."""
 
     time: options.Time = None
+    time_weight: options.TimeWeight = None
     max_speed: options.MaxSpeed = None
     max_acceleration: options.MaxAcceleration = None
     max_jerk: options.MaxJerk = None
+    max_snap: options.MaxSnap = None
     max_thrust: options.MaxThrust = None
     max_tilt: options.MaxTilt = None
+    max_body_rate: options.MaxBodyRate = None
+    max_yaw_rate: options.MaxYawRate = None
+    split: options.Split = None
+    pieces: options.Pieces = None
     yaw: options.Yaw = None
+
+    def __post_init__(self) -> None:
+        if self.time is not None and self.time_weight is not None:
+            raise TimingError("--time and --time-weight were given: give the duration or the price of time, not both")
 
     @property
     def limits(self) -> Limits | None:
         """The limits given, or None."""
-        motion = {"speed": self.max_speed, "acceleration": self.max_acceleration, "jerk": self.max_jerk}
-        chosen = options.given(**motion, max_thrust=self.max_thrust, tilt=self.max_tilt)
+        chosen = options.given(
+            speed=self.max_speed,
+            acceleration=self.max_acceleration,
+            jerk=self.max_jerk,
+            snap=self.max_snap,
+            max_thrust=self.max_thrust,
+            tilt=None if self.max_tilt is None else radians(self.max_tilt),
+            body_rate=self.max_body_rate,
+            yaw_rate=self.max_yaw_rate,
+        )
         if not chosen:
             return None
         from minsnap.limits import Limits
@@ -56,7 +76,8 @@ class Timing:
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that were given."""
-        return options.given(total_time=self.time, limits=self.limits, yaw=options.parse_yaw(self.yaw))
+        how = {"time_weight": self.time_weight, "split": self.split, "pieces": self.pieces}
+        return options.given(total_time=self.time, limits=self.limits, yaw=options.parse_yaw(self.yaw), **how)
 
 
 @dataclass(frozen=True)
@@ -64,10 +85,8 @@ class Planning(Timing):
     """How a plan through several waypoints is made."""
 
     corridor: options.Corridor = None
-    split: options.Split = None
     degree: options.Degree = 7
     continuity: options.Continuity = None
-    pieces: options.Pieces = 1
     solver: options.Solver = "auto"
 
     @property
@@ -77,8 +96,8 @@ class Planning(Timing):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that were given."""
-        chosen = options.given(corridor=self.walls, split=self.split, continuity=self.continuity)
-        return super().arguments() | chosen | {"degree": self.degree, "pieces": self.pieces, "solver": self.solver}
+        chosen = options.given(corridor=self.walls, continuity=self.continuity)
+        return super().arguments() | chosen | {"degree": self.degree, "solver": self.solver}
 
 
 @dataclass(frozen=True)
@@ -91,7 +110,7 @@ class RectanglePlanning(Planning):
     def limits(self) -> Limits | None:
         """The limits given, or those of a careful flight if there is no time either."""
         chosen = super().limits
-        if chosen is not None or self.time is not None:
+        if chosen is not None or self.time is not None or self.time_weight is not None:
             return chosen
         from minsnap.limits import Limits
 

@@ -45,9 +45,9 @@ class SearchLine:
 
 
 @contextmanager
-def searching() -> Iterator[dict[str, Any]]:
+def searching(quiet: bool = False) -> Iterator[dict[str, Any]]:
     """Give the argument of a plan that shows its search on standard error, if that is a terminal; then clear it."""
-    if not sys.stderr.isatty():
+    if quiet or not sys.stderr.isatty():
         yield {}
         return
     line = SearchLine(sys.stderr)

@@ -43,7 +43,7 @@ def rect(
         "clockwise": clockwise,
         "center": center,
     }
-    with searching() as progress:
+    with searching(destination.json) as progress:
         path = rectangle(width, length, altitude=altitude, **asked | {"corridor": walls}, **progress)
     destination.deliver(path, walls, limits=planning.limits)
 
@@ -60,7 +60,8 @@ def line(
     """Plan a straight line, from rest to rest or at constant speed."""
     from minsnap.shapes import line as plan_line
 
-    path = plan_line(start, goal, constant_speed=constant_speed, **timing.arguments())
+    with searching(destination.json) as progress:
+        path = plan_line(start, goal, constant_speed=constant_speed, **timing.arguments(), **progress)
     destination.deliver(path, limits=timing.limits)
 
 

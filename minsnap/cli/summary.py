@@ -29,6 +29,24 @@ _LINES = (
     ("plot", "drawn", "{}"),
 )
 
+_UNITS = {
+    "acceleration": "m/s²",
+    "horizontal_acceleration": "m/s²",
+    "vertical_acceleration": "m/s²",
+    "jerk": "m/s³",
+    "snap": "m/s⁴",
+    "max_thrust": "of the weight",
+    "min_thrust": "of the weight",
+    "tilt": "rad",
+    "body_rate": "rad/s",
+    "yaw_rate": "rad/s",
+    "rotor_thrust": "of the range",
+}
+"""Units of limits; the others are speeds."""
+
+BINDING = 0.999
+"""Share of a limit from which it binds."""
+
 _LIMITS_AFTER = 6
 """Limits stand below the greatest speed, acceleration and jerk."""
 
@@ -54,12 +72,13 @@ def summarise(
     -------
     dict
         duration [s], legs, cost [m^2/s^7], max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
-        corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where most.
+        corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where
+        most; binding: those used up.
     """
     from minsnap.trajectory import Trajectory
 
     known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-2])
-    known |= {"duration": path.duration, "limits": []}
+    known |= {"duration": path.duration, "limits": [], "binding": []}
     if isinstance(path, Trajectory):
         return known | _of_trajectory(path, corridor, waypoints, limits)
     return known | _of_shape(path)
@@ -71,6 +90,9 @@ def as_text(figures: Mapping[str, Any]) -> str:
     lines[_LIMITS_AFTER:_LIMITS_AFTER] = [
         (f"limit {used['name'].replace('_', ' ')}", _usage(used)) for used in figures["limits"]
     ]
+    if figures["limits"]:
+        what = ", ".join(name.replace("_", " ") for name in figures["binding"]) or "none"
+        lines.insert(_LIMITS_AFTER + len(figures["limits"]), ("limits that bind", what))
     return "\n".join(f"{label:<20}{value}" for label, value in lines)
 
 
@@ -82,7 +104,8 @@ def as_json(figures: Mapping[str, Any]) -> str:
 def _usage(used: Mapping[str, Any]) -> str:
     """Return how far a limit is used: the one that binds is at 100 %."""
     share, value, limit = 100.0 * used["fraction"], used["value"], used["limit"]
-    return f"{share:.2f} %, {value:.4g} of {limit:.4g}, on leg {used['leg']} at {used['instant']:.4g} s"
+    amount = f"{value:.4g} of {limit:.4g} {_UNITS.get(used['name'], 'm/s')}"
+    return f"{share:.2f} %, {amount}, on leg {used['leg']} at {used['instant']:.4g} s"
 
 
 def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, limits: Limits | None) -> dict[str, Any]:
@@ -97,6 +120,7 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, li
         "max_acceleration": certificate.max_acceleration,
         "max_jerk": certificate.max_jerk,
         "limits": [asdict(used) for used in certificate.utilisation],
+        "binding": [used.name for used in certificate.utilisation if used.fraction >= BINDING],
         "corridor_margin": None if corridor is None else certificate.corridor_margin,
         "solver": report.solver if report else None,
         "rounds": report.rounds if report else None,

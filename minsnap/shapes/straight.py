@@ -66,7 +66,7 @@ def line(
         raise ShapeError(f"the line starts and ends at {tuple(ends[0].tolist())}: give it two ends")
     if constant_speed:
         return _constant_speed(ends, total_time, limits, **options)
-    if total_time is None and limits is None:
+    if total_time is None and limits is None and options.get("time_weight") is None:
         total_time = distance / SPEED
     return _plan(ends, total_time=total_time, limits=limits, **options)
 
@@ -126,7 +126,7 @@ def rectangle(
     first = _check_count("start corner", start_corner, 0, 3)
     steps = np.arange(4 * turns + 1) * (-1 if clockwise else 1)
     waypoints = corners[(first + steps) % 4]
-    if total_time is None and durations is None and limits is None:
+    if total_time is None and durations is None and limits is None and options.get("time_weight") is None:
         durations = leg_durations(waypoints)
     times = {"total_time": total_time, "durations": durations, "limits": limits}
     return _plan(waypoints, corridor=corridor, **times, **options)

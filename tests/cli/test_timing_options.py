@@ -1,0 +1,88 @@
+"""Options that choose durations: their limits, refusals and what the summary says of them."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+
+def figures(run):
+    assert run.returncode == 0, run.stderr
+    return json.loads(run.stdout)
+
+
+OPTIONS = {
+    "--max-speed": ("speed", 1.5, 1.5),
+    "--max-acceleration": ("acceleration", 2.0, 2.0),
+    "--max-jerk": ("jerk", 9.0, 9.0),
+    "--max-snap": ("snap", 30.0, 30.0),
+    "--max-thrust": ("max_thrust", 1.2, 1.2),
+    "--max-tilt": ("tilt", 20.0, math.radians(20.0)),
+    "--max-body-rate": ("body_rate", 1.0, 1.0),
+}
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_each_limit_alone_binds_and_says_where(call, option):
+    name, value, limit = OPTIONS[option]
+    found = figures(call("line", option, value, "--json"))
+    (used,) = found["limits"]
+    assert used["name"] == name and used["limit"] == pytest.approx(limit)
+    assert found["binding"] == [name] and 0.999 <= used["fraction"] <= 1.0 + 1e-9
+    assert used["leg"] == 0 and 0.0 <= used["instant"] <= found["duration"]
+
+
+def test_a_rectangle_without_times_is_flown_within_careful_limits(call):
+    found = figures(call("rect", "--json"))
+    assert {used["name"]: used["limit"] for used in found["limits"]} == {"speed": 3.0, "acceleration": 6.0}
+    assert found["binding"] and found["max_speed"] <= 3.0 + 1e-8 and found["max_acceleration"] <= 6.0 + 1e-8
+
+
+def test_text_says_which_limits_bind(call):
+    run = call("line", "--max-speed", 1.5, "--max-acceleration", 50)
+    lines = dict((line[:20].strip(), line[20:]) for line in run.stdout.splitlines())
+    assert lines["limits that bind"] == "speed"
+    assert lines["limit speed"].startswith("100.00 %, 1.5 of 1.5 m/s, on leg 0 at ")
+    assert "m/s²" in lines["limit acceleration"]
+
+
+def test_weight_of_time_instead_of_a_time(call):
+    cheap, dear = (figures(call("rect", "--time-weight", weight, "--json")) for weight in (1, 100))
+    assert cheap["duration"] > dear["duration"] and cheap["cost"] < dear["cost"]
+    assert cheap["limits"] == []
+    assert figures(call("line", "--time-weight", 10, "--json"))["limits"] == []
+
+
+def test_time_and_its_weight_exclude_each_other(call):
+    for command in ("rect", "line"):
+        run = call(command, "--time", 12, "--time-weight", 3)
+        assert run.returncode == 2 and "--time and --time-weight" in run.stderr and run.stdout == ""
+
+
+def test_pieces_and_split_are_passed_on(call):
+    one, three = (figures(call("line", "--max-acceleration", 2, "--pieces", n, "--json")) for n in (1, 3))
+    assert three["duration"] < one["duration"]
+    assert (
+        figures(call("rect", "--time", 12, "--split", "distance", "--json"))["cost"]
+        > figures(call("rect", "--time", 12, "--json"))["cost"]
+    )
+
+
+def test_a_time_too_short_for_the_limits_is_status_1_and_says_the_shortest(call):
+    run = call("line", "--time", 1, "--max-speed", 2)
+    assert run.returncode == 1 and "the shortest found is 7.6" in run.stderr
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("--max-speed", 0), ("--max-thrust", 0.9), ("--max-tilt", 95), ("--max-yaw-rate", "nan")]
+)
+def test_limits_that_are_none_are_status_2(call, option, value):
+    run = call("rect", option, value)
+    assert run.returncode == 2 and len(run.stderr.splitlines()) == 1
+
+
+def test_no_line_of_a_search_where_nobody_looks(process):
+    run = process("rect", "--time", 12)
+    assert run.returncode == 0 and run.stderr == ""
