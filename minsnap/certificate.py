@@ -132,11 +132,11 @@ def certify(
 
 def nearest_wall(traj: Trajectory, walls: Sequence[Walls]) -> Margin | None:
     """Exact least distance to the walls over all time; None where there are none."""
-    margins = [_margin(traj, wall) for wall in walls if len(wall.leg)]
-    return min(margins, key=lambda margin: margin.value) if margins else None
+    return min((margin_to(traj, wall) for wall in walls if len(wall.leg)), key=lambda m: m.value, default=None)
 
 
-def _margin(traj: Trajectory, wall: Walls) -> Margin:
+def margin_to(traj: Trajectory, wall: Walls) -> Margin:
+    """Exact least distance to one block of walls over all time."""
     if isinstance(wall, Faces):
         inside, row, piece = wall.polynomials(traj)
         if not len(inside):

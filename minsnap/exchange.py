@@ -27,7 +27,7 @@ ROUNDS = 80
 STALLED = 6
 """Rounds without a quarter less excess after which the solver's accuracy is taken to be reached."""
 
-START = 6
+START = 5
 """Rows that each violated wall of a small problem gets before the first solve."""
 
 SAFETY = 1.5
@@ -82,7 +82,7 @@ class Exchange:
         gap: float = GAP,
     ) -> None:
         self.problem, self.base, self.compiled, self.gap = problem, base, compiled, gap
-        masks = split_axes(compiled, problem)
+        masks = split_axes(compiled, problem) if problem.size > SMALL else [np.ones(problem.dim, dtype=bool)]
         self.components = [Component(problem, base, mask, solver) for mask in masks]
         self.group = np.argmax(np.stack(masks), axis=0)
         self.rows: RowSet | None = None
@@ -93,6 +93,8 @@ class Exchange:
         self.gain = 0.0
         self.rounds = 0
         self.last = base
+        self.exact = False
+        self.solved = [(0, 0.0)] * len(self.components)
         if seed is not None:
             self._add([seed], False)
 
@@ -102,7 +104,7 @@ class Exchange:
         due = any(component.always for component in self.components) or self.rounds > 0
         for _ in range(ROUNDS):
             floor = 0.0 if self.shrink else self._affordable()
-            found, excess = sticking_out(self.problem, self.compiled, self.last, floor)
+            found, excess = sticking_out(self.problem, self.compiled, self.last, floor, self.exact)
             if excess <= 0.0 and floor == 0.0 and not due:
                 break
             stalled = 0 if excess < 0.75 * best else stalled + 1
@@ -115,9 +117,11 @@ class Exchange:
             self.last, due = self._solve(), False
         return self.outcome(self.last, excess)
 
-    def tighten(self) -> None:
-        """Move the walls inwards once more, so that rounding cannot leave the curve outside."""
-        self.shrink = max(10.0 * self.shrink, 1e-9)
+    def insist(self) -> None:
+        """Prove every round from now on; if that was done already, move the walls inwards once more."""
+        if self.exact:
+            self.shrink = max(10.0 * self.shrink, 1e-9)
+        self.exact = True
 
     def run_sampled(self, samples: int) -> Outcome:
         """Solve once with rows at equally spaced inner instants of every piece, as the thesis does."""
@@ -163,18 +167,19 @@ class Exchange:
         rows = self.rows
         size = 0 if rows is None else len(rows)
         self.rounds += 1
-        self.multipliers = np.zeros(size)
-        self.gain = 0.0
+        self.multipliers = np.concatenate((self.multipliers, np.zeros(size - len(self.multipliers))))
         group = self._row_groups()
         for number, component in enumerate(self.components):
             chosen = np.flatnonzero(group == number)
-            if not len(chosen) and not component.always:
+            state = (len(chosen), self.shrink)
+            if (not len(chosen) and not component.always) or (self.rounds > 1 and state == self.solved[number]):
                 continue
+            self.solved[number] = state
             found = component.solve(rows, chosen, self.shrink)
             if found is None:
                 raise InfeasibleRowsError(number, chosen)
             self.unknowns[component.columns], self.multipliers[chosen] = found
-            self.gain += component.gain
+        self.gain = sum(component.gain for component in self.components)
         return self.problem.add(self.base, self.unknowns)
 
     def _row_groups(self) -> IntArray:

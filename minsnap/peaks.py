@@ -15,8 +15,6 @@ NEAR = 0.05
 
 Between grid points 1/(4n) apart a polynomial of degree n rises by less than 0.04 of its range."""
 
-STEPS = 2
-
 
 @cache
 def _grid(degree: int) -> tuple[FloatArray, FloatArray]:
@@ -44,7 +42,7 @@ def peaks(points: FloatArray, above: float) -> tuple[IntArray, FloatArray, Float
     grid, values_of = _grid(points.shape[1] - 1)
     values = points[may] @ values_of
     row, column = _summits(values, above - NEAR * np.ptp(points[may], axis=1, keepdims=True))
-    s, value = _refine(points[may[row]], grid[column], values[row, column], grid[1])
+    s, value = _refine(points[may[row]], grid, values, row, column)
     kept = value > above
     return may[row[kept]], s[kept], value[kept]
 
@@ -57,15 +55,21 @@ def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]
     return np.nonzero(high)
 
 
-def _refine(points: FloatArray, s: FloatArray, value: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
-    """Newton's method on the derivative, never further than one grid step and never to a lower value."""
+def _refine(
+    points: FloatArray, grid: FloatArray, values: FloatArray, row: IntArray, column: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """The top of a parabola, then one Newton step on the derivative; never to a lower value than on the grid."""
+    s, value, last = grid[column], values[row, column], len(grid) - 1
     if points.shape[1] < 3 or not len(s):
         return s, value
-    low, high = np.maximum(s - step, 0.0), np.minimum(s + step, 1.0)
-    at, (_, slope, bend) = s, _local(points, s)
-    for _ in range(STEPS):
-        at = np.minimum(np.maximum(at - slope / np.where(bend < 0.0, bend, -np.inf), low), high)
-        refined, slope, bend = _local(points, at)
+    before, after = values[row, np.maximum(column - 1, 0)], values[row, np.minimum(column + 1, last)]
+    bend = before - 2.0 * value + after
+    move = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, -1.0), 0.0)
+    at = s + grid[1] * np.minimum(np.maximum(move, -1.0), 1.0) * ((column > 0) & (column < last))
+    _, slope, curve = _local(points, at)
+    at = at - slope / np.where(curve < 0.0, curve, -np.inf)
+    at = np.minimum(np.maximum(at, np.maximum(s - grid[1], 0.0)), np.minimum(s + grid[1], 1.0))
+    refined = _local(points, at)[0]
     better = refined > value
     return np.where(better, at, s), np.where(better, refined, value)
 

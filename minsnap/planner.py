@@ -8,7 +8,6 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.certificate import nearest_wall
 from minsnap.corridor import as_constraints
 from minsnap.errors import YawError
 from minsnap.inputs import (
@@ -149,17 +148,17 @@ def plan(
     check_reach(placement, task.pins, task.walls)
     timing = Timing(durations, total_time, limits, split, time_weight, enforce, progress)
     timed = plan_timed(task, timing, lambda curve: curve.told(_heading(yaw, curve, closed), None), samples, certify)
-    return timed.trajectory.told(timed.trajectory.yaw, _report(task, timed, limits, 1e3 * (perf_counter() - began)))
+    return timed.trajectory.told(timed.trajectory.yaw, _report(timed, limits, 1e3 * (perf_counter() - began)))
 
 
-def _report(task: Task, timed: Timed, limits: Limits | None, milliseconds: float) -> Report:
-    margin, outcome = nearest_wall(timed.trajectory, task.walls), timed.solved.outcome
+def _report(timed: Timed, limits: Limits | None, milliseconds: float) -> Report:
+    outcome = timed.solved.outcome
     return Report(
         outcome.solver,
         outcome.rounds,
         0 if outcome.rows is None else len(outcome.rows),
         timed.cost,
-        None if margin is None else margin.value,
+        timed.solved.corridor_margin,
         milliseconds,
         outcome.fallback,
         () if limits is None else limits.utilisation(timed.trajectory),
@@ -195,4 +194,4 @@ def _planned_yaw(angles: FloatArray, durations: FloatArray, closed: bool) -> Tra
     column = angles[:, None]
     ends = {} if closed else {0: {1: np.zeros(1)}, len(angles) - 1: {1: np.zeros(1)}}
     zero = np.zeros(column.shape)
-    return solve(Task(column, zero, zero, ends, 2, 1, closed, 1, (), "auto"), durations).trajectory()
+    return solve(Task(column, zero, zero, ends, 2, 1, closed, 1, (), "auto"), durations).trajectory

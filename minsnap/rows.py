@@ -58,15 +58,17 @@ def rows_in_unknowns(problem: Problem, base: FloatArray, compiled: Compiled, row
     return RowSet(rows, columns, values, rows.bound - present, compiled.widths[rows.wall])
 
 
-def sticking_out(problem: Problem, compiled: Compiled, knots: FloatArray, floor: float) -> tuple[list[Rows], float]:
+def sticking_out(
+    problem: Problem, compiled: Compiled, knots: FloatArray, floor: float, exact: bool = False
+) -> tuple[list[Rows], float]:
     """Rows where the curve is more than ``floor`` widths out of a wall, and the largest such excess.
 
-    With ``floor`` zero, finding none is a proof that the curve is inside at every instant.
+    With ``floor`` zero and ``exact``, finding none is a proof that the curve is inside at every instant.
     """
     points = problem.relative_points(knots)
     excess = compiled.excess(problem, points)
     found = [peaks(values, floor) for values in excess]
-    if floor == 0.0 and not any(len(row) for row, _, _ in found):
+    if exact and floor == 0.0 and not any(len(row) for row, _, _ in found):
         found = [_exact_peaks(values) for values in excess]
     rows = [compiled.rows(problem, points, number, row, s) for number, (row, s, _) in enumerate(found) if len(row)]
     return rows, max((float(value.max(initial=0.0)) for _, _, value in found), default=0.0)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from minsnap.banded import unbounded_optimum
-from minsnap.certificate import nearest_wall
+from minsnap.certificate import Margin, margin_to
 from minsnap.compiled import Compiled, Rows, Units, compile_walls
 from minsnap.errors import SolverError
 from minsnap.exchange import GAP, Exchange, InfeasibleRowsError, Outcome
@@ -44,12 +45,24 @@ class Solved:
         unit = self.units.length**2 * self.units.time ** (1.0 - 2.0 * self.task.half)
         return self.problem.cost(self.outcome.knots) * unit
 
+    @cached_property
     def trajectory(self) -> Trajectory:
-        """Return the curve in metres and seconds."""
+        """The curve in metres and seconds."""
         points = self.problem.control_points(self.outcome.knots, self.task.positions, self.units.length)
         points.flags.writeable = False
         durations = self.problem.durations * self.units.time
         return Trajectory(points, durations, pieces=self.task.pieces)
+
+    @cached_property
+    def margins(self) -> list[Margin]:
+        """Exact least distance to each block of walls, in their order."""
+        return [margin_to(self.trajectory, wall) for wall in self.task.walls]
+
+    @property
+    def corridor_margin(self) -> float | None:
+        """Exact least distance to the walls on positions [m]; None where there are none."""
+        pairs = zip(self.task.walls, self.margins, strict=True)
+        return min((margin.value for wall, margin in pairs if wall.order == 0), default=None)
 
 
 def solve(
@@ -60,6 +73,7 @@ def solve(
     units: Units | None = None,
     seed: Rows | None = None,
     gap: float = GAP,
+    prove: bool = True,
 ) -> Solved:
     """Find the curve of least cost for piece durations (pieces in all,) [s].
 
@@ -73,6 +87,8 @@ def solve(
         Rows to begin with, from a solve in the same units.
     gap : float
         Share of the cost that may be given away for fewer rounds.
+    prove : bool
+        Whether the exact margin is checked; a search can do without.
 
     Raises
     ------
@@ -88,6 +104,8 @@ def solve(
     exchange = Exchange(problem, base, compiled, task.solver, seed, gap)
     if not certify:
         return Solved(task, problem, units, exchange.run_sampled(samples or 20))
+    if not prove:
+        return Solved(task, problem, units, exchange.run())
     return _certified(task, problem, units, exchange)
 
 
@@ -100,20 +118,15 @@ def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -
             raise
         return _blended(task, problem, units, exchange, exchange.last)
     for _ in range(TRIES):
-        if _inside(solved):
+        if all(margin.value >= 0.0 for margin in solved.margins):
             return solved
-        exchange.tighten()
+        exchange.insist()
         solved = Solved(task, problem, units, exchange.run())
     if not _straight_inside(task, exchange.compiled, problem):
         raise SolverError(
             "the solvers found no curve inside the walls to working precision: widen them or change units"
         )
     return _blended(task, problem, units, exchange, solved.outcome.knots)
-
-
-def _inside(solved: Solved) -> bool:
-    nearest = nearest_wall(solved.trajectory(), solved.task.walls)
-    return nearest is None or nearest.value >= 0.0
 
 
 def _straight_inside(task: Task, compiled: Compiled, problem: Problem) -> bool:

@@ -139,7 +139,7 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None, 
 
 
 def _timed(solved: Solved, finish: Finish, search: _Run | None = None, factor: float = 1.0) -> Timed:
-    trajectory = solved.trajectory()
+    trajectory = solved.trajectory
     if factor != 1.0:
         trajectory = trajectory.stretched(factor)
     steps, interrupted = (tuple(search.steps), search.interrupted) if search else ((), False)
@@ -204,7 +204,7 @@ def _touching(
             solved = solve(task, durations * (1.0 + reserve), units=shortest.units, seed=shortest.seed)
         except InfeasibleRowsError:
             continue
-        trajectory = finish(solved.trajectory())
+        trajectory = finish(solved.trajectory)
         if task.still:
             return _timed(solved, finish, search, touching_factor(limits, trajectory))
         if most_used(limits, trajectory).fraction <= 1.0 + KEPT:
@@ -222,7 +222,7 @@ def _scaled(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
         first, search = _searched(_ScaledSearch(task, timing, limits, finish))
     solved = _solved(task, task.piece_durations(first))
-    return _timed(solved, finish, search, touching_factor(limits, finish(solved.trajectory())))
+    return _timed(solved, finish, search, touching_factor(limits, finish(solved.trajectory)))
 
 
 class _ScaledSearch:
@@ -247,7 +247,7 @@ class _ScaledSearch:
     def evaluate(self, logarithms: FloatArray) -> float:
         """Logarithm of the scaled total."""
         durations = self.first * np.exp(np.append(logarithms, 0.0))
-        trajectory = self.finish(_solved(self.task, self.task.piece_durations(durations)).trajectory())
+        trajectory = self.finish(_solved(self.task, self.task.piece_durations(durations)).trajectory)
         value = float(np.log(trajectory.duration * touching_factor(self.limits, trajectory)))
         if value < self.best[0]:
             self.best = (value, durations)

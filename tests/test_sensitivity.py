@@ -74,7 +74,7 @@ def test_within_limits_as_walls(seed):
     """A limit's row changes with the duration by a power of it, too."""
     points, durations = random_legs(seed, legs=3)
     durations = 2.5 * durations
-    free = solve(task_of(points), durations).trajectory()
+    free = solve(task_of(points), durations).trajectory
     top = Limits(speed=1.0, acceleration=1.0).utilisation(free)
     limits = Limits(speed=0.93 * top[0].value, acceleration=0.95 * top[1].value)
     check(task_of(points, limits=limits), durations, ROUND)
