@@ -96,7 +96,8 @@ def main():
         planes, first = best_of(points, durations, radius, "auto")
         same = best_of(points, durations, radius, "clarabel")[0]
         cones, second = with_cones(points, durations, radius)
-        assert min(first.report.corridor_margin, second.report.corridor_margin) >= 0.0
+        if min(first.report.corridor_margin, second.report.corridor_margin) < 0.0:
+            raise RuntimeError(f"{name}: outside the tube")
         print(
             f"| {name} | {1e3 * planes:.1f} ms | {1e3 * same:.1f} ms | {1e3 * cones:.1f} ms | "
             f"{first.report.rounds}, {second.report.rounds} | {first.report.rows}, {second.report.rows} | "
