@@ -61,7 +61,15 @@ class Component:
     def space(self) -> Space:
         """Coordinates in which the Hessian is the identity, or has at least a unit diagonal."""
         n = len(self.columns)
+        if self._floating:
+            self.names = tuple(name for name in self.names if name != "daqp")
+            return self._space(False)
         return self._space(n <= self.dense or (n <= EXTENDED and is_extreme(self.problem)))
+
+    @property
+    def _floating(self) -> bool:
+        """Whether a whole lap may move at no cost, so that the Hessian is singular."""
+        return self.problem.closed and bool((self.problem.free[:, 0].all(axis=0) & self.axes).any())
 
     def _space(self, dense: bool) -> Space:
         columns = self.local[self.problem.piece_columns[:, self.axes]]
@@ -94,7 +102,7 @@ class Component:
         When no solver answers in sparse coordinates, the problem is tried once more in whitened ones.
         """
         found = self._attempt(rows, chosen, shrink)
-        if found is None and isinstance(self.space, Scaled) and len(self.columns) <= MIDDLE:
+        if found is None and isinstance(self.space, Scaled) and not self._floating and len(self.columns) <= MIDDLE:
             self.whiten()
             found = self._attempt(rows, chosen, shrink)
         return found

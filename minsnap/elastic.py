@@ -18,7 +18,7 @@ from minsnap.components import Component
 from minsnap.errors import SolverError
 from minsnap.problem import IntArray, Problem
 from minsnap.qp import MIDDLE, SMALL, solve_qp
-from minsnap.rows import RowSet, rows_in_unknowns, sticking_out
+from minsnap.rows import RowSet, momentary_rows, rows_in_unknowns, sticking_out
 from minsnap.samples import FloatArray
 from minsnap.space import Whitened
 
@@ -96,8 +96,8 @@ class Elastic:
         self.component = Component(problem, base, np.ones(problem.dim, dtype=bool), solver, SMALL)
         self.rows: RowSet | None = None
         self.multipliers = np.zeros(0)
-        if seed is not None:
-            self._add([seed])
+        for rows in (*momentary_rows(problem, base, compiled), *([] if seed is None else [seed])):
+            self._add([rows])
 
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
@@ -144,7 +144,8 @@ class Elastic:
         size = max(float(-h.min()), 1e-3)
         moves = self.give.weight[rows.source.wall] * rows.width / norms / size
         P, q = self._costs
-        G, h = self._extended(G, h / size, moves, rows)
+        unit = 1.0 / float(moves[self.give.group[rows.source.wall] >= 0].max(initial=0.0) or 1.0)
+        G, h = self._extended(G, h / size, moves * unit, rows, unit)
         A, b = part.equalities if part.equalities is not None else (None, None)
         if A is not None:
             A, b = _padded(A, self.give.slacks), b / size
@@ -156,10 +157,10 @@ class Elastic:
         if found is None:
             raise SolverError(f"the elastic problem was not solved by {', '.join(failed)}")
         n = len(part.columns)
-        self.multipliers = found.multipliers[: len(rows)] / norms / size
+        self.multipliers = found.multipliers[: len(rows)] * unit / norms / size
         unknowns = np.zeros(self.problem.size)
         unknowns[part.columns] = size * part.space.unknowns(found.x[:n])
-        return self.problem.add(self.base, unknowns), found.x[n:]
+        return self.problem.add(self.base, unknowns), found.x[n:] * unit
 
     @cached_property
     def _costs(self) -> tuple[Any, FloatArray]:
@@ -184,12 +185,12 @@ class Elastic:
     def _trace(self) -> float:
         return self.trace if self._dense else SPARSE_TRACE / TRACE * self.trace
 
-    def _extended(self, G: Any, h: FloatArray, moves: FloatArray, rows: RowSet) -> tuple[Any, FloatArray]:
-        """Rows and bounds with the slacks as further unknowns, and the slacks' lower bounds."""
+    def _extended(self, G: Any, h: FloatArray, moves: FloatArray, rows: RowSet, unit: float) -> tuple[Any, FloatArray]:
+        """Rows and bounds with the slacks, in that unit, as further unknowns; and the slacks' lower bounds."""
         n, m = len(self.component.columns), self.give.slacks
         group = self.give.group[rows.source.wall]
         gives = np.flatnonzero(group >= 0)
-        h = np.concatenate((h, np.full(m, -self.give.lowest)))
+        h = np.concatenate((h, np.full(m, -self.give.lowest / unit)))
         row = np.concatenate((gives, len(rows) + np.arange(m)))
         column = n + np.concatenate((group[gives], np.arange(m)))
         value = np.concatenate((-moves[gives], np.full(m, -1.0)))

@@ -17,7 +17,7 @@ from minsnap.compiled import Compiled, Rows
 from minsnap.components import Component, split_axes
 from minsnap.problem import IntArray, Problem
 from minsnap.qp import SMALL
-from minsnap.rows import RowSet, rows_in_unknowns, sticking_out
+from minsnap.rows import RowSet, momentary_rows, rows_in_unknowns, sticking_out
 from minsnap.samples import FloatArray
 
 GAP = 1e-6
@@ -95,8 +95,8 @@ class Exchange:
         self.last = base
         self.exact = False
         self.solved = [(0, 0.0)] * len(self.components)
-        if seed is not None:
-            self._add([seed], False)
+        for rows in (*momentary_rows(problem, base, compiled), *([] if seed is None else [seed])):
+            self._add([rows], False)
 
     def run(self) -> Outcome:
         """Iterate until nothing sticks out of the true walls."""
@@ -110,7 +110,7 @@ class Exchange:
             stalled = 0 if excess < 0.75 * best else stalled + 1
             best = min(best, excess)
             if found:
-                self._add(found, self.rows is None)
+                self._add(found, self.rounds == 0)
             cheap = excess <= floor or (stalled >= STALLED and excess <= LARGEST_SHRINK)
             if self.rounds and cheap:
                 self.shrink += SAFETY * max(excess, floor)

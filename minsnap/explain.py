@@ -127,14 +127,17 @@ def _worst(task: Task, problem: Problem, units: Units, found: Relaxed) -> tuple[
 
 def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError:
     """Say by how much limits must give way where the corridor would do, and where they press hardest."""
-    from minsnap.shortest import give_limits
+    from minsnap.shortest import ShortestSearch, give_limits
+    from minsnap.split import leg_sums
 
     problem, units, compiled, base = _pieces(task, durations)
     found = Elastic(problem, base, compiled, task.solver, give_limits(compiled)).run()
     leg, instant = _worst(task, problem, units, found)
-    stretch = 1.0 + float(found.slacks[0])
+    search = ShortestSearch(task, leg_sums(durations, task.pieces))
+    search.evaluate(np.zeros(task.legs))
+    stretch = float(np.exp(search.scale))
     message = (
         f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s; "
-        f"about {stretch:.4g} times as long would do in these proportions"
+        f"{stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"
     )
     return InfeasibleError(message, leg=leg, instant=instant, stretch=stretch)

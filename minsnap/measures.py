@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
 
+VANISHING = 1e-20
+"""Squared thrust, over gravity squared, below which its direction is lost and the body rate infinite."""
+
 YAW_RATE = 200
 """Samples a leg of a yaw rate that is not a polynomial."""
 
@@ -160,8 +163,9 @@ class _Measures:
         thrust = self._thrust() / self.limits.gravity
         jerk = self._order(3) / self.limits.gravity
         square = squared_norm(thrust)
-        if maximum(-square)[0] >= 0.0:
-            return np.inf, 0, 0.0
+        highest, piece, s = maximum(-square)
+        if highest >= -VANISHING:
+            return np.inf, piece, s
         cross = [
             multiply(jerk[..., a], thrust[..., b]) - multiply(jerk[..., b], thrust[..., a])
             for a, b in ((1, 2), (2, 0), (0, 1))

@@ -58,7 +58,7 @@ def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]
 def _refine(
     points: FloatArray, grid: FloatArray, values: FloatArray, row: IntArray, column: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The top of a parabola, then one Newton step on the derivative; never to a lower value than on the grid."""
+    """Go to the top of a parabola, then one Newton step on the derivative; never to a lower value than on the grid."""
     s, value, last = grid[column], values[row, column], len(grid) - 1
     if points.shape[1] < 3 or not len(s):
         return s, value

@@ -133,7 +133,7 @@ def _attempt(
         warnings.simplefilter("ignore")
         try:
             solution = qpsolvers.solve_problem(qpsolvers.Problem(P, q, G, h, A, b), name, **TOLERANCES.get(name, {}))
-        except (qpsolvers.SolverError, ValueError, ArithmeticError):
+        except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
             return None
     if not solution.found or solution.x is None or not np.isfinite(solution.x).all():
         return None

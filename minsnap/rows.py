@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.compiled import Compiled, Rows
+from minsnap.compiled import Compiled, KnotBounds, Rows
 from minsnap.extrema import maxima
 from minsnap.peaks import peaks
 from minsnap.problem import IntArray, Problem
@@ -27,7 +27,7 @@ class RowSet:
     bound : ndarray, shape (r,)
         For deviations from the base.
     width : ndarray, shape (r,)
-        Width of each row's wall.
+        Width of each row's wall, or less: its distance from the straight leg there, which stays inside when walls move.
     """
 
     source: Rows
@@ -53,9 +53,22 @@ def rows_in_unknowns(problem: Problem, base: FloatArray, compiled: Compiled, row
         chosen = rows.order == order
         factors[chosen] = problem.row_factors(rows.piece[chosen], rows.s[chosen], int(order))
     present = np.einsum("rj,rjd,rd->r", factors, problem.plain_ends(base, rows.piece), rows.normal)
+    straight = factors[:, problem.half] * (problem.steps[rows.piece] * rows.normal).sum(axis=1)
+    room = np.where(rows.order == 0, np.maximum(rows.bound - straight, 0.0), np.inf)
     columns = problem.piece_columns[rows.piece].reshape(len(factors), -1)
     values = (rows.normal[:, :, None] * factors[:, None, :]).reshape(len(factors), -1)
-    return RowSet(rows, columns, values, rows.bound - present, compiled.widths[rows.wall])
+    return RowSet(rows, columns, values, rows.bound - present, np.minimum(compiled.widths[rows.wall], room))
+
+
+def momentary_rows(problem: Problem, base: FloatArray, compiled: Compiled) -> list[Rows]:
+    """Rows of all walls that hold at one instant only: without them free knots would fly away."""
+    points = problem.relative_points(base)
+    kept = [number for number, block in enumerate(compiled.blocks) if isinstance(block, KnotBounds)]
+    every = [np.arange(len(compiled.blocks[number].piece)) for number in kept]
+    return [
+        compiled.rows(problem, points, number, index, np.zeros(len(index)))
+        for number, index in zip(kept, every, strict=True)
+    ]
 
 
 def sticking_out(

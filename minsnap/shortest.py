@@ -34,6 +34,9 @@ FLAT = 1e-4
 LARGEST_STEP = 0.7
 """Of the logarithm of the time scale."""
 
+FEW_LEGS = 6
+"""Legs up to which the search is carried on to the end; with more it stops where the rest is not worth the time."""
+
 ITERATIONS = 40
 ACCURACY = 1e-6
 """Relative change of the total at which the search ends."""
@@ -49,6 +52,9 @@ OVERUSED = 2.0
 
 SLOWEST = 40.0
 """Bound on the logarithm of a factor on time."""
+
+FIRST_STEP = 0.02
+"""Of the logarithm of a factor on time, from a guess."""
 
 REACH = 3.0
 """Bound on the logarithm of a leg's factor on its first guess."""
@@ -111,7 +117,8 @@ class ShortestSearch:
         from scipy.optimize import minimize
 
         bounds = [(-REACH, REACH)] * self.task.legs
-        options = {"maxiter": ITERATIONS, "ftol": ACCURACY}
+        few = self.task.legs <= FEW_LEGS
+        options = {"maxiter": ITERATIONS if few else ITERATIONS // 3, "ftol": ACCURACY if few else 100.0 * ACCURACY}
         minimize(self.evaluate, np.zeros(self.task.legs), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
         return self.best[1]
 
@@ -176,8 +183,15 @@ def most_used(limits: Limits, trajectory: Trajectory) -> Utilisation:
     return max(limits.utilisation(trajectory), key=lambda used: used.fraction)
 
 
-def touching_factor(limits: Limits, trajectory: Trajectory) -> float:
+def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, precision: float = 1e-13) -> float:
     """Factor on time at which the most used limit is just reached, none exceeded.
+
+    Parameters
+    ----------
+    guess : float
+        Where to begin.
+    precision : float
+        Of the factor's logarithm.
 
     Raises
     ------
@@ -190,15 +204,16 @@ def touching_factor(limits: Limits, trajectory: Trajectory) -> float:
         used = most_used(limits, trajectory.stretched(float(np.exp(logarithm)))).fraction
         return min(used, OVERUSED) - 1.0
 
-    low, high = 0.0, 0.0
+    low = high = float(np.log(guess))
+    step = FIRST_STEP
     while over(high) > 0.0 and high < SLOWEST:
-        low, high = high, high + 0.25
-    while over(low) <= 0.0:
-        low, high = low - 0.25, low
+        low, high, step = high, high + step, 2.0 * step
+    while low == high or over(low) <= 0.0:
+        low, high, step = low - step, low, 2.0 * step
         if low < -SLOWEST:
             names = " and ".join(limits.given())
             raise LimitError(f"nothing limits the time: the path does not use {names} at any speed; add a limit")
-    root = float(brentq(over, low, high, xtol=1e-13, rtol=1e-13))
+    root = float(brentq(over, low, high, xtol=precision, rtol=1e-13))
     while over(root) > TOUCHING:
-        root += 1e-12 + abs(root) * 1e-12
+        root += precision + abs(root) * 1e-12
     return float(np.exp(root))

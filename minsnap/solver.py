@@ -10,13 +10,16 @@ import numpy as np
 from minsnap.banded import unbounded_optimum
 from minsnap.certificate import Margin, margin_to
 from minsnap.compiled import Compiled, Rows, Units, compile_walls
-from minsnap.errors import SolverError
+from minsnap.errors import CorridorError, SolverError
 from minsnap.exchange import GAP, Exchange, InfeasibleRowsError, Outcome
 from minsnap.extrema import maxima
 from minsnap.problem import Problem
 from minsnap.samples import FloatArray
 from minsnap.task import Task
 from minsnap.trajectory import Trajectory
+
+TOUCHING = 1e-9
+"""Distance to a wall, in its widths, below which a straight leg touches it."""
 
 TRIES = 5
 """How often the walls are moved inwards again when rounding left the curve outside."""
@@ -123,10 +126,23 @@ def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -
         exchange.insist()
         solved = Solved(task, problem, units, exchange.run())
     if not _straight_inside(task, exchange.compiled, problem):
-        raise SolverError(
-            "the solvers found no curve inside the walls to working precision: widen them or change units"
-        )
+        raise _no_room(task, problem, exchange.compiled)
     return _blended(task, problem, units, exchange, solved.outcome.knots)
+
+
+def _no_room(task: Task, problem: Problem, compiled: Compiled) -> SolverError | CorridorError:
+    """Say where the straight leg itself touches a wall, or else that the solvers are at their end."""
+    straight = _heights(compiled, problem, np.zeros_like(problem.values))
+    for block, heights in zip(compiled.blocks, straight, strict=True):
+        touching = np.flatnonzero((heights >= -TOUCHING) & (block.order == 0))
+        for wall in touching:
+            leg = int(block.piece[wall]) // task.pieces
+            return CorridorError(
+                f"waypoint {leg} or {leg + 1} lies on a wall of leg {leg}, and the curve has no room to stay inside: "
+                f"move the wall or the waypoint a little",
+                leg=leg,
+            )
+    return SolverError("the solvers found no curve inside the walls to working precision: widen them or change units")
 
 
 def _straight_inside(task: Task, compiled: Compiled, problem: Problem) -> bool:

@@ -33,6 +33,9 @@ from minsnap.trajectory import Trajectory
 RESERVES = (2e-3, 1e-2, 0.05, 0.2, 0.5)
 """Shares by which the shortest durations found are lengthened until the final plan succeeds."""
 
+SCALE_PRECISION = 1e-6
+"""Of the logarithm of the time scale while proportions are searched."""
+
 KEPT = 1e-9
 """How far above 1 a utilisation may be."""
 
@@ -235,6 +238,7 @@ class _ScaledSearch:
         self.first = stop_and_go_times(task.lengths, limits)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
+        self.factor = 1.0
 
     def run(self) -> FloatArray:
         """Return the best leg durations found (proportions matter), shape (legs,)."""
@@ -248,7 +252,8 @@ class _ScaledSearch:
         """Logarithm of the scaled total."""
         durations = self.first * np.exp(np.append(logarithms, 0.0))
         trajectory = self.finish(_solved(self.task, self.task.piece_durations(durations)).trajectory)
-        value = float(np.log(trajectory.duration * touching_factor(self.limits, trajectory)))
+        self.factor = touching_factor(self.limits, trajectory, self.factor, SCALE_PRECISION)
+        value = float(np.log(trajectory.duration * self.factor))
         if value < self.best[0]:
             self.best = (value, durations)
         self.log.add(np.exp(value), np.exp(value))
@@ -262,14 +267,14 @@ def _limited(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Time
         durations = total * _proportions(task, timing.split, limits)
         return _kept(_timed(_solved(task, task.piece_durations(durations)), finish), limits)
     fastest, search = _fastest(task, timing, limits)
-    price, first = _wished(task, timing, fastest)
-    durations, search = _searched(CostSearch(task, first, price, timing.progress))
-    for reserve in (0.0, *RESERVES):
+    price, durations = _wished(task, timing, fastest)
+    if not search.interrupted:
+        durations, last = _searched(CostSearch(task, durations, price, timing.progress))
+        search = _Run(search.steps + last.steps, last.interrupted)
+    for reserve in (0.0, *(RESERVES if price is not None else ())):
         try:
             solved = solve(task, task.piece_durations(durations * (1.0 + reserve)))
         except InfeasibleRowsError:
-            if price is None:
-                durations = first
             continue
         return _kept(_timed(solved, finish, search), limits, price is not None)
     raise explain(task, task.piece_durations(durations))
@@ -289,7 +294,7 @@ def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | No
         wished = priced_first_guess(replace(task, walls=[w for w in task.walls if w.order == 0]), price)
         return price, fastest * max(1.0 + RESERVES[1], wished.sum() / fastest.sum())
     total = check_positive_time(timing.total_time)
-    shortest = float(fastest.sum() * (1.0 + RESERVES[0]))
+    shortest = float(fastest.sum())
     if total < shortest:
         message = f"{total:.6g} s are too short for the limits: the shortest found is {shortest:.6g} s"
         raise InfeasibleError(message, shortest=shortest)
