@@ -5,9 +5,12 @@ import struct
 import numpy as np
 import pytest
 
+import minsnap
 from minsnap.errors import FileError
 from minsnap.files.flights import load_flight, load_reference
 from minsnap.files.ulog import read_ulog
+from minsnap.flight import compare
+from minsnap.samples import Samples
 
 
 def fields(kind, names):
@@ -147,3 +150,13 @@ def test_a_missing_file_and_one_without_our_topics(tmp_path):
     path.write_bytes(ulog([("battery_status", "uint64_t timestamp;float voltage_v;", [(1, 12.0)])]))
     with pytest.raises(FileError, match="holds neither vehicle_local_position nor trajectory_setpoint"):
         read_ulog(path)
+
+
+def test_a_log_is_compared_with_the_file_that_was_flown(tmp_path, log):
+    """The log's vehicle is where the file says, 0.2 m too high; its clock starts with its first position."""
+    t = np.arange(80) * 0.05
+    wanted = Samples(t, np.stack([np.sin(t), 0.5 * t, np.full(80, 1.3)], 1))
+    minsnap.write_csv(wanted, tmp_path / "flown.csv")
+    found = compare(load_reference(tmp_path / "flown.csv"), load_flight(log))
+    assert found.rmse == pytest.approx([0, 0, 0.2], abs=2e-3)
+    assert found.path_rmse == pytest.approx(0.2, abs=2e-3)
