@@ -46,6 +46,14 @@ def test_starting_on_the_floor_is_possible():
     assert traj.report.corridor_margin >= 0.0
 
 
+def test_sliding_along_the_floor_is_possible():
+    points = [(0, 0, 0), (2, 0, 0), (4, 0, 1), (8, 0, 0)]
+    traj = minsnap.plan(points, [2, 3, 3], room=((-OPEN, -OPEN, 0), (OPEN, OPEN, 2)))
+    assert traj.report.corridor_margin >= 0.0
+    beneath = minsnap.plan(points, [2, 3, 3], room=((-OPEN, -OPEN, -1e-4), (OPEN, OPEN, 2))).cost()
+    assert beneath <= traj.cost() <= 1.05 * beneath
+
+
 def test_room_cuts_the_overlaps_of_boxes():
     boxes = minsnap.Boxes([[0, 0, 0], [2, 0, 0]], [[3, 1, 9], [5, 1, 9]])
     ends = {"start": {"position": (0.5, 0.5, 0.5)}, "end": {"position": (4.5, 0.5, 0.5)}}
