@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -31,7 +33,11 @@ def convert(
     """
     from minsnap.files.convert import read_any, write_any
 
-    content = read_any(source, from_frame)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        content = read_any(source, from_frame)
+    for warning in caught:  # a damaged log says what could be read of it
+        print(f"minsnap: {warning.message}", file=sys.stderr)
     name = write_any(content, target, to, rate, frame, clobber=not no_clobber)
     print(f"{target}: {name}, frame {_frame_of(name, frame)}")
     return 0

@@ -1,8 +1,14 @@
 """Converting by the command."""
 
 import numpy as np
+from ulog_bytes import fields, ulog
 
 import minsnap
+
+
+def ulog_bytes():
+    rows = [(5_000_000 + 20_000 * k, 0.01 * k, 0.0, -1.5) for k in range(100)]
+    return ulog([("vehicle_local_position", fields("float", "x y z"), rows)])
 
 
 def test_formats_by_their_endings_and_by_name(call, tmp_path):
@@ -26,3 +32,11 @@ def test_refusals(call, tmp_path):
     assert call("convert", "rect.csv", "a.npz", "--to", "paper").stderr.startswith(
         "minsnap: no format is called 'paper'"
     )
+
+
+def test_a_damaged_log_is_converted_as_far_as_it_goes(call, tmp_path):
+    (tmp_path / "flight.ulg").write_bytes(ulog_bytes()[:-20])
+    done = call("convert", "flight.ulg", "flight.csv")
+    assert done.returncode == 0, done.stderr
+    assert "ends in the middle of a message; 99 positions and 0 setpoints could be read" in done.stderr
+    assert len(minsnap.read_csv(tmp_path / "flight.csv")) == 99
