@@ -91,7 +91,7 @@ def _slopes(problem: Problem, values: FloatArray) -> FloatArray:
 
 
 def _touched(values: FloatArray) -> IntArray:
-    knots = values.any(axis=(1, 2))
+    knots = np.asarray(values.any(axis=(1, 2)))
     return np.flatnonzero(knots[:-1] | knots[1:])
 
 

@@ -19,7 +19,8 @@ from minsnap.trajectory import Trajectory
 from minsnap.walls import Balls, Constraint, Faces, Walls
 
 if TYPE_CHECKING:
-    from minsnap.limits import Limits, Utilisation
+    from minsnap.limits import Limits
+    from minsnap.measures import Utilisation
 
 EXACT = 1e-9
 """Error, relative to the size of the curve, below which a waypoint counts as met and a limit as kept."""
@@ -125,9 +126,11 @@ def certify(
         and (error is None or error <= EXACT * size + tolerance * np.sqrt(traj.dim))
         and all(used.fraction <= 1.0 + EXACT for used in utilisation)
     )
-    maxima = (traj.max_norm(order)[0] for order in (1, 2, 3, 4))
+    speed, acceleration, jerk, snap = (traj.max_norm(order)[0] for order in (1, 2, 3, 4))
     margin = None if nearest is None else nearest.value
-    return Certificate(bool(ok), margin, nearest, error, *maxima, _continuity(traj), utilisation)
+    return Certificate(
+        bool(ok), margin, nearest, error, speed, acceleration, jerk, snap, _continuity(traj), utilisation
+    )
 
 
 def nearest_wall(traj: Trajectory, walls: Sequence[Walls]) -> Margin | None:

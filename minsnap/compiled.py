@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.polynomial import basis, differentiate, squared_norm
+from minsnap.blocks import Block, KnotBounds, Planes, Spheres
+from minsnap.polynomial import basis, differentiate
 from minsnap.problem import IntArray, Problem
 from minsnap.samples import FloatArray
 from minsnap.walls import Balls, Faces, Walls
 
 if TYPE_CHECKING:
     from minsnap.task import Task
-
-PARALLEL = 1e-12
-"""Share of a wall's size below which an axis counts as not bounded by it."""
 
 
 @dataclass(frozen=True)
@@ -73,134 +71,6 @@ class Rows:
     def joined(self, other: Rows) -> Rows:
         """Return these rows and the other ones."""
         return Rows(*(np.concatenate((getattr(self, name), getattr(other, name))) for name in Rows.__annotations__))
-
-
-class Block(Protocol):
-    """One-sided walls of one kind and order."""
-
-    order: int
-    piece: IntArray
-    width: FloatArray
-
-    def excess(self, points: FloatArray) -> FloatArray:
-        """Control points of the excess over each wall in its widths, from relative control points of all pieces."""
-        ...
-
-    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return normals (r, dim) and bounds (r,) of rows for walls ``index`` where the derivative has that value."""
-        ...
-
-    def touched(self) -> npt.NDArray[np.bool_]:
-        """Which axes each wall bounds, shape (m, dim)."""
-        ...
-
-    def moved(self, distance: FloatArray) -> Block:
-        """Return the same walls moved outwards, shape (m,)."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class Planes:
-    """One-sided planes: normal . x <= bound."""
-
-    order: int
-    piece: IntArray
-    normal: FloatArray
-    bound: FloatArray
-    width: FloatArray
-
-    def excess(self, points: FloatArray) -> FloatArray:
-        """Return (n . x - bound) / width."""
-        along = np.matmul(points[self.piece], self.normal[:, :, None])[:, :, 0]
-        along -= self.bound[:, None]
-        along /= self.width[:, None]
-        return along
-
-    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the planes themselves."""
-        return self.normal[index], self.bound[index]
-
-    def touched(self) -> npt.NDArray[np.bool_]:
-        """Axes with a component of the normal that is not rounding."""
-        return np.asarray(np.abs(self.normal) > PARALLEL * np.abs(self.normal).max(axis=1, keepdims=True))
-
-    def moved(self, distance: FloatArray) -> Planes:
-        """Return the same walls moved outwards, shape (m,)."""
-        return replace(self, bound=self.bound + distance)
-
-
-@dataclass(frozen=True, eq=False)
-class Spheres:
-    """One-sided balls or cones: norm of (matrix x + offset) <= radius + slope . x."""
-
-    order: int
-    piece: IntArray
-    matrix: FloatArray
-    offset: FloatArray
-    radius: FloatArray
-    slope: FloatArray
-    width: FloatArray
-
-    def excess(self, points: FloatArray) -> FloatArray:
-        """Return half the excess of the squared norm in squared widths: to first order the excess in widths."""
-        mine = points[self.piece]
-        mapped = np.matmul(mine, self.matrix.transpose(0, 2, 1)) + self.offset[:, None, :]
-        squares = squared_norm(mapped / self.width[:, None, None])
-        reach = self.radius[:, None] + np.matmul(mine, self.slope[:, :, None])[:, :, 0]
-        return (squares - squared_norm((reach / self.width[:, None])[..., None])) / 2.0
-
-    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Tangent planes in the direction of the value."""
-        mapped = np.einsum("rqd,rd->rq", self.matrix[index], value) + self.offset[index]
-        norm = np.linalg.norm(mapped, axis=1, keepdims=True)
-        direction = mapped / np.where(norm > 0.0, norm, 1.0)
-        normal = np.einsum("rq,rqd->rd", direction, self.matrix[index]) - self.slope[index]
-        return normal, self.radius[index] - (direction * self.offset[index]).sum(axis=1)
-
-    def touched(self) -> npt.NDArray[np.bool_]:
-        """Axes that the matrix or the slope maps to something that is not rounding."""
-        return np.asarray((np.abs(self.matrix).max(axis=1) > PARALLEL) | (np.abs(self.slope) > PARALLEL))
-
-    def moved(self, distance: FloatArray) -> Spheres:
-        """Return the same walls moved outwards, shape (m,)."""
-        return replace(self, radius=self.radius + distance)
-
-
-@dataclass(frozen=True, eq=False)
-class KnotBounds:
-    """Bounds on single coordinates of knots: sign x[axis] <= bound at one end of a piece."""
-
-    piece: IntArray
-    s: FloatArray
-    axis: IntArray
-    sign: FloatArray
-    bound: FloatArray
-    width: FloatArray
-    dim: int
-    order: int = 0
-
-    def excess(self, points: FloatArray) -> FloatArray:
-        """Return the excess at the knot: polynomials of degree 0."""
-        end = np.where(self.s > 0.0, points.shape[1] - 1, 0)
-        value = points[self.piece, end, self.axis]
-        return np.asarray((self.sign * value - self.bound) / self.width)[:, None]
-
-    @property
-    def normal(self) -> FloatArray:
-        """Signed unit vectors, (m, dim)."""
-        return np.asarray(self.sign[:, None] * (self.axis[:, None] == np.arange(self.dim)))
-
-    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the bounds themselves."""
-        return self.normal[index], self.bound[index]
-
-    def touched(self) -> npt.NDArray[np.bool_]:
-        """Return the one axis that each bounds."""
-        return self.normal != 0.0
-
-    def moved(self, distance: FloatArray) -> KnotBounds:
-        """Return the same walls moved outwards, shape (m,)."""
-        return replace(self, bound=self.bound + distance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,8 +129,10 @@ def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
     """Bring a task's walls and the bounds of its waypoints into a problem's units, pieces and origins."""
     blocks: list[Block] = []
     for walls in task.walls:
-        compile_one = _planes if isinstance(walls, Faces) else _spheres
-        blocks.append(compile_one(walls, problem, units, task.pieces))  # type: ignore[operator]
+        if isinstance(walls, Faces):
+            blocks.append(_planes(walls, problem, units, task.pieces))
+        else:
+            blocks.append(_spheres(walls, problem, units, task.pieces))
     if problem.held.any():
         blocks.append(_knot_bounds(task, problem))
     sizes = [len(block.piece) for block in blocks]

@@ -114,9 +114,11 @@ class Component:
         self.space, self.names = self._space(True), ("daqp", *self.names)
 
     def _attempt(self, rows: RowSet | None, chosen: IntArray, shrink: float) -> tuple[FloatArray, FloatArray] | None:
-        G, h, norms = self.matrix(rows, chosen, shrink)
+        G, h, norms = None, None, np.ones(0)
+        if rows is not None and len(chosen):
+            G, h, norms = self.matrix(rows, chosen, shrink)
         A, b = self.equalities if self.equalities is not None else (None, None)
-        size = _largest(-h if h is not None else None, np.abs(self.slope), np.abs(b) if b is not None else None)
+        size = _largest(None if h is None else -h, np.abs(self.slope), None if b is None else np.abs(b))
         h, b = (None if side is None else side / size for side in (h, b))
         found, failed = solve_qp(self.space.hessian, self.slope / size, G, h, A, b, self.names)
         self.failed = tuple(dict.fromkeys(self.failed + failed)) if found is not None else failed
@@ -127,10 +129,8 @@ class Component:
         self.gain = float(x @ (self.space.hessian @ x) + 2.0 * self.slope @ x)
         return self.space.unknowns(x), 2.0 * size * found.multipliers / norms
 
-    def matrix(self, rows: RowSet | None, chosen: IntArray, shrink: float) -> tuple[Any, FloatArray | None, FloatArray]:
+    def matrix(self, rows: RowSet, chosen: IntArray, shrink: float) -> tuple[Any, FloatArray, FloatArray]:
         """Normalised rows (r, n), their bounds, and the norms they were divided by."""
-        if rows is None or not len(chosen):
-            return None, None, np.ones(0)
         matrix, norms = self.space.rows(self.local[rows.columns[chosen]], rows.values[chosen])
         return matrix, (rows.bound[chosen] - shrink * rows.width[chosen]) / norms, norms
 

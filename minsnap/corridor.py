@@ -29,7 +29,7 @@ def leg_projections(waypoints: FloatArray) -> FloatArray:
     if not lengths.all():
         leg = int(np.flatnonzero(lengths == 0.0)[0])
         raise CorridorError(
-            f"leg {leg} has no length, so a tube around it has no direction: remove one of waypoints {leg} and {leg + 1}",
+            f"leg {leg} has no length, so its tube has no direction: remove one of waypoints {leg} and {leg + 1}",
             leg=leg,
         )
     directions = steps / lengths[:, None]

@@ -138,17 +138,17 @@ class Elastic:
 
     def _solve(self) -> tuple[FloatArray, FloatArray]:
         part, rows = self.component, self.rows
-        assert rows is not None
-        G, h, norms = part.matrix(rows, np.arange(len(rows)), 0.0)
-        assert h is not None
-        size = max(float(-h.min()), 1e-3)
-        moves = self.give.weight[rows.source.wall] * rows.width / norms / size
+        if rows is None:
+            raise SolverError("the elastic problem has no rows")
+        G, bound, norms = part.matrix(rows, np.arange(len(rows)), 0.0)
+        size = max(float(-bound.min()), 1e-3)
+        moves = self.give.weight[rows.source.wall] * self.compiled.widths[rows.source.wall] / norms / size
         P, q = self._costs
         unit = 1.0 / float(moves[self.give.group[rows.source.wall] >= 0].max(initial=0.0) or 1.0)
-        G, h = self._extended(G, h / size, moves * unit, rows, unit)
-        A, b = part.equalities if part.equalities is not None else (None, None)
-        if A is not None:
-            A, b = _padded(A, self.give.slacks), b / size
+        G, h = self._extended(G, bound / size, moves * unit, rows, unit)
+        A, b = None, None
+        if part.equalities is not None:
+            A, b = _padded(part.equalities[0], self.give.slacks), part.equalities[1] / size
         found, failed = solve_qp(P, q, G, h, A, b, part.names, 1.0)
         if found is None and not self._dense and len(part.columns) <= MIDDLE:
             part.whiten()

@@ -103,7 +103,8 @@ def _chain(problem: Problem, blocks: Decimals, free: BoolArray, right: Decimals)
         diagonal[i][start] += block[:k, :k]
         diagonal[i + 1][end] += block[k:, k:]
         below[i][np.ix_(slots.end, slots.start)] += block[k:, :k]
-    right = np.where(free, right, Decimal(0))
+    right = right.copy()
+    right[~free] = Decimal(0)
     return _block_solve(diagonal, below, right, free)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.extrema import maximum
+from minsnap.path import Heading
 from minsnap.polynomial import differentiate, multiply, squared_norm
 from minsnap.ratios import largest_ratio
 from minsnap.samples import FloatArray
@@ -45,8 +46,8 @@ class Utilisation:
         Leg where that is.
     instant : float
         When [s].
-    method : {"exact", "sampled"}
-        How it was found.
+    method : {"exact", "interval", "sampled"}
+        How it was found: from exact extrema, as a bound that interval arithmetic proves, or at many instants.
     """
 
     name: str
@@ -176,9 +177,11 @@ class _Measures:
         return float(np.sqrt(max(value, 0.0))), piece, s
 
     def _yaw_rate(self, limit: float) -> Utilisation:
-        heading, rate = self.traj.yaw, 1.0
+        heading: Heading = self.traj.yaw
+        rate = 1.0
         while isinstance(heading, RemappedHeading) and heading.start == 0.0:
-            heading, rate = heading.heading, rate * heading.rate
+            rate *= heading.rate
+            heading = heading.heading
         if isinstance(heading, PlannedHeading):
             value, instant = heading.trajectory.max_norm(1)
             return self._yaw_used(value * rate, limit, instant / rate, "exact")

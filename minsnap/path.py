@@ -110,7 +110,9 @@ class Path(ABC):
         """
         grid = sample_times(self.duration, rate)
         inside = np.minimum(grid, self.duration)
-        return Samples(grid, *(self(inside, order) for order in range(5)), self.yaw(inside), self.yaw(inside, 1))
+        position, velocity, acceleration, jerk, snap = (self(inside, order) for order in range(5))
+        yaw, yaw_rate = self.yaw(inside), self.yaw(inside, 1)
+        return Samples(grid, position, velocity, acceleration, jerk, snap, yaw, yaw_rate)
 
 
 def sample_times(duration: float, rate: float) -> FloatArray:

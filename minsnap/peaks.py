@@ -52,7 +52,8 @@ def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]
     rising = values[:, 1:] >= values[:, :-1]
     high[:, 1:] &= rising
     high[:, :-1] &= ~rising
-    return np.nonzero(high)
+    row, column = np.nonzero(high)
+    return row, column
 
 
 def _refine(

@@ -12,6 +12,7 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cache
 from math import comb, factorial
+from typing import Any
 
 import numpy as np
 
@@ -212,10 +213,10 @@ def _subdivision(degree: int, parts: int) -> FloatArray:
     return _rounded(stacked)
 
 
-def restriction(degree: int, low: Fraction, high: Fraction) -> Rational:
+def restriction(degree: int, low: Any, high: Any) -> list[list[Any]]:
     """Matrix from control points on [0, 1] to those on [low, high], by blossoming, in exact rationals."""
 
-    def polar(row: int, column: int) -> Fraction:
+    def polar(row: int, column: int) -> Any:
         # blossom of B_column at (degree - row) copies of low and row copies of high
         return sum(
             (

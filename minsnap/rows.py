@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.compiled import Compiled, KnotBounds, Rows
+from minsnap.blocks import KnotBounds
+from minsnap.compiled import Compiled, Rows
 from minsnap.extrema import maxima
 from minsnap.peaks import peaks
 from minsnap.problem import IntArray, Problem

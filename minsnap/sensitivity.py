@@ -35,7 +35,7 @@ def row_slopes(problem: Problem, knots: FloatArray, rows: RowSet, multipliers: F
     """Sum over rows of multiplier times T dg/dT, by piece: shape (pieces in all,), normalised."""
     used = np.flatnonzero(multipliers > 0.0)
     slopes = multipliers[used] * _row_values(problem, knots, rows.source, used)
-    return np.bincount(rows.source.piece[used], slopes, len(problem.durations))
+    return np.bincount(rows.source.piece[used], slopes, len(problem.durations)).astype(np.float64)
 
 
 def _cost_slopes(problem: Problem, knots: FloatArray) -> FloatArray:

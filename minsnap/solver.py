@@ -46,7 +46,7 @@ class Solved:
     def cost(self) -> float:
         """Integral of the squared norm of the k-th derivative."""
         unit = self.units.length**2 * self.units.time ** (1.0 - 2.0 * self.task.half)
-        return self.problem.cost(self.outcome.knots) * unit
+        return float(self.problem.cost(self.outcome.knots) * unit)
 
     @cached_property
     def trajectory(self) -> Trajectory:

@@ -82,7 +82,7 @@ class Task:
     @cached_property
     def nominal(self) -> FloatArray:
         """Nominal positions of all knots, (knots, dim), in lengths from the first waypoint."""
-        points = (self.waypoints - self.waypoints[0]) / self.length
+        points = np.asarray((self.waypoints - self.waypoints[0]) / self.length)
         if self.pieces == 1:
             return points
         share = (np.arange(self.pieces) / self.pieces)[None, :, None]
