@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from minsnap.measures import GRAVITY, Utilisation, measure_all
 from minsnap.samples import FloatArray
 from minsnap.trajectory import Trajectory
 from minsnap.walls import Balls, Faces, Walls
+
+if TYPE_CHECKING:
+    from minsnap.vehicle import Quadrotor
 
 ORDERS = {"speed": 1, "acceleration": 2, "jerk": 3, "snap": 4}
 """Limits on a norm, by the order of the derivative."""
@@ -96,6 +99,30 @@ class Limits:
                 f"tilt is {self.tilt} rad: no thrust holds altitude unless it is below pi/2 = {np.pi / 2.0:.4f} rad",
                 largest=np.pi / 2.0,
             )
+
+    @classmethod
+    def of(cls, vehicle: Quadrotor, reserve: float = 0.1, **others: Any) -> Limits:
+        """Return what a vehicle's rotors allow, beside other limits.
+
+        Total thrust becomes a limit of its own, and each rotor's thrust is kept within its limits, torques included and
+        drag left out, with bounds that interval arithmetic proves over all time.
+
+        Parameters
+        ----------
+        vehicle : Quadrotor
+        reserve : float
+            Share of the rotors' room above and below hover that is left to feedback, in [0, 1).
+        **others
+            Further limits, such as ``speed=3.0`` or the ``body_rate`` that its controller can follow.
+
+        Raises
+        ------
+        LimitError
+            If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
+        """
+        from minsnap.vehicle_limits import limits_of
+
+        return limits_of(vehicle, reserve, **others)
 
     def given(self) -> dict[str, float]:
         """Return the limits that are set, by name."""
