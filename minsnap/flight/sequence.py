@@ -17,6 +17,7 @@ from minsnap.flight.vehicle_state import Vector, VehicleState
 LINGER = 1.0
 """How long the hold goes on after the vehicle has left the mode [s]."""
 
+_CLIMBED = 0.5  # a take-off that has come this near to the start's height is over [m]
 _RETRY = 1.0  # commands are repeated at this interval until they have had their effect [s]
 
 
@@ -214,10 +215,10 @@ class Sequence:
 
     def _takes_off_alone(self, at: Conditions) -> bool:
         """Return whether the autopilot is climbing by itself, during which setpoints would stop it."""
-        return self._arm and self._autopilot.takes_off and self._far_from_start(at.vehicle)
+        return self._arm and self._autopilot.takes_off and self._is_below_start(at.vehicle)
 
-    def _far_from_start(self, vehicle: VehicleState) -> bool:
-        return vehicle.distance(self.setpoint.position) > min(self._rules.max_start_distance, 1.0)
+    def _is_below_start(self, vehicle: VehicleState) -> bool:
+        return vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > _CLIMBED
 
     def _commands(self, at: Conditions) -> tuple[Message, ...]:
         """Return the command that is due: each is repeated every second until the vehicle shows its effect."""
@@ -237,6 +238,6 @@ class Sequence:
             return self._autopilot.mode_command(vehicle)
         if not vehicle.armed:
             return arm_command(vehicle)
-        if self._autopilot.takes_off and self._far_from_start(vehicle):
+        if self._autopilot.takes_off and self._is_below_start(vehicle):
             return takeoff_command(vehicle, -self.setpoint.position[2])
         return None

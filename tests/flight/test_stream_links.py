@@ -37,8 +37,7 @@ def received_rows(vehicle):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["udp", "tcp"])
-@pytest.mark.parametrize("rate", [20.0, 50.0])
+@pytest.mark.parametrize(("kind", "rate"), [("udp", 20.0), ("tcp", 50.0)])
 def test_a_minute_arrives_whole_in_order_and_equal_to_float32(kind, rate):
     """The clock stands still while the program computes, so that this counts setpoints and not the machine's load."""
     samples = excursion(60.0, rate)
