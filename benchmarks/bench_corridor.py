@@ -1,0 +1,132 @@
+"""The rectangle in its corridor: certified at every instant, against samples, the full problem and Bernstein hulls.
+
+Run it by hand: ``python benchmarks/bench_corridor.py``.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from math import comb
+
+import numpy as np
+import qpsolvers
+from measure import alternating, table, text
+from problems import DURATIONS, RECTANGLE, walk
+from scipy.sparse import csc_matrix
+
+import minsnap
+from minsnap.full_problem import build_qp
+
+WIDTHS = (1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.3, 1.0, 2.0)
+SAMPLES = 20
+
+
+def solve_full(problem, solver):
+    """Solve the full problem as it is."""
+    parts = (problem.P, problem.q, problem.G, problem.h, problem.A, problem.b)
+    dense = (part.toarray() if hasattr(part, "toarray") else part for part in parts)
+    solution = qpsolvers.solve_problem(qpsolvers.Problem(*(dense if solver == "daqp" else parts)), solver)
+    return solution.x if solution.found else None
+
+
+def hull(points, durations, widths):
+    """Cost of the same problem with every control point inside its tube, which is sufficient and cautious."""
+    problem = build_qp(points, durations, samples=0)
+    legs, dim, size = len(durations), problem.dim, problem.degree + 1
+    to_points = np.array([[comb(j, i) / comb(size - 1, i) for i in range(size)] for j in range(size)])
+    rows, bounds = [], []
+    for leg, width in enumerate(np.broadcast_to(widths, legs)):
+        unit = points[leg + 1] - points[leg]
+        unit = unit / np.linalg.norm(unit)
+        for normal in np.eye(dim) - np.outer(unit, unit):
+            if np.abs(normal).max() < 1e-12:
+                continue
+            block = np.zeros((size, legs * dim * size))
+            for axis in range(dim):
+                begin = (leg * dim + axis) * size
+                block[:, begin : begin + size] = normal[axis] * to_points
+            rows += [block, -block]
+            bounds += [np.full(size, width + normal @ points[leg]), np.full(size, width - normal @ points[leg])]
+    solution = qpsolvers.solve_problem(
+        qpsolvers.Problem(
+            problem.P, problem.q, csc_matrix(np.concatenate(rows)), np.concatenate(bounds), problem.A, problem.b
+        ),
+        "clarabel",
+    )
+    return 0.5 * solution.x @ (problem.P @ solution.x) if solution.found else np.nan
+
+
+class TimeCorridor:
+    """What asv calls: the rectangle at one width."""
+
+    params = WIDTHS
+
+    def setup(self, width):
+        self.problem = build_qp(RECTANGLE, DURATIONS, width, samples=SAMPLES)
+
+    def time_certified(self, width):
+        return minsnap.plan(RECTANGLE, DURATIONS, corridor=width)
+
+    def time_sampled(self, width):
+        return minsnap.plan(RECTANGLE, DURATIONS, corridor=width, samples=SAMPLES, certify=False)
+
+    def time_full(self, width):
+        return solve_full(self.problem, "daqp")
+
+
+def compare(width):
+    case = TimeCorridor()
+    case.setup(width)
+    certified, sampled, full = alternating(
+        [partial(call, width) for call in (case.time_certified, case.time_sampled, case.time_full)], seconds=3.0
+    )
+    traj, loose = case.time_certified(width), case.time_sampled(width)
+    certificate = minsnap.certify(traj, RECTANGLE, width)
+    outside = -minsnap.certify(loose, RECTANGLE, width).corridor_margin
+    cautious = hull(RECTANGLE, DURATIONS, width)
+    return (
+        f"{width:g} m",
+        text(certified),
+        f"{certified / sampled:.2f}",
+        f"{certified / full:.2f}",
+        f"{traj.cost():.6g}",
+        f"{certificate.corridor_margin:.1e} m",
+        f"{max(outside, 0.0):.1e} m",
+        f"{cautious / traj.cost():.4f}",
+        traj.report.rounds,
+    )
+
+
+def hull_on_walks(seeds=10):
+    """What hulls lose on random legs: ratios of costs."""
+    ratios = []
+    for seed in range(seeds):
+        points, durations, widths = walk(8, seed)
+        ratios.append(hull(points, durations, widths) / minsnap.plan(points, durations, corridor=widths).cost())
+    return np.array(ratios)
+
+
+def main():
+    head = (
+        "half-width",
+        "certified",
+        "/ sampled, same solver",
+        "/ full problem, solve alone",
+        "cost",
+        "margin",
+        f"{SAMPLES} samples stick out by",
+        "hull's cost / ours",
+        "rounds",
+    )
+    table(head, (compare(width) for width in WIDTHS))
+    ratios = hull_on_walks()
+    print(f"Hulls on {len(ratios)} walks of 8 legs cost {ratios.min():.3f} to {ratios.max():.3f} times ours.\n")
+    rows = []
+    for solver in ("daqp", "piqp", "clarabel", "osqp"):
+        ask = partial(minsnap.plan, RECTANGLE, DURATIONS, corridor=0.3, solver=solver)
+        rows.append((solver, text(alternating([ask])[0]), f"{ask().cost():.4f}", ask().report.rounds))
+    table(("solver, at 0.3 m", "certified", "cost", "rounds"), rows)
+
+
+if __name__ == "__main__":
+    main()
