@@ -41,6 +41,8 @@ class Placement:
         Offsets within which each may lie [m]; zero where pinned.
     start, end : mapping or None
         States at the ends without their positions.
+    given : bool
+        Whether there were waypoints; else these are the ends and the overlaps.
     """
 
     points: FloatArray
@@ -48,6 +50,17 @@ class Placement:
     upper: FloatArray
     start: State
     end: State
+    given: bool = True
+
+    def name(self, knot: int) -> str:
+        """Say which point or box it is, in a message."""
+        at = point_text(self.points[knot])
+        free = (self.upper[knot] > self.lower[knot]).any()
+        if self.given:
+            return f"the box around waypoint {knot} at {at}" if free else f"waypoint {knot} at {at}"
+        if not free:
+            return f"the position of {'end' if knot else 'start'}, {at},"
+        return f"the overlap that leg {knot} starts in, around {at},"
 
 
 def place(
@@ -70,7 +83,7 @@ def place(
     first, start = _without_position(start, "start")
     last, end = _without_position(end, "end")
     if waypoints is None:
-        return Placement(*_found(tolerance, constraints, first, last, closed), start, end)
+        return Placement(*_found(tolerance, constraints, first, last, closed), start, end, given=False)
     points = check_waypoints(waypoints)
     for position, index, where in ((first, 0, "start"), (last, -1, "end")):
         if position is not None and (position.shape != points[index].shape or (position != points[index]).any()):

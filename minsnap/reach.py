@@ -9,12 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.errors import CorridorError, WaypointError
-from minsnap.inputs import DERIVATIVES, point_text
+from minsnap.inputs import DERIVATIVES
 from minsnap.placement import Placement
 from minsnap.samples import FloatArray
 from minsnap.walls import Balls, Faces, IntArray, Walls
 
 BoolArray = npt.NDArray[np.bool_]
+ROUNDING = 1e-14
+"""Excess, relative to the coordinates, that comes of rounding alone."""
+
 Pins = Mapping[int, Mapping[int, FloatArray]]
 
 
@@ -71,11 +74,12 @@ def _check_points(placement: Placement, wall: Walls) -> None:
 
 
 def _refuse(placement: Placement, wall: Walls, waypoint: int, row: int, excess: float) -> None:
-    free = (placement.upper[waypoint] > placement.lower[waypoint]).any()
-    what = f"waypoint {waypoint} at {point_text(placement.points[waypoint])}"
-    what = f"the box around {what}" if free else what
+    what, place = placement.name(waypoint), f"the {wall.name} of leg {wall.leg[row]}"
+    on_it = excess <= ROUNDING * (1.0 + float(np.abs(placement.points[waypoint]).max()))
     raise CorridorError(
-        f"{what} is {excess:.3g} m outside the {wall.name} of leg {wall.leg[row]}: move it or widen the {wall.name}",
+        f"{what} lies on {place}, and rounding puts it outside: leave it some room"
+        if on_it
+        else f"{what} is {excess:.3g} m outside {place}: move it or widen the {wall.name}",
         leg=int(wall.leg[row]),
         waypoint=waypoint,
     )
@@ -122,7 +126,7 @@ def _check_box(placement: Placement, walls: Sequence[Walls], waypoint: int) -> N
     if not _planes_meet([wall for wall in walls if wall.order == 0 and isinstance(wall, Faces)], waypoint, low, high):
         names = sorted({wall.name for wall in walls if wall.order == 0 and len(_rows_at(wall, waypoint))})
         raise CorridorError(
-            f"the box around waypoint {waypoint} has no point inside the {' and the '.join(names)} of its legs: "
+            f"{placement.name(waypoint)} has no point inside the {' and the '.join(names)} of its legs: "
             "move it or widen one of them",
             waypoint=waypoint,
         )

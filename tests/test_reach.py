@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap import Boxes, Polytopes, RoundTube
+from minsnap import Boxes, HalfSpaces, Polytopes, RoundTube
 from minsnap.errors import CorridorError, WaypointError
 from minsnap.walls import Balls, Faces
 
@@ -43,6 +43,11 @@ def test_pinned_waypoint_outside_its_box_is_refused_with_leg_and_distance():
     assert caught.value.waypoint == 2 and caught.value.leg == 1
 
 
+def test_waypoint_on_a_wall_that_rounding_puts_outside_is_refused_in_words():
+    with pytest.raises(CorridorError, match=r"waypoint 1 at \(4.5, 0\) lies on the half-space of leg 0, and rounding"):
+        minsnap.plan([(0, 0), (4.5, 0)], [1], corridor=HalfSpaces((1, 3), 4.5))
+
+
 def test_waypoint_box_that_does_not_meet_the_corridor_is_refused():
     with pytest.raises(CorridorError, match="box around waypoint 1 at .* is 1.3 m outside the box of leg"):
         minsnap.plan([(0.5, 0.5), (1, 2.5), (0, 0)], [1, 1], corridor=UNIT, waypoint_tolerance=0.2)
@@ -57,7 +62,7 @@ def test_waypoint_box_that_meets_the_corridor_serves():
 def test_waypoint_box_that_meets_each_plane_but_not_all_together_is_refused():
     wedge = Polytopes([(np.array([[1.0, 3], [-1, 3], [0, -1]]), np.array([0.0, 0.0, 3.0]))] * 2)
     points = [(0, -1), (0, 0.15), (0, -1)]
-    with pytest.raises(CorridorError, match="waypoint 1 has no point inside the polytope|outside the polytope"):
+    with pytest.raises(CorridorError, match="waypoint 1 at .* has no point inside the polytope of its legs"):
         minsnap.plan(points, [1, 1], corridor=wedge, waypoint_tolerance=0.12)
     assert minsnap.plan(points, [1, 1], corridor=wedge, waypoint_tolerance=0.2).report.corridor_margin >= 0.0
 
@@ -97,3 +102,12 @@ def test_velocity_pinned_within_a_limit_serves():
     points = [(0, 0), (1, 1), (2, 0)]
     traj = minsnap.plan(points, [3, 3], corridor=SpeedBox(1.0), pins={1: {"velocity": (0.5, 0.0)}})
     assert traj(3.0, 1) == pytest.approx([0.5, 0.0]) and traj.max_norm(1)[0] <= np.sqrt(2.0)
+
+
+def test_ends_and_overlaps_outside_the_room_are_refused_by_name():
+    pair = Boxes([(0, 0), (2, 0)], [(3, 1), (5, 1)])
+    ends = {"start": {"position": (0.5, 0.5)}, "end": {"position": (4.5, 0.5)}}
+    with pytest.raises(CorridorError, match=r"the position of end, \(4.5, 0.5\), is 1.5 m outside the room of leg 1"):
+        minsnap.plan(None, [1, 1], corridor=pair, room=((0, 0), (3, 1)), **ends)
+    with pytest.raises(CorridorError, match=r"the overlap that leg 1 starts in, around .* outside the half-space"):
+        minsnap.plan(None, [1, 1], corridor=[pair, HalfSpaces((1, 0), 1.5, legs=(0,))], **ends)
