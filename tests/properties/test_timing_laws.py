@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from properties.strategies import decades
 
 import minsnap
 from minsnap.limits import Limits
 from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
+
+QUICK = (Phase.explicit, Phase.reuse, Phase.generate)
+"""Without shrinking: every example is a search of its own, and a failure tells its arguments."""
 
 SPANS = {
     "speed": (0.5, 10.0),
@@ -84,7 +87,7 @@ def check(path, asked):
             assert value <= limit * (1.0 + 1e-9), name
 
 
-@settings(max_examples=25)
+@settings(max_examples=15, phases=QUICK)
 @given(problems())
 def test_the_shortest_plan_touches_its_limits_and_exceeds_none(asked):
     path = minsnap.plan(**asked)
@@ -92,13 +95,13 @@ def test_the_shortest_plan_touches_its_limits_and_exceeds_none(asked):
     assert path.report.binding.fraction >= 0.999
 
 
-@settings(max_examples=10)
+@settings(max_examples=6, phases=QUICK)
 @given(problems(), decades(0.1, 1e4))
 def test_a_priced_plan_exceeds_no_limit(asked, weight):
     check(minsnap.plan(**asked, time_weight=weight), asked)
 
 
-@settings(max_examples=10)
+@settings(max_examples=6, phases=QUICK)
 @given(problems(), st.floats(1.05, 3.0))
 def test_a_total_within_reach_is_kept_with_the_limits(asked, longer):
     total = longer * minsnap.plan(**asked).duration
@@ -107,7 +110,7 @@ def test_a_total_within_reach_is_kept_with_the_limits(asked, longer):
     assert path.duration == pytest.approx(total, rel=1e-9)
 
 
-@settings(max_examples=10)
+@settings(max_examples=6, phases=QUICK)
 @given(problems(), st.sampled_from(["optimal", "distance"]))
 def test_a_plan_that_is_only_scaled_exceeds_no_limit(asked, split):
     path = minsnap.plan(**asked, enforce="scaling", split=split)
@@ -115,7 +118,7 @@ def test_a_plan_that_is_only_scaled_exceeds_no_limit(asked, split):
     assert path.report.binding.fraction >= 0.999
 
 
-@settings(max_examples=10)
+@settings(max_examples=6, phases=QUICK)
 @given(problems(), st.floats(0.5, 2.0))
 def test_time_does_not_know_which_unit_it_is_in(asked, factor):
     """Limits on speed and acceleration in another unit of time: the same path, another clock."""
