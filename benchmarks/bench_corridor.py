@@ -23,9 +23,7 @@ SAMPLES = 20
 
 def solve_full(problem, solver):
     """Solve the full problem as it is."""
-    parts = (problem.P, problem.q, problem.G, problem.h, problem.A, problem.b)
-    dense = (part.toarray() if hasattr(part, "toarray") else part for part in parts)
-    solution = qpsolvers.solve_problem(qpsolvers.Problem(*(dense if solver == "daqp" else parts)), solver)
+    solution = qpsolvers.solve_problem(problem.for_qpsolvers(dense=solver == "daqp"), solver)
     return solution.x if solution.found else None
 
 

@@ -81,6 +81,21 @@ class FullProblem:
             owned.flags.writeable = False
             object.__setattr__(self, name, owned)
 
+    def for_qpsolvers(self, dense: bool = False) -> Any:
+        """Return the same problem as a ``qpsolvers.Problem``, in arrays of its own that a solver may write to.
+
+        Parameters
+        ----------
+        dense : bool
+            Dense matrices, which some solvers need.
+        """
+        import qpsolvers
+
+        matrices = [part.toarray() if dense else part.copy() for part in (self.P, self.G, self.A)]
+        P, G, A = (part if len(bound) else None for part, bound in zip(matrices, (self.q, self.h, self.b), strict=True))
+        h, b = (bound.copy() if len(bound) else None for bound in (self.h, self.b))
+        return qpsolvers.Problem(P, self.q.copy(), G, h, A, b)
+
     def coefficients(self, x: npt.ArrayLike) -> FloatArray:
         """Arrange unknowns x, shape (n,), as coefficients of 1, s, s², …: (legs, dim, degree + 1) [m].
 

@@ -92,17 +92,24 @@ def test_sampled_corridors_are_those_of_the_full_problem(asked):
     assert traj.cost((asked["degree"] + 1) // 2) <= value(problem, optimum(problem, x)) * (1.0 + 1e-4)
 
 
+@pytest.mark.parametrize("solver", ("daqp", "piqp", "clarabel"))
 @pytest.mark.parametrize(("continuity", "cost"), ((3, 1545.5717), (4, 1582.8615)))
-def test_any_solver_of_qpsolvers_takes_it_as_it_is(continuity, cost):
+def test_any_solver_of_qpsolvers_takes_it_as_it_is(continuity, cost, solver):
     problem = build_qp(CORNERS, DURATIONS, 0.3, continuity=continuity)
-    solution = qpsolvers.solve_problem(
-        qpsolvers.Problem(problem.P, problem.q, problem.G, problem.h, problem.A, problem.b), "clarabel"
-    )
+    accurate = {"piqp": {"eps_abs": 1e-9, "eps_rel": 1e-9}}.get(solver, {})
+    solution = qpsolvers.solve_problem(problem.for_qpsolvers(dense=solver == "daqp"), solver, **accurate)
     assert value(problem, solution.x) == pytest.approx(cost, rel=1e-6)
     traj = problem.trajectory(solution.x)
     assert traj.cost() == pytest.approx(cost, rel=1e-6)
     assert traj(traj.breaks) == pytest.approx(np.array(CORNERS), abs=1e-6)
     assert minsnap.certify(traj, CORNERS, 0.3).corridor_margin < -4e-3
+
+
+def test_without_a_corridor_there_are_no_inequalities_to_hand_over():
+    question = build_qp(CORNERS, DURATIONS).for_qpsolvers()
+    assert question.G is question.h is None
+    solution = qpsolvers.solve_problem(question, "clarabel")
+    assert 0.5 * solution.x @ (question.P @ solution.x) == pytest.approx(216.8955, rel=1e-6)
 
 
 def test_its_size_is_that_of_the_thesis():
