@@ -180,8 +180,10 @@ class Sequence:
 
     def _is_there(self, vehicle: VehicleState) -> bool:
         """Return whether a vehicle that we arm has armed and come to the start; of others it is known already."""
-        start = self.setpoint.position
-        return not self._arm or (vehicle.armed and self._rules.start_refusal(vehicle, start) is None)
+        if not self._arm:
+            return True
+        near = self._rules.start_refusal(vehicle, self.setpoint.position) is None
+        return near and vehicle.armed and not self._takes_off_alone(vehicle)
 
     def _start_here(self, place: Vector) -> None:
         first = self._table.start
@@ -210,12 +212,12 @@ class Sequence:
     def _answer(self, at: Conditions) -> Step:
         index = at.slot - self._first_slot if self.phase is Phase.FLYING else None
         commands = self._commands(at)
-        silent = self.phase is Phase.READY and self._takes_off_alone(at)
+        silent = self.phase is Phase.READY and self._takes_off_alone(at.vehicle)
         return Step(None if silent else self.setpoint, index, commands)
 
-    def _takes_off_alone(self, at: Conditions) -> bool:
+    def _takes_off_alone(self, vehicle: VehicleState) -> bool:
         """Return whether the autopilot is climbing by itself, during which setpoints would stop it."""
-        return self._arm and self._autopilot.takes_off and self._is_below_start(at.vehicle)
+        return self._arm and self._autopilot.takes_off and self._is_below_start(vehicle)
 
     def _is_below_start(self, vehicle: VehicleState) -> bool:
         return vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > _CLIMBED
@@ -238,6 +240,6 @@ class Sequence:
             return self._autopilot.mode_command(vehicle)
         if not vehicle.armed:
             return arm_command(vehicle)
-        if self._autopilot.takes_off and self._is_below_start(vehicle):
+        if self._takes_off_alone(vehicle):
             return takeoff_command(vehicle, -self.setpoint.position[2])
         return None

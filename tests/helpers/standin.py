@@ -54,6 +54,7 @@ class StandIn:
         self.body = body or PointMass()
         self.mode, self.armed, self.armed_at = self.other, True, -math.inf
         self.beats = self.positions = self.moves = True
+        self.climbing_to = None
         self.setpoints, self.heard, self.commands, self.modes, self.failsafes = [], [], [], [], []
         self.position_rate, self.beat_period, self.patience = 20.0, 0.25, 1.0
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
@@ -138,7 +139,7 @@ class StandIn:
         elif message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
             self.armed, self.armed_at = message.param1 == 1, self.clock()
         elif message.command == mavlink.MAV_CMD_NAV_TAKEOFF:
-            self.body.position[2] = -message.param7
+            self.climbing_to = -message.param7
         elif message.command == mavlink.MAV_CMD_NAV_LAND:
             self.mode = self.landing
         self.link.mav.command_ack_send(message.command, 0 if accepted else 1)
@@ -146,6 +147,9 @@ class StandIn:
 
     def _fly(self, now, dt):
         if dt <= 0:
+            return
+        if self.climbing_to is not None:
+            self._climb(dt)
             return
         led = self.mode == self.following and self.armed and self.last_setpoint > self.armed_at
         if led and self.setpoints and self.moves:
@@ -158,3 +162,11 @@ class StandIn:
             self.armed = self.armed and self.body.position[2] < -0.02
         elif self.armed:
             self.body.rest(dt)
+
+    def _climb(self, dt):
+        """Take off at a metre a second; a setpoint on the way would stop it, as ArduPilot's would."""
+        self.body.position[2] -= dt
+        if self.body.position[2] <= self.climbing_to:
+            self.climbing_to = None
+        elif self.last_setpoint > self.armed_at and self.body.position[2] > self.climbing_to + 0.6:
+            self.failsafes.append("take-off stopped")
