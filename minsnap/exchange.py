@@ -112,6 +112,8 @@ class Exchange:
             if found:
                 self._add(found, self.rounds == 0)
             cheap = excess <= floor or (stalled >= STALLED and excess <= LARGEST_SHRINK)
+            if stalled >= 2 * STALLED:
+                break
             if self.rounds and cheap:
                 self.shrink += SAFETY * max(excess, floor)
             self.last, due = self._solve(), False

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.errors import SolverError
 from minsnap.polynomial import exact_ends_gram
 from minsnap.problem import BoolArray, IntArray, Problem
 from minsnap.samples import FloatArray
@@ -30,11 +31,11 @@ Decimals = npt.NDArray[Any]
 
 
 def is_extreme(problem: Problem) -> bool:
-    """Whether a problem's durations are too different for double precision at its degree."""
+    """Whether a problem asks for decimal arithmetic, or its durations are too different for double precision."""
     durations = problem.durations
     if len(durations) > LEGS or len(durations) == 1:
         return False
-    return bool(durations.max() > RESOLVED[problem.half] * durations.min())
+    return problem.extended or bool(durations.max() > RESOLVED[problem.half] * durations.min())
 
 
 @cache
@@ -71,12 +72,20 @@ def decimal_optimum(problem: Problem, free: BoolArray, values: FloatArray) -> Fl
     Returns
     -------
     ndarray, shape (knots, slots, dim)
+
+    Raises
+    ------
+    SolverError
+        If even these digits do not resolve the durations.
     """
     with localcontext(prec=DIGITS):
         blocks, knots = _piece_blocks(problem), values.copy()
         pull = _pull(problem, blocks, values)
         for axis in range(problem.dim):
-            found = _chain(problem, blocks, free[:, :, axis], -pull[:, :, axis])
+            try:
+                found = _chain(problem, blocks, free[:, :, axis], -pull[:, :, axis])
+            except ArithmeticError:
+                raise SolverError("the system is singular to working precision: durations are too extreme") from None
             knots[:, :, axis] += np.where(free[:, :, axis], found.astype(np.float64), 0.0)
     return knots
 
@@ -170,7 +179,10 @@ def decimal_whitening(problem: Problem, columns: IntArray, n: int) -> FloatArray
         for block, piece in zip(_piece_blocks(problem), columns, strict=True):
             for index in piece:
                 hessian[np.ix_(index, index)] += block
-        factor = cholesky(hessian[:n, :n])
+        try:
+            factor = cholesky(hessian[:n, :n])
+        except ArithmeticError:
+            raise SolverError("the QP is singular to working precision: durations are too extreme") from None
         identity = np.full((n, n), Decimal(0), dtype=object)
         np.fill_diagonal(identity, Decimal(1))
         return _backward(factor, identity).astype(np.float64)

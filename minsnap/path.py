@@ -12,6 +12,9 @@ import numpy.typing as npt
 from minsnap.errors import IntervalError, TimingError
 from minsnap.samples import FloatArray, Samples
 
+ROUNDING = 1e-12
+"""Share of the duration by which an instant may be outside for rounding alone; it counts as the end."""
+
 
 class Heading(Protocol):
     """Yaw of a path as a function of time [rad], continuous (never wrapped)."""
@@ -85,7 +88,8 @@ class Path(ABC):
         instants = np.asarray(t, dtype=np.float64)
         flat = instants.reshape(-1)
         check_instants(flat, self.duration)
-        return self._evaluate(flat, check_order(order)).reshape(*instants.shape, self.dim)
+        inside = np.clip(flat, 0.0, self.duration)
+        return self._evaluate(inside, check_order(order)).reshape(*instants.shape, self.dim)
 
     def sample(self, rate: float = 20.0) -> Samples:
         """Evaluate on the grid 0, 1/rate, 2/rate, …; the last sample is the end state.
@@ -125,9 +129,10 @@ def sample_times(duration: float, rate: float) -> FloatArray:
 
 
 def check_instants(t: FloatArray, duration: float) -> None:
-    """Raise IntervalError unless every instant of shape (m,) is in [0, duration]."""
-    if t.size and not (t.min() >= 0.0 and t.max() <= duration):
-        bad = t[~((t >= 0.0) & (t <= duration))][0]
+    """Raise IntervalError unless every instant of shape (m,) is in [0, duration], but for rounding."""
+    slack = ROUNDING * duration
+    if t.size and not (t.min() >= -slack and t.max() <= duration + slack):
+        bad = t[~((t >= -slack) & (t <= duration + slack))][0]
         raise IntervalError(f"t = {bad} s is outside the path's interval [0, {duration}] s")
 
 

@@ -77,8 +77,10 @@ class Problem:
         Knots whose free position is bounded and therefore held at its nominal value by the unbounded solve.
     closed : bool
         The last knot is the first.
-    jumps : ndarray of int
+    jumps : tuple of int
         Orders above k - 1 that must be continuous too, by extra equality rows.
+    extended : bool
+        Whether to use decimal arithmetic however close the durations are to each other.
     """
 
     slots: Slots
@@ -89,6 +91,7 @@ class Problem:
     held: BoolArray
     closed: bool = False
     jumps: tuple[int, ...] = ()
+    extended: bool = False
 
     @property
     def half(self) -> int:

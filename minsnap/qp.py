@@ -31,7 +31,7 @@ TINY = 1e-12
 """Cost, in scaled units, below which a gap does not matter."""
 
 TOLERANCES: dict[str, dict[str, Any]] = {
-    "daqp": {"primal_tol": 1e-9, "dual_tol": 1e-12, "iter_limit": 10_000},
+    "daqp": {"primal_tol": 1e-12, "dual_tol": 1e-12, "iter_limit": 10_000, "time_limit": 2.0},
     "piqp": {"eps_abs": 1e-10, "eps_rel": 1e-10, "eps_duality_gap_abs": 1e-10, "eps_duality_gap_rel": 1e-10},
     "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10},
     "osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 200_000, "polishing": True},

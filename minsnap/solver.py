@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from minsnap.exchange import GAP, Exchange, InfeasibleRowsError, Outcome
 from minsnap.extrema import maxima
 from minsnap.problem import Problem
 from minsnap.samples import FloatArray
+from minsnap.space import EXTENDED
 from minsnap.task import Task
 from minsnap.trajectory import Trajectory
 
@@ -113,12 +114,20 @@ def solve(
 
 
 def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -> Solved:
-    """Run the exchange until the exact margin of the result is not negative."""
+    """Run the exchange until the exact margin of the result is not negative.
+
+    Where the solvers see no solution though stop-and-go is one, the arithmetic is at fault: it is tried once more with
+    more digits, and if that does not help the last relaxation is blended with stop-and-go.
+    """
     try:
         solved = Solved(task, problem, units, exchange.run())
     except InfeasibleRowsError:
         if not _straight_inside(task, exchange.compiled, problem):
             raise
+        if not problem.extended and problem.size <= EXTENDED:
+            careful = replace(problem, extended=True)
+            again = Exchange(careful, unbounded_optimum(careful), exchange.compiled, task.solver)
+            return _certified(task, careful, units, again)
         return _blended(task, problem, units, exchange, exchange.last)
     for _ in range(TRIES):
         if all(margin.value >= 0.0 for margin in solved.margins):
