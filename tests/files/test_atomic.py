@@ -28,6 +28,17 @@ def test_a_failure_leaves_what_was_there_and_no_litter(tmp_path):
     assert os.listdir(tmp_path) == ["a.csv"]
 
 
+def test_a_reader_of_what_was_there_reads_it_to_its_end(tmp_path):
+    """A rename leaves the old file to those who have it open; writing over it would not."""
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    with open(path) as reader:
+        with atomic_write(path) as file:
+            file.write("new")
+        assert reader.read() == "old"
+    assert path.read_text() == "new"
+
+
 def test_bytes_and_permissions(tmp_path):
     path = tmp_path / "a.bin"
     path.write_bytes(b"")

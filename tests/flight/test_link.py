@@ -110,7 +110,8 @@ def test_our_heartbeat_goes_out_every_second_and_not_in_bursts():
     for _ in range(10):
         list(link.pump(clock.now() + 1.0))
     time.sleep(0.25)
-    list(link.pump(clock.now()))
+    for _ in range(10):
+        list(link.pump(clock.now()))
     took = clock.now() - began
     beats = []
     while (message := receiver.recv_msg()) is not None:
