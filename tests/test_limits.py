@@ -99,6 +99,7 @@ def test_the_wall_of_a_least_thrust_is_on_the_safe_side(path):
     limits = Limits(min_thrust=float(least) * (1.0 - 1e-6))
     assert nearest_wall(path, limits.walls(POINTS)).value >= 0.0
     assert limits.utilisation(path)[0].fraction <= 1.0
+    assert nearest_wall(path, Limits(min_thrust=float(least) * (1.0 + 1e-6)).walls(POINTS)).value < 0.0
 
 
 @pytest.mark.parametrize("order", [1, 2])

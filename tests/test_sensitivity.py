@@ -10,7 +10,7 @@ from minsnap.sensitivity import cost_gradient
 from minsnap.solver import solve
 
 TIGHT = 1e-12
-STEP = 1e-4
+STEP = 3e-4
 
 ROUND = 5e-5
 """Agreement where walls are round: they are met by tangents near the contact rather than at it."""
