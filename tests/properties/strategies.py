@@ -5,6 +5,15 @@ from hypothesis import strategies as st
 
 DEGREES = (3, 5, 7, 9, 11)
 
+SPANS = {
+    3: ((0.2, 20.0), 0.5),
+    5: ((0.3, 12.0), 0.4),
+    7: ((0.5, 8.0), 0.3),
+    9: ((1.0, 4.0), 0.15),
+    11: ((1.0, 4.0), 0.15),
+}
+"""Lengths of legs [m] and powers of ten of speeds by degree, which is the power of the ratio of durations in the cost."""
+
 
 def decades(low, high):
     """Numbers spread evenly over powers of ten."""
@@ -12,8 +21,11 @@ def decades(low, high):
 
 
 @st.composite
-def corridors(draw, legs=(1, 6), dims=(1, 4), degrees=DEGREES, walls=True, closed=False, lengths=(0.2, 20.0), pace=0.5):
-    """Arguments of ``plan``: legs of some lengths in any direction, widths 0.03 to 1.6 m, speeds 10**±pace."""
+def corridors(draw, legs=(1, 6), dims=(1, 4), degrees=DEGREES, walls=True, closed=False, lengths=None, pace=None):
+    """Arguments of ``plan``: legs of such lengths in any direction, widths 0.03 to 1.6 m, speeds 10**±pace."""
+    degree = draw(st.sampled_from(degrees))
+    lengths = lengths or SPANS[degree][0]
+    pace = pace or SPANS[degree][1]
     count, dim = draw(st.integers(*legs)), draw(st.integers(*dims))
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     sizes = np.array(draw(st.lists(decades(*lengths), min_size=count, max_size=count)))
@@ -27,7 +39,7 @@ def corridors(draw, legs=(1, 6), dims=(1, 4), degrees=DEGREES, walls=True, close
         points = points if (points[-1] == points[0]).all() else np.concatenate((points, points[:1]))
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     durations = lengths * 10.0 ** random.uniform(-pace, pace, len(lengths))
-    given = {"waypoints": points, "durations": durations, "degree": draw(st.sampled_from(degrees))}
+    given = {"waypoints": points, "durations": durations, "degree": degree}
     if walls:
         given["corridor"] = draw(decades(0.03, 1.6)) * 10.0 ** random.uniform(-0.3, 0.3, len(lengths))
     if closed:
