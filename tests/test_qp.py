@@ -106,6 +106,36 @@ def test_a_solver_that_lies_is_not_believed(monkeypatch, wrong):
     assert traj.cost() == pytest.approx(1557.0050, rel=1e-5)
 
 
+def answering(monkeypatch, change):
+    """Let daqp's answer be changed before it is looked at."""
+    original = qpsolvers.solve_problem
+
+    def changed(problem, solver, **options):
+        solution = original(problem, solver, **options)
+        if solver == "daqp":
+            solution.x = change(solution.x)
+        return solution
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", changed)
+
+
+def test_an_answer_that_breaks_a_row_is_refused_even_at_the_right_cost(monkeypatch):
+    # the optimum (1, 0) of least distance to x >= 1, |y| <= 1e-5; moved along y its cost stays and a row breaks
+    P, q, G = np.eye(2), np.zeros(2), np.array([[-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    answering(monkeypatch, lambda x: x + np.array([0.0, 1e-4]))
+    found, failed = solve_qp(P, q, G, np.array([-1.0, 1e-5, 1e-5]), None, None, ("daqp", "clarabel"))
+    assert failed == ("daqp",)
+    assert found.x == pytest.approx([1.0, 0.0], abs=1e-6)
+
+
+def test_an_answer_inside_that_costs_too_much_is_refused(monkeypatch):
+    P, q, G = np.eye(2), np.zeros(2), np.array([[-1.0, 0.0]])
+    answering(monkeypatch, lambda x: x + np.array([1e-3, 0.0]))
+    found, failed = solve_qp(P, q, G, np.array([-1.0]), None, None, ("daqp", "clarabel"))
+    assert failed == ("daqp",)
+    assert found.x == pytest.approx([1.0, 0.0], abs=1e-6)
+
+
 def test_a_solver_that_is_wrong_by_very_little_still_leaves_the_curve_inside(monkeypatch):
     original = qpsolvers.solve_problem
 

@@ -12,7 +12,7 @@ SPANS = {
     9: ((1.0, 4.0), 0.15),
     11: ((1.0, 4.0), 0.15),
 }
-"""Lengths of legs [m] and powers of ten of speeds by degree, which is the power of the ratio of durations in the cost."""
+"""Lengths of legs [m] and powers of ten of speeds: the ratio of durations enters to the power of the degree."""
 
 
 def decades(low, high):
