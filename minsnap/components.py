@@ -13,7 +13,7 @@ from minsnap.extended import is_extreme
 from minsnap.problem import IntArray, Problem
 from minsnap.qp import DENSE_SIZE, MIDDLE, solve_qp, solver_names
 from minsnap.samples import FloatArray
-from minsnap.space import EXTENDED, Scaled, Space, make_space
+from minsnap.space import EXTENDED, Scaled, Space, Whitened, make_space
 
 if TYPE_CHECKING:
     from minsnap.rows import RowSet
@@ -49,6 +49,7 @@ class Component:
         self.solver = ""
         self.failed: tuple[str, ...] = ()
         self.gain = 0.0
+        self._kept = (np.zeros((0, len(self.columns))), np.zeros(0))
 
     @cached_property
     def local(self) -> IntArray:
@@ -111,7 +112,13 @@ class Component:
         """Change to coordinates in which the Hessian is the identity, and to dense solvers first."""
         for name in ("slope", "equalities"):
             self.__dict__.pop(name, None)
+        self._kept = (np.zeros((0, len(self.columns))), np.zeros(0))
         self.space, self.names = self._space(True), ("daqp", *self.names)
+
+    @property
+    def _solvers(self) -> tuple[str, ...]:
+        """Solvers to try: a least-distance problem has one more, after the one that is asked for or quickest."""
+        return (self.names[0], "nnls", *self.names[1:]) if isinstance(self.space, Whitened) else self.names
 
     def _attempt(self, rows: RowSet | None, chosen: IntArray, shrink: float) -> tuple[FloatArray, FloatArray] | None:
         G, h, norms = None, None, np.ones(0)
@@ -120,7 +127,7 @@ class Component:
         A, b = self.equalities if self.equalities is not None else (None, None)
         size = _largest(None if h is None else -h, np.abs(self.slope), None if b is None else np.abs(b))
         h, b = (None if side is None else side / size for side in (h, b))
-        found, failed = solve_qp(self.space.hessian, self.slope / size, G, h, A, b, self.names)
+        found, failed = solve_qp(self.space.hessian, self.slope / size, G, h, A, b, self._solvers)
         self.failed = tuple(dict.fromkeys(self.failed + failed)) if found is not None else failed
         if found is None:
             return None
@@ -131,8 +138,20 @@ class Component:
 
     def matrix(self, rows: RowSet, chosen: IntArray, shrink: float) -> tuple[Any, FloatArray, FloatArray]:
         """Normalised rows (r, n), their bounds, and the norms they were divided by."""
-        matrix, norms = self.space.rows(self.local[rows.columns[chosen]], rows.values[chosen])
+        matrix, norms = self._known(rows, chosen) if isinstance(self.space, Whitened) else self._rows(rows, chosen)
         return matrix, (rows.bound[chosen] - shrink * rows.width[chosen]) / norms, norms
+
+    def _rows(self, rows: RowSet, chosen: IntArray) -> tuple[Any, FloatArray]:
+        return self.space.rows(self.local[rows.columns[chosen]], rows.values[chosen])
+
+    def _known(self, rows: RowSet, chosen: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Rows in whitened coordinates; rows are only ever added, so those of the last solve are kept."""
+        matrix, norms = self._kept
+        fresh = chosen[len(norms) :]
+        if len(fresh):
+            more, sizes = self._rows(rows, fresh)
+            self._kept = np.concatenate((matrix, more)), np.concatenate((norms, sizes))
+        return self._kept
 
 
 def _largest(*arrays: FloatArray | None) -> float:

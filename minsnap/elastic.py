@@ -97,7 +97,7 @@ class Elastic:
         self.rows: RowSet | None = None
         self.multipliers = np.zeros(0)
         for rows in (*momentary_rows(problem, base, compiled), *([] if seed is None else [seed])):
-            self._add([rows])
+            self._add([rows] if len(rows.s) else [])
 
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.

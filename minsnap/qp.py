@@ -13,7 +13,7 @@ from minsnap.errors import UnknownSolverError
 from minsnap.samples import FloatArray
 
 SMALL = 60
-"""Unknowns up to which a dense active-set solver is quicker than a sparse interior-point one."""
+"""Unknowns up to which many rows at the start are cheaper than further rounds."""
 
 DENSE_SIZE = 150
 """Unknowns up to which problems are whitened and dense."""
@@ -29,6 +29,9 @@ GAP = 1e-6
 
 TINY = 1e-12
 """Cost, in scaled units, below which a gap does not matter."""
+
+RESCALINGS = 6
+"""How often a least-distance problem is scaled again so that its solution is of order one."""
 
 TOLERANCES: dict[str, dict[str, Any]] = {
     "daqp": {"primal_tol": 1e-12, "dual_tol": 1e-12, "iter_limit": 10_000, "time_limit": 2.0},
@@ -73,10 +76,8 @@ def solver_names(solver: str, size: int) -> tuple[str, ...]:
 
 
 def _preferred(size: int) -> tuple[str, ...]:
-    if size <= SMALL:
-        return ("daqp", "piqp", "clarabel")
     if size <= DENSE_SIZE:
-        return ("piqp", "daqp", "clarabel")
+        return ("daqp", "piqp", "clarabel")
     return ("piqp", "clarabel")
 
 
@@ -120,9 +121,53 @@ def solve_qp(
     return None, tuple(failed)
 
 
+def _least_distance(G: Any, h: FloatArray, A: Any, b: Any, q: FloatArray) -> Solution | None:
+    """Minimise |x|^2/2 + q'x over Gx <= h, Ax = b by non-negative least squares.
+
+    It stays accurate where rows are nearly dependent (C. L. Lawson and R. J. Hanson, "Solving Least Squares Problems",
+    1974, chapter 23).
+    """
+    from scipy.optimize import nnls
+
+    rows, bounds = (G, h) if A is None else (np.vstack((G, A, -A)), np.concatenate((h, b, -b)))
+    bounds = bounds + rows @ q
+    size = 1.0
+    for _ in range(RESCALINGS):
+        dual = np.vstack((-rows.T, -bounds / size))
+        try:
+            weights, _ = nnls(dual, np.eye(len(dual))[-1], maxiter=50 * dual.shape[1])
+        except RuntimeError:
+            return None
+        residual = dual @ weights
+        residual[-1] -= 1.0
+        length = float(np.linalg.norm(residual[:-1])) / max(-residual[-1], np.finfo(np.float64).tiny)
+        if 0.1 < length < 10.0:
+            break
+        size *= max(length, 1e-3)
+    return _sharpened(rows, bounds, np.flatnonzero(weights > 0.0), q, len(h))
+
+
+def _sharpened(rows: FloatArray, bounds: FloatArray, active: Any, q: FloatArray, inequalities: int) -> Solution | None:
+    """Solve for the point of least norm on the active rows, to working precision."""
+    from scipy.linalg import solve_triangular
+
+    Q, R = np.linalg.qr(rows[active].T)
+    if not np.abs(np.diag(R)).min(initial=1.0) > 0.0:
+        return None
+    y = solve_triangular(R, bounds[active], trans="T")
+    multipliers = np.zeros(len(rows))
+    multipliers[active] = np.maximum(-solve_triangular(R, y), 0.0)
+    equalities = (len(rows) - inequalities) // 2
+    both = multipliers[inequalities:]
+    return Solution(Q @ y - q, multipliers[:inequalities], both[:equalities] - both[equalities:], "nnls")
+
+
 def _attempt(
     P: Any, q: FloatArray, G: Any, h: FloatArray | None, A: Any, b: FloatArray | None, name: str, tiny: float
 ) -> Solution | None:
+    if name == "nnls":
+        found = None if G is None or h is None else _least_distance(G, h, A, b, q)
+        return found if found is not None and _holds(P, q, G, h, A, b, found, tiny) else None
     import qpsolvers
 
     if name in DENSE:
@@ -155,14 +200,14 @@ def _holds(
 ) -> bool:
     """Whether a solution is feasible, and its duality gap small beside its cost: solvers' own words are not enough."""
     x = found.x
-    Px = P @ x
+    Px, length = P @ x, float(np.abs(x).max(initial=0.0))
     gap = float(x @ Px + q @ x)
     if G is not None and h is not None:
-        if np.max(G @ x - h, initial=0.0) > FEASIBLE * max(1.0, float(np.abs(h).max(initial=0.0))):
+        if np.max(G @ x - h, initial=0.0) > FEASIBLE * max(1.0, length, float(np.abs(h).max(initial=0.0))):
             return False
         gap += float(h @ found.multipliers)
     if A is not None and b is not None:
-        if np.abs(A @ x - b).max(initial=0.0) > FEASIBLE * max(1.0, float(np.abs(b).max(initial=0.0))):
+        if np.abs(A @ x - b).max(initial=0.0) > FEASIBLE * max(1.0, length, float(np.abs(b).max(initial=0.0))):
             return False
         gap += float(b @ found.equality_multipliers)
     return abs(gap) <= GAP * (float(x @ Px) + abs(float(q @ x)) + tiny)
