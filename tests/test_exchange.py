@@ -88,7 +88,7 @@ def test_the_optimum_with_free_waypoints_is_that_of_the_sum_of_squares(asked):
     half = (asked["degree"] + 1) // 2
     cost, pinned = traj.cost(half), minsnap.plan(**asked).cost(half)
     # the oracle counts in units of the pinned cost
-    assert best * (1.0 - 1e-6) - 1e-6 * pinned <= cost <= best * (1.0 + 1e-5) + 1e-6 * pinned
+    assert best * (1.0 - 1e-6) - 1e-6 * pinned <= cost <= best * (1.0 + 1e-4) + 1e-6 * pinned
     assert cost <= pinned * (1.0 + 1e-5)
     assert np.abs(traj(traj.leg_breaks) - asked["waypoints"]).max() <= box * (1.0 + 1e-9) + 1e-12
 
