@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from minsnap.intervals import Interval, along, cross, dot, length
 
-NUMBERS = st.floats(-50.0, 50.0, allow_subnormal=False)
+NUMBERS = st.integers(-50_000_000, 50_000_000).map(lambda millionths: 1e-6 * millionths)
 
 
 @st.composite
