@@ -30,6 +30,12 @@ GAP = 1e-6
 TINY = 1e-12
 """Cost, in scaled units, below which a gap does not matter."""
 
+LARGEST = 1e12
+"""Size of a solution, in scaled units, beyond which rows count as contradictory."""
+
+DEPENDENT = 1e-13
+"""Share of the largest diagonal entry below which rows count as dependent."""
+
 RESCALINGS = 6
 """How often a least-distance problem is scaled again so that its solution is of order one."""
 
@@ -140,26 +146,36 @@ def _least_distance(G: Any, h: FloatArray, A: Any, b: Any, q: FloatArray) -> Sol
             return None
         residual = dual @ weights
         residual[-1] -= 1.0
-        length = float(np.linalg.norm(residual[:-1])) / max(-residual[-1], np.finfo(np.float64).tiny)
+        if not residual[-1] < -np.finfo(np.float64).eps or size > LARGEST:
+            return None
+        length = float(np.linalg.norm(residual[:-1])) / -residual[-1]
         if 0.1 < length < 10.0:
             break
         size *= max(length, 1e-3)
-    return _sharpened(rows, bounds, np.flatnonzero(weights > 0.0), q, len(h))
-
-
-def _sharpened(rows: FloatArray, bounds: FloatArray, active: Any, q: FloatArray, inequalities: int) -> Solution | None:
-    """Solve for the point of least norm on the active rows, to working precision."""
-    from scipy.linalg import solve_triangular
-
-    Q, R = np.linalg.qr(rows[active].T)
-    if not np.abs(np.diag(R)).min(initial=1.0) > 0.0:
-        return None
-    y = solve_triangular(R, bounds[active], trans="T")
-    multipliers = np.zeros(len(rows))
-    multipliers[active] = np.maximum(-solve_triangular(R, y), 0.0)
+    x, multipliers = -size * residual[:-1] / residual[-1], -size * weights / residual[-1]
+    x, multipliers = _sharpened(rows, bounds, np.flatnonzero(weights > 0.0), x, multipliers)
+    inequalities = len(h)
     equalities = (len(rows) - inequalities) // 2
     both = multipliers[inequalities:]
-    return Solution(Q @ y - q, multipliers[:inequalities], both[:equalities] - both[equalities:], "nnls")
+    return Solution(x - q, multipliers[:inequalities], both[:equalities] - both[equalities:], "nnls")
+
+
+def _sharpened(
+    rows: FloatArray, bounds: FloatArray, active: Any, x: FloatArray, multipliers: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Solve for the point of least norm on the active rows, to working precision, where they are independent."""
+    from scipy.linalg import solve_triangular
+
+    if not 0 < len(active) <= rows.shape[1]:
+        return x, multipliers
+    Q, R = np.linalg.qr(rows[active].T)
+    diagonal = np.abs(np.diag(R))
+    if diagonal.min() <= DEPENDENT * diagonal.max():
+        return x, multipliers
+    y = solve_triangular(R, bounds[active], trans="T")
+    sharpened = np.zeros(len(rows))
+    sharpened[active] = np.maximum(-solve_triangular(R, y), 0.0)
+    return Q @ y, sharpened
 
 
 def _attempt(

@@ -19,7 +19,7 @@ from minsnap.measures import Utilisation
 from minsnap.problem import Problem
 from minsnap.samples import FloatArray
 from minsnap.sensitivity import row_slopes
-from minsnap.split import PEAK_ACCELERATION, PEAK_JERK, PEAK_SNAP, PEAK_SPEED, Log, Progress, leg_sums
+from minsnap.split import BARRED, PEAK_ACCELERATION, PEAK_JERK, PEAK_SNAP, PEAK_SPEED, Log, Progress, leg_sums
 from minsnap.task import Task
 from minsnap.trajectory import Trajectory
 
@@ -124,8 +124,14 @@ class ShortestSearch:
 
     def evaluate(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
         """Logarithm of the least total in these proportions, and its gradient."""
-        shares = self.first * np.exp(logarithms)
-        slopes = self._rescale(shares)
+        shares, scale = self.first * np.exp(logarithms), self.scale
+        try:
+            slopes = self._rescale(shares)
+        except SolverError:
+            if not np.isfinite(self.best[0]):
+                raise
+            self.scale = scale
+            return self.best[0] + BARRED, np.zeros(len(shares))
         value = float(np.log(shares.sum()) + self.scale)
         if value < self.best[0]:
             self.best = (value, shares * np.exp(self.scale))
@@ -144,7 +150,8 @@ class ShortestSearch:
             total = float(slopes.sum())
             if total > -FLAT:
                 if slack > CLOSE:
-                    break
+                    self.scale += LARGEST_STEP
+                    continue
                 if steep is not None:
                     return steep
                 self.scale -= LARGEST_STEP

@@ -30,7 +30,7 @@ from minsnap.split import (
 from minsnap.task import Task
 from minsnap.trajectory import Trajectory
 
-RESERVES = (2e-3, 1e-2, 0.05, 0.2, 0.5)
+RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
 """Shares by which the shortest durations found are lengthened until the final plan succeeds."""
 
 SCALE_PRECISION = 1e-6
@@ -124,10 +124,10 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None, 
         If nothing fits, with the reason.
     """
     timing.check()
-    limits = timing.limits
+    limits, bounded = timing.limits, task
     if limits is not None:
+        bounded = task.with_walls(limits.walls(task.waypoints))
         _check_pins(task, limits)
-    bounded = task if limits is None else task.with_walls(limits.walls(task.waypoints))
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
         timed = _timed(_solved(bounded, durations, samples, certify), finish)
@@ -199,12 +199,18 @@ def _shortest(task: Task, bounded: Task, timing: Timing, limits: Limits, finish:
 
 
 def _touching(
-    task: Task, durations: FloatArray, limits: Limits, finish: Finish, search: _Run, shortest: ShortestSearch
+    task: Task,
+    durations: FloatArray,
+    limits: Limits,
+    finish: Finish,
+    search: _Run,
+    shortest: ShortestSearch | None = None,
 ) -> Timed:
     """Plan at durations barely longer than the shortest, then scale so that a limit is touched and none exceeded."""
+    units, seed = (None, None) if shortest is None else (shortest.units, shortest.seed)
     for reserve in RESERVES:
         try:
-            solved = solve(task, durations * (1.0 + reserve), units=shortest.units, seed=shortest.seed)
+            solved = solve(task, durations * (1.0 + reserve), units=units, seed=seed)
         except InfeasibleRowsError:
             continue
         trajectory = finish(solved.trajectory)
@@ -268,6 +274,9 @@ def _limited(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Time
         return _kept(_timed(_solved(task, task.piece_durations(durations)), finish), limits)
     fastest, search = _fastest(task, timing, limits)
     price, durations = _wished(task, timing, fastest)
+    tight = timing.total_time is not None and durations.sum() < fastest.sum() * (1.0 + RESERVES[1])
+    if tight:
+        return _tightest(task, float(durations.sum()), fastest, limits, finish, search)
     if not search.interrupted:
         durations, last = _searched(CostSearch(task, durations, price, timing.progress))
         search = _Run(search.steps + last.steps, last.interrupted)
@@ -277,7 +286,17 @@ def _limited(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Time
         except InfeasibleRowsError:
             continue
         return _kept(_timed(solved, finish, search), limits, price is not None)
-    raise explain(task, task.piece_durations(durations))
+    return _tightest(task, float(durations.sum()), fastest, limits, finish, search)
+
+
+def _tightest(task: Task, total: float, fastest: FloatArray, limits: Limits, finish: Finish, search: _Run) -> Timed:
+    """Plan for a total near the shortest: the shortest plan, stretched to it, or say that it is too short."""
+    found = _touching(task, task.piece_durations(fastest), limits, finish, search)
+    shortest = found.trajectory.duration
+    if total < shortest * (1.0 - KEPT) or (total > shortest * (1.0 + KEPT) and not task.still):
+        message = f"{total:.6g} s are too short for the limits: the shortest found is {shortest:.6g} s"
+        raise InfeasibleError(message, shortest=shortest)
+    return _timed(found.solved, finish, search, total / float(found.solved.trajectory.duration))
 
 
 def _fastest(task: Task, timing: Timing, limits: Limits) -> tuple[FloatArray, _Run]:
@@ -292,12 +311,8 @@ def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | No
     if timing.time_weight is not None:
         price = check_weight(timing.time_weight)
         wished = priced_first_guess(replace(task, walls=[w for w in task.walls if w.order == 0]), price)
-        return price, fastest * max(1.0 + RESERVES[1], wished.sum() / fastest.sum())
+        return price, fastest * max(1.0 + RESERVES[2], wished.sum() / fastest.sum())
     total = check_positive_time(timing.total_time)
-    shortest = float(fastest.sum())
-    if total < shortest:
-        message = f"{total:.6g} s are too short for the limits: the shortest found is {shortest:.6g} s"
-        raise InfeasibleError(message, shortest=shortest)
     return None, fastest * (total / fastest.sum())
 
 
