@@ -16,6 +16,7 @@ import numpy as np
 from minsnap.compiled import Compiled, Rows
 from minsnap.components import Component
 from minsnap.errors import SolverError
+from minsnap.extrema import maxima
 from minsnap.problem import IntArray, Problem
 from minsnap.qp import MIDDLE, SMALL, solve_qp
 from minsnap.rows import RowSet, momentary_rows, rows_in_unknowns, sticking_out
@@ -109,6 +110,8 @@ class Elastic:
         SolverError
             If no solver answers.
         """
+        if not self.problem.size and self.give.lowest == 0.0:
+            return Relaxed(self.base, self._least_slacks(), None, self.multipliers, 0)
         knots, slacks, rounds = self.base, np.full(self.give.slacks, self.give.lowest), 0
         if self.rows is not None:
             knots, slacks = self._solve()
@@ -122,6 +125,15 @@ class Elastic:
             knots, slacks = self._solve()
             rounds += 1
         return Relaxed(knots, slacks, self.rows, self.multipliers, rounds)
+
+    def _least_slacks(self) -> FloatArray:
+        """Slacks that a curve without unknowns needs."""
+        excess = self.compiled.excess(self.problem, self.problem.relative_points(self.base))
+        out = np.concatenate([maxima(points).values for points in excess])
+        slacks = np.full(self.give.slacks, self.give.lowest)
+        gives = self.give.group >= 0
+        np.maximum.at(slacks, self.give.group[gives], (out / np.maximum(self.give.weight, 1e-300))[gives])
+        return slacks
 
     def _amounts(self, slacks: FloatArray) -> FloatArray:
         """Widths by which every wall moves outwards."""

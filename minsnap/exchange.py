@@ -109,11 +109,11 @@ class Exchange:
                 break
             stalled = 0 if excess < 0.75 * best else stalled + 1
             best = min(best, excess)
+            if stalled >= 2 * STALLED:
+                break
             if found:
                 self._add(found, self.rounds == 0)
             cheap = excess <= floor or (stalled >= STALLED and excess <= LARGEST_SHRINK)
-            if stalled >= 2 * STALLED:
-                break
             if self.rounds and cheap:
                 self.shrink += SAFETY * max(excess, floor)
             self.last, due = self._solve(), False
@@ -145,7 +145,7 @@ class Exchange:
         """By how many widths the walls may move inwards for ``gap`` of the cost; 0 before the first solve."""
         if self.rows is None or not len(self.multipliers):
             return 0.0
-        slope = float(self.multipliers @ self.rows.width)
+        slope = float(self.multipliers @ self.rows.width[: len(self.multipliers)])
         cost = self.base_cost + self.gain
         return min(self.gap * cost / (SAFETY * slope), LARGEST_SHRINK) if slope > 0.0 else LARGEST_SHRINK
 
@@ -177,7 +177,7 @@ class Exchange:
             if (not len(chosen) and not component.always) or (self.rounds > 1 and state == self.solved[number]):
                 continue
             self.solved[number] = state
-            found = component.solve(rows, chosen, self.shrink)
+            found = component.solve(rows, chosen, self.shrink) if len(component.columns) else None
             if found is None:
                 raise InfeasibleRowsError(number, chosen)
             self.unknowns[component.columns], self.multipliers[chosen] = found

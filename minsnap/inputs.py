@@ -91,6 +91,10 @@ def check_continuity(continuity: Any, half: int) -> int:
             f"continuity is {continuity!r}: pieces of degree {2 * half - 1} can share derivatives 0 to {2 * half - 2} "
             "at their knots"
         )
+    if continuity < half - 2:
+        raise DegreeError(
+            f"continuity {continuity} leaves the curve undetermined at degree {2 * half - 1}: use at least {half - 2}"
+        )
     return int(continuity)
 
 

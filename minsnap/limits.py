@@ -23,6 +23,9 @@ from minsnap.walls import Balls, Faces, Walls
 if TYPE_CHECKING:
     from minsnap.vehicle import Quadrotor
 
+UPWARD = 0.999
+"""Share of gravity by which a path with a limit on tilt may accelerate downwards: its thrust points up."""
+
 ORDERS = {"speed": 1, "acceleration": 2, "jerk": 3, "snap": 4}
 """Limits on a norm, by the order of the derivative."""
 
@@ -173,6 +176,7 @@ class Limits:
             build.vertical(2, (self.min_thrust - 1.0) * hover, np.inf, "min_thrust")
         if self.tilt is not None:
             slope = np.tan(self.tilt)
+            build.vertical(2, -UPWARD * hover, np.inf, "tilt")
             build.ball(2, slope * hover, np.eye(2, 3), "tilt", slope=(0.0, 0.0, slope))
 
 

@@ -15,6 +15,9 @@ NEAR = 0.05
 
 Between grid points 1/(4n) apart a polynomial of degree n rises by less than 0.04 of its range."""
 
+STEPS = 2
+"""Newton steps after that."""
+
 
 @cache
 def _grid(degree: int) -> tuple[FloatArray, FloatArray]:
@@ -59,7 +62,7 @@ def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]
 def _refine(
     points: FloatArray, grid: FloatArray, values: FloatArray, row: IntArray, column: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Go to the top of a parabola, then one Newton step on the derivative; never to a lower value than on the grid."""
+    """Go to the top of a parabola, then take Newton steps on the derivative; never to a lower value."""
     s, value, last = grid[column], values[row, column], len(grid) - 1
     if points.shape[1] < 3 or not len(s):
         return s, value
@@ -67,9 +70,10 @@ def _refine(
     bend = before - 2.0 * value + after
     move = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, -1.0), 0.0)
     at = s + grid[1] * np.minimum(np.maximum(move, -1.0), 1.0) * ((column > 0) & (column < last))
-    _, slope, curve = _local(points, at)
-    at = at - slope / np.where(curve < 0.0, curve, -np.inf)
-    at = np.minimum(np.maximum(at, np.maximum(s - grid[1], 0.0)), np.minimum(s + grid[1], 1.0))
+    low, high = np.maximum(s - grid[1], 0.0), np.minimum(s + grid[1], 1.0)
+    for _ in range(STEPS):
+        _, slope, curve = _local(points, at)
+        at = np.minimum(np.maximum(at - slope / np.where(curve < 0.0, curve, -np.inf), low), high)
     refined = _local(points, at)[0]
     better = refined > value
     return np.where(better, at, s), np.where(better, refined, value)

@@ -56,8 +56,9 @@ def rows_in_unknowns(problem: Problem, base: FloatArray, compiled: Compiled, row
     present = np.einsum("rj,rjd,rd->r", factors, problem.plain_ends(base, rows.piece), rows.normal)
     straight = factors[:, problem.half] * (problem.steps[rows.piece] * rows.normal).sum(axis=1)
     room = np.where(rows.order == 0, np.maximum(rows.bound - straight, 0.0), np.inf)
-    columns = problem.piece_columns[rows.piece].reshape(len(factors), -1)
-    values = (rows.normal[:, :, None] * factors[:, None, :]).reshape(len(factors), -1)
+    flat = (len(factors), problem.dim * 2 * problem.half)
+    columns = problem.piece_columns[rows.piece].reshape(flat)
+    values = (rows.normal[:, :, None] * factors[:, None, :]).reshape(flat)
     return RowSet(rows, columns, values, rows.bound - present, np.minimum(compiled.widths[rows.wall], room))
 
 

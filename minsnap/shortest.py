@@ -8,6 +8,8 @@ each of them.  The logarithm of the scaled total is minimised by L-BFGS (scipy);
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from minsnap.banded import unbounded_optimum
@@ -46,6 +48,9 @@ LOWEST = -0.5
 
 TOUCHING = 1e-10
 """How far below 1 the largest utilisation may be."""
+
+CROSSING_STEPS = 100
+"""Steps in which a least thrust is looked for beyond the speed at which its vertical part is kept."""
 
 OVERUSED = 2.0
 """Utilisation above which it does not matter by how much a limit is exceeded."""
@@ -207,9 +212,8 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, 
     """
     from scipy.optimize import brentq
 
-    def over(logarithm: float) -> float:
-        used = most_used(limits, trajectory.stretched(float(np.exp(logarithm)))).fraction
-        return min(used, OVERUSED) - 1.0
+    def over(logarithm: float, exact: bool = False) -> float:
+        return _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), exact) - 1.0
 
     low = high = float(np.log(guess))
     step = FIRST_STEP
@@ -221,6 +225,34 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, 
             names = " and ".join(limits.given())
             raise LimitError(f"nothing limits the time: the path does not use {names} at any speed; add a limit")
     root = float(brentq(over, low, high, xtol=precision, rtol=1e-13))
-    while over(root) > TOUCHING:
+    if limits.min_thrust is not None:
+        root = _first_crossing(lambda logarithm: over(logarithm, True), root, precision)
+    while over(root, True) > TOUCHING:
         root += precision + abs(root) * 1e-12
     return float(np.exp(root))
+
+
+def _first_crossing(over: Callable[[float], float], start: float, precision: float) -> float:
+    """First root of an excess below ``start``, in steps of FIRST_STEP; ``start`` if there is none nearby."""
+    from scipy.optimize import brentq
+
+    if over(start) > -TOUCHING:
+        return start
+    for step in range(CROSSING_STEPS):
+        high, low = start - step * FIRST_STEP, start - (step + 1) * FIRST_STEP
+        if over(low) > 0.0:
+            return float(brentq(over, low, high, xtol=precision, rtol=1e-13))
+    return start
+
+
+def _most_used_safely(limits: Limits, trajectory: Trajectory, exact: bool) -> float:
+    """Largest utilisation, at most OVERUSED; unless exact, of the vertical part in place of the least thrust.
+
+    The least thrust itself is not monotone in the time scale: a path so fast that its thrust is never small keeps it
+    again.  Its vertical part is, and where that is kept the whole is.
+    """
+    fractions = [used.fraction for used in limits.utilisation(trajectory) if exact or used.name != "min_thrust"]
+    if limits.min_thrust is not None and not exact:
+        least = trajectory.extent((0.0, 0.0, 1.0), 2)[0] / limits.gravity + 1.0
+        fractions.append(limits.min_thrust / least if least > 0.0 else OVERUSED)
+    return min(max(fractions), OVERUSED)

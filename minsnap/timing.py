@@ -14,7 +14,7 @@ from minsnap.exchange import InfeasibleRowsError
 from minsnap.explain import explain
 from minsnap.inputs import check_durations, check_positive_time, check_weight, refuse_repeated
 from minsnap.limits import Limits
-from minsnap.measures import measure_state
+from minsnap.measures import Utilisation, measure_state
 from minsnap.samples import FloatArray
 from minsnap.shortest import ShortestSearch, most_used, norm_limits, stop_and_go_times, touching_factor
 from minsnap.solver import Solved, solve
@@ -35,6 +35,9 @@ RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
 
 SCALE_PRECISION = 1e-6
 """Of the logarithm of the time scale while proportions are searched."""
+
+TOUCHING, ROOM = 1e-6, 1e-2
+"""How near to a limit a pinned state counts as at it, and the share of room that it should be left."""
 
 KEPT = 1e-9
 """How far above 1 a utilisation may be."""
@@ -221,6 +224,14 @@ def _touching(
     raise explain(task, durations)
 
 
+def _factor(limits: Limits, trajectory: Trajectory) -> float:
+    """Factor to touch the limits; 1 where only the vertical part of a minimum thrust, a sufficient limit, binds."""
+    try:
+        return touching_factor(limits, trajectory)
+    except LimitError:
+        return 1.0
+
+
 def _scaled(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
     """Plan in given proportions, or the best ones, and scale to touch the limits."""
     if not task.still:
@@ -351,14 +362,22 @@ def _kept(timed: Timed, limits: Limits, stretchable: bool = False) -> Timed:
 
 
 def _check_pins(task: Task, limits: Limits) -> None:
-    """Raise LimitError if a pinned state already exceeds a limit."""
+    """Raise LimitError if a pinned state already exceeds a limit, or leaves it no room."""
     for waypoint, state in task.pins.items():
         for used in measure_state(limits, state, task.dim):
-            if used.fraction > 1.0:
-                change = "lower the limit to at most" if used.name == "min_thrust" else "raise the limit to at least"
-                raise LimitError(
-                    f"the state pinned at waypoint {waypoint} has {used.name} {used.value:.6g}, beyond its limit "
-                    f"{used.limit:.6g}: {change} {used.value:.6g}",
-                    waypoint=waypoint,
-                    smallest=used.value,
-                )
+            if used.fraction > 1.0 - TOUCHING:
+                raise _pinned_at(waypoint, used)
+
+
+def _pinned_at(waypoint: int, used: Utilisation) -> LimitError:
+    lower = used.name == "min_thrust"
+    change = "lower the limit to at most" if lower else "raise the limit to at least"
+    where, value = "beyond", used.value
+    if used.fraction <= 1.0 + KEPT:
+        where, value = "at", used.value * (1.0 - ROOM if lower else 1.0 + ROOM)
+    return LimitError(
+        f"the state pinned at waypoint {waypoint} has {used.name} {used.value:.6g}, {where} its limit "
+        f"{used.limit:.6g}: {change} {value:.6g}",
+        waypoint=waypoint,
+        smallest=value,
+    )

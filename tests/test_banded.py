@@ -119,7 +119,6 @@ def test_less_continuity_costs_less_and_leaves_jumps(degree, continuity):
         assert np.abs(loose([0.0, loose.duration], order)).max() <= 1e-9 * np.abs(loose(durations[0] / 2, order)).max()
 
 
-@pytest.mark.xfail(reason="called singular instead of undetermined", strict=True)
 @pytest.mark.parametrize(("degree", "continuity"), ((5, 0), (7, 0), (7, 1), (9, 2), (11, 3)))
 def test_continuity_that_leaves_the_curve_undetermined_is_refused(degree, continuity):
     points, durations = random_question(3, legs=(5, 5))

@@ -92,9 +92,11 @@ def test_start_and_inner_states_are_met_and_limits_kept(corridor):
 
 
 def test_a_start_at_the_limit_itself():
-    """There is no room to be on the safe side at the start, and none is needed."""
-    path = minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3)
-    check(path, LIMITS, corridor=0.3)
+    """With acceleration and jerk pinned too there is no room to stay below: the sentence says how much it takes."""
+    with pytest.raises(LimitError, match="has speed 3, at its limit 3: raise the limit to at least 3.03") as refused:
+        minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3)
+    wider = Limits(speed=refused.value.smallest, acceleration=6.0)
+    check(minsnap.plan(REFERENCE, limits=wider, start={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3), wider, corridor=0.3)
 
 
 def test_pinned_states_do_not_scale():

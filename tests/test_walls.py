@@ -105,7 +105,6 @@ def test_constraints_of_several_kinds_hold_together():
     assert traj.cost() >= max(minsnap.plan(points, durations, corridor=one).cost() for one in asked) * (1 - 2e-6)
 
 
-@pytest.mark.xfail(reason="a programme without unknowns reaches the solvers", strict=True)
 def test_bounds_on_a_derivative_that_cannot_hold_are_refused_in_a_sentence():
     with pytest.raises(minsnap.MinsnapError) as caught:
         minsnap.plan([(0, 0), (4, 0)], [1.0], corridor=SlowCorner(3.9))

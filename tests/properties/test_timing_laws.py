@@ -31,9 +31,15 @@ SPANS = {
 }
 
 
+ONE_SIDED = {"climb_speed", "descent_speed", "min_thrust"}
+"""Limits that a path may not use at any speed: a leg that only descends, a thrust that is never small."""
+
+
 @st.composite
 def limits(draw):
     names = draw(st.lists(st.sampled_from(sorted(SPANS)), min_size=1, max_size=4, unique=True))
+    if ONE_SIDED.issuperset(names):
+        names.append("acceleration")
     chosen = {name: draw(decades(*SPANS[name])) for name in names}
     return Limits(**chosen, norm=draw(st.sampled_from(["euclidean", "axis"])))
 
