@@ -17,7 +17,7 @@ demo: $(VENV)/installed
 	$(BIN)/minsnap check out/rectangle.csv
 
 test: $(VENV)/developing
-	MPLBACKEND=agg $(BIN)/python -m pytest -W error
+	MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error
 
 lint: $(VENV)/developing
 	$(BIN)/ruff check .

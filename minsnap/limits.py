@@ -162,11 +162,15 @@ class Limits:
         for name, order in (("horizontal_speed", 1), ("horizontal_acceleration", 2)):
             build.ball(order, getattr(self, name), np.eye(2, 3), name)
         climb = _least(self.climb_speed, self.vertical_speed)
-        build.vertical(1, -_least(self.descent_speed, self.vertical_speed), climb, "vertical_speed")
+        build.vertical(1, -_least(self.descent_speed, self.vertical_speed), climb, self._vertical_name())
         vertical = _least(self.vertical_acceleration)
         build.vertical(2, -vertical, vertical, "vertical_acceleration")
         self._thrust_walls(build)
         return build.walls
+
+    def _vertical_name(self) -> str:
+        names = ("climb_speed", "descent_speed", "vertical_speed")
+        return " and ".join(name for name in names if getattr(self, name) is not None)
 
     def _thrust_walls(self, build: _WallBuilder) -> None:
         hover = self.gravity

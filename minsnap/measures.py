@@ -14,7 +14,8 @@ from minsnap.polynomial import differentiate, multiply, squared_norm
 from minsnap.ratios import largest_ratio
 from minsnap.samples import FloatArray
 from minsnap.trajectory import Trajectory
-from minsnap.yaw import ConstantHeading, PlannedHeading, RemappedHeading
+from minsnap.turn_rates import largest_turn_rate
+from minsnap.yaw import ConstantHeading, PlannedHeading, RemappedHeading, VelocityHeading
 
 if TYPE_CHECKING:
     from minsnap.limits import Limits
@@ -187,6 +188,9 @@ class _Measures:
             return self._yaw_used(value * rate, limit, instant / rate, "exact")
         if isinstance(heading, ConstantHeading):
             return self._yaw_used(0.0, limit, 0.0, "exact")
+        if isinstance(heading, VelocityHeading):
+            value, instant = largest_turn_rate(self.traj)
+            return self._yaw_used(value, limit, instant, "exact")
         grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * np.linspace(0.0, 1.0, YAW_RATE)
         instants = np.minimum(grid.reshape(-1), self.traj.duration)
         rates = np.abs(self.traj.yaw(instants, 1))

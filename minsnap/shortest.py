@@ -8,7 +8,7 @@ each of them.  The logarithm of the scaled total is minimised by L-BFGS (scipy);
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -165,6 +165,8 @@ class ShortestSearch:
             self.scale += float(np.clip(-slack / total, -LARGEST_STEP, LARGEST_STEP))
             if abs(slack) < CLOSE:
                 return slopes
+        if slack <= CLOSE and steep is None:
+            raise _nothing_limits(sorted({wall.name for wall in self.task.walls if wall.order}))
         raise SolverError("no durations were found at which the corridor and the limits agree")
 
     def relaxation(self, durations: FloatArray) -> tuple[float, FloatArray]:
@@ -222,14 +224,18 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, 
     while low == high or over(low) <= 0.0:
         low, high, step = low - step, low, 2.0 * step
         if low < -SLOWEST:
-            names = " and ".join(limits.given())
-            raise LimitError(f"nothing limits the time: the path does not use {names} at any speed; add a limit")
+            raise _nothing_limits(list(limits.given()))
     root = float(brentq(over, low, high, xtol=precision, rtol=1e-13))
     if limits.min_thrust is not None:
         root = _first_crossing(lambda logarithm: over(logarithm, True), root, precision)
     while over(root, True) > TOUCHING:
         root += precision + abs(root) * 1e-12
     return float(np.exp(root))
+
+
+def _nothing_limits(names: Sequence[str]) -> LimitError:
+    used = " and ".join(names)
+    return LimitError(f"nothing limits the time: the path does not use {used} at any speed; add a limit")
 
 
 def _first_crossing(over: Callable[[float], float], start: float, precision: float) -> float:
