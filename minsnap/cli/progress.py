@@ -1,4 +1,4 @@
-"""One line on a terminal while durations are searched; nothing where nobody is looking."""
+"""One line with a bar on a terminal while durations are searched; nothing where nobody is looking."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 INTERVAL = 0.2
 """Least time between two lines, and before the first: a quick search shows none [s]."""
+
+BAR, HALFWAY = 24, 20
+"""Width of the bar, and the plans after which it is half full: nobody knows how many a search will take."""
 
 
 class SearchLine:
@@ -31,7 +34,9 @@ class SearchLine:
         """Show one evaluation, unless the last one was shown a moment ago."""
         if monotonic() >= self.due:
             self.due = monotonic() + INTERVAL
-            self._show(f"searching durations: {step.evaluation} plans, {step.total_time:.4g} s (Ctrl-C takes the best)")
+            share = 1.0 - 0.5 ** (step.evaluation / HALFWAY)
+            bar = f"{'#' * round(BAR * share):-<{BAR}}"
+            self._show(f"searching [{bar}] {step.evaluation} plans, {step.total_time:.4g} s (Ctrl-C takes the best)")
 
     def clear(self) -> None:
         """Leave an empty line behind."""
