@@ -28,7 +28,8 @@ from minsnap.samples import FloatArray
 from minsnap.solver import solve
 from minsnap.split import Progress
 from minsnap.task import Task
-from minsnap.timing import Timed, Timing, plan_timed
+from minsnap.timed import Timed, Timing
+from minsnap.timing import plan_timed
 from minsnap.trajectory import Trajectory
 from minsnap.walls import Constraint
 from minsnap.yaw import PlannedHeading, VelocityHeading, shortest_turns
