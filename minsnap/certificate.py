@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import perm
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 EXACT = 1e-9
 """Error, relative to the size of the curve, below which a waypoint counts as met and a limit as kept."""
+
+ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
+"""Error of a control point, relative to the largest, that differentiation magnifies."""
 
 
 @dataclass(frozen=True)
@@ -162,13 +166,16 @@ def _instant(traj: Trajectory, piece: int, s: float) -> float:
 
 
 def _continuity(traj: Trajectory) -> int:
-    """Highest order up to which both sides of every knot agree."""
+    """Highest order up to which both sides of every knot agree, but for the rounding of their control points."""
     if len(traj.durations) == 1:
         return traj.degree
+    size = np.abs(traj.control_points).max()
+    shorter = np.minimum(traj.durations[1:], traj.durations[:-1])
     for order in range(traj.degree + 1):
         points = differentiate(traj.control_points, order) / traj.durations[:, None, None] ** order
-        jump = np.abs(points[1:, 0] - points[:-1, -1]).max()
-        if jump > EXACT * np.abs(points).max():
+        jump = np.abs(points[1:, 0] - points[:-1, -1]).max(axis=1)
+        rounding = ROUNDING * size * perm(traj.degree, order) * (2.0 / shorter) ** order
+        if (jump > EXACT * np.abs(points).max() + rounding).any():
             return order - 1
     return traj.degree
 

@@ -120,7 +120,7 @@ def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -
     more digits, and if that does not help the last relaxation is blended with stop-and-go.
     """
     try:
-        solved = Solved(task, problem, units, exchange.run())
+        solved = _insisted(task, problem, units, exchange)
     except InfeasibleRowsError:
         if not _straight_inside(task, exchange.compiled, problem):
             raise
@@ -129,14 +129,22 @@ def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -
             again = Exchange(careful, unbounded_optimum(careful), exchange.compiled, task.solver)
             return _certified(task, careful, units, again)
         return _blended(task, problem, units, exchange, exchange.last)
-    for _ in range(TRIES):
-        if all(margin.value >= 0.0 for margin in solved.margins):
-            return solved
-        exchange.insist()
-        solved = Solved(task, problem, units, exchange.run())
+    if all(margin.value >= 0.0 for margin in solved.margins):
+        return solved
     if not _straight_inside(task, exchange.compiled, problem):
         raise _no_room(task, problem, exchange.compiled)
     return _blended(task, problem, units, exchange, solved.outcome.knots)
+
+
+def _insisted(task: Task, problem: Problem, units: Units, exchange: Exchange) -> Solved:
+    """Run the exchange, and again with proofs and then with walls moved inwards while rounding leaves it outside."""
+    solved = Solved(task, problem, units, exchange.run())
+    for _ in range(TRIES):
+        if all(margin.value >= 0.0 for margin in solved.margins):
+            break
+        exchange.insist()
+        solved = Solved(task, problem, units, exchange.run())
+    return solved
 
 
 def _no_room(task: Task, problem: Problem, compiled: Compiled) -> SolverError | CorridorError:
@@ -171,10 +179,20 @@ def _blended(task: Task, problem: Problem, units: Units, exchange: Exchange, kno
 
     Walls are convex and stop-and-go has all free values zero, so the blend is a scaling of the knot values.
     """
-    straight = _heights(exchange.compiled, problem, np.zeros_like(knots))
+    share = _least_share(exchange.compiled, problem, knots)
+    while True:
+        outcome = exchange.outcome(knots * (1.0 - share))
+        solved = Solved(task, problem, units, outcome)
+        if share == 1.0 or all(margin.value >= 0.0 for margin in solved.margins):
+            return solved
+        share = min(1.0, 2.0 * share + 1e-12)
+
+
+def _least_share(compiled: Compiled, problem: Problem, knots: FloatArray) -> float:
+    """Share of stop-and-go that brings every exact extremum inside, but for rounding."""
+    straight = _heights(compiled, problem, np.zeros_like(knots))
     share = 0.0
-    for curve, line in zip(_heights(exchange.compiled, problem, knots), straight, strict=True):
+    for curve, line in zip(_heights(compiled, problem, knots), straight, strict=True):
         out = curve > 0.0
         share = max(share, float((curve[out] / (curve[out] - line[out])).max(initial=0.0)))
-    outcome = exchange.outcome(knots * (1.0 - min(1.0, share * (1.0 + 1e-9) + 1e-12)))
-    return Solved(task, problem, units, outcome)
+    return min(1.0, share * (1.0 + 1e-9))
