@@ -83,8 +83,8 @@ def _local(points: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray, F
     """Value, slope and second derivative of row i at s[i], by two last steps of de Casteljau's scheme."""
     degree = points.shape[1] - 1
     weights = basis(degree - 2, s)
-    a = (weights * points[:, :-2]).sum(axis=1)
-    b = (weights * points[:, 1:-1]).sum(axis=1)
-    c = (weights * points[:, 2:]).sum(axis=1)
+    a = np.einsum("rj,rj->r", weights, points[:, :-2])
+    b = np.einsum("rj,rj->r", weights, points[:, 1:-1])
+    c = np.einsum("rj,rj->r", weights, points[:, 2:])
     ab, bc = a + s * (b - a), b + s * (c - b)
     return ab + s * (bc - ab), degree * (bc - ab), degree * (degree - 1) * (c - 2.0 * b + a)

@@ -18,6 +18,9 @@ import numpy as np
 
 from minsnap.samples import FloatArray
 
+FEW = 40
+"""Instants up to which powers are quicker than cumulative products."""
+
 Rational = list[list[Fraction]]
 
 
@@ -160,6 +163,9 @@ def basis(degree: int, s: FloatArray) -> FloatArray:
     ndarray, shape (m, degree + 1)
         Non-negative; every row sums to one.
     """
+    if len(s) <= FEW:
+        powers = _exponents(degree)
+        return np.asarray(_binomials(degree) * s[:, None] ** powers * (1.0 - s)[:, None] ** powers[::-1])
     rising = np.empty((len(s), degree + 1))
     falling = np.empty((len(s), degree + 1))
     rising[:, 0] = falling[:, 0] = 1.0
@@ -170,6 +176,11 @@ def basis(degree: int, s: FloatArray) -> FloatArray:
     rising *= falling[:, ::-1]
     rising *= _binomials(degree)
     return rising
+
+
+@cache
+def _exponents(degree: int) -> FloatArray:
+    return np.arange(degree + 1.0)
 
 
 def differentiate(points: FloatArray, order: int) -> FloatArray:
