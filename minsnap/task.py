@@ -104,7 +104,7 @@ class Task:
         free = np.ones((len(self.nominal), self.slots.count, self.dim), dtype=bool)
         free[:: self.pieces, 0] = self.upper > self.lower
         starts, ends = self.slots.start, self.slots.end
-        if not self.closed:
+        if not self.closed and self.slots.count > self.half:
             free[0, np.setdiff1d(ends, starts)] = False
             free[-1, np.setdiff1d(starts, ends)] = False
         for knot, slot, _, _ in self._pinned_slots():

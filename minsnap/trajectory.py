@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -123,7 +124,10 @@ class Trajectory(Path):
 
     def told(self, yaw: Heading, report: Report | None) -> Trajectory:
         """Return the same curve with another yaw and report."""
-        return replace(self, yaw=yaw, report=report)
+        twin = copy(self)
+        object.__setattr__(twin, "yaw", yaw)
+        object.__setattr__(twin, "report", report)
+        return twin
 
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
