@@ -2,7 +2,8 @@
 
 Beside stop-and-go, beside the time-optimal profile of the same path by TOPP-RA (H. Pham and Q.-C. Pham, "A new approach
 to time-optimal path parameterization based on reachability analysis", IEEE T-RO 2018; package toppra), which ignores
-jerk and snap and bounds the time of that path from below, and beside searches on polygons in place of the Euclidean norm.
+jerk and snap and bounds the time of that path from below, and beside searches on polygons in place of the Euclidean
+norm.
 Run it by hand: ``python benchmarks/bench_timing.py``. It prints tables in Markdown.
 """
 
