@@ -46,9 +46,11 @@ class Component:
         mine = problem.columns[:, :, axes]
         self.columns = np.unique(mine[mine >= 0])
         self.names = solver_names(solver, len(self.columns))
-        self.solver = ""
+        self.asked, self.solver = solver, ""
         self.failed: tuple[str, ...] = ()
         self.gain = 0.0
+        self.careful = False
+        self.active: BoolArray | None = None
         self._kept = (np.zeros((0, len(self.columns))), np.zeros(0))
 
     @cached_property
@@ -93,6 +95,11 @@ class Component:
         return rows, found[2] / norms
 
     @property
+    def sparse(self) -> bool:
+        """Whether its last QP was sparse."""
+        return isinstance(self.__dict__.get("space"), Scaled)
+
+    @property
     def always(self) -> bool:
         """Whether it needs a solve even without rows."""
         return bool(self.problem.jumps) or bool(self.problem.held.any())
@@ -112,13 +119,28 @@ class Component:
         """Change to coordinates in which the Hessian is the identity, and to dense solvers first."""
         for name in ("slope", "equalities"):
             self.__dict__.pop(name, None)
-        self._kept = (np.zeros((0, len(self.columns))), np.zeros(0))
+        self._kept, self.active = (np.zeros((0, len(self.columns))), np.zeros(0)), None
         self.space, self.names = self._space(True), ("daqp", *self.names)
+
+    def _guess(self, rows: int) -> BoolArray | None:
+        """Rows that may be active: those of the last solve and those added since."""
+        if self.active is None or not isinstance(self.space, Whitened):
+            return None
+        return np.concatenate((self.active, np.ones(rows - len(self.active), dtype=bool)))
+
+    def mistrust(self) -> bool:
+        """Take the most accurate solver first from now on, unless one was asked for; whether that is a change."""
+        changed = self.asked == "auto" and isinstance(self.space, Whitened) and self.solver != "nnls"
+        if changed:
+            self.careful, self.failed = True, tuple(dict.fromkeys((*self.failed, self.solver)))
+        return changed
 
     @property
     def _solvers(self) -> tuple[str, ...]:
         """Solvers to try: a least-distance problem has one more, after the one that is asked for or quickest."""
-        return (self.names[0], "nnls", *self.names[1:]) if isinstance(self.space, Whitened) else self.names
+        if not isinstance(self.space, Whitened):
+            return self.names
+        return ("nnls", *self.names) if self.careful else (self.names[0], "nnls", *self.names[1:])
 
     def _attempt(self, rows: RowSet | None, chosen: IntArray, shrink: float) -> tuple[FloatArray, FloatArray] | None:
         G, h, norms = None, None, np.ones(0)
@@ -127,11 +149,12 @@ class Component:
         A, b = self.equalities if self.equalities is not None else (None, None)
         size = _largest(None if h is None else -h, np.abs(self.slope), None if b is None else np.abs(b))
         h, b = (None if side is None else side / size for side in (h, b))
-        found, failed = solve_qp(self.space.hessian, self.slope / size, G, h, A, b, self._solvers)
+        guess = None if h is None else self._guess(len(h))
+        found, failed = solve_qp(self.space.hessian, self.slope / size, G, h, A, b, self._solvers, guess=guess)
         self.failed = tuple(dict.fromkeys(self.failed + failed)) if found is not None else failed
         if found is None:
             return None
-        self.solver = found.solver
+        self.solver, self.active = found.solver, found.multipliers > 0.0
         x = size * found.x
         self.gain = float(x @ (self.space.hessian @ x) + 2.0 * self.slope @ x)
         return self.space.unknowns(x), 2.0 * size * found.multipliers / norms

@@ -15,9 +15,10 @@ import numpy as np
 
 from minsnap.compiled import Compiled, Rows
 from minsnap.components import Component, split_axes
+from minsnap.contacts import Contacts
 from minsnap.problem import IntArray, Problem
 from minsnap.qp import SMALL
-from minsnap.rows import RowSet, momentary_rows, rows_in_unknowns, sticking_out
+from minsnap.rows import RowSet, momentary_rows, rows_in_unknowns, spread_rows, sticking_out
 from minsnap.samples import FloatArray
 
 GAP = 1e-6
@@ -27,14 +28,30 @@ ROUNDS = 80
 STALLED = 6
 """Rounds without a quarter less excess after which the solver's accuracy is taken to be reached."""
 
-START = 5
-"""Rows that each violated wall of a small problem gets before the first solve."""
+ASIDE = 0.1
+"""How far to both sides of the first rows of a large problem there are two more, in pieces."""
+
+BROKEN = 0.3
+"""Share of the excess by which rows that the solver was given may be violated: more is the solver's fault."""
 
 SAFETY = 1.5
 """Walls are moved by so many times the excess."""
 
 LARGEST_SHRINK = 1e-3
 """Share of their width by which walls are moved at most where it costs nothing."""
+
+
+NEAR = 0.3
+"""Excess, in widths, below which walls are moved inwards by what is affordable, for the last rounds to end inside."""
+
+IDLE = 1e-6
+"""Share of the largest multiplier below which a row counts as without effect."""
+
+SLACK = 1e-3
+"""Distance to a row, in widths, beyond which one without effect is forgotten."""
+
+FORGETFUL = 20
+"""Rounds in which rows are forgotten: each raises the cost, but a limit makes sure that it ends."""
 
 
 class InfeasibleRowsError(Exception):
@@ -94,35 +111,42 @@ class Exchange:
         self.rounds = 0
         self.last = base
         self.exact = False
-        self.solved = [(0, 0.0)] * len(self.components)
-        for rows in (*momentary_rows(problem, base, compiled), *([] if seed is None else [seed])):
-            self._add([rows], False)
+        self.seeded = seed is not None and problem.size > 0
+        self.due = np.ones(len(masks), dtype=bool)
+        self._add([*momentary_rows(problem, base, compiled), *([] if seed is None else [seed])])
 
     def run(self) -> Outcome:
         """Iterate until nothing sticks out of the true walls."""
         best, stalled = np.inf, 0
         due = any(component.always for component in self.components) or self.rounds > 0
+        if self.seeded and not self.rounds:
+            self.last, due = self._solve(), False
         for _ in range(ROUNDS):
             floor = 0.0 if self.shrink else self._affordable()
-            found, excess = sticking_out(self.problem, self.compiled, self.last, floor, self.exact)
+            found, excess = sticking_out(self.problem, self.compiled, self.last, floor, self.exact, self._contacts())
             if excess <= 0.0 and floor == 0.0 and not due:
                 break
             stalled = 0 if excess < 0.75 * best else stalled + 1
             best = min(best, excess)
+            broken = self._broken(BROKEN * excess) if stalled else []
+            if any([component.mistrust() for component in broken]):
+                self.last = self._solve()
+                continue
+            if broken:
+                stalled = max(stalled, STALLED)
             if stalled >= 2 * STALLED:
                 break
             if found:
-                self._add(found, self.rounds == 0)
-            cheap = excess <= floor or (stalled >= STALLED and excess <= LARGEST_SHRINK)
-            if self.rounds and cheap:
-                self.shrink += SAFETY * max(excess, floor)
+                self._add(found if self.rounds else self._widened(found))
+            self._tighten(excess, floor, stalled)
             self.last, due = self._solve(), False
+            self._forget()
         return self.outcome(self.last, excess)
 
     def insist(self) -> None:
         """Prove every round from now on; if that was done already, move the walls inwards once more."""
         if self.exact:
-            self.shrink = max(10.0 * self.shrink, 1e-9)
+            self._move(max(9.0 * self.shrink, 1e-9))
         self.exact = True
 
     def run_sampled(self, samples: int) -> Outcome:
@@ -132,7 +156,7 @@ class Exchange:
         for number, block in enumerate(self.compiled.blocks):
             index = np.repeat(np.arange(len(block.piece)), samples)
             rows = self.compiled.rows(self.problem, points, number, index, np.tile(s, len(block.piece)))
-            self._add([rows], False)
+            self._add([rows])
         return self.outcome(self._solve())
 
     def outcome(self, knots: FloatArray, excess: float = 0.0) -> Outcome:
@@ -149,34 +173,70 @@ class Exchange:
         cost = self.base_cost + self.gain
         return min(self.gap * cost / (SAFETY * slope), LARGEST_SHRINK) if slope > 0.0 else LARGEST_SHRINK
 
-    def _add(self, found: list[Rows], first: bool) -> None:
-        if first and self.problem.size <= SMALL:
-            found = [self._spread(rows) for rows in found]
+    def _contacts(self) -> Contacts | None:
+        return None if self.rows is None or not self.rounds else Contacts(self.rows.source, self.multipliers)
+
+    def _tighten(self, excess: float, floor: float, stalled: int) -> None:
+        """Move walls inwards: by what is affordable near the end, by what the solvers leave open where they stall."""
+        if self.rounds and (excess <= floor or (stalled >= STALLED and excess <= LARGEST_SHRINK)):
+            self._move(SAFETY * max(excess, floor))
+        elif excess < NEAR and 0.0 < floor < LARGEST_SHRINK:
+            self._move(floor)
+
+    def _move(self, further: float) -> None:
+        """Move all walls inwards by so many widths more."""
+        self.shrink += further
+        self.due[:] = True
+
+    def _add(self, found: list[Rows]) -> None:
         for rows in found:
             fresh = rows_in_unknowns(self.problem, self.base, self.compiled, rows)
             self.rows = fresh if self.rows is None else self.rows.joined(fresh)
+            self.due[self._groups(fresh)] = True
 
-    def _spread(self, rows: Rows) -> Rows:
-        """Repeat the walls at a few instants each, for a good first solve."""
-        walls, first = np.unique(rows.wall, return_index=True)
-        first = first[~self.compiled.momentary[walls]]
-        s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(START) + 0.5) / START)
-        spread = replace(rows.chosen(np.repeat(first, START)), s=np.tile(s, len(first)))
-        return rows.joined(spread)
+    def _widened(self, found: list[Rows]) -> list[Rows]:
+        """Add rows to the first ones, for a good first solve."""
+        if self.problem.size <= SMALL:
+            return [*found, *spread_rows(self.problem, self.compiled, self.base)]
+        aside = [replace(rows, s=np.clip(rows.s + step, 0.0, 1.0)) for rows in found for step in (-ASIDE, ASIDE)]
+        return [*found, *aside]
+
+    def _broken(self, violation: float) -> list[Component]:
+        """Components whose solver left rows violated by so many widths."""
+        if self.rows is None:
+            return []
+        groups = self._groups(self.rows)[self._slacks(self.rows) < -violation * self.rows.width]
+        numbers = np.unique(groups)
+        self.due[numbers] = True
+        return [self.components[number] for number in numbers]
+
+    def _slacks(self, rows: RowSet) -> FloatArray:
+        """Distances of the rows' values from their bounds."""
+        moved = np.append(self.unknowns, 0.0)
+        return np.asarray(rows.bound - (rows.values * moved[rows.columns]).sum(axis=1))
+
+    def _forget(self) -> None:
+        """Drop rows without effect from what sparse solvers are given: their time grows with the rows."""
+        sparse = np.array([component.sparse for component in self.components])
+        if self.rounds > FORGETFUL or self.rows is None or not sparse.any():
+            return
+        rows = self.rows
+        idle = (self.multipliers <= IDLE * self.multipliers.max()) & (self._slacks(rows) > SLACK * rows.width)
+        kept = ~(idle & sparse[self._groups(rows)] & ~self.compiled.momentary[rows.source.wall])
+        self.rows, self.multipliers = rows.chosen(kept), self.multipliers[kept]
 
     def _solve(self) -> FloatArray:
-        """Solve every component over its rows and put the results together."""
+        """Solve every component that is due over its rows and put the results together."""
         rows = self.rows
         size = 0 if rows is None else len(rows)
         self.rounds += 1
         self.multipliers = np.concatenate((self.multipliers, np.zeros(size - len(self.multipliers))))
-        group = self._row_groups()
+        group = np.zeros(0, dtype=np.intp) if rows is None else self._groups(rows)
         for number, component in enumerate(self.components):
             chosen = np.flatnonzero(group == number)
-            state = (len(chosen), self.shrink)
-            if (not len(chosen) and not component.always) or (self.rounds > 1 and state == self.solved[number]):
+            if not self.due[number] or not (len(chosen) or component.always):
                 continue
-            self.solved[number] = state
+            self.due[number] = False
             found = component.solve(rows, chosen, self.shrink) if len(component.columns) else None
             if found is None:
                 raise InfeasibleRowsError(number, chosen)
@@ -184,7 +244,6 @@ class Exchange:
         self.gain = sum(component.gain for component in self.components)
         return self.problem.add(self.base, self.unknowns)
 
-    def _row_groups(self) -> IntArray:
-        if self.rows is None:
-            return np.zeros(0, dtype=np.intp)
-        return np.asarray(self.group[np.argmax(np.abs(self.rows.source.normal), axis=1)])
+    def _groups(self, rows: RowSet) -> IntArray:
+        """Component of each row."""
+        return np.asarray(self.group[np.argmax(np.abs(rows.source.normal), axis=1)])

@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from minsnap.errors import UnknownSolverError
 from minsnap.samples import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
 
 SMALL = 60
 """Unknowns up to which many rows at the start are cheaper than further rounds."""
@@ -30,6 +33,9 @@ GAP = 1e-6
 TINY = 1e-12
 """Cost, in scaled units, below which a gap does not matter."""
 
+KEPT = 1e-14
+"""Violation of a normalised row, beside the solution, that is rounding."""
+
 LARGEST = 1e12
 """Size of a solution, in scaled units, beyond which rows count as contradictory."""
 
@@ -40,10 +46,10 @@ RESCALINGS = 6
 """How often a least-distance problem is scaled again so that its solution is of order one."""
 
 TOLERANCES: dict[str, dict[str, Any]] = {
-    "daqp": {"primal_tol": 1e-12, "dual_tol": 1e-12, "iter_limit": 10_000, "time_limit": 2.0},
+    "daqp": {"primal_tol": 1e-13, "sing_tol": 1e-13, "dual_tol": 1e-12, "iter_limit": 10_000, "time_limit": 2.0},
     "piqp": {"eps_abs": 1e-10, "eps_rel": 1e-10, "eps_duality_gap_abs": 1e-10, "eps_duality_gap_rel": 1e-10},
     "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10},
-    "osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 200_000, "polishing": True},
+    "osqp": {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 200_000, "polishing": True},
 }
 DENSE = frozenset({"daqp", "quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})
 
@@ -108,6 +114,7 @@ def solve_qp(
     b: FloatArray | None,
     names: Sequence[str],
     tiny: float = TINY,
+    guess: BoolArray | None = None,
 ) -> tuple[Solution | None, tuple[str, ...]]:
     """Minimise x'Px/2 + q'x over Gx <= h, Ax = b; rows normalised, costs of order one or not below ``tiny``.
 
@@ -120,23 +127,45 @@ def solve_qp(
     """
     failed: list[str] = []
     for name in names:
-        found = _attempt(P, q, G, h, A, b, name, tiny)
+        found = _attempt(P, q, G, h, A, b, name, tiny, guess)
         if found is not None:
             return found, tuple(failed)
         failed.append(name)
     return None, tuple(failed)
 
 
-def _least_distance(G: Any, h: FloatArray, A: Any, b: Any, q: FloatArray) -> Solution | None:
+def _least_distance(G: Any, h: FloatArray, A: Any, b: Any, q: FloatArray, guess: BoolArray | None) -> Solution | None:
     """Minimise |x|^2/2 + q'x over Gx <= h, Ax = b by non-negative least squares.
 
     It stays accurate where rows are nearly dependent (C. L. Lawson and R. J. Hanson, "Solving Least Squares Problems",
-    1974, chapter 23).
+    1974, chapter 23).  Its time grows fast with the rows, so it begins with those of a guess, and takes in more as they
+    are broken.
     """
-    from scipy.optimize import nnls
-
     rows, bounds = (G, h) if A is None else (np.vstack((G, A, -A)), np.concatenate((h, b, -b)))
     bounds = bounds + rows @ q
+    used = np.ones(len(rows), dtype=bool)
+    if guess is not None:
+        used[: len(h)] = guess
+    multipliers = np.zeros(len(rows))
+    while True:
+        found = _least_norm(rows[used], bounds[used])
+        if found is None:
+            return None
+        x, multipliers[used] = found
+        broken = ~used & (rows @ x - bounds > KEPT * max(1.0, float(np.abs(x).max())))
+        if not broken.any():
+            break
+        used |= broken
+    inequalities = len(h)
+    equalities = (len(rows) - inequalities) // 2
+    both = multipliers[inequalities:]
+    return Solution(x - q, multipliers[:inequalities], both[:equalities] - both[equalities:], "nnls")
+
+
+def _least_norm(rows: FloatArray, bounds: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Point of least norm within rows, and their multipliers; None where there is none."""
+    from scipy.optimize import nnls
+
     size = 1.0
     for _ in range(RESCALINGS):
         dual = np.vstack((-rows.T, -bounds / size))
@@ -153,11 +182,7 @@ def _least_distance(G: Any, h: FloatArray, A: Any, b: Any, q: FloatArray) -> Sol
             break
         size *= max(length, 1e-3)
     x, multipliers = -size * residual[:-1] / residual[-1], -size * weights / residual[-1]
-    x, multipliers = _sharpened(rows, bounds, np.flatnonzero(weights > 0.0), x, multipliers)
-    inequalities = len(h)
-    equalities = (len(rows) - inequalities) // 2
-    both = multipliers[inequalities:]
-    return Solution(x - q, multipliers[:inequalities], both[:equalities] - both[equalities:], "nnls")
+    return _sharpened(rows, bounds, np.flatnonzero(weights > 0.0), x, multipliers)
 
 
 def _sharpened(
@@ -179,10 +204,18 @@ def _sharpened(
 
 
 def _attempt(
-    P: Any, q: FloatArray, G: Any, h: FloatArray | None, A: Any, b: FloatArray | None, name: str, tiny: float
+    P: Any,
+    q: FloatArray,
+    G: Any,
+    h: FloatArray | None,
+    A: Any,
+    b: FloatArray | None,
+    name: str,
+    tiny: float,
+    guess: BoolArray | None = None,
 ) -> Solution | None:
     if name == "nnls":
-        found = None if G is None or h is None else _least_distance(G, h, A, b, q)
+        found = None if G is None or h is None else _least_distance(G, h, A, b, q, guess)
         return found if found is not None and _holds(P, q, G, h, A, b, found, tiny) else None
     import qpsolvers
 

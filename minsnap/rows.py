@@ -5,13 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from minsnap.blocks import KnotBounds
 from minsnap.compiled import Compiled, Rows
+from minsnap.contacts import Contacts
 from minsnap.extrema import maxima
 from minsnap.peaks import peaks
 from minsnap.problem import IntArray, Problem
 from minsnap.samples import FloatArray
+
+WITHIN = 1.01
+"""Distance to a wall, in widths, up to which a curve is near: from the middle of a corridor to its walls and a bit."""
+
+FEWEST, MOST, BUDGET = 3, 8, 96
+"""Rows to begin with on each wall of a small problem, and about how many in all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +47,11 @@ class RowSet:
 
     def __len__(self) -> int:
         return len(self.bound)
+
+    def chosen(self, mask: npt.NDArray[np.bool_]) -> RowSet:
+        """Return some of the rows."""
+        rest = (getattr(self, name)[mask] for name in ("columns", "values", "bound", "width"))
+        return RowSet(self.source.chosen(mask), *rest)
 
     def joined(self, other: RowSet) -> RowSet:
         """Return these rows and the other ones."""
@@ -73,19 +86,51 @@ def momentary_rows(problem: Problem, base: FloatArray, compiled: Compiled) -> li
     ]
 
 
+def spread_rows(problem: Problem, compiled: Compiled, knots: FloatArray) -> list[Rows]:
+    """Return a few rows at Chebyshev points of every wall that the curve comes near to and moves along or against."""
+    points = problem.relative_points(knots)
+    near = [_near(excess) for excess in compiled.excess(problem, points)]
+    walls = sum(len(index) for index in near)
+    count = min(max(BUDGET // max(walls, 1), FEWEST), MOST)
+    s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    return [
+        compiled.rows(problem, points, number, np.repeat(index, count), np.tile(s, len(index)))
+        for number, index in enumerate(near)
+        if len(index)
+    ]
+
+
+def _near(excess: FloatArray) -> IntArray:
+    """Which of the polynomials (m, n + 1) are not constant and rise above minus ``WITHIN``."""
+    highest, lowest = excess.max(axis=1), excess.min(axis=1)
+    return np.flatnonzero((highest > -WITHIN) & (highest > lowest))
+
+
 def sticking_out(
-    problem: Problem, compiled: Compiled, knots: FloatArray, floor: float, exact: bool = False
+    problem: Problem,
+    compiled: Compiled,
+    knots: FloatArray,
+    floor: float,
+    exact: bool = False,
+    contacts: Contacts | None = None,
 ) -> tuple[list[Rows], float]:
     """Rows where the curve is more than ``floor`` widths out of a wall, and the largest such excess.
 
-    With ``floor`` zero and ``exact``, finding none is a proof that the curve is inside at every instant.
+    With ``contacts``, there are also rows where contacts are expected.  With ``floor`` zero and ``exact``, finding none
+    is a proof that the curve is inside at every instant.
     """
     points = problem.relative_points(knots)
     excess = compiled.excess(problem, points)
     found = [peaks(values, floor) for values in excess]
     if exact and floor == 0.0 and not any(len(row) for row, _, _ in found):
         found = [_exact_peaks(values) for values in excess]
-    rows = [compiled.rows(problem, points, number, row, s) for number, (row, s, _) in enumerate(found) if len(row)]
+    rows = []
+    for number, (row, s, _) in enumerate(found):
+        if contacts is not None and len(row):
+            index, where = contacts.expected(compiled.first[number] + row, s)
+            row, s = np.concatenate((row, row[index])), np.concatenate((s, where))
+        if len(row):
+            rows.append(compiled.rows(problem, points, number, row, s))
     return rows, max((float(value.max(initial=0.0)) for _, _, value in found), default=0.0)
 
 
