@@ -80,10 +80,9 @@ def _slopes(problem: Problem, values: FloatArray) -> FloatArray:
     k, slots, Q = problem.half, problem.slots, ends_gram(problem.degree)
     slopes = np.zeros(values.shape)
     scale = problem.durations ** (1.0 - 2.0 * k)
-    for a in range(k):
-        pull = (scale * problem.powers[:, a])[:, None] * problem.steps
-        slopes[:-1, slots.start[a]] -= pull * Q[a, k]
-        slopes[1:, slots.end[a]] -= pull * Q[k + a, k]
+    pull = (scale[:, None] * problem.powers)[:, :, None] * problem.steps[:, None]
+    slopes[:-1, slots.start] -= pull * Q[:k, k, None]
+    slopes[1:, slots.end] -= pull * Q[k:, k, None]
     if values.any():
         touched = _touched(values)
         slopes -= _pinned_pull(problem, values, touched)
@@ -136,16 +135,17 @@ def _bands(problem: Problem, first: int) -> FloatArray:
     width = slots.count - first
     bands = np.zeros((len(problem.nominal), width, 2 * width))
     scaled = rising_powers(problem.durations, 1 - 2 * k, 2 * k - 1)
+    start, end = (slots.start - first).tolist(), (slots.end - first).tolist()
     for a in range(first, k):
         for b in range(first, k):
             power = scaled[:, a + b]
-            low, high = slots.start[b] - first, slots.start[a] - first
+            low, high = start[b], start[a]
             if high >= low:
                 bands[:-1, low, high - low] += power * Q[a, b]
-            low, high = slots.end[b] - first, slots.end[a] - first
+            low, high = end[b], end[a]
             if high >= low:
                 bands[1:, low, high - low] += power * Q[k + a, k + b]
-            low, high = slots.start[b] - first, width + slots.end[a] - first
+            low, high = start[b], width + end[a]
             bands[:-1, low, high - low] = power * Q[b, k + a]
     return bands
 

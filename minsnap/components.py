@@ -44,7 +44,7 @@ class Component:
     ) -> None:
         self.problem, self.base, self.axes, self.dense = problem, base, axes, dense
         mine = problem.columns[:, :, axes]
-        self.columns = np.unique(mine[mine >= 0])
+        self.columns = np.flatnonzero(np.bincount(mine[mine >= 0], minlength=problem.size))
         self.names = solver_names(solver, len(self.columns))
         self.asked, self.solver = solver, ""
         self.failed: tuple[str, ...] = ()
@@ -206,7 +206,7 @@ def _jump_rows(
     right = (left + 1) % pieces
     if not len(left):
         return None
-    ends = problem.plain_ends(base, np.arange(pieces))
+    ends = problem.plain_ends(base)
     columns, values, sides = [], [], []
     for order in problem.jumps:
         before = problem.row_factors(left, np.ones(len(left)), order)

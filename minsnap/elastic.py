@@ -96,6 +96,7 @@ class Elastic:
         self.trace, self.accuracy = trace, accuracy
         self.component = Component(problem, base, np.ones(problem.dim, dtype=bool), solver, SMALL)
         self.rows: RowSet | None = None
+        self.ends = problem.plain_ends(base)
         self.multipliers = np.zeros(0)
         for rows in (*momentary_rows(problem, base, compiled), *([] if seed is None else [seed])):
             self._add([rows] if len(rows.s) else [])
@@ -141,7 +142,7 @@ class Elastic:
 
     def _add(self, found: list[Rows]) -> None:
         for rows in found:
-            fresh = rows_in_unknowns(self.problem, self.base, self.compiled, rows)
+            fresh = rows_in_unknowns(self.problem, self.ends, self.compiled, rows)
             self.rows = fresh if self.rows is None else self.rows.joined(fresh)
 
     def _unrelaxed(self, rows: Rows, given: FloatArray) -> Rows:

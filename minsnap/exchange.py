@@ -103,6 +103,7 @@ class Exchange:
         self.components = [Component(problem, base, mask, solver) for mask in masks]
         self.group = np.argmax(np.stack(masks), axis=0)
         self.rows: RowSet | None = None
+        self.ends = problem.plain_ends(base)
         self.shrink = 0.0
         self.unknowns = np.zeros(problem.size)
         self.multipliers = np.zeros(0)
@@ -190,7 +191,7 @@ class Exchange:
 
     def _add(self, found: list[Rows]) -> None:
         for rows in found:
-            fresh = rows_in_unknowns(self.problem, self.base, self.compiled, rows)
+            fresh = rows_in_unknowns(self.problem, self.ends, self.compiled, rows)
             self.rows = fresh if self.rows is None else self.rows.joined(fresh)
             self.due[self._groups(fresh)] = True
 
@@ -246,4 +247,6 @@ class Exchange:
 
     def _groups(self, rows: RowSet) -> IntArray:
         """Component of each row."""
+        if len(self.components) == 1:
+            return np.zeros(len(rows), dtype=np.intp)
         return np.asarray(self.group[np.argmax(np.abs(rows.source.normal), axis=1)])

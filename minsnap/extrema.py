@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.peaks import top
 from minsnap.polynomial import subdivide
 from minsnap.samples import FloatArray
 
@@ -76,11 +77,15 @@ class _Search:
         width = 1.0
         for _ in range(ROUNDS):
             self._attain(width)
+            if not len(self.points):
+                break
             kept = self.points.max(axis=1) > (self.values + self.slack)[self.group]
             if not kept.any():
                 break
             width /= PARTS
             self._cut(kept, width)
+            if width < 1.0 / PARTS:
+                self._climb(width)
         return Maxima(self.values, self.rows, self.where)
 
     def _attain(self, width: float) -> None:
@@ -95,6 +100,26 @@ class _Search:
         self.rows[self.group[found]] = self.row[found]
         self.where[self.group[found]] = self.low[found] + width * last[found]
 
+    def _climb(self, width: float) -> None:
+        """Settle concave parts that rise and fall: Newton's method finds the top, and its tangent bounds the rest."""
+        points = self.points
+        second = points[:, 2:] - 2.0 * points[:, 1:-1] + points[:, :-2]
+        rises, falls = points[:, 1] > points[:, 0], points[:, -2] > points[:, -1]
+        part = np.flatnonzero(rises & falls & (second.max(axis=1, initial=-np.inf) <= 0.0))
+        if not len(part):
+            return
+        s, value, slope = top(points[part])
+        group = self.group[part]
+        np.maximum.at(self.values, group, value)
+        best = value == self.values[group]
+        self.rows[group[best]] = self.row[part[best]]
+        self.where[group[best]] = self.low[part[best]] + width * s[best]
+        bound = value + np.maximum(slope * (1.0 - s), -slope * s)
+        settled = part[bound <= (self.values + self.slack)[group]]
+        kept = np.ones(len(points), dtype=bool)
+        kept[settled] = False
+        self.points, self.group, self.row, self.low = points[kept], self.group[kept], self.row[kept], self.low[kept]
+
     def _cut(self, kept: npt.NDArray[np.bool_], width: float) -> None:
         """Replace the pieces kept by their parts."""
         self.points = subdivide(self.points[kept], PARTS).reshape(-1, self.points.shape[1])
@@ -105,4 +130,6 @@ class _Search:
 
 def _starts(group: IntArray) -> IntArray:
     """First index of each run of equal values."""
-    return np.flatnonzero(np.concatenate(([True], group[1:] != group[:-1])))
+    first = np.ones(len(group), dtype=bool)
+    np.not_equal(group[1:], group[:-1], out=first[1:])
+    return np.flatnonzero(first)

@@ -1,13 +1,14 @@
-"""Local maxima of many polynomials, found quickly: a grid, then Newton steps."""
+"""Local maxima of many polynomials, found quickly: a grid, then Newton steps in expansions around its points."""
 
 from __future__ import annotations
 
 from functools import cache
+from math import factorial
 
 import numpy as np
 
-from minsnap.polynomial import basis
-from minsnap.problem import IntArray
+from minsnap.polynomial import basis, derivative_basis_map
+from minsnap.problem import IntArray, rising_powers
 from minsnap.samples import FloatArray
 
 NEAR = 0.05
@@ -15,14 +16,32 @@ NEAR = 0.05
 
 Between grid points 1/(4n) apart a polynomial of degree n rises by less than 0.04 of its range."""
 
+CLIMB = 4
+"""Newton steps from the middle to the top of a concave polynomial."""
+
 STEPS = 2
-"""Newton steps after that."""
+"""Newton steps after the one from the grid point."""
 
 
 @cache
 def _grid(degree: int) -> tuple[FloatArray, FloatArray]:
     s = np.linspace(0.0, 1.0, 4 * degree + 1)
     return s, np.ascontiguousarray(basis(degree, s).T)
+
+
+@cache
+def _expansions(degree: int) -> FloatArray:
+    """Taylor coefficients of value, slope and second derivative around every grid point, from control points.
+
+    Shape (grid, 3 (degree + 1), degree + 1): three rows of coefficients one after the other, ended by zeros.
+    """
+    s, _ = _grid(degree)
+    matrices = np.zeros((len(s), 3, degree + 1, degree + 1))
+    for order in range(3):
+        for k in range(degree + 1 - order):
+            values = basis(degree - order - k, s) @ derivative_basis_map(degree, order + k)
+            matrices[:, order, k] = values / factorial(k)
+    return matrices.reshape(len(s), 3 * (degree + 1), degree + 1)
 
 
 def peaks(points: FloatArray, above: float) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -50,6 +69,18 @@ def peaks(points: FloatArray, above: float) -> tuple[IntArray, FloatArray, Float
     return may[row[kept]], s[kept], value[kept]
 
 
+def top(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Highest places of concave polynomials (m, n + 1) that rise and fall: where, values, slopes left there."""
+    degree = points.shape[1] - 1
+    taylor = np.matmul(_expansions(degree)[2 * degree], points[:, :, None]).reshape(len(points), 3, degree + 1)
+    step = np.zeros(len(points))
+    for _ in range(CLIMB):
+        local = _at(taylor, step)
+        step = _within(step + _newton(local[:, 1], local[:, 2]), -0.5, 0.5)
+    local = _at(taylor, step)
+    return step + 0.5, local[:, 0], local[:, 1]
+
+
 def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]:
     high = values > floor
     rising = values[:, 1:] >= values[:, :-1]
@@ -62,29 +93,30 @@ def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]
 def _refine(
     points: FloatArray, grid: FloatArray, values: FloatArray, row: IntArray, column: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Go to the top of a parabola, then take Newton steps on the derivative; never to a lower value."""
-    s, value, last = grid[column], values[row, column], len(grid) - 1
-    if points.shape[1] < 3 or not len(s):
+    """Take Newton steps on the derivative, no further than the next grid points; never to a lower value."""
+    s, value, degree = grid[column], values[row, column], points.shape[1] - 1
+    if degree < 2 or not len(s):
         return s, value
-    before, after = values[row, np.maximum(column - 1, 0)], values[row, np.minimum(column + 1, last)]
-    bend = before - 2.0 * value + after
-    move = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, -1.0), 0.0)
-    at = s + grid[1] * np.minimum(np.maximum(move, -1.0), 1.0) * ((column > 0) & (column < last))
-    low, high = np.maximum(s - grid[1], 0.0), np.minimum(s + grid[1], 1.0)
+    taylor = np.matmul(_expansions(degree)[column], points[:, :, None]).reshape(len(s), 3, degree + 1)
+    low, high = -grid[1] * (column > 0), grid[1] * (column < len(grid) - 1)
+    step = _within(_newton(taylor[:, 1, 0], taylor[:, 2, 0]), low, high)
     for _ in range(STEPS):
-        _, slope, curve = _local(points, at)
-        at = np.minimum(np.maximum(at - slope / np.where(curve < 0.0, curve, -np.inf), low), high)
-    refined = _local(points, at)[0]
+        local = _at(taylor[:, 1:], step)
+        step = _within(step + _newton(local[:, 0], local[:, 1]), low, high)
+    refined = _at(taylor[:, :1], step)[:, 0]
     better = refined > value
-    return np.where(better, at, s), np.where(better, refined, value)
+    return np.where(better, s + step, s), np.where(better, refined, value)
 
 
-def _local(points: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Value, slope and second derivative of row i at s[i], by two last steps of de Casteljau's scheme."""
-    degree = points.shape[1] - 1
-    weights = basis(degree - 2, s)
-    a = np.einsum("rj,rj->r", weights, points[:, :-2])
-    b = np.einsum("rj,rj->r", weights, points[:, 1:-1])
-    c = np.einsum("rj,rj->r", weights, points[:, 2:])
-    ab, bc = a + s * (b - a), b + s * (c - b)
-    return ab + s * (bc - ab), degree * (bc - ab), degree * (degree - 1) * (c - 2.0 * b + a)
+def _at(taylor: FloatArray, step: FloatArray) -> FloatArray:
+    """Values of polynomials (p, q, n + 1) a step (p,) away: (p, q)."""
+    return np.asarray(np.matmul(taylor, rising_powers(step, 0, taylor.shape[2])[:, :, None])[:, :, 0])
+
+
+def _newton(slope: FloatArray, curve: FloatArray) -> FloatArray:
+    """Step to a maximum; none where the curve is not concave."""
+    return np.asarray(slope / np.where(curve < 0.0, -curve, np.inf))
+
+
+def _within(step: FloatArray, low: FloatArray | float, high: FloatArray | float) -> FloatArray:
+    return np.minimum(np.maximum(step, low), high)

@@ -13,12 +13,12 @@ units or on where the origin is.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.polynomial import basis, derivative_basis_map, ends_gram, ends_to_points
+from minsnap.polynomial import FEW, basis, derivative_basis_map, ends_gram, ends_to_points
 from minsnap.samples import FloatArray
 
 IntArray = npt.NDArray[np.intp]
@@ -114,6 +114,11 @@ class Problem:
         return rising_powers(self.durations, 0, self.half)
 
     @cached_property
+    def end_powers(self) -> FloatArray:
+        """Powers for the end derivatives of each piece, start then end: shape (pieces, 2k)."""
+        return np.concatenate((self.powers, self.powers), axis=1)
+
+    @cached_property
     def steps(self) -> FloatArray:
         """Nominal displacement of each piece, shape (pieces, dim)."""
         return np.diff(self.nominal, axis=0)
@@ -146,14 +151,14 @@ class Problem:
     def piece_ends(self, knots: FloatArray) -> FloatArray:
         """Scaled end derivatives of every piece, positions relative to its nominal start: (pieces, 2k, dim)."""
         ends = np.concatenate((knots[:-1, self.slots.start], knots[1:, self.slots.end]), axis=1)
-        ends *= np.concatenate((self.powers, self.powers), axis=1)[:, :, None]
+        ends *= self.end_powers[:, :, None]
         ends[:, self.half] += self.steps
         return ends
 
-    def plain_ends(self, knots: FloatArray, piece: IntArray) -> FloatArray:
-        """Unscaled end derivatives of some pieces, positions relative to the nominal start: (m, 2k, dim)."""
-        ends = np.concatenate((knots[piece][:, self.slots.start], knots[piece + 1][:, self.slots.end]), axis=1)
-        ends[:, self.half] += self.steps[piece]
+    def plain_ends(self, knots: FloatArray) -> FloatArray:
+        """Unscaled end derivatives of every piece, positions relative to its nominal start: (pieces, 2k, dim)."""
+        ends = np.concatenate((knots[:-1, self.slots.start], knots[1:, self.slots.end]), axis=1)
+        ends[:, self.half] += self.steps
         return ends
 
     def relative_points(self, knots: FloatArray) -> FloatArray:
@@ -195,7 +200,7 @@ class Problem:
     def gradient(self, knots: FloatArray) -> FloatArray:
         """Half the gradient of the cost in the knot values: (knots, slots, dim)."""
         k, ends = self.half, self.piece_ends(knots)
-        scale = np.concatenate((self.powers, self.powers), axis=1) * self.durations[:, None] ** (1.0 - 2.0 * k)
+        scale = self.end_powers * self.durations[:, None] ** (1.0 - 2.0 * k)
         forces = np.matmul(ends_gram(self.degree), ends) * scale[:, :, None]
         gradient = np.zeros_like(knots)
         gradient[:-1, self.slots.start] += forces[:, :k]
@@ -205,9 +210,8 @@ class Problem:
     def row_factors(self, piece: IntArray, s: FloatArray, order: int) -> FloatArray:
         """Factors of a piece's end derivatives in its derivative of that order at s: (rows, 2k)."""
         local = basis(self.degree - order, s) @ _ends_derivative(self.degree, order)
-        powers = self.powers[piece]
-        scale = np.concatenate((powers, powers), axis=1) / self.durations[piece, None] ** order
-        return np.asarray(local * scale)
+        local *= self.end_powers[piece]
+        return np.asarray(local / self.durations[piece, None] ** order if order else local)
 
     def add(self, knots: FloatArray, unknowns: FloatArray) -> FloatArray:
         """Add unknowns, shape (size,), to knot values (knots, slots, dim)."""
@@ -215,12 +219,15 @@ class Problem:
         return np.asarray(knots + padded[self.columns])
 
 
+@cache
 def _ends_derivative(degree: int, order: int) -> FloatArray:
     return np.asarray(derivative_basis_map(degree, order) @ ends_to_points(degree))
 
 
 def rising_powers(base: FloatArray, lowest: int, count: int) -> FloatArray:
-    """Powers lowest, lowest + 1, … of each value of shape (m,): (m, count), by repeated multiplication."""
+    """Powers lowest, lowest + 1, … of each value of shape (m,): (m, count), of many by repeated multiplication."""
+    if len(base) <= FEW:
+        return np.asarray(base[:, None] ** np.arange(lowest, lowest + count, dtype=np.float64))
     powers = np.empty((len(base), count))
     powers[:, 0] = base ** float(lowest)
     for j in range(1, count):

@@ -106,6 +106,8 @@ def _check_pins(pins: Pins, wall: Walls) -> None:
 def _doubtful(placement: Placement, walls: Sequence[Walls]) -> list[int]:
     """Waypoints that are free within a box and whose nominal position is outside some wall."""
     free: BoolArray = np.any(placement.upper > placement.lower, axis=1)
+    if not free.any():
+        return []
     outside = np.zeros_like(free)
     still = np.zeros_like(placement.points)
     for wall in (wall for wall in walls if wall.order == 0):

@@ -60,19 +60,28 @@ class RowSet:
         return RowSet(source, *rest)
 
 
-def rows_in_unknowns(problem: Problem, base: FloatArray, compiled: Compiled, rows: Rows) -> RowSet:
-    """Express rows in the deviations from the knot values ``base`` (knots, slots, dim)."""
+def rows_in_unknowns(problem: Problem, ends: FloatArray, compiled: Compiled, rows: Rows) -> RowSet:
+    """Express rows in the deviations from a base with these plain end derivatives (pieces, 2k, dim)."""
+    factors = _factors(problem, rows)
+    straight = factors[:, problem.half] * (problem.steps[rows.piece] * rows.normal).sum(axis=1)
+    room = np.where(rows.order == 0, np.maximum(rows.bound - straight, 0.0), np.inf)
+    values = rows.normal[:, :, None] * factors[:, None, :]
+    present = np.einsum("rdj,rjd->r", values, ends[rows.piece])
+    flat = (len(factors), problem.dim * 2 * problem.half)
+    columns = problem.piece_columns[rows.piece].reshape(flat)
+    width = np.minimum(compiled.widths[rows.wall], room)
+    return RowSet(rows, columns, values.reshape(flat), rows.bound - present, width)
+
+
+def _factors(problem: Problem, rows: Rows) -> FloatArray:
+    """Factors of the end derivatives of each row's piece, (r, 2k)."""
+    if not len(rows.s) or (rows.order == rows.order[0]).all():
+        return problem.row_factors(rows.piece, rows.s, int(rows.order[0]) if len(rows.s) else 0)
     factors = np.empty((len(rows.s), 2 * problem.half))
     for order in np.unique(rows.order):
         chosen = rows.order == order
         factors[chosen] = problem.row_factors(rows.piece[chosen], rows.s[chosen], int(order))
-    present = np.einsum("rj,rjd,rd->r", factors, problem.plain_ends(base, rows.piece), rows.normal)
-    straight = factors[:, problem.half] * (problem.steps[rows.piece] * rows.normal).sum(axis=1)
-    room = np.where(rows.order == 0, np.maximum(rows.bound - straight, 0.0), np.inf)
-    flat = (len(factors), problem.dim * 2 * problem.half)
-    columns = problem.piece_columns[rows.piece].reshape(flat)
-    values = (rows.normal[:, :, None] * factors[:, None, :]).reshape(flat)
-    return RowSet(rows, columns, values, rows.bound - present, np.minimum(compiled.widths[rows.wall], room))
+    return factors
 
 
 def momentary_rows(problem: Problem, base: FloatArray, compiled: Compiled) -> list[Rows]:

@@ -53,11 +53,11 @@ def _cost_slopes(problem: Problem, knots: FloatArray) -> FloatArray:
 def _row_values(problem: Problem, knots: FloatArray, rows: Rows, used: np.ndarray) -> FloatArray:
     """T dg/dT of the rows used: each end derivative of order a counts (a - order) times."""
     orders = np.tile(np.arange(problem.half), 2)
-    values = np.empty(len(used))
+    values, plain = np.empty(len(used)), problem.plain_ends(knots)
     for order in np.unique(rows.order[used]):
         chosen = rows.order[used] == order
         index = used[chosen]
         factors = problem.row_factors(rows.piece[index], rows.s[index], int(order)) * (orders - order)
-        ends = problem.plain_ends(knots, rows.piece[index])
+        ends = plain[rows.piece[index]]
         values[chosen] = np.einsum("rj,rjd,rd->r", factors, ends, rows.normal[index])
     return values

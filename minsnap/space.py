@@ -119,6 +119,8 @@ def make_space(problem: Problem, columns: IntArray, n: int, dense: bool) -> Spac
     dense : bool
         Whether to whiten.
     """
+    from scipy.linalg.lapack import dpotrf, dtrtri
+
     if dense and n <= EXTENDED and is_extreme(problem):
         return Whitened(decimal_whitening(problem, columns, n))
     value, row, column, scale = _scaled_entries(problem, columns, n)
@@ -127,22 +129,23 @@ def make_space(problem: Problem, columns: IntArray, n: int, dense: bool) -> Spac
 
         return Scaled(csc_matrix((value, (row, column)), shape=(n, n)), scale)
     hessian = np.bincount(row * n + column, value, n * n).reshape(n, n)
-    try:
-        factor = np.linalg.cholesky(hessian)
-    except np.linalg.LinAlgError:
-        if n > EXTENDED:
-            raise SolverError("the QP is singular to working precision: durations are too extreme") from None
-        return Whitened(decimal_whitening(problem, columns, n))
-    return Whitened(scale[:, None] * np.linalg.inv(factor).T)
+    factor, singular = dpotrf(hessian, lower=1)
+    if not singular:
+        inverse, _ = dtrtri(factor, lower=1)
+        return Whitened(scale[:, None] * inverse.T)
+    if n > EXTENDED:
+        raise SolverError("the QP is singular to working precision: durations are too extreme")
+    return Whitened(decimal_whitening(problem, columns, n))
 
 
 def _scaled_entries(problem: Problem, columns: IntArray, n: int) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
     """Entries of the Hessian scaled to a unit diagonal: values, rows, columns (repeated ones add), and the scale."""
-    powers = np.concatenate((problem.powers, problem.powers), axis=1)
+    powers = problem.end_powers
     weights = problem.durations ** (1.0 - 2.0 * problem.half)
     blocks = powers[:, :, None] * powers[:, None, :] * (weights[:, None, None] * ends_gram(problem.degree))
-    row, column = np.broadcast_arrays(columns[:, :, :, None], columns[:, :, None, :])
-    value = np.broadcast_to(blocks[:, None], row.shape)
+    shape = (*columns.shape, columns.shape[2])
+    row, column = np.broadcast_to(columns[:, :, :, None], shape), np.broadcast_to(columns[:, :, None, :], shape)
+    value = np.broadcast_to(blocks[:, None], shape)
     used = (row < n) & (column < n)
     row, column, value = row[used], column[used], value[used]
     scale = 1.0 / np.sqrt(np.bincount(row[row == column], value[row == column], n))
