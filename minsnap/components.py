@@ -84,6 +84,10 @@ class Component:
         return self.space.gradient(_slope(self.problem, self.base, self.columns))
 
     @cached_property
+    def _steepness(self) -> float:
+        return float(np.abs(self.slope).max(initial=0.0))
+
+    @cached_property
     def equalities(self) -> tuple[Any, FloatArray] | None:
         """Rows of the continuity above k - 1, normalised."""
         if not self.problem.jumps:
@@ -117,16 +121,10 @@ class Component:
 
     def whiten(self) -> None:
         """Change to coordinates in which the Hessian is the identity, and to dense solvers first."""
-        for name in ("slope", "equalities"):
+        for name in ("slope", "_steepness", "equalities"):
             self.__dict__.pop(name, None)
         self._kept, self.active = (np.zeros((0, len(self.columns))), np.zeros(0)), None
         self.space, self.names = self._space(True), ("daqp", *self.names)
-
-    def _guess(self, rows: int) -> BoolArray | None:
-        """Rows that may be active: those of the last solve and those added since."""
-        if self.active is None or not isinstance(self.space, Whitened):
-            return None
-        return np.concatenate((self.active, np.ones(rows - len(self.active), dtype=bool)))
 
     def mistrust(self) -> bool:
         """Take the most accurate solver first from now on, unless one was asked for; whether that is a change."""
@@ -147,14 +145,15 @@ class Component:
         if rows is not None and len(chosen):
             G, h, norms = self.matrix(rows, chosen, shrink)
         A, b = self.equalities if self.equalities is not None else (None, None)
-        size = _largest(None if h is None else -h, np.abs(self.slope), None if b is None else np.abs(b))
+        size = max(self._steepness, _largest(h, -1.0), _largest(b, -1.0), _largest(b, 1.0)) or 1.0
         h, b = (None if side is None else side / size for side in (h, b))
-        guess = None if h is None else self._guess(len(h))
-        found, failed = solve_qp(self.space.hessian, self.slope / size, G, h, A, b, self._solvers, guess=guess)
+        hessian, slope = self.space.hessian, self.slope / size
+        found, failed = solve_qp(hessian, slope, G, h, A, b, self._solvers, active=self.active)
         self.failed = tuple(dict.fromkeys(self.failed + failed)) if found is not None else failed
         if found is None:
             return None
-        self.solver, self.active = found.solver, found.multipliers > 0.0
+        self.solver = found.solver
+        self.active = found.multipliers > 0.0 if isinstance(self.space, Whitened) else None
         x = size * found.x
         self.gain = float(x @ (self.space.hessian @ x) + 2.0 * self.slope @ x)
         return self.space.unknowns(x), 2.0 * size * found.multipliers / norms
@@ -177,9 +176,11 @@ class Component:
         return self._kept
 
 
-def _largest(*arrays: FloatArray | None) -> float:
-    """Largest positive entry of all, 1 if there is none."""
-    return max((float(array.max(initial=0.0)) for array in arrays if array is not None), default=0.0) or 1.0
+def _largest(values: FloatArray | None, sign: float) -> float:
+    """Largest positive value, of that sign; 0 if there is none."""
+    if values is None or not len(values):
+        return 0.0
+    return max(0.0, float(values.max()) if sign > 0.0 else -float(values.min()))
 
 
 def _slope(problem: Problem, base: FloatArray, columns: IntArray) -> FloatArray:

@@ -19,7 +19,7 @@ from minsnap.errors import SolverError
 from minsnap.extrema import maxima
 from minsnap.problem import IntArray, Problem
 from minsnap.qp import MIDDLE, SMALL, solve_qp
-from minsnap.rows import RowSet, momentary_rows, rows_in_unknowns, sticking_out
+from minsnap.rows import Curve, RowSet, momentary_rows, rows_in_unknowns, sticking_out
 from minsnap.samples import FloatArray
 from minsnap.space import Whitened
 
@@ -98,7 +98,7 @@ class Elastic:
         self.rows: RowSet | None = None
         self.ends = problem.plain_ends(base)
         self.multipliers = np.zeros(0)
-        for rows in (*momentary_rows(problem, base, compiled), *([] if seed is None else [seed])):
+        for rows in (*momentary_rows(Curve(problem, compiled, base)), *([] if seed is None else [seed])):
             self._add([rows] if len(rows.s) else [])
 
     def run(self) -> Relaxed:
@@ -119,7 +119,7 @@ class Elastic:
             rounds = 1
         while rounds < ROUNDS:
             given = self._amounts(slacks)
-            found, _ = sticking_out(self.problem, self.compiled.relaxed(given), knots, self.accuracy)
+            found, _ = sticking_out(Curve(self.problem, self.compiled.relaxed(given), knots), self.accuracy)
             if not found:
                 break
             self._add([self._unrelaxed(rows, given) for rows in found])

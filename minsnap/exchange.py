@@ -9,6 +9,7 @@ moved, and what the next solve gives is inside the true ones.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from minsnap.components import Component, split_axes
 from minsnap.contacts import Contacts
 from minsnap.problem import IntArray, Problem
 from minsnap.qp import SMALL
-from minsnap.rows import RowSet, momentary_rows, rows_in_unknowns, spread_rows, sticking_out
+from minsnap.rows import Curve, RowSet, momentary_rows, rows_in_unknowns, spread_rows, sticking_out
 from minsnap.samples import FloatArray
 
 GAP = 1e-6
@@ -43,6 +44,9 @@ LARGEST_SHRINK = 1e-3
 
 NEAR = 0.3
 """Excess, in widths, below which walls are moved inwards by what is affordable, for the last rounds to end inside."""
+
+NEARLY = 1e-4
+"""Excess, in widths, that is likely gone after one more round."""
 
 IDLE = 1e-6
 """Share of the largest multiplier below which a row counts as without effect."""
@@ -86,6 +90,10 @@ class Outcome:
     excess: float
 
 
+Proof = Callable[[Outcome], bool]
+"""Says whether an outcome is inside every wall at every instant."""
+
+
 class Exchange:
     """State of one run: a problem, its optimum without walls, the walls, and the rows found so far."""
 
@@ -110,28 +118,34 @@ class Exchange:
         self.base_cost = problem.cost(base)
         self.gain = 0.0
         self.rounds = 0
-        self.last = base
+        self.curve = Curve(problem, compiled, base)
         self.exact = False
         self.seeded = seed is not None and problem.size > 0
         self.due = np.ones(len(masks), dtype=bool)
-        self._add([*momentary_rows(problem, base, compiled), *([] if seed is None else [seed])])
+        self._add([*momentary_rows(self.curve), *([] if seed is None else [seed])])
 
-    def run(self) -> Outcome:
-        """Iterate until nothing sticks out of the true walls."""
-        best, stalled = np.inf, 0
+    def run(self, proof: Proof | None = None) -> Outcome:
+        """Iterate until nothing sticks out of the true walls.
+
+        A proof, if there is one, is asked as soon as the curve is likely inside; its word ends the run.
+        """
+        excess, best, stalled = np.inf, np.inf, 0
         due = any(component.always for component in self.components) or self.rounds > 0
         if self.seeded and not self.rounds:
-            self.last, due = self._solve(), False
+            self._solve()
+            due = False
         for _ in range(ROUNDS):
+            if proof is not None and self._likely_inside(excess) and proof(last := self.outcome()):
+                return last
             floor = 0.0 if self.shrink else self._affordable()
-            found, excess = sticking_out(self.problem, self.compiled, self.last, floor, self.exact, self._contacts())
+            found, excess = sticking_out(self.curve, floor, self.exact, self._contacts())
             if excess <= 0.0 and floor == 0.0 and not due:
                 break
             stalled = 0 if excess < 0.75 * best else stalled + 1
             best = min(best, excess)
             broken = self._broken(BROKEN * excess) if stalled else []
             if any([component.mistrust() for component in broken]):
-                self.last = self._solve()
+                self._solve()
                 continue
             if broken:
                 stalled = max(stalled, STALLED)
@@ -140,9 +154,10 @@ class Exchange:
             if found:
                 self._add(found if self.rounds else self._widened(found))
             self._tighten(excess, floor, stalled)
-            self.last, due = self._solve(), False
+            self._solve()
+            due = False
             self._forget()
-        return self.outcome(self.last, excess)
+        return self.outcome(excess)
 
     def insist(self) -> None:
         """Prove every round from now on; if that was done already, move the walls inwards once more."""
@@ -153,18 +168,17 @@ class Exchange:
     def run_sampled(self, samples: int) -> Outcome:
         """Solve once with rows at equally spaced inner instants of every piece, as the thesis does."""
         s = np.arange(1, samples + 1) / (samples + 1)
-        points = self.problem.relative_points(self.base)
         for number, block in enumerate(self.compiled.blocks):
             index = np.repeat(np.arange(len(block.piece)), samples)
-            rows = self.compiled.rows(self.problem, points, number, index, np.tile(s, len(block.piece)))
-            self._add([rows])
-        return self.outcome(self._solve())
+            self._add([self.curve.rows(number, index, np.tile(s, len(block.piece)))])
+        self._solve()
+        return self.outcome()
 
-    def outcome(self, knots: FloatArray, excess: float = 0.0) -> Outcome:
-        """Wrap knot values with how they were found."""
+    def outcome(self, excess: float = 0.0) -> Outcome:
+        """Wrap the last curve with how it was found."""
         solver = next((c.solver for c in self.components if c.solver), "banded")
         failed = tuple(dict.fromkeys(name for c in self.components for name in c.failed))
-        return Outcome(knots, self.rows, self.multipliers, self.rounds, solver, failed, max(excess, 0.0))
+        return Outcome(self.curve.knots, self.rows, self.multipliers, self.rounds, solver, failed, max(excess, 0.0))
 
     def _affordable(self) -> float:
         """By how many widths the walls may move inwards for ``gap`` of the cost; 0 before the first solve."""
@@ -173,6 +187,10 @@ class Exchange:
         slope = float(self.multipliers @ self.rows.width[: len(self.multipliers)])
         cost = self.base_cost + self.gain
         return min(self.gap * cost / (SAFETY * slope), LARGEST_SHRINK) if slope > 0.0 else LARGEST_SHRINK
+
+    def _likely_inside(self, excess: float) -> bool:
+        """Whether walls that were moved inwards make up for the little that is left of an excess."""
+        return self.shrink > 0.0 and excess < NEARLY and not self.problem.held.any()
 
     def _contacts(self) -> Contacts | None:
         return None if self.rows is None or not self.rounds else Contacts(self.rows.source, self.multipliers)
@@ -198,7 +216,7 @@ class Exchange:
     def _widened(self, found: list[Rows]) -> list[Rows]:
         """Add rows to the first ones, for a good first solve."""
         if self.problem.size <= SMALL:
-            return [*found, *spread_rows(self.problem, self.compiled, self.base)]
+            return [*found, *spread_rows(self.curve)]
         aside = [replace(rows, s=np.clip(rows.s + step, 0.0, 1.0)) for rows in found for step in (-ASIDE, ASIDE)]
         return [*found, *aside]
 
@@ -226,7 +244,7 @@ class Exchange:
         kept = ~(idle & sparse[self._groups(rows)] & ~self.compiled.momentary[rows.source.wall])
         self.rows, self.multipliers = rows.chosen(kept), self.multipliers[kept]
 
-    def _solve(self) -> FloatArray:
+    def _solve(self) -> None:
         """Solve every component that is due over its rows and put the results together."""
         rows = self.rows
         size = 0 if rows is None else len(rows)
@@ -243,7 +261,7 @@ class Exchange:
                 raise InfeasibleRowsError(number, chosen)
             self.unknowns[component.columns], self.multipliers[chosen] = found
         self.gain = sum(component.gain for component in self.components)
-        return self.problem.add(self.base, self.unknowns)
+        self.curve = Curve(self.problem, self.compiled, self.problem.add(self.base, self.unknowns))
 
     def _groups(self, rows: RowSet) -> IntArray:
         """Component of each row."""

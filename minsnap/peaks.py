@@ -16,7 +16,7 @@ NEAR = 0.05
 
 Between grid points 1/(4n) apart a polynomial of degree n rises by less than 0.04 of its range."""
 
-CLIMB = 4
+CLIMB = 3
 """Newton steps from the middle to the top of a concave polynomial."""
 
 STEPS = 2
@@ -27,6 +27,13 @@ STEPS = 2
 def _grid(degree: int) -> tuple[FloatArray, FloatArray]:
     s = np.linspace(0.0, 1.0, 4 * degree + 1)
     return s, np.ascontiguousarray(basis(degree, s).T)
+
+
+@cache
+def _reach(degree: int) -> tuple[FloatArray, FloatArray]:
+    """Return the steps down and up to the next grid points."""
+    s, _ = _grid(degree)
+    return np.diff(s, prepend=0.0) * -1.0, np.diff(s, append=1.0)
 
 
 @cache
@@ -56,15 +63,17 @@ def peaks(points: FloatArray, above: float) -> tuple[IntArray, FloatArray, Float
     value : ndarray, shape (p,)
         How high.
     """
-    may = np.flatnonzero(points.max(axis=1) > above)
+    highest = points.max(axis=1)
+    may = np.flatnonzero(highest > above)
     if not len(may):
         return may, np.zeros(0), np.zeros(0)
     if points.shape[1] == 1:
         return may, np.zeros(len(may)), points[may, 0]
     grid, values_of = _grid(points.shape[1] - 1)
-    values = points[may] @ values_of
-    row, column = _summits(values, above - NEAR * np.ptp(points[may], axis=1, keepdims=True))
-    s, value = _refine(points[may[row]], grid, values, row, column)
+    points = points[may]
+    values = points @ values_of
+    row, column = _summits(values, above - NEAR * (highest[may] - points.min(axis=1))[:, None])
+    s, value = _refine(points[row], grid, values, row, column)
     kept = value > above
     return may[row[kept]], s[kept], value[kept]
 
@@ -98,7 +107,7 @@ def _refine(
     if degree < 2 or not len(s):
         return s, value
     taylor = np.matmul(_expansions(degree)[column], points[:, :, None]).reshape(len(s), 3, degree + 1)
-    low, high = -grid[1] * (column > 0), grid[1] * (column < len(grid) - 1)
+    low, high = (side[column] for side in _reach(degree))
     step = _within(_newton(taylor[:, 1, 0], taylor[:, 2, 0]), low, high)
     for _ in range(STEPS):
         local = _at(taylor[:, 1:], step)

@@ -44,10 +44,12 @@ class Slots:
     continuity: int
     start: IntArray = field(init=False)
     end: IntArray = field(init=False)
+    shared: bool = field(init=False)
 
     def __post_init__(self) -> None:
         orders = np.arange(self.half)
         apart = np.maximum(orders - self.continuity, 0)
+        object.__setattr__(self, "shared", not apart.any())
         object.__setattr__(self, "start", orders + apart)
         object.__setattr__(self, "end", np.where(apart > 0, orders + apart - 1, orders))
 
@@ -148,16 +150,22 @@ class Problem:
         ends = self.columns[1:, self.slots.end]
         return np.ascontiguousarray(np.concatenate((starts, ends), axis=1).transpose(0, 2, 1))
 
+    def _both_sides(self, knots: FloatArray) -> FloatArray:
+        """Start and end derivatives of every piece: (pieces, 2k, dim)."""
+        if self.slots.shared:
+            return np.concatenate((knots[:-1], knots[1:]), axis=1)
+        return np.concatenate((knots[:-1, self.slots.start], knots[1:, self.slots.end]), axis=1)
+
     def piece_ends(self, knots: FloatArray) -> FloatArray:
         """Scaled end derivatives of every piece, positions relative to its nominal start: (pieces, 2k, dim)."""
-        ends = np.concatenate((knots[:-1, self.slots.start], knots[1:, self.slots.end]), axis=1)
+        ends = self._both_sides(knots)
         ends *= self.end_powers[:, :, None]
         ends[:, self.half] += self.steps
         return ends
 
     def plain_ends(self, knots: FloatArray) -> FloatArray:
         """Unscaled end derivatives of every piece, positions relative to its nominal start: (pieces, 2k, dim)."""
-        ends = np.concatenate((knots[:-1, self.slots.start], knots[1:, self.slots.end]), axis=1)
+        ends = self._both_sides(knots)
         ends[:, self.half] += self.steps
         return ends
 

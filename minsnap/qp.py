@@ -115,7 +115,7 @@ def solve_qp(
     b: FloatArray | None,
     names: Sequence[str],
     tiny: float = TINY,
-    guess: BoolArray | None = None,
+    active: BoolArray | None = None,
 ) -> tuple[Solution | None, tuple[str, ...]]:
     """Minimise x'Px/2 + q'x over Gx <= h, Ax = b; rows normalised, costs of order one or not below ``tiny``.
 
@@ -128,25 +128,25 @@ def solve_qp(
     """
     failed: list[str] = []
     for name in names:
-        found = _attempt(P, q, G, h, A, b, name, tiny, guess)
+        found = _attempt(P, q, G, h, A, b, name, tiny, active)
         if found is not None:
             return found, tuple(failed)
         failed.append(name)
     return None, tuple(failed)
 
 
-def _least_distance(G: Any, h: FloatArray, A: Any, b: Any, q: FloatArray, guess: BoolArray | None) -> Solution | None:
+def _least_distance(G: Any, h: FloatArray, A: Any, b: Any, q: FloatArray, active: BoolArray | None) -> Solution | None:
     """Minimise |x|^2/2 + q'x over Gx <= h, Ax = b by non-negative least squares.
 
     It stays accurate where rows are nearly dependent (C. L. Lawson and R. J. Hanson, "Solving Least Squares Problems",
-    1974, chapter 23).  Its time grows fast with the rows, so it begins with those of a guess, and takes in more as they
-    are broken.
+    1974, chapter 23).  Its time grows fast with the rows, so it begins with those that are active in the last solve and
+    those that are new, and takes in others as they are broken.
     """
     rows, bounds = (G, h) if A is None else (np.vstack((G, A, -A)), np.concatenate((h, b, -b)))
     bounds = bounds + rows @ q
     used = np.ones(len(rows), dtype=bool)
-    if guess is not None:
-        used[: len(h)] = guess
+    if active is not None:
+        used[: len(active)] = active
     multipliers = np.zeros(len(rows))
     while True:
         found = _least_norm(rows[used], bounds[used])
@@ -213,10 +213,10 @@ def _attempt(
     b: FloatArray | None,
     name: str,
     tiny: float,
-    guess: BoolArray | None = None,
+    active: BoolArray | None = None,
 ) -> Solution | None:
     if name == "nnls":
-        found = None if G is None or h is None else _least_distance(G, h, A, b, q, guess)
+        found = None if G is None or h is None else _least_distance(G, h, A, b, q, active)
         return found if found is not None and _holds(P, q, G, h, A, b, found, tiny) else None
     import qpsolvers
 
@@ -249,14 +249,14 @@ def _holds(
 ) -> bool:
     """Whether a solution is feasible, and its duality gap small beside its cost: solvers' own words are not enough."""
     x = found.x
-    Px, length = P @ x, float(np.abs(x).max(initial=0.0))
+    Px = P @ x
     gap = float(x @ Px + q @ x)
     if G is not None and h is not None:
-        if float((G @ x - h).max(initial=0.0)) > FEASIBLE * max(1.0, length, float(np.abs(h).max(initial=0.0))):
+        if not _within(G @ x - h, x, h):
             return False
         gap += float(h @ found.multipliers)
     if A is not None and b is not None:
-        if np.abs(A @ x - b).max(initial=0.0) > FEASIBLE * max(1.0, length, float(np.abs(b).max(initial=0.0))):
+        if not _within(np.abs(A @ x - b), x, b):
             return False
         gap += float(b @ found.equality_multipliers)
     return abs(gap) <= GAP * (float(x @ Px) + abs(float(q @ x)) + tiny)
@@ -271,6 +271,14 @@ def _silence(name: str) -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
+
+
+def _within(violation: FloatArray, x: FloatArray, bounds: FloatArray) -> bool:
+    """Whether violations are rounding beside a solution and bounds of at least order one."""
+    largest = float(violation.max(initial=0.0))
+    if largest <= FEASIBLE:
+        return True
+    return largest <= FEASIBLE * max(float(np.abs(x).max(initial=0.0)), float(np.abs(bounds).max(initial=0.0)))
 
 
 def _sparse(matrix: Any) -> Any:

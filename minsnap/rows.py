@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -84,26 +85,49 @@ def _factors(problem: Problem, rows: Rows) -> FloatArray:
     return factors
 
 
-def momentary_rows(problem: Problem, base: FloatArray, compiled: Compiled) -> list[Rows]:
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A curve as its walls see it.
+
+    Parameters
+    ----------
+    problem : Problem
+    compiled : Compiled
+    knots : ndarray, shape (knots, slots, dim)
+    """
+
+    problem: Problem
+    compiled: Compiled
+    knots: FloatArray
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """Control points relative to the nominal start of each piece: (pieces, 2k, dim)."""
+        return self.problem.relative_points(self.knots)
+
+    @cached_property
+    def excess(self) -> list[FloatArray]:
+        """Control points of the excess over every wall, block by block."""
+        return self.compiled.excess(self.problem, self.points)
+
+    def rows(self, block: int, index: IntArray, s: FloatArray) -> Rows:
+        """Rows for some walls of a block, each at its own s."""
+        return self.compiled.rows(self.problem, self.points, block, index, s)
+
+
+def momentary_rows(curve: Curve) -> list[Rows]:
     """Rows of all walls that hold at one instant only: without them free knots would fly away."""
-    points = problem.relative_points(base)
-    kept = [number for number, block in enumerate(compiled.blocks) if isinstance(block, KnotBounds)]
-    every = [np.arange(len(compiled.blocks[number].piece)) for number in kept]
-    return [
-        compiled.rows(problem, points, number, index, np.zeros(len(index)))
-        for number, index in zip(kept, every, strict=True)
-    ]
+    sizes = [len(block.piece) if isinstance(block, KnotBounds) else 0 for block in curve.compiled.blocks]
+    return [curve.rows(number, np.arange(size), np.zeros(size)) for number, size in enumerate(sizes) if size]
 
 
-def spread_rows(problem: Problem, compiled: Compiled, knots: FloatArray) -> list[Rows]:
+def spread_rows(curve: Curve) -> list[Rows]:
     """Return a few rows at Chebyshev points of every wall that the curve comes near to and moves along or against."""
-    points = problem.relative_points(knots)
-    near = [_near(excess) for excess in compiled.excess(problem, points)]
-    walls = sum(len(index) for index in near)
-    count = min(max(BUDGET // max(walls, 1), FEWEST), MOST)
+    near = [_near(excess) for excess in curve.excess]
+    count = min(max(BUDGET // max(sum(len(index) for index in near), 1), FEWEST), MOST)
     s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
     return [
-        compiled.rows(problem, points, number, np.repeat(index, count), np.tile(s, len(index)))
+        curve.rows(number, np.repeat(index, count), np.tile(s, len(index)))
         for number, index in enumerate(near)
         if len(index)
     ]
@@ -116,30 +140,23 @@ def _near(excess: FloatArray) -> IntArray:
 
 
 def sticking_out(
-    problem: Problem,
-    compiled: Compiled,
-    knots: FloatArray,
-    floor: float,
-    exact: bool = False,
-    contacts: Contacts | None = None,
+    curve: Curve, floor: float, exact: bool = False, contacts: Contacts | None = None
 ) -> tuple[list[Rows], float]:
-    """Rows where the curve is more than ``floor`` widths out of a wall, and the largest such excess.
+    """Rows where a curve is more than ``floor`` widths out of a wall, and the largest such excess.
 
     With ``contacts``, there are also rows where contacts are expected.  With ``floor`` zero and ``exact``, finding none
     is a proof that the curve is inside at every instant.
     """
-    points = problem.relative_points(knots)
-    excess = compiled.excess(problem, points)
-    found = [peaks(values, floor) for values in excess]
+    found = [peaks(values, floor) for values in curve.excess]
     if exact and floor == 0.0 and not any(len(row) for row, _, _ in found):
-        found = [_exact_peaks(values) for values in excess]
+        found = [_exact_peaks(values) for values in curve.excess]
     rows = []
     for number, (row, s, _) in enumerate(found):
         if contacts is not None and len(row):
-            index, where = contacts.expected(compiled.first[number] + row, s)
+            index, where = contacts.expected(curve.compiled.first[number] + row, s)
             row, s = np.concatenate((row, row[index])), np.concatenate((s, where))
         if len(row):
-            rows.append(compiled.rows(problem, points, number, row, s))
+            rows.append(curve.rows(number, row, s))
     return rows, max((float(value.max(initial=0.0)) for _, _, value in found), default=0.0)
 
 

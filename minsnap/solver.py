@@ -63,6 +63,11 @@ class Solved:
         return [margin_to(self.trajectory, wall) for wall in self.task.walls]
 
     @property
+    def inside(self) -> bool:
+        """Whether no margin is negative."""
+        return all(margin.value >= 0.0 for margin in self.margins)
+
+    @property
     def corridor_margin(self) -> float | None:
         """Exact least distance to the walls on positions [m]; None where there are none."""
         pairs = zip(self.task.walls, self.margins, strict=True)
@@ -128,23 +133,30 @@ def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -
             careful = replace(problem, extended=True)
             again = Exchange(careful, unbounded_optimum(careful), exchange.compiled, task.solver)
             return _certified(task, careful, units, again)
-        return _blended(task, problem, units, exchange, exchange.last)
-    if all(margin.value >= 0.0 for margin in solved.margins):
+        return _blended(task, problem, units, exchange)
+    if solved.inside:
         return solved
     if not _straight_inside(task, exchange.compiled, problem):
         raise _no_room(task, problem, exchange.compiled)
-    return _blended(task, problem, units, exchange, solved.outcome.knots)
+    return _blended(task, problem, units, exchange)
 
 
 def _insisted(task: Task, problem: Problem, units: Units, exchange: Exchange) -> Solved:
     """Run the exchange, and again with proofs and then with walls moved inwards while rounding leaves it outside."""
-    solved = Solved(task, problem, units, exchange.run())
+    last: list[Solved] = []
+
+    def inside(outcome: Outcome) -> bool:
+        if not last or last[-1].outcome is not outcome:
+            last[:] = [Solved(task, problem, units, outcome)]
+        return last[-1].inside
+
     for _ in range(TRIES):
-        if all(margin.value >= 0.0 for margin in solved.margins):
+        if inside(exchange.run(inside)):
             break
         exchange.insist()
-        solved = Solved(task, problem, units, exchange.run())
-    return solved
+    else:
+        inside(exchange.run(inside))
+    return last[-1]
 
 
 def _no_room(task: Task, problem: Problem, compiled: Compiled) -> SolverError | CorridorError:
@@ -174,16 +186,17 @@ def _heights(compiled: Compiled, problem: Problem, knots: FloatArray) -> list[Fl
     return [maxima(points).values for points in compiled.excess(problem, problem.relative_points(knots))]
 
 
-def _blended(task: Task, problem: Problem, units: Units, exchange: Exchange, knots: FloatArray) -> Solved:
-    """Move towards stop-and-go along the straight legs, by the least share that brings every extremum inside.
+def _blended(task: Task, problem: Problem, units: Units, exchange: Exchange) -> Solved:
+    """Move the last curve towards stop-and-go along the straight legs, by the least share that brings it inside.
 
     Walls are convex and stop-and-go has all free values zero, so the blend is a scaling of the knot values.
     """
+    knots = exchange.curve.knots
     share = _least_share(exchange.compiled, problem, knots)
     while True:
-        outcome = exchange.outcome(knots * (1.0 - share))
+        outcome = replace(exchange.outcome(), knots=knots * (1.0 - share))
         solved = Solved(task, problem, units, outcome)
-        if share == 1.0 or all(margin.value >= 0.0 for margin in solved.margins):
+        if share == 1.0 or solved.inside:
             return solved
         share = min(1.0, 2.0 * share + 1e-12)
 

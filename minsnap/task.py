@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -128,7 +129,7 @@ class Task:
 
     def units(self, durations: FloatArray) -> Units:
         """Units in which lengths and durations are of order one."""
-        return Units(self.length, float(np.exp(np.log(durations).mean())), self.waypoints[0])
+        return Units(self.length, math.exp(np.log(durations).sum() / len(durations)), self.waypoints[0])
 
     def problem(self, durations: FloatArray, units: Units) -> Problem:
         """Return the reduced problem for piece durations (pieces in all,) [s]."""

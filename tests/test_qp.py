@@ -182,7 +182,7 @@ def test_a_guess_of_the_active_rows_does_not_change_the_least_distance():
     whole, _ = solve_qp(np.eye(len(q)), q, G, h, None, None, ("nnls",))
     guess = np.zeros(len(h), dtype=bool)
     guess[np.argmax(h < 0.0)] = True
-    found, failed = solve_qp(np.eye(len(q)), q, G, h, None, None, ("nnls",), guess=guess)
+    found, failed = solve_qp(np.eye(len(q)), q, G, h, None, None, ("nnls",), active=guess)
     assert failed == ()
     assert found.x == pytest.approx(whole.x, abs=1e-12)
     assert found.multipliers == pytest.approx(whole.multipliers, abs=1e-9)
