@@ -39,7 +39,7 @@ class Cones(exchange.Exchange):
         self.unknowns[part.columns] = part.space.unknowns(x)
         self.multipliers = 2.0 * size * np.array(found.z).reshape(count, -1)[:, 0] / self.rows.width
         part.solver = "clarabel cones"
-        return self.problem.add(self.base, self.unknowns)
+        self.curve = exchange.Curve(self.problem, self.compiled, self.problem.add(self.base, self.unknowns))
 
     def _cones(self):
         """Rows (radius, offset) of every cone in units of its radius, and the size of the unknowns."""
@@ -47,7 +47,7 @@ class Cones(exchange.Exchange):
         matrix, radius = ball.matrix[rows.wall], ball.width[rows.wall][:, None]
         count, dim = matrix.shape[:2]
         factors = problem.row_factors(rows.piece, rows.s, 0)
-        present = np.einsum("rqd,rj,rjd->rq", matrix, factors, problem.plain_ends(self.base, rows.piece))
+        present = np.einsum("rqd,rj,rjd->rq", matrix, factors, self.ends[rows.piece])
         present = (present + ball.offset[rows.wall]) / radius
         values = (matrix[:, :, :, None] * factors[:, None, None, :] / radius[:, :, None, None]).reshape(count * dim, -1)
         columns = part.local[problem.piece_columns[rows.piece]].reshape(count, -1)

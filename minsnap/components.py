@@ -126,9 +126,13 @@ class Component:
         self._kept, self.active = (np.zeros((0, len(self.columns))), np.zeros(0)), None
         self.space, self.names = self._space(True), ("daqp", *self.names)
 
-    def mistrust(self) -> bool:
-        """Take the most accurate solver first from now on, unless one was asked for; whether that is a change."""
-        changed = self.asked == "auto" and isinstance(self.space, Whitened) and self.solver != "nnls"
+    def mistrust(self, costly: bool) -> bool:
+        """Take the most accurate solver first from now on; whether that is a change.
+
+        A solver that was asked for is kept as long as what it leaves open is not costly.
+        """
+        replaceable = costly or self.asked == "auto"
+        changed = replaceable and isinstance(self.space, Whitened) and self.solver != "nnls"
         if changed:
             self.careful, self.failed = True, tuple(dict.fromkeys((*self.failed, self.solver)))
         return changed

@@ -30,7 +30,7 @@ ONWARD = 0.68
 
 
 class Contacts:
-    """Rows that press on the curve, in the order of their walls and instants.
+    """Places where rows press on the curve, in the order of their walls and instants.
 
     Parameters
     ----------
@@ -41,20 +41,17 @@ class Contacts:
 
     def __init__(self, rows: Rows, multipliers: FloatArray) -> None:
         pressing = np.flatnonzero(multipliers > PRESSING * multipliers.max(initial=0.0))
-        place = 2.0 * rows.wall[pressing] + rows.s[pressing]
-        order = np.argsort(place)
-        self.place, self.force = place[order], multipliers[pressing[order]]
+        self.places = np.sort(2.0 * rows.wall[pressing] + rows.s[pressing])
 
     def expected(self, wall: IntArray, s: FloatArray) -> tuple[IntArray, FloatArray]:
         """Where contacts are expected from peaks at s on some walls: indices of the peaks that have one, and where."""
-        if not len(self.place):
+        if not len(self.places):
             return np.zeros(0, dtype=np.intp), np.zeros(0)
         peak = 2.0 * wall + s
-        after = np.searchsorted(self.place, peak)
-        left, right = np.maximum(after - 1, 0), np.minimum(after, len(self.place) - 1)
-        before, behind = np.abs(peak - self.place[left]), np.abs(self.place[right] - peak)
-        nearest = np.where(before < behind, left, right)
-        step = self.place[nearest] - peak
+        after = np.searchsorted(self.places, peak)
+        down = self.places[np.maximum(after - 1, 0)] - peak
+        up = self.places[np.minimum(after, len(self.places) - 1)] - peak
+        step = np.where(np.abs(down) < np.abs(up), down, up)
         distance = np.abs(step)
         index = np.flatnonzero((distance < REACH) & (distance > APART))
         return index, s[index] + (1.0 - ONWARD) * step[index]

@@ -35,12 +35,14 @@ ASIDE = 0.1
 BROKEN = 0.3
 """Share of the excess by which rows that the solver was given may be violated: more is the solver's fault."""
 
+COSTLY = 5.0
+"""How many times the gap may be left open by a solver that was asked for."""
+
 SAFETY = 1.5
 """Walls are moved by so many times the excess."""
 
 LARGEST_SHRINK = 1e-3
 """Share of their width by which walls are moved at most where it costs nothing."""
-
 
 NEAR = 0.3
 """Excess, in widths, below which walls are moved inwards by what is affordable, for the last rounds to end inside."""
@@ -144,7 +146,8 @@ class Exchange:
             stalled = 0 if excess < 0.75 * best else stalled + 1
             best = min(best, excess)
             broken = self._broken(BROKEN * excess) if stalled else []
-            if any([component.mistrust() for component in broken]):
+            costly = excess * self._slope() > COSTLY * self.gap * self.cost
+            if any([component.mistrust(costly) for component in broken]):
                 self._solve()
                 continue
             if broken:
@@ -184,9 +187,17 @@ class Exchange:
         """By how many widths the walls may move inwards for ``gap`` of the cost; 0 before the first solve."""
         if self.rows is None or not len(self.multipliers):
             return 0.0
-        slope = float(self.multipliers @ self.rows.width[: len(self.multipliers)])
-        cost = self.base_cost + self.gain
-        return min(self.gap * cost / (SAFETY * slope), LARGEST_SHRINK) if slope > 0.0 else LARGEST_SHRINK
+        slope = self._slope()
+        return min(self.gap * self.cost / (SAFETY * slope), LARGEST_SHRINK) if slope > 0.0 else LARGEST_SHRINK
+
+    def _slope(self) -> float:
+        """Cost of moving walls inwards, for each width."""
+        return float(self.multipliers @ self.rows.width[: len(self.multipliers)]) if self.rows is not None else 0.0
+
+    @property
+    def cost(self) -> float:
+        """Cost of the last curve, normalised."""
+        return self.base_cost + self.gain
 
     def _likely_inside(self, excess: float) -> bool:
         """Whether walls that were moved inwards make up for the little that is left of an excess."""

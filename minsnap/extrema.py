@@ -2,7 +2,8 @@
 
 The largest control point bounds a polynomial from above, its end points from below; cutting an interval in
 parts makes the two meet quadratically fast (J. M. Lane and R. F. Riesenfeld, "Bounds on a polynomial", BIT 21,
-1981).  Only the parts that can still hold the maximum are cut again, so the result is a proof, not a sample.
+1981).  Only the parts that can still hold the maximum are cut again, and a concave part is bounded by the tangent at
+its top, so the result is a proof, not a sample.
 """
 
 from __future__ import annotations
@@ -77,8 +78,6 @@ class _Search:
         width = 1.0
         for _ in range(ROUNDS):
             self._attain(width)
-            if not len(self.points):
-                break
             kept = self.points.max(axis=1) > (self.values + self.slack)[self.group]
             if not kept.any():
                 break
@@ -86,6 +85,8 @@ class _Search:
             self._cut(kept, width)
             if width < 1.0 / PARTS:
                 self._climb(width)
+            if not len(self.points):
+                break
         return Maxima(self.values, self.rows, self.where)
 
     def _attain(self, width: float) -> None:

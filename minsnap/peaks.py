@@ -33,7 +33,7 @@ def _grid(degree: int) -> tuple[FloatArray, FloatArray]:
 def _reach(degree: int) -> tuple[FloatArray, FloatArray]:
     """Return the steps down and up to the next grid points."""
     s, _ = _grid(degree)
-    return np.diff(s, prepend=0.0) * -1.0, np.diff(s, append=1.0)
+    return -np.diff(s, prepend=0.0), np.diff(s, append=1.0)
 
 
 @cache

@@ -121,6 +121,8 @@ def make_space(problem: Problem, columns: IntArray, n: int, dense: bool) -> Spac
     """
     from scipy.linalg.lapack import dpotrf, dtrtri
 
+    if n == 0:
+        return Whitened(np.zeros((0, 0)))
     if dense and n <= EXTENDED and is_extreme(problem):
         return Whitened(decimal_whitening(problem, columns, n))
     value, row, column, scale = _scaled_entries(problem, columns, n)

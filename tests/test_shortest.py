@@ -155,3 +155,8 @@ def test_more_pieces_come_near_the_trapezoid_of_one_leg():
     assert times == sorted(times, reverse=True)
     trapezoid = 8.0 / 3.0 + 3.0 / 6.0
     assert trapezoid < times[-1] < 1.15 * trapezoid
+
+
+def test_a_leg_without_anything_to_vary_is_planned_in_silence(capfd):
+    minsnap.plan([(0, 0, 0), (1, 0, 0)], limits=LIMITS, corridor=0.1)
+    assert tuple(capfd.readouterr()) == ("", "")
