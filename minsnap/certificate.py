@@ -149,7 +149,7 @@ def margin_to(traj: Trajectory, wall: Walls) -> Margin:
         if not len(inside):
             return Margin(np.inf, 0, 0.0, wall.name)
         value, which, s = maximum(-inside)
-        return Margin(-value, int(wall.leg[row[which]]), _instant(traj, int(piece[which]), s), wall.name)
+        return Margin(0.0 - value, int(wall.leg[row[which]]), _instant(traj, int(piece[which]), s), wall.name)
     return _ball_margin(traj, wall)
 
 

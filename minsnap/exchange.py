@@ -50,6 +50,9 @@ NEAR = 0.3
 NEARLY = 1e-4
 """Excess, in widths, that is likely gone after one more round."""
 
+NUDGE = 1e-9
+"""Widths by which walls are moved first where rounding alone leaves the curve outside."""
+
 IDLE = 1e-6
 """Share of the largest multiplier below which a row counts as without effect."""
 
@@ -121,7 +124,7 @@ class Exchange:
         self.gain = 0.0
         self.rounds = 0
         self.curve = Curve(problem, compiled, base)
-        self.exact = False
+        self.exact, self.nudge = False, NUDGE
         self.seeded = seed is not None and problem.size > 0
         self.due = np.ones(len(masks), dtype=bool)
         self._add([*momentary_rows(self.curve), *([] if seed is None else [seed])])
@@ -163,9 +166,10 @@ class Exchange:
         return self.outcome(excess)
 
     def insist(self) -> None:
-        """Prove every round from now on; if that was done already, move the walls inwards once more."""
+        """Prove every round from now on; if that was done already, move the walls inwards by a little, then by more."""
         if self.exact:
-            self._move(max(9.0 * self.shrink, 1e-9))
+            self._move(self.nudge)
+            self.nudge *= 100.0
         self.exact = True
 
     def run_sampled(self, samples: int) -> Outcome:
