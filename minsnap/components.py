@@ -51,6 +51,8 @@ class Component:
         self.gain = 0.0
         self.careful = False
         self.active: BoolArray | None = None
+        self.x, self.size, self.shrink = np.zeros(len(self.columns)), 1.0, np.nan
+        self.held = False
         self._kept = (np.zeros((0, len(self.columns))), np.zeros(0))
 
     @cached_property
@@ -102,6 +104,11 @@ class Component:
     def sparse(self) -> bool:
         """Whether its last QP was sparse."""
         return isinstance(self.__dict__.get("space"), Scaled)
+
+    @property
+    def local_solves(self) -> bool:
+        """Whether it may be solved for a part of its unknowns: sparse, no equalities, a regular Hessian."""
+        return self.sparse and self.equalities is None and not self._floating
 
     @property
     def always(self) -> bool:
@@ -158,9 +165,14 @@ class Component:
             return None
         self.solver = found.solver
         self.active = found.multipliers > 0.0 if isinstance(self.space, Whitened) else None
-        x = size * found.x
+        self.size, self.shrink = size, shrink
+        return self.take(size * found.x), 2.0 * size * found.multipliers / norms
+
+    def take(self, x: FloatArray, held: bool = False) -> FloatArray:
+        """Take a solution, found with some unknowns held or not, in the coordinates of ``space``: the unknowns."""
+        self.x, self.held = x, held
         self.gain = float(x @ (self.space.hessian @ x) + 2.0 * self.slope @ x)
-        return self.space.unknowns(x), 2.0 * size * found.multipliers / norms
+        return self.space.unknowns(x)
 
     def matrix(self, rows: RowSet, chosen: IntArray, shrink: float) -> tuple[Any, FloatArray, FloatArray]:
         """Normalised rows (r, n), their bounds, and the norms they were divided by."""

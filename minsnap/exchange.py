@@ -21,6 +21,7 @@ from minsnap.problem import IntArray, Problem
 from minsnap.qp import SMALL
 from minsnap.rows import Curve, RowSet, momentary_rows, rows_in_unknowns, spread_rows, sticking_out
 from minsnap.samples import FloatArray
+from minsnap.windows import BoolArray, loss, solve_near
 
 GAP = 1e-6
 """Share of the cost that may be lost by moving walls inwards instead of iterating on."""
@@ -141,10 +142,11 @@ class Exchange:
             due = False
         for _ in range(ROUNDS):
             if proof is not None and self._likely_inside(excess) and proof(last := self.outcome()):
-                return last
+                if self._optimal():
+                    return last
             floor = 0.0 if self.shrink else self._affordable()
             found, excess = sticking_out(self.curve, floor, self.exact, self._contacts())
-            if excess <= 0.0 and floor == 0.0 and not due:
+            if excess <= 0.0 and floor == 0.0 and not due and self._optimal():
                 break
             stalled = 0 if excess < 0.75 * best else stalled + 1
             best = min(best, excess)
@@ -261,22 +263,46 @@ class Exchange:
 
     def _solve(self) -> None:
         """Solve every component that is due over its rows and put the results together."""
-        rows = self.rows
+        rows, known = self.rows, len(self.multipliers)
         size = 0 if rows is None else len(rows)
         self.rounds += 1
-        self.multipliers = np.concatenate((self.multipliers, np.zeros(size - len(self.multipliers))))
+        self.multipliers = np.concatenate((self.multipliers, np.zeros(size - known)))
         group = np.zeros(0, dtype=np.intp) if rows is None else self._groups(rows)
         for number, component in enumerate(self.components):
             chosen = np.flatnonzero(group == number)
             if not self.due[number] or not (len(chosen) or component.always):
                 continue
             self.due[number] = False
-            found = component.solve(rows, chosen, self.shrink) if len(component.columns) else None
+            found = self._found(component, chosen, chosen >= known)
             if found is None:
                 raise InfeasibleRowsError(number, chosen)
             self.unknowns[component.columns], self.multipliers[chosen] = found
         self.gain = sum(component.gain for component in self.components)
         self.curve = Curve(self.problem, self.compiled, self.problem.add(self.base, self.unknowns))
+
+    def _found(self, part: Component, chosen: IntArray, fresh: BoolArray) -> tuple[FloatArray, FloatArray] | None:
+        """Unknowns and multipliers of a component, solved for near its fresh rows if that does."""
+        if not len(part.columns):
+            return None
+        rows, near = self.rows, None
+        if rows is not None:
+            near = solve_near(part, rows, chosen, self.shrink, self.multipliers[chosen], fresh)
+        return near if near is not None else part.solve(rows, chosen, self.shrink)
+
+    def _optimal(self) -> bool:
+        """Whether components that were solved for a part of their unknowns cost too little more than the optimum.
+
+        One that does not is solved as a whole next time.
+        """
+        for number, part in enumerate(self.components):
+            if not part.held or self.rows is None:
+                continue
+            chosen = np.flatnonzero(self._groups(self.rows) == number)
+            if loss(part, self.rows, chosen, self.shrink, self.multipliers[chosen]) > self.gap * self.cost:
+                part.shrink, self.due[number] = np.nan, True
+                return False
+            part.held = False
+        return True
 
     def _groups(self, rows: RowSet) -> IntArray:
         """Component of each row."""
