@@ -13,19 +13,20 @@ import numpy as np
 import scipy.sparse as sparse
 
 import minsnap
-from minsnap import RoundTube, exchange, solver
+from minsnap import RoundTube, exchange, relaxation
+from minsnap.rows import Curve
 
 SIZES = (2, 4, 10, 30, 100)
 RECTANGLE = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)], dtype=float)
 
 
-class Cones(exchange.Exchange):
+class Cones(relaxation.Relaxation):
     """The same rounds, with a cone at each instant instead of a plane; one component, round walls alone."""
 
-    def _solve(self):
+    def solve(self):
         if self.rows is None or len(self.components) > 1:
-            return super()._solve()
-        self.rounds += 1
+            return super().solve()
+        self.solves += 1
         part, (A, b, size) = self.components[0], self._cones()
         settings = clarabel.DefaultSettings()
         settings.verbose = False
@@ -39,7 +40,7 @@ class Cones(exchange.Exchange):
         self.unknowns[part.columns] = part.space.unknowns(x)
         self.multipliers = 2.0 * size * np.array(found.z).reshape(count, -1)[:, 0] / self.rows.width
         part.solver = "clarabel cones"
-        self.curve = exchange.Curve(self.problem, self.compiled, self.problem.add(self.base, self.unknowns))
+        self.curve = Curve(self.problem, self.compiled, self.problem.add(self.base, self.unknowns))
 
     def _cones(self):
         """Rows (radius, offset) of every cone in units of its radius, and the size of the unknowns."""
@@ -77,11 +78,11 @@ def best_of(points, durations, radius, name, repeats=5):
 
 
 def with_cones(points, durations, radius):
-    solver.Exchange = Cones
+    exchange.Relaxation = Cones
     try:
         return best_of(points, durations, radius, "auto")
     finally:
-        solver.Exchange = exchange.Exchange
+        exchange.Relaxation = relaxation.Relaxation
 
 
 def main():

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from minsnap.errors import InfeasibleError, LimitError
-from minsnap.exchange import InfeasibleRowsError
 from minsnap.explain import explain
 from minsnap.inputs import check_positive_time, check_weight
 from minsnap.limits import Limits
 from minsnap.measures import Utilisation, measure_state
+from minsnap.relaxation import InfeasibleRowsError
 from minsnap.samples import FloatArray
 from minsnap.scaled import proportions, scaled_plan
 from minsnap.shortest import ShortestSearch, most_used, stop_and_go_times, touching_factor

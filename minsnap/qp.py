@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from minsnap.errors import UnknownSolverError
+from minsnap.least_distance import BoolArray, least_distance
 from minsnap.samples import FloatArray
-
-BoolArray = npt.NDArray[np.bool_]
 
 SMALL = 60
 """Unknowns up to which many rows at the start are cheaper than further rounds."""
@@ -33,18 +31,6 @@ GAP = 1e-6
 
 TINY = 1e-12
 """Cost, in scaled units, below which a gap does not matter."""
-
-KEPT = 1e-14
-"""Violation of a normalised row, beside the solution, that is rounding."""
-
-LARGEST = 1e12
-"""Size of a solution, in scaled units, beyond which rows count as contradictory."""
-
-DEPENDENT = 1e-13
-"""Share of the largest diagonal entry below which rows count as dependent."""
-
-RESCALINGS = 6
-"""How often a least-distance problem is scaled again so that its solution is of order one."""
 
 TOLERANCES: dict[str, dict[str, Any]] = {
     "daqp": {"primal_tol": 1e-13, "sing_tol": 1e-13, "dual_tol": 1e-12, "iter_limit": 10_000, "time_limit": 2.0},
@@ -135,75 +121,6 @@ def solve_qp(
     return None, tuple(failed)
 
 
-def _least_distance(G: Any, h: FloatArray, A: Any, b: Any, q: FloatArray, active: BoolArray | None) -> Solution | None:
-    """Minimise |x|^2/2 + q'x over Gx <= h, Ax = b by non-negative least squares.
-
-    It stays accurate where rows are nearly dependent (C. L. Lawson and R. J. Hanson, "Solving Least Squares Problems",
-    1974, chapter 23).  Its time grows fast with the rows, so it begins with those that are active in the last solve and
-    those that are new, and takes in others as they are broken.
-    """
-    rows, bounds = (G, h) if A is None else (np.vstack((G, A, -A)), np.concatenate((h, b, -b)))
-    bounds = bounds + rows @ q
-    used = np.ones(len(rows), dtype=bool)
-    if active is not None:
-        used[: len(active)] = active
-    multipliers = np.zeros(len(rows))
-    while True:
-        found = _least_norm(rows[used], bounds[used])
-        if found is None:
-            return None
-        x, multipliers[used] = found
-        broken = ~used & (rows @ x - bounds > KEPT * max(1.0, float(np.abs(x).max())))
-        if not broken.any():
-            break
-        used |= broken
-    inequalities = len(h)
-    equalities = (len(rows) - inequalities) // 2
-    both = multipliers[inequalities:]
-    return Solution(x - q, multipliers[:inequalities], both[:equalities] - both[equalities:], "nnls")
-
-
-def _least_norm(rows: FloatArray, bounds: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Point of least norm within rows, and their multipliers; None where there is none."""
-    from scipy.optimize import nnls
-
-    size = 1.0
-    for _ in range(RESCALINGS):
-        dual = np.vstack((-rows.T, -bounds / size))
-        try:
-            weights, _ = nnls(dual, np.eye(len(dual))[-1], maxiter=50 * dual.shape[1])
-        except RuntimeError:
-            return None
-        residual = dual @ weights
-        residual[-1] -= 1.0
-        if not residual[-1] < -np.finfo(np.float64).eps or size > LARGEST:
-            return None
-        length = float(np.linalg.norm(residual[:-1])) / -residual[-1]
-        if 0.1 < length < 10.0:
-            break
-        size *= max(length, 1e-3)
-    x, multipliers = -size * residual[:-1] / residual[-1], -size * weights / residual[-1]
-    return _sharpened(rows, bounds, np.flatnonzero(weights > 0.0), x, multipliers)
-
-
-def _sharpened(
-    rows: FloatArray, bounds: FloatArray, active: Any, x: FloatArray, multipliers: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Solve for the point of least norm on the active rows, to working precision, where they are independent."""
-    from scipy.linalg import solve_triangular
-
-    if not 0 < len(active) <= rows.shape[1]:
-        return x, multipliers
-    Q, R = np.linalg.qr(rows[active].T)
-    diagonal = np.abs(np.diag(R))
-    if diagonal.min() <= DEPENDENT * diagonal.max():
-        return x, multipliers
-    y = solve_triangular(R, bounds[active], trans="T")
-    sharpened = np.zeros(len(rows))
-    sharpened[active] = np.maximum(-solve_triangular(R, y), 0.0)
-    return Q @ y, sharpened
-
-
 def _attempt(
     P: Any,
     q: FloatArray,
@@ -216,7 +133,10 @@ def _attempt(
     active: BoolArray | None = None,
 ) -> Solution | None:
     if name == "nnls":
-        found = None if G is None or h is None else _least_distance(G, h, A, b, q, active)
+        if G is None or h is None:
+            return None
+        answer = least_distance(G, h, A, b, q, active)
+        found = None if answer is None else Solution(*answer, name)
         return found if found is not None and _holds(P, q, G, h, A, b, found, tiny) else None
     import qpsolvers
 

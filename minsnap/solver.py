@@ -11,9 +11,10 @@ from minsnap.banded import unbounded_optimum
 from minsnap.certificate import Margin, margin_to
 from minsnap.compiled import Compiled, Rows, Units, compile_walls
 from minsnap.errors import CorridorError, SolverError
-from minsnap.exchange import GAP, Exchange, InfeasibleRowsError, Outcome
+from minsnap.exchange import GAP, Exchange, Outcome
 from minsnap.extrema import maxima
 from minsnap.problem import Problem
+from minsnap.relaxation import InfeasibleRowsError
 from minsnap.samples import FloatArray
 from minsnap.space import EXTENDED
 from minsnap.task import Task
@@ -127,17 +128,17 @@ def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -
     try:
         solved = _insisted(task, problem, units, exchange)
     except InfeasibleRowsError:
-        if not _straight_inside(task, exchange.compiled, problem):
+        if not _straight_inside(task, exchange.relaxation.compiled, problem):
             raise
         if not problem.extended and problem.size <= EXTENDED:
             careful = replace(problem, extended=True)
-            again = Exchange(careful, unbounded_optimum(careful), exchange.compiled, task.solver)
+            again = Exchange(careful, unbounded_optimum(careful), exchange.relaxation.compiled, task.solver)
             return _certified(task, careful, units, again)
         return _blended(task, problem, units, exchange)
     if solved.inside:
         return solved
-    if not _straight_inside(task, exchange.compiled, problem):
-        raise _no_room(task, problem, exchange.compiled)
+    if not _straight_inside(task, exchange.relaxation.compiled, problem):
+        raise _no_room(task, problem, exchange.relaxation.compiled)
     return _blended(task, problem, units, exchange)
 
 
@@ -191,8 +192,8 @@ def _blended(task: Task, problem: Problem, units: Units, exchange: Exchange) -> 
 
     Walls are convex and stop-and-go has all free values zero, so the blend is a scaling of the knot values.
     """
-    knots = exchange.curve.knots
-    share = _least_share(exchange.compiled, problem, knots)
+    knots = exchange.relaxation.curve.knots
+    share = _least_share(exchange.relaxation.compiled, problem, knots)
     while True:
         outcome = replace(exchange.outcome(), knots=knots * (1.0 - share))
         solved = Solved(task, problem, units, outcome)

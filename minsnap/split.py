@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.compiled import Rows
 from minsnap.errors import TimingError
-from minsnap.exchange import InfeasibleRowsError
+from minsnap.relaxation import InfeasibleRowsError
 from minsnap.samples import FloatArray
 from minsnap.sensitivity import cost_gradient
 from minsnap.solver import Solved, solve

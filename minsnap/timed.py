@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.errors import LimitError, TimingError
-from minsnap.exchange import InfeasibleRowsError
 from minsnap.explain import explain
 from minsnap.limits import Limits
+from minsnap.relaxation import InfeasibleRowsError
 from minsnap.samples import FloatArray
 from minsnap.solver import Solved, solve
 from minsnap.split import Progress, Step, check_split

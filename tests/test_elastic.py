@@ -9,8 +9,8 @@ from minsnap.certificate import nearest_wall
 from minsnap.compiled import compile_walls
 from minsnap.corridor import Tube
 from minsnap.elastic import Elastic, Give
-from minsnap.exchange import InfeasibleRowsError
 from minsnap.limits import Limits
+from minsnap.relaxation import InfeasibleRowsError
 from minsnap.shortest import give_limits
 from minsnap.solver import solve
 from minsnap.trajectory import Trajectory

@@ -175,14 +175,3 @@ def test_a_solver_that_is_not_there_is_named_with_those_that_are(name):
 
 def test_every_solver_with_tolerances_is_installed():
     assert set(TOLERANCES) <= set(qpsolvers.available_solvers)
-
-
-def test_a_guess_of_the_active_rows_does_not_change_the_least_distance():
-    P, q, G, h = least_distance(3)
-    whole, _ = solve_qp(np.eye(len(q)), q, G, h, None, None, ("nnls",))
-    guess = np.zeros(len(h), dtype=bool)
-    guess[np.argmax(h < 0.0)] = True
-    found, failed = solve_qp(np.eye(len(q)), q, G, h, None, None, ("nnls",), active=guess)
-    assert failed == ()
-    assert found.x == pytest.approx(whole.x, abs=1e-12)
-    assert found.multipliers == pytest.approx(whole.multipliers, abs=1e-9)

@@ -46,33 +46,33 @@ def test_the_plan_is_that_of_solving_for_everything(monkeypatch, closed):
 
 
 def test_windows_reach_to_both_sides_and_over_the_seam_of_a_lap():
-    problem = exchange_of(40).problem
+    problem = exchange_of(40).relaxation.problem
     assert np.flatnonzero(pieces_around(problem, np.array([20]))).tolist() == list(range(20 - REACH, 21 + REACH))
     assert np.flatnonzero(pieces_around(problem, np.array([1]))).tolist() == list(range(2 + REACH))
     around = np.flatnonzero(pieces_around(replace(problem, closed=True), np.array([1])))
     assert around.tolist() == sorted((1 + step) % 40 for step in range(-REACH, REACH + 1))
-    assert pieces_around(exchange_of(2 * REACH).problem, np.array([0])).all()
+    assert pieces_around(exchange_of(2 * REACH).relaxation.problem, np.array([0])).all()
 
 
 def test_the_loss_of_an_optimum_is_nothing_and_that_of_another_plan_no_less_than_it_costs():
     exchange = exchange_of(60)
     exchange.run()
-    part, rows = exchange.components[0], exchange.rows
+    state = exchange.relaxation
+    part, rows = state.components[0], state.rows
     chosen = np.arange(len(rows))
-    best, forces = exchange.cost, exchange.multipliers
-    part.take(part.x)
+    best, forces = state.cost, state.multipliers
     for shrink in (0.0, 1e-3, 1e-2):
         unknowns, multipliers = part.solve(rows, chosen, shrink)
-        dearer = exchange.base_cost + part.gain - best
+        dearer = state.base_cost + part.gain - best
         assert loss(part, rows, chosen, shrink, multipliers) <= 1e-7 * best
         if shrink:
-            assert dearer <= loss(part, rows, chosen, exchange.shrink, forces) <= 10.0 * dearer
+            assert dearer <= loss(part, rows, chosen, state.shrink, forces) <= 10.0 * dearer
 
 
 def test_a_plan_that_windows_leave_too_dear_is_solved_as_a_whole(monkeypatch):
     points, durations, widths = many_legs(150, 3)
     asked = []
-    monkeypatch.setattr("minsnap.exchange.loss", lambda *given: asked.append(given) or np.inf)
+    monkeypatch.setattr("minsnap.relaxation.loss", lambda *given: asked.append(given) or np.inf)
     traj = minsnap.plan(points, durations, corridor=widths)
     monkeypatch.setattr(windows, "SHARE", -1.0)
     whole = minsnap.plan(points, durations, corridor=widths)
