@@ -157,6 +157,7 @@ def _pin(bands: FloatArray, free: BoolArray) -> None:
     pinned = np.flatnonzero(~free)
     flat[pinned] = 0.0
     flat[pinned, 0] = 1.0
-    for d in range(1, 2 * width):
-        below = pinned[pinned >= d] - d
-        flat[below, d] = 0.0
+    distance = np.arange(1, 2 * width)
+    row = pinned[:, None] - distance
+    inside = row >= 0
+    flat[row[inside], np.broadcast_to(distance, row.shape)[inside]] = 0.0

@@ -124,7 +124,7 @@ class Exchange:
             stalled = 0 if excess < 0.75 * best else stalled + 1
             best = min(best, excess)
             broken = state.broken(BROKEN * excess) if stalled else []
-            if self._replaced(broken, excess):
+            if broken and self._replaced(broken, excess):
                 state.solve()
                 continue
             stalled = max(stalled, STALLED) if broken else stalled

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -124,9 +123,8 @@ class Trajectory(Path):
 
     def told(self, yaw: Heading, report: Report | None) -> Trajectory:
         """Return the same curve with another yaw and report."""
-        twin = copy(self)
-        object.__setattr__(twin, "yaw", yaw)
-        object.__setattr__(twin, "report", report)
+        twin = object.__new__(type(self))
+        twin.__dict__.update(self.__dict__, yaw=yaw, report=report)
         return twin
 
     def derivative(self, order: int = 1) -> Trajectory:
