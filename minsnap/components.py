@@ -73,8 +73,8 @@ class Component:
 
     @property
     def _floating(self) -> bool:
-        """Whether a whole lap may move at no cost, so that the Hessian is singular."""
-        return self.problem.closed and bool((self.problem.free[:, 0].all(axis=0) & self.axes).any())
+        """Whether the whole curve may move along an axis at no cost, so that the Hessian is singular."""
+        return bool((self.problem.free[:, 0].all(axis=0) & self.axes).any())
 
     def _space(self, dense: bool) -> Space:
         columns = self.local[self.problem.piece_columns[:, self.axes]]
@@ -113,7 +113,7 @@ class Component:
     @property
     def always(self) -> bool:
         """Whether it needs a solve even without rows."""
-        return bool(self.problem.jumps) or bool(self.problem.held.any())
+        return len(self.columns) > 0 and (bool(self.problem.jumps) or bool(self.problem.held.any()))
 
     def solve(self, rows: RowSet | None, chosen: IntArray, shrink: float) -> tuple[FloatArray, FloatArray] | None:
         """Solve over the chosen rows, walls moved inwards by ``shrink`` widths: unknowns and multipliers.

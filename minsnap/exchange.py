@@ -188,5 +188,7 @@ class Exchange:
         """Add rows to the first ones, if there are any, for a good first solve."""
         if found and self.relaxation.problem.size <= SMALL:
             return [*found, *spread_rows(self.relaxation.curve)]
-        aside = [replace(rows, s=np.clip(rows.s + step, 0.0, 1.0)) for rows in found for step in (-ASIDE, ASIDE)]
-        return [*found, *aside]
+        momentary = self.relaxation.compiled.momentary
+        lasting = [rows.chosen(~momentary[rows.wall]) for rows in found]
+        aside = [replace(rows, s=np.clip(rows.s + step, 0.0, 1.0)) for rows in lasting for step in (-ASIDE, ASIDE)]
+        return [*found, *(rows for rows in aside if len(rows.s))]

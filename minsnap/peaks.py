@@ -86,8 +86,10 @@ def top(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     for _ in range(CLIMB):
         local = _at(taylor, step)
         step = _within(step + _newton(local[:, 1], local[:, 2]), -0.5, 0.5)
-    local = _at(taylor, step)
-    return step + 0.5, local[:, 0], local[:, 1]
+    # far from the middle a high degree's expansion loses digits: what is reported comes from convex combinations
+    s, rises = step + 0.5, np.diff(points, axis=1)
+    value = np.einsum("rj,rj->r", basis(degree, s), points)
+    return s, value, degree * np.einsum("rj,rj->r", basis(degree - 1, s), rises)
 
 
 def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]:

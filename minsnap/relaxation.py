@@ -117,7 +117,8 @@ class Relaxation:
         if self.solves > FORGETFUL or self.rows is None or not sparse.any():
             return
         rows = self.rows
-        idle = (self.multipliers <= IDLE * self.multipliers.max()) & (self._slacks(rows) > SLACK * rows.width)
+        weak = self.multipliers <= IDLE * self.multipliers.max(initial=0.0)
+        idle = weak & (self._slacks(rows) > SLACK * rows.width)
         kept = ~(idle & sparse[self._groups(rows)] & ~self.compiled.momentary[rows.source.wall])
         self.rows, self.multipliers = rows.chosen(kept), self.multipliers[kept]
 

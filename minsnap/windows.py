@@ -2,9 +2,9 @@ r"""Windows: solve again only near where rows were added, and bound what that le
 
 What a row changes fades along the chain, by about half from knot to knot.  Late rounds add rows on few legs: there it
 is enough to solve for the knots around them, with all others held.  The dual function bounds what is lost (S. Boyd and
-L. Vandenberghe, "Convex Optimization", 2004, section 5.5): with g the gradient of the Lagrangian and m the
-multipliers, :math:`x^\top H x + 2 q^\top x` exceeds its least value over :math:`Gx \le h` by at most
-:math:`g^\top H^{-1} g + 2 m^\top (h - Gx)`.
+L. Vandenberghe, "Convex Optimization", 2004, section 5.5): :math:`x^\top H x + 2 q^\top x` exceeds its least value
+over :math:`Gx \le h` by at most :math:`g^\top H^{-1} g + 2 m^\top (h - Gx)`, with :math:`m \ge 0` and
+:math:`g = Hx + q + G^\top m`.
 """
 
 from __future__ import annotations
@@ -77,13 +77,20 @@ def pieces_around(problem: Problem, piece: IntArray) -> BoolArray:
 
 
 def loss(part: Component, rows: RowSet, chosen: IntArray, shrink: float, multipliers: FloatArray) -> float:
-    """Bound on how much dearer a component's solution is than the optimum over its rows, normalised."""
+    """Bound on how much dearer a component's solution is than the optimum over its rows, normalised.
+
+    Infinite where the Hessian is singular to working precision.
+    """
     from scipy.sparse.linalg import splu
 
     G, h, norms = part.matrix(rows, chosen, shrink)
     hessian, force = part.space.hessian, multipliers * norms / 2.0
     rest = hessian @ part.x + part.slope + G.T @ force
-    return float(rest @ splu(hessian).solve(rest) + 2.0 * force @ (h - G @ part.x))
+    try:
+        lost = float(rest @ splu(hessian).solve(rest))
+    except RuntimeError:
+        return np.inf
+    return lost + 2.0 * float(force @ (h - G @ part.x)) if lost >= 0.0 else np.inf
 
 
 def _inner_columns(part: Component, window: BoolArray) -> IntArray:

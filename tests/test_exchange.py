@@ -157,3 +157,16 @@ def test_four_solvers_find_the_same_optimum(asked):
     half = (asked["degree"] + 1) // 2
     costs = {name: minsnap.plan(**asked, solver=name).cost(half) for name in ("daqp", "piqp", "clarabel")}
     assert max(costs.values()) <= min(costs.values()) * (1.0 + 1e-5), costs
+
+
+@pytest.mark.parametrize(("degree", "continuity"), ((3, 2), (7, 4)))
+def test_one_leg_has_no_knots_to_be_continuous_at(degree, continuity):
+    traj = minsnap.plan([(0.0, 0.0), (1.0, 1.0)], [1.0], corridor=0.5, degree=degree, continuity=continuity)
+    assert traj(0.5) == pytest.approx([0.5, 0.5])
+
+
+@pytest.mark.parametrize("legs", (1, 3))
+def test_ends_and_all_waypoints_may_move(legs):
+    points, durations, _ = many_legs(legs)
+    traj = minsnap.plan(points, durations, waypoint_tolerance=np.full(legs + 1, 0.1), degree=3)
+    assert traj.cost(2) < minsnap.plan(points, durations, degree=3).cost(2)

@@ -117,3 +117,13 @@ def test_peaks_below_the_level_are_not_reported():
     row, s, value = peaks(np.array([[-1.0, -0.5, -1.0], [0.0, 4.0, 0.0]]), 1.0)
     assert list(row) == [1]
     assert value == pytest.approx([2.0])
+
+
+@pytest.mark.parametrize("degree", (7, 14, 22))
+def test_tops_found_by_newton_steps_are_as_exact_as_cuts_alone(monkeypatch, degree):
+    random = np.random.default_rng(degree)
+    points = random.normal(size=(3000, degree + 1)) * 10.0 ** random.uniform(-5.0, 0.0, size=(3000, degree + 1))
+    climbed = maxima(points).values
+    monkeypatch.setattr("minsnap.extrema._Search._climb", lambda search, width: None)
+    cut = maxima(points).values
+    assert np.abs((climbed - cut) / np.abs(points).max(axis=1)).max() <= RESOLUTION

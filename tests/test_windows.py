@@ -78,3 +78,12 @@ def test_a_plan_that_windows_leave_too_dear_is_solved_as_a_whole(monkeypatch):
     whole = minsnap.plan(points, durations, corridor=widths)
     assert asked
     assert traj.cost() == pytest.approx(whole.cost(), rel=1e-7)
+
+
+def test_a_course_that_may_move_as_a_whole_is_solved_as_a_whole():
+    points, durations, _ = many_legs(60)
+    free = np.full(len(points), 0.05)
+    local = minsnap.plan(points, durations, corridor=0.1, waypoint_tolerance=free)
+    pinned = minsnap.plan(points, durations, corridor=0.1)
+    assert local.cost() < pinned.cost()
+    assert np.abs(local(local.leg_breaks) - points).max() <= 0.05 + 1e-9
