@@ -170,3 +170,14 @@ def test_ends_and_all_waypoints_may_move(legs):
     points, durations, _ = many_legs(legs)
     traj = minsnap.plan(points, durations, waypoint_tolerance=np.full(legs + 1, 0.1), degree=3)
     assert traj.cost(2) < minsnap.plan(points, durations, degree=3).cost(2)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_ends_that_may_move_never_cost_more_than_pinned_ones(seed):
+    points, durations, widths = many_legs(7, seed)
+    room = np.full(8, 0.05)
+    free = minsnap.plan(points, durations, corridor=widths + 0.1, waypoint_tolerance=room)
+    room[[0, -1]] = 0.0
+    pinned = minsnap.plan(points, durations, corridor=widths + 0.1, waypoint_tolerance=room)
+    assert free.cost() <= pinned.cost() * (1.0 + 1e-5)
+    assert free.cost() >= 0.1 * pinned.cost()
