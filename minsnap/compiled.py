@@ -96,7 +96,8 @@ class Compiled:
     @cached_property
     def momentary(self) -> npt.NDArray[np.bool_]:
         """Which walls hold at one instant only, in the common count."""
-        return np.concatenate([np.full(len(block.piece), isinstance(block, KnotBounds)) for block in self.blocks])
+        parts = [np.full(len(block.piece), isinstance(block, KnotBounds)) for block in self.blocks]
+        return np.concatenate([np.zeros(0, dtype=bool), *parts])
 
     def excess(self, problem: Problem, points: FloatArray) -> list[FloatArray]:
         """Control points of the excess over every wall, block by block."""
