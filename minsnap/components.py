@@ -6,19 +6,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from minsnap.compiled import Compiled
 from minsnap.extended import is_extreme
-from minsnap.problem import IntArray, Problem
+from minsnap.problem import BoolArray, IntArray, Problem
 from minsnap.qp import DENSE_SIZE, MIDDLE, solve_qp, solver_names
 from minsnap.samples import FloatArray
 from minsnap.space import EXTENDED, Scaled, Space, Whitened, make_space
 
 if TYPE_CHECKING:
     from minsnap.rows import RowSet
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 def split_axes(compiled: Compiled, problem: Problem) -> list[BoolArray]:

@@ -114,9 +114,9 @@ class Exchange:
             state.solve()
             pending = False
         for _ in range(ROUNDS):
-            if proof is not None and self._likely_inside(excess) and proof(last := self.outcome()):
-                if state.optimal(self.gap):
-                    return last
+            asked = proof if self._likely_inside(excess) else None
+            if asked is not None and asked(last := self.outcome()) and state.optimal(self.gap):
+                return last
             floor = 0.0 if state.shrink else self._affordable()
             found, excess = sticking_out(state.curve, floor, self.exact, state.contacts())
             if excess <= 0.0 and floor == 0.0 and not pending and state.optimal(self.gap):

@@ -6,11 +6,9 @@ C. L. Lawson and R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 2
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from minsnap.problem import BoolArray, IntArray
 from minsnap.samples import FloatArray
-
-BoolArray = npt.NDArray[np.bool_]
 
 KEPT = 1e-14
 """Violation of a normalised row, beside the solution, that is rounding."""
@@ -86,7 +84,7 @@ def _least_norm(rows: FloatArray, bounds: FloatArray) -> tuple[FloatArray, Float
 
 
 def _sharpened(
-    rows: FloatArray, bounds: FloatArray, active: npt.NDArray[np.intp], x: FloatArray, multipliers: FloatArray
+    rows: FloatArray, bounds: FloatArray, active: IntArray, x: FloatArray, multipliers: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Solve for the point of least norm on the active rows, to working precision, where they are independent."""
     from scipy.linalg import solve_triangular

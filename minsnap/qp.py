@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from minsnap.errors import UnknownSolverError
-from minsnap.least_distance import BoolArray, least_distance
+from minsnap.least_distance import least_distance
+from minsnap.problem import BoolArray
 from minsnap.samples import FloatArray
 
 SMALL = 60
@@ -130,7 +131,7 @@ def _attempt(
     b: FloatArray | None,
     name: str,
     tiny: float,
-    active: BoolArray | None = None,
+    active: BoolArray | None,
 ) -> Solution | None:
     if name == "nnls":
         if G is None or h is None:

@@ -7,11 +7,11 @@ import numpy as np
 from minsnap.compiled import Compiled, Rows
 from minsnap.components import Component, split_axes
 from minsnap.contacts import Contacts
-from minsnap.problem import IntArray, Problem
+from minsnap.problem import BoolArray, IntArray, Problem
 from minsnap.qp import SMALL
 from minsnap.rows import Curve, RowSet, rows_in_unknowns
 from minsnap.samples import FloatArray
-from minsnap.windows import BoolArray, loss, solve_near
+from minsnap.windows import loss, solve_near
 
 IDLE = 1e-6
 """Share of the largest multiplier below which a row counts as without effect."""

@@ -12,17 +12,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.problem import IntArray, Problem
+from minsnap.problem import BoolArray, IntArray, Problem
 from minsnap.qp import solve_qp
 from minsnap.samples import FloatArray
 
 if TYPE_CHECKING:
     from minsnap.components import Component
     from minsnap.rows import RowSet
-
-BoolArray = npt.NDArray[np.bool_]
 
 REACH = 4
 """Pieces on both sides of a row that a window has."""
