@@ -3,13 +3,20 @@
 # make lint   ruff and mypy
 # make docs   the documentation, in docs/_build/html
 # make bench  the benchmarks
+# make sanitize  the native core's tests under the address and undefined-behaviour sanitizers
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
 
-.PHONY: demo test lint docs bench clean
+# Where a C++ compiler exists the native core is wanted: a failing one must not pass as an installation in pure Python.
+COMPILER := $(shell command -v $(firstword $(if $(filter-out default,$(origin CXX)),$(CXX),c++)) || command -v g++ || command -v clang++)
+ifneq ($(COMPILER),)
+export MINSNAP_REQUIRE_NATIVE ?= 1
+endif
+
+.PHONY: demo test lint docs bench sanitize clean
 
 demo: $(VENV)/installed
 	mkdir -p out
@@ -17,7 +24,14 @@ demo: $(VENV)/installed
 	$(BIN)/minsnap check out/rectangle.csv
 
 test: $(VENV)/developing
-	MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error
+	MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build
+	MINSNAP_REQUIRE_NATIVE=1 MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error
+
+sanitize: $(VENV)/developing
+	MINSNAP_CXXFLAGS='-Werror -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all' \
+		$(BIN)/python -m minsnap.native.build --output build/sanitized/_core.so
+	LD_PRELOAD=$$($(COMPILER) -print-file-name=libasan.so) ASAN_OPTIONS=detect_leaks=0 MINSNAP_CORE=native \
+		MINSNAP_LIBRARY=build/sanitized/_core.so $(BIN)/python -m pytest -W error -p no:cacheprovider tests/native
 
 lint: $(VENV)/developing
 	$(BIN)/ruff check .

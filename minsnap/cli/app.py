@@ -28,7 +28,7 @@ app = typer.Typer(
 @app.callback()
 def _root(
     context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print version and core, and leave.")] = False,
 ) -> None:
     """Plan minimum-snap quadrotor trajectories, certified inside their corridor at every instant.
 
@@ -37,7 +37,9 @@ def _root(
     if version:
         from importlib.metadata import version as installed
 
-        print(f"minsnap {installed('minsnap')}")
+        from minsnap.native.library import describe
+
+        print(f"minsnap {installed('minsnap')}\n{describe()}")
         raise typer.Exit(0)
     if context.invoked_subcommand is None:
         print(context.get_help(), file=sys.stderr)

@@ -76,7 +76,7 @@ def test_help_lists_the_commands_and_version_the_version(process):
     for command in ("rect", "circle", "line", "helix", "eight", "plan", "check", "plot"):
         assert re.search(rf"^  {command} ", shown.stdout, re.MULTILINE), command
     version = process("--version")
-    assert version.returncode == 0 and re.fullmatch(r"minsnap \d+\.\d+\.\d+\n", version.stdout)
+    assert version.returncode == 0 and re.fullmatch(r"minsnap \d+\.\d+\.\d+\n(native|python) core.+\n", version.stdout)
 
 
 @pytest.mark.parametrize("variable", ["NO_COLOR", "FORCE_COLOR"])

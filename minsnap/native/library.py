@@ -1,0 +1,182 @@
+"""Loads the compiled core and says which core runs.
+
+``MINSNAP_CORE`` chooses: ``auto`` (the default) takes the native core if it is there, ``python`` never takes it,
+``native`` raises NativeCoreError where it is missing.  ``MINSNAP_LIBRARY`` names another library than the installed
+one, such as one compiled with sanitizers.
+
+How to add an area ``xyz``:
+
+1. ``src/xyz.cpp`` holds its entry points, ``MINSNAP_EXPORT std::int32_t minsnap_xyz(...)``: plain integers, doubles
+   and pointers to contiguous arrays in, a ``Status`` out.  Sizes are checked against their bounds before anything is
+   allocated, memory comes from ``Buffer``, no exception is thrown, nothing global is kept.  The build takes every
+   ``src/*.cpp``; run ``python -m minsnap.native.build``.
+2. ``xyz.py`` beside this file wraps them.  It declares each entry point at module level and asks it per call::
+
+       _SOLVE = Entry("minsnap_xyz", c_int64, c_void_p, c_void_p)
+
+       solve = _SOLVE.function()          # None where the Python core has to answer
+       if solve is not None:
+           status = Status(solve(len(a), address(a), address(b)))
+
+   Arrays must be C-contiguous float64; ``address`` takes them as they are.
+3. A change of the arguments of an entry point raises ``ABI`` here and in ``src/library.cpp``.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from minsnap.errors import MinsnapError
+from minsnap.native.build import LIBRARY, STAMP
+
+ABI = 1
+"""What ``minsnap_abi`` of a matching library returns."""
+
+CHOICES = ("auto", "native", "python")
+
+Function = Callable[..., int]
+
+
+class NativeCoreError(MinsnapError):
+    """The native core was demanded by ``MINSNAP_CORE=native`` and is missing or does not match."""
+
+
+@dataclass(frozen=True)
+class Core:
+    """Which core answers.
+
+    Parameters
+    ----------
+    library : ctypes.CDLL or None
+        The native core; None where the Python core answers.
+    reason : str
+        Why it is the Python core, and what to do; empty for the native one.
+    """
+
+    library: ctypes.CDLL | None
+    reason: str = ""
+
+    @property
+    def name(self) -> str:
+        """``"native"`` or ``"python"``."""
+        return "python" if self.library is None else "native"
+
+
+@cache
+def _loaded() -> Core:
+    """Load the library, once a process."""
+    path = os.environ.get("MINSNAP_LIBRARY", "") or str(LIBRARY)
+    if not os.path.exists(path):
+        return Core(None, f"{_why_missing()}; install a C++ compiler such as g++ and install minsnap again")
+    try:
+        library = ctypes.CDLL(path)
+        found = int(library.minsnap_abi())
+    except (OSError, AttributeError) as error:
+        return Core(None, f"the native core cannot be loaded ({error}): install minsnap again")
+    if found != ABI:
+        return Core(None, f"the native core has interface {found}, not {ABI}: run python -m minsnap.native.build")
+    library.minsnap_compiler.restype = ctypes.c_char_p
+    library.minsnap_status_name.restype = ctypes.c_char_p
+    return Core(library)
+
+
+def _why_missing() -> str:
+    lines = STAMP.read_text(encoding="utf-8").splitlines() if STAMP.exists() else []
+    return lines[1] if len(lines) > 1 else "the native core was not compiled"
+
+
+class _Choice:
+    """The core in use; chosen by the environment at the first question."""
+
+    core: Core | None = None
+
+
+def core() -> Core:
+    """Return the core in use.
+
+    Raises
+    ------
+    NativeCoreError
+        If ``MINSNAP_CORE`` is ``native`` and there is none, or is not one of ``CHOICES``.
+    """
+    if _Choice.core is None:
+        _Choice.core = _chosen(os.environ.get("MINSNAP_CORE", "") or "auto")
+    return _Choice.core
+
+
+def _chosen(choice: str) -> Core:
+    if choice not in CHOICES:
+        raise NativeCoreError(f"MINSNAP_CORE is {choice!r}: it must be one of {', '.join(CHOICES)}")
+    if choice == "python":
+        return Core(None, "MINSNAP_CORE=python was asked for")
+    found = _loaded()
+    if choice == "native" and found.library is None:
+        raise NativeCoreError(f"MINSNAP_CORE=native was asked for, but {found.reason}")
+    return found
+
+
+@contextmanager
+def using(choice: str) -> Iterator[Core]:
+    """Use another core for a while, in all threads: ``with using("python"):``, for comparisons."""
+    before = _Choice.core
+    _Choice.core = _chosen(choice)
+    try:
+        yield _Choice.core
+    finally:
+        _Choice.core = before
+
+
+class Entry:
+    """An entry point of the library, looked up when it is first needed.
+
+    Parameters
+    ----------
+    name : str
+    *types
+        ctypes of the arguments.
+    """
+
+    def __init__(self, name: str, *types: Any) -> None:
+        self.name = name
+        self.types = types
+        self._function: Function | None = None
+
+    def function(self) -> Function | None:
+        """Return the function, or None where the Python core is in use."""
+        library = core().library
+        if library is None:
+            return None
+        if self._function is None:
+            found = getattr(library, self.name)
+            found.argtypes, found.restype = self.types, ctypes.c_int32
+            self._function = found
+        return self._function
+
+
+_Bytes = ctypes.c_char * 1
+
+
+def address(array: Any) -> int | ctypes.Array[ctypes.c_char]:
+    """Return the address of the first value of a C-contiguous array, in the form that costs least to pass."""
+    try:
+        return _Bytes.from_buffer(array)
+    except (TypeError, ValueError):  # read-only, or empty
+        return int(array.ctypes.data)
+
+
+def describe() -> str:
+    """Say in one line which core runs and, if it is the Python one, why and how to get the faster one."""
+    now = core()
+    if now.library is None:
+        return f"python core: {now.reason}"
+    return f"native core, compiled by {_compiler(now.library)}"
+
+
+def _compiler(library: ctypes.CDLL) -> str:
+    return str(library.minsnap_compiler().decode())

@@ -1,0 +1,83 @@
+"""Which core is chosen, and that a library of other sources is never called."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from minsnap.native import build, library
+from minsnap.native.status import Status
+
+HERE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+def describe(**environment):
+    code = "from minsnap.native.library import describe; print(describe())"
+    known = {name: value for name, value in os.environ.items() if name not in ("MINSNAP_CORE", "LD_PRELOAD")}
+    return subprocess.run(
+        [sys.executable, "-c", code], cwd=HERE, env=known | environment, capture_output=True, text=True, check=False
+    )
+
+
+def test_where_a_native_core_is_required_there_is_one():
+    if os.environ.get("MINSNAP_REQUIRE_NATIVE", "") not in ("", "0"):
+        with library.using("native") as core:
+            assert core.name == "native"
+
+
+@pytest.mark.skipif(not build.LIBRARY.exists(), reason="there is no native core")
+def test_the_library_was_compiled_from_these_sources(monkeypatch):
+    monkeypatch.delenv("MINSNAP_CXXFLAGS", raising=False)
+    assert build.is_current(), "run python -m minsnap.native.build"
+
+
+@pytest.mark.skipif(not build.LIBRARY.exists(), reason="there is no native core")
+def test_every_status_has_the_same_number_on_both_sides():
+    with library.using("native") as core:
+        names = [core.library.minsnap_status_name(status) for status in range(len(Status) + 1)]
+    assert names == [status.name.encode() for status in Status] + [None]
+    assert [int(status) for status in Status] == list(range(len(Status)))
+    assert all(status.reason for status in Status)
+
+
+def test_the_python_core_is_taken_where_it_is_asked_for():
+    run = describe(MINSNAP_CORE="python")
+    assert run.returncode == 0 and run.stdout == "python core: MINSNAP_CORE=python was asked for\n"
+
+
+def test_an_unknown_core_is_refused():
+    run = describe(MINSNAP_CORE="rust")
+    assert run.returncode == 1 and "must be one of auto, native, python" in run.stderr
+
+
+def test_a_missing_library_is_an_error_only_where_it_is_demanded(tmp_path):
+    missing = str(tmp_path / "missing.so")
+    assert "install a C++ compiler" in describe(MINSNAP_LIBRARY=missing).stdout
+    demanded = describe(MINSNAP_LIBRARY=missing, MINSNAP_CORE="native")
+    assert demanded.returncode == 1 and "NativeCoreError: MINSNAP_CORE=native was asked for" in demanded.stderr
+
+
+def test_what_is_no_library_is_not_called(tmp_path):
+    damaged = tmp_path / "damaged.so"
+    damaged.write_bytes(b"not a library")
+    assert "cannot be loaded" in describe(MINSNAP_LIBRARY=str(damaged)).stdout
+
+
+def test_a_library_with_another_interface_is_not_called(monkeypatch):
+    monkeypatch.setattr(library, "ABI", library.ABI + 1)
+    library._loaded.cache_clear()
+    try:
+        found = library._loaded()
+    finally:
+        library._loaded.cache_clear()
+    if build.LIBRARY.exists():
+        assert found.library is None and f"not {library.ABI}" in found.reason
+
+
+def test_using_puts_the_choice_back():
+    before = library.core()
+    with library.using("python") as core:
+        assert library.core() is core and core.name == "python" and "was asked for" in core.reason
+        assert library.Entry("minsnap_abi").function() is None
+    assert library.core() is before
