@@ -15,7 +15,7 @@ from problems import DURATIONS, RECTANGLE, walk
 from scipy.sparse import csc_matrix
 
 import minsnap
-from minsnap.full_problem import build_qp
+from minsnap.optimisation.textbook_qp import build_qp
 
 WIDTHS = (1e-4, 1e-3, 1e-2, 0.05, 0.1, 0.3, 1.0, 2.0)
 SAMPLES = 20

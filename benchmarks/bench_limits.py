@@ -14,7 +14,7 @@ from collections import defaultdict
 import numpy as np
 
 import minsnap
-from minsnap.limits import Limits
+from minsnap.limits.limits import Limits
 from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
 
 SPANS = {

@@ -13,8 +13,10 @@ import numpy as np
 import scipy.sparse as sparse
 
 import minsnap
-from minsnap import RoundTube, exchange, relaxation
-from minsnap.rows import Curve
+from minsnap import RoundTube
+from minsnap.optimisation import exchange
+from minsnap.optimisation import master_qp as relaxation
+from minsnap.optimisation.rows import Curve
 
 SIZES = (2, 4, 10, 30, 100)
 RECTANGLE = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)], dtype=float)

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from minsnap.flight import plot_experiment, run_experiment
-from minsnap.flight.experiment_report import experiment_text
+from minsnap.thesis.experiment_report import experiment_text
 
 
 def main(folder: Path) -> None:

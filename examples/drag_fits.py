@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from minsnap.thesis.fit_figures import plot_coefficient_fit, plot_surface
 from minsnap.vehicle import (
     PUBLISHED_PARASITIC,
     PUBLISHED_PROPELLER,
@@ -21,7 +22,6 @@ from minsnap.vehicle import (
     fit_thrust_coefficient,
     published_drag,
 )
-from minsnap.vehicle.figures import plot_coefficient_fit, plot_surface
 
 NOISE = np.random.default_rng(2020)
 

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import minsnap
-from minsnap.walls import Faces
+from minsnap.corridors.constraint import Faces
 
 
 @dataclass(frozen=True)

@@ -11,40 +11,40 @@ from typing import TYPE_CHECKING, Any
 from minsnap.errors import MinsnapError
 
 if TYPE_CHECKING:
-    from minsnap.boxes import Boxes
     from minsnap.certificate import Certificate, certify
-    from minsnap.corridor import RoundTube, Tube
-    from minsnap.files.setpoints import read_csv, write_csv
+    from minsnap.corridors.boxes import Boxes
+    from minsnap.corridors.occupancy_grid import corridor_from_grid
+    from minsnap.corridors.polytopes import Polytopes
+    from minsnap.corridors.room import HalfSpaces, Room
+    from minsnap.corridors.tubes import RoundTube, Tube
+    from minsnap.files.setpoint_csv import read_csv, write_csv
     from minsnap.files.waypoints import read_waypoints
-    from minsnap.full_problem import FullProblem, build_qp
-    from minsnap.grid import corridor_from_grid
-    from minsnap.limits import Limits
-    from minsnap.path import Path
+    from minsnap.limits.limits import Limits
+    from minsnap.optimisation.textbook_qp import FullProblem, build_qp
     from minsnap.planner import plan
     from minsnap.plot import plot_convergence, plot_overview, plot_path, plot_profiles, plot_utilisation
-    from minsnap.polytopes import Polytopes
-    from minsnap.room import HalfSpaces, Room
-    from minsnap.samples import Samples
     from minsnap.shapes import circle, helix, lemniscate, line, rectangle
-    from minsnap.trajectory import Trajectory
+    from minsnap.trajectory.path import Path
+    from minsnap.trajectory.samples import Samples
+    from minsnap.trajectory.trajectory import Trajectory
 
 _HOMES = {
-    "minsnap.boxes": ("Boxes",),
+    "minsnap.corridors.boxes": ("Boxes",),
     "minsnap.certificate": ("Certificate", "certify"),
-    "minsnap.corridor": ("RoundTube", "Tube"),
-    "minsnap.files.setpoints": ("read_csv", "write_csv"),
+    "minsnap.corridors.tubes": ("RoundTube", "Tube"),
+    "minsnap.files.setpoint_csv": ("read_csv", "write_csv"),
     "minsnap.files.waypoints": ("read_waypoints",),
-    "minsnap.full_problem": ("FullProblem", "build_qp"),
-    "minsnap.grid": ("corridor_from_grid",),
-    "minsnap.limits": ("Limits",),
-    "minsnap.path": ("Path",),
+    "minsnap.optimisation.textbook_qp": ("FullProblem", "build_qp"),
+    "minsnap.corridors.occupancy_grid": ("corridor_from_grid",),
+    "minsnap.limits.limits": ("Limits",),
+    "minsnap.trajectory.path": ("Path",),
     "minsnap.planner": ("plan",),
     "minsnap.plot": ("plot_convergence", "plot_overview", "plot_path", "plot_profiles", "plot_utilisation"),
-    "minsnap.polytopes": ("Polytopes",),
-    "minsnap.room": ("HalfSpaces", "Room"),
-    "minsnap.samples": ("Samples",),
+    "minsnap.corridors.polytopes": ("Polytopes",),
+    "minsnap.corridors.room": ("HalfSpaces", "Room"),
+    "minsnap.trajectory.samples": ("Samples",),
     "minsnap.shapes": ("circle", "helix", "lemniscate", "line", "rectangle"),
-    "minsnap.trajectory": ("Trajectory",),
+    "minsnap.trajectory.trajectory": ("Trajectory",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

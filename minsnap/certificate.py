@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.corridor import as_constraints
+from minsnap.arrays import FloatArray
+from minsnap.checks import check_waypoints
+from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
+from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
-from minsnap.extrema import maximum
-from minsnap.inputs import check_waypoints
-from minsnap.polynomial import differentiate
-from minsnap.samples import FloatArray
-from minsnap.trajectory import Trajectory
-from minsnap.walls import Balls, Constraint, Faces, Walls
+from minsnap.polynomials.bernstein import differentiate
+from minsnap.polynomials.extrema import maximum
+from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from minsnap.limits import Limits
-    from minsnap.measures import Utilisation
+    from minsnap.limits.limits import Limits
+    from minsnap.limits.utilisation import Utilisation
 
 EXACT = 1e-9
 """Error, relative to the size of the curve, below which a waypoint counts as met and a limit as kept."""

@@ -94,7 +94,7 @@ class FlightError(MinsnapError):
 
     Attributes
     ----------
-    report : minsnap.flight.streaming.StreamReport or None
+    report : minsnap.mavlink.streaming.StreamReport or None
         What had been flown until then.
     """
 

@@ -8,31 +8,31 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.corridor import as_constraints
-from minsnap.errors import YawError
-from minsnap.inputs import (
+from minsnap.arrays import FloatArray
+from minsnap.checks import (
     check_closing,
     check_continuity,
     check_degree,
     check_pieces,
     check_pins,
 )
-from minsnap.limits import Limits
-from minsnap.path import ConstantHeading, Heading
-from minsnap.placement import place
-from minsnap.qp import check_solver
-from minsnap.reach import check_reach
-from minsnap.report import Report
-from minsnap.room import Room, as_room
-from minsnap.samples import FloatArray
-from minsnap.solver import solve
-from minsnap.split import Progress
-from minsnap.task import Task
-from minsnap.timed import Timed, Timing
-from minsnap.timing import plan_timed
-from minsnap.trajectory import Trajectory
-from minsnap.walls import Constraint
-from minsnap.yaw import PlannedHeading, VelocityHeading, shortest_turns
+from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.knot_regions import place
+from minsnap.corridors.precheck import check_reach
+from minsnap.corridors.room import Room, as_room
+from minsnap.corridors.tubes import as_constraints
+from minsnap.errors import YawError
+from minsnap.limits.limits import Limits
+from minsnap.optimisation.problem import Task
+from minsnap.optimisation.qp import check_solver
+from minsnap.optimisation.solve import solve
+from minsnap.time_allocation.allocate import plan_timed
+from minsnap.time_allocation.least_cost import Progress
+from minsnap.time_allocation.timed import Timed, Timing
+from minsnap.trajectory.heading import PlannedHeading, VelocityHeading, shortest_turns
+from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.report import Report
+from minsnap.trajectory.trajectory import Trajectory
 
 
 def plan(

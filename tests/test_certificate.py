@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 import minsnap
 from minsnap.certificate import nearest_wall
 from minsnap.errors import CorridorError, InputError, WaypointError
-from minsnap.trajectory import Trajectory
+from minsnap.trajectory.trajectory import Trajectory
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 DURATIONS = [4.0, 2.0, 4.0, 2.0]

@@ -13,7 +13,18 @@ import typer
 
 from minsnap.errors import MinsnapError
 
-COMMANDS = ("shapes", "plan", "check", "plot", "convert", "stream", "relay", "experiment", "compare", "fit")
+COMMANDS = (
+    "shape_commands",
+    "plan_command",
+    "check_command",
+    "plot_command",
+    "convert_command",
+    "stream_command",
+    "relay_command",
+    "experiment_command",
+    "compare_command",
+    "fit_command",
+)
 """Modules of this package that register commands with :data:`app` when imported, in the order of the help."""
 
 app = typer.Typer(

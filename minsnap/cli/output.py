@@ -13,8 +13,8 @@ from minsnap.cli.summary import as_json, as_text, summarise
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from minsnap.limits import Limits
-    from minsnap.path import Path
+    from minsnap.limits.limits import Limits
+    from minsnap.trajectory.path import Path
 
 STANDARD_OUTPUT = FilePath("-")
 
@@ -54,10 +54,10 @@ class Destination:
     no_clobber: options.NoClobber = False
 
     def __post_init__(self) -> None:
-        from minsnap.files.atomic import check_destination
-        from minsnap.flight.frames import get_frame
-        from minsnap.path import sample_times
+        from minsnap.frames import get_frame
         from minsnap.plot.figures import check_figure_name
+        from minsnap.storage.atomic import check_destination
+        from minsnap.trajectory.path import sample_times
 
         get_frame(self.frame)
         sample_times(1.0, self.rate)
@@ -86,7 +86,7 @@ class Destination:
         print(text, file=sys.stderr if self.output == STANDARD_OUTPUT else sys.stdout)
 
     def _write(self, path: Path) -> None:
-        from minsnap.files.setpoints import csv_lines, write_csv
+        from minsnap.files.setpoint_csv import csv_lines, write_csv
 
         if self.output == STANDARD_OUTPUT:
             sys.stdout.writelines(csv_lines(path, self.rate, self.frame))

@@ -12,7 +12,7 @@ from minsnap.cli import options
 from minsnap.errors import TimingError
 
 if TYPE_CHECKING:
-    from minsnap.limits import Limits
+    from minsnap.limits.limits import Limits
 
 Center = Annotated[tuple[float, float], typer.Option("--center", metavar="X Y", help="Centre [m].")]
 Altitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z [m].")]
@@ -70,7 +70,7 @@ class Timing:
         )
         if not chosen:
             return None
-        from minsnap.limits import Limits
+        from minsnap.limits.limits import Limits
 
         return Limits(**chosen)
 
@@ -112,7 +112,7 @@ class RectanglePlanning(Planning):
         chosen = super().limits
         if chosen is not None or self.time is not None or self.time_weight is not None:
             return chosen
-        from minsnap.limits import Limits
+        from minsnap.limits.limits import Limits
 
         return Limits(speed=CAREFUL_SPEED, acceleration=CAREFUL_ACCELERATION)
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from minsnap.limits import Limits
-    from minsnap.path import Path
+    from minsnap.limits.limits import Limits
+    from minsnap.trajectory.path import Path
 
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
@@ -75,7 +75,7 @@ def summarise(
         corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where
         most; binding: those used up.
     """
-    from minsnap.trajectory import Trajectory
+    from minsnap.trajectory.trajectory import Trajectory
 
     known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-2])
     known |= {"duration": path.duration, "limits": [], "binding": []}

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.samples import FloatArray, Samples
+from minsnap.arrays import FloatArray
+from minsnap.trajectory.samples import Samples
 
 _Column = tuple[str, FloatArray | None]
 _AxisColumns = tuple[tuple[str, FloatArray], _Column, _Column]

@@ -7,17 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 from minsnap.errors import FileError
-from minsnap.samples import Samples
-from minsnap.trajectory import Trajectory
+from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.trajectory import Trajectory
 
 Content = Trajectory | Samples
 
 
 def _read_table(path: str | os.PathLike[str], frame: str) -> Content:
     """Read a Crazyflie's file, whose rows have 33 numbers, or setpoints."""
-    from minsnap.files.crazyflie import COLUMNS, read_crazyflie
-    from minsnap.files.setpoints import read_csv
-    from minsnap.files.text import read_text
+    from minsnap.files.formats.crazyflie import COLUMNS, read_crazyflie
+    from minsnap.files.setpoint_csv import read_csv
+    from minsnap.storage.text import read_text
 
     rows = read_text(path).splitlines()[1:2]
     if rows and len(rows[0].rstrip().rstrip(",").split(",")) == len(COLUMNS):
@@ -26,19 +26,19 @@ def _read_table(path: str | os.PathLike[str], frame: str) -> Content:
 
 
 def _read_yaml(path: str | os.PathLike[str], frame: str) -> Content:
-    from minsnap.files.mav_yaml import read_mav_yaml
+    from minsnap.files.formats.mav_yaml import read_mav_yaml
 
     return read_mav_yaml(path)
 
 
 def _read_npz(path: str | os.PathLike[str], frame: str) -> Content:
-    from minsnap.files.npz import read_npz
+    from minsnap.files.formats.npz import read_npz
 
     return read_npz(path)
 
 
 def _read_parquet(path: str | os.PathLike[str], frame: str) -> Content:
-    from minsnap.files.tables import read_parquet
+    from minsnap.files.formats.dataframes import read_parquet
 
     return read_parquet(path)
 
@@ -136,7 +136,7 @@ def write_any(
     if name not in FORMATS:
         raise FileError(f"no format is called {name!r}: choose one of {', '.join(FORMATS)}")
     if name == "npz":
-        from minsnap.files.npz import write_npz
+        from minsnap.files.formats.npz import write_npz
 
         write_npz(content, path, clobber=clobber)
     elif name in ("crazyflie", "mav"):
@@ -155,9 +155,9 @@ def _format_of(path: str | os.PathLike[str]) -> str:
 
 
 def _write_polynomials(content: Content, path: str | os.PathLike[str], name: str, clobber: bool) -> None:
-    from minsnap.files.crazyflie import MAX_PIECES, write_crazyflie
-    from minsnap.files.mav_yaml import write_mav_yaml
-    from minsnap.files.refit import refit
+    from minsnap.files.formats.crazyflie import MAX_PIECES, write_crazyflie
+    from minsnap.files.formats.mav_yaml import write_mav_yaml
+    from minsnap.files.formats.refit import refit
 
     if isinstance(content, Samples):
         content = refit(content, MAX_PIECES if name == "crazyflie" else None)
@@ -166,18 +166,18 @@ def _write_polynomials(content: Content, path: str | os.PathLike[str], name: str
 
 def _write_samples(samples: Samples, path: str | os.PathLike[str], name: str, frame: str, clobber: bool) -> None:
     if name == "setpoints":
-        from minsnap.files.setpoints import write_csv
+        from minsnap.files.setpoint_csv import write_csv
 
         write_csv(samples, path, frame=frame, clobber=clobber)
     elif name == "parquet":
-        from minsnap.files.tables import write_parquet
+        from minsnap.files.formats.dataframes import write_parquet
 
         write_parquet(samples, path, frame, clobber=clobber)
     elif name == "px4":
-        from minsnap.files.px4 import write_px4
+        from minsnap.files.formats.px4 import write_px4
 
         write_px4(samples, path, clobber=clobber)
     else:
-        from minsnap.files.multidof import write_multidof
+        from minsnap.files.formats.multidof import write_multidof
 
         write_multidof(samples, path, clobber=clobber)

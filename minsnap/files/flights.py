@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from minsnap.errors import FileError
-from minsnap.samples import Samples
+from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
-    from minsnap.files.logs import FlightLog
+    from minsnap.files.logs.flight_log import FlightLog
 
 ENDINGS = (".csv", ".ulg", ".bin")
 """Endings of the files that hold a flight."""
@@ -55,15 +55,15 @@ def load_reference(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
 def _load(path: str | os.PathLike[str], part: str, frame: str) -> Samples:
     ending = Path(path).suffix.lower()
     if ending == ".csv":
-        from minsnap.files.setpoints import read_csv
+        from minsnap.files.setpoint_csv import read_csv
 
         return read_csv(path, frame)
     if ending == ".ulg":
-        from minsnap.files.ulog import read_ulog
+        from minsnap.files.logs.ulog import read_ulog
 
         return _part(read_ulog(path), part, path)
     if ending == ".bin":
-        from minsnap.files.dataflash import read_dataflash
+        from minsnap.files.logs.dataflash import read_dataflash
 
         return _part(read_dataflash(path), part, path)
     raise FileError(f"{path} is no flight by its ending: it must be one of {', '.join(ENDINGS)}")

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from minsnap.arrays import FloatArray
 from minsnap.errors import WaypointError
-from minsnap.samples import FloatArray, Samples
+from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
-    from minsnap.walls import Walls
+    from minsnap.corridors.constraint import Walls
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ def check_membership(samples: Samples, waypoints: FloatArray, corridor: Any) -> 
 
 def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Any) -> FloatArray:
     """Return the margin of every position, shape (m, dim), in every leg: (legs, m), infinite where it has no wall."""
-    from minsnap.corridor import as_constraints
+    from minsnap.corridors.tubes import as_constraints
 
     margins = np.full((len(waypoints) - 1, len(position)), np.inf)
     for walls in (wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints)):
@@ -83,7 +84,7 @@ def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Any) -> F
 
 def _distances(walls: Walls, position: FloatArray) -> FloatArray:
     """Return the distance of each position to each wall, shape (walls, m), positive inside."""
-    from minsnap.walls import Faces
+    from minsnap.corridors.constraint import Faces
 
     offset = position[None, :, :] - walls.anchor[:, None, :]
     if isinstance(walls, Faces):

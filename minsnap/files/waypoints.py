@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
-from minsnap.files.table import read_table
-from minsnap.files.text import load_yaml
-from minsnap.samples import FloatArray
+from minsnap.storage.table import read_table
+from minsnap.storage.text import load_yaml
 
 COLUMNS = ("x", "y", "z", "yaw", "duration")
 """Columns of a waypoint file; the first two must be there."""

@@ -9,50 +9,50 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from minsnap.flight.controller import Controller
-    from minsnap.flight.controller_cascade import CascadeController
-    from minsnap.flight.controller_feedforward import drag_feed_forward
-    from minsnap.flight.controller_geometric import GeometricController
-    from minsnap.flight.experiment import Experiment, run_experiment
-    from minsnap.flight.experiment_course import Course, course
-    from minsnap.flight.experiment_plot import plot_experiment
-    from minsnap.flight.link import open_link
-    from minsnap.flight.mocap import open_source
-    from minsnap.flight.offboard import stream
-    from minsnap.flight.options import StreamOptions, StreamReport, StreamStatus
-    from minsnap.flight.relay import Relay, RelayReport
-    from minsnap.flight.safety import SafetyRules
-    from minsnap.flight.simulation import simulate
-    from minsnap.flight.simulation_flight import Flight
-    from minsnap.flight.simulation_open_loop import simulate_open_loop
-    from minsnap.flight.simulation_sensors import Sensors
-    from minsnap.flight.streaming import Streamer
-    from minsnap.flight.tracking import Comparison, compare
-    from minsnap.flight.tracking_plot import plot_tracking
-    from minsnap.flight.wind import ConstantWind, DrydenWind
+    from minsnap.mavlink.link import open_link
+    from minsnap.mavlink.offboard import stream
+    from minsnap.mavlink.safety import SafetyRules
+    from minsnap.mavlink.stream_options import StreamOptions, StreamReport, StreamStatus
+    from minsnap.mavlink.streaming import Streamer
+    from minsnap.mocap.relay import Relay, RelayReport
+    from minsnap.mocap.sources import open_source
+    from minsnap.simulation.closed_loop import simulate
+    from minsnap.simulation.controllers.cascade import CascadeController
+    from minsnap.simulation.controllers.controller import Controller
+    from minsnap.simulation.controllers.feed_forward import drag_feed_forward
+    from minsnap.simulation.controllers.geometric import GeometricController
+    from minsnap.simulation.flight_record import Flight
+    from minsnap.simulation.open_loop import simulate_open_loop
+    from minsnap.simulation.sensors import Sensors
+    from minsnap.simulation.wind import ConstantWind, DrydenWind
+    from minsnap.thesis.experiment import Experiment, run_experiment
+    from minsnap.thesis.experiment_course import Course, course
+    from minsnap.thesis.experiment_plot import plot_experiment
+    from minsnap.tracking.comparison import Comparison, compare
+    from minsnap.tracking.tracking_plot import plot_tracking
 
 _HOMES = {
-    "minsnap.flight.controller": ("Controller",),
-    "minsnap.flight.controller_cascade": ("CascadeController",),
-    "minsnap.flight.controller_feedforward": ("drag_feed_forward",),
-    "minsnap.flight.controller_geometric": ("GeometricController",),
-    "minsnap.flight.experiment": ("Experiment", "run_experiment"),
-    "minsnap.flight.experiment_course": ("Course", "course"),
-    "minsnap.flight.experiment_plot": ("plot_experiment",),
-    "minsnap.flight.link": ("open_link",),
-    "minsnap.flight.mocap": ("open_source",),
-    "minsnap.flight.offboard": ("stream",),
-    "minsnap.flight.options": ("StreamOptions", "StreamReport", "StreamStatus"),
-    "minsnap.flight.relay": ("Relay", "RelayReport"),
-    "minsnap.flight.safety": ("SafetyRules",),
-    "minsnap.flight.streaming": ("Streamer",),
-    "minsnap.flight.simulation": ("simulate",),
-    "minsnap.flight.simulation_flight": ("Flight",),
-    "minsnap.flight.simulation_open_loop": ("simulate_open_loop",),
-    "minsnap.flight.simulation_sensors": ("Sensors",),
-    "minsnap.flight.tracking": ("Comparison", "compare"),
-    "minsnap.flight.tracking_plot": ("plot_tracking",),
-    "minsnap.flight.wind": ("ConstantWind", "DrydenWind"),
+    "minsnap.simulation.controllers.controller": ("Controller",),
+    "minsnap.simulation.controllers.cascade": ("CascadeController",),
+    "minsnap.simulation.controllers.feed_forward": ("drag_feed_forward",),
+    "minsnap.simulation.controllers.geometric": ("GeometricController",),
+    "minsnap.thesis.experiment": ("Experiment", "run_experiment"),
+    "minsnap.thesis.experiment_course": ("Course", "course"),
+    "minsnap.thesis.experiment_plot": ("plot_experiment",),
+    "minsnap.mavlink.link": ("open_link",),
+    "minsnap.mocap.sources": ("open_source",),
+    "minsnap.mavlink.offboard": ("stream",),
+    "minsnap.mavlink.stream_options": ("StreamOptions", "StreamReport", "StreamStatus"),
+    "minsnap.mocap.relay": ("Relay", "RelayReport"),
+    "minsnap.mavlink.safety": ("SafetyRules",),
+    "minsnap.mavlink.streaming": ("Streamer",),
+    "minsnap.simulation.closed_loop": ("simulate",),
+    "minsnap.simulation.flight_record": ("Flight",),
+    "minsnap.simulation.open_loop": ("simulate_open_loop",),
+    "minsnap.simulation.sensors": ("Sensors",),
+    "minsnap.tracking.comparison": ("Comparison", "compare"),
+    "minsnap.tracking.tracking_plot": ("plot_tracking",),
+    "minsnap.simulation.wind": ("ConstantWind", "DrydenWind"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -2,7 +2,7 @@
 
 from minsnap.plot.figures import plot_overview, save_figure
 from minsnap.plot.geometry import plot_path
+from minsnap.plot.limit_use import plot_convergence, plot_utilisation
 from minsnap.plot.profiles import plot_profiles
-from minsnap.plot.utilisation import plot_convergence, plot_utilisation
 
 __all__ = ["plot_convergence", "plot_overview", "plot_path", "plot_profiles", "plot_utilisation", "save_figure"]

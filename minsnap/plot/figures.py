@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.errors import FileError
-from minsnap.files.atomic import atomic_write
-from minsnap.path import Path
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.profiles import available_orders, plot_profiles
 from minsnap.plot.regions import Corridor
 from minsnap.plot.style import dense_samples
-from minsnap.samples import Samples
+from minsnap.storage.atomic import atomic_write
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

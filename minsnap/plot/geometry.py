@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.arrays import FloatArray
 from minsnap.errors import InputError
-from minsnap.path import Path
 from minsnap.plot.regions import Corridor, facets, leg_bodies, outline
 from minsnap.plot.style import (
     CORRIDOR_COLOUR,
@@ -18,7 +18,8 @@ from minsnap.plot.style import (
     dense_samples,
     new_axes,
 )
-from minsnap.samples import FloatArray, Samples
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

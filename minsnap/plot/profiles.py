@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from minsnap.arrays import FloatArray
 from minsnap.errors import InputError
-from minsnap.path import Path
 from minsnap.plot.style import (
     AXIS_STYLES,
     LIMIT_COLOUR,
@@ -18,7 +18,8 @@ from minsnap.plot.style import (
     dense_samples,
     unit_of,
 )
-from minsnap.samples import FloatArray, Samples
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
     import numpy.typing as npt

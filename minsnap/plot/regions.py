@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.samples import FloatArray
+from minsnap.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from minsnap.walls import Balls, Faces, Walls
+    from minsnap.corridors.constraint import Balls, Faces, Walls
 
 Corridor = Any
 """What :func:`minsnap.plan` takes: half-widths [m], a Constraint, or a sequence of them."""
@@ -36,7 +36,7 @@ def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
     list of ndarray, shape (corners, dim)
         [m].
     """
-    from minsnap.corridor import as_constraints
+    from minsnap.corridors.tubes import as_constraints
 
     walls = [wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints) if wall.order == 0]
     bodies: dict[bytes, FloatArray] = {}
@@ -61,7 +61,7 @@ def facets(corners: FloatArray) -> FloatArray:
 
 
 def _body(walls: Sequence[Walls], leg: int, waypoints: FloatArray) -> FloatArray:
-    from minsnap.walls import Faces
+    from minsnap.corridors.constraint import Faces
 
     start, end = waypoints[leg], waypoints[leg + 1]
     for wall in walls:
@@ -100,7 +100,7 @@ def _ends(start: FloatArray, end: FloatArray) -> FloatArray:
 
 def _far(rows: FloatArray, waypoints: FloatArray) -> FloatArray:
     """Return planes a little beyond all waypoints, on the sides where half-spaces leave an axis unbounded."""
-    from minsnap.half_spaces import bounding_boxes
+    from minsnap.corridors.half_spaces import bounding_boxes
 
     lengths = np.linalg.norm(rows[:, :-1], axis=1, keepdims=True)
     lower, upper = bounding_boxes([(rows[:, :-1] / lengths, -rows[:, -1] / lengths[:, 0])])

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.path import Path
-from minsnap.samples import Samples
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

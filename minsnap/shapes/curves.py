@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from minsnap.samples import FloatArray
-from minsnap.shapes.measures import check_finite, check_point, check_positive, phase_law, with_yaw
+from minsnap.arrays import FloatArray
 from minsnap.shapes.phase import ComplexArray, PhasePath
+from minsnap.shapes.shape_checks import check_finite, check_point, check_positive, phase_law, with_yaw
 
 RAMP = math.pi / 2.0
 """Angle over which shapes spin up and down unless told otherwise [rad]."""

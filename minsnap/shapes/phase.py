@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import Polynomial
 
-from minsnap.path import ConstantHeading, Heading, Path
-from minsnap.samples import FloatArray
+from minsnap.arrays import FloatArray
+from minsnap.trajectory.path import ConstantHeading, Heading, Path
 
 ComplexArray = npt.NDArray[np.complex128]
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.arrays import FloatArray
 from minsnap.errors import ShapeError, TimingError
-from minsnap.samples import FloatArray
-from minsnap.shapes.measures import check_finite, check_point, check_positive
+from minsnap.shapes.shape_checks import check_finite, check_point, check_positive
 
 if TYPE_CHECKING:
-    from minsnap.limits import Limits
-    from minsnap.trajectory import Trajectory
+    from minsnap.limits.limits import Limits
+    from minsnap.trajectory.trajectory import Trajectory
 
 SPEED = 1.0
 """Average speed of shapes that are given neither times nor limits [m/s]."""
@@ -156,8 +156,8 @@ def _check_count(name: str, value: int, least: int, most: int | None) -> int:
 def _constant_speed(
     ends: FloatArray, total_time: float | None, limits: Limits | None, yaw: float = 0.0, **options: Any
 ) -> Trajectory:
-    from minsnap.path import ConstantHeading
-    from minsnap.trajectory import Trajectory
+    from minsnap.trajectory.path import ConstantHeading
+    from minsnap.trajectory.trajectory import Trajectory
 
     if limits is not None or options:
         given = ", ".join([*(["limits"] if limits is not None else []), *options])

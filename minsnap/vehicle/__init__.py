@@ -1,13 +1,9 @@
 """The vehicle: its parameters, drag, fits, dynamics, and what a motion asks of it."""
 
-from minsnap.vehicle.consistent import consistent_parasitic_drag, consistent_r_squared, consistent_rotor_drag
-from minsnap.vehicle.description import read_vehicle, write_vehicle
-from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, SumOfDrags, linear_rotor_drag
-from minsnap.vehicle.drag_fits import DragFit, fit_consistent_drag, fit_drag
-from minsnap.vehicle.dynamics import RigidBody
-from minsnap.vehicle.fit import CoefficientFit, fit_thrust_coefficient, fit_torque_coefficient
-from minsnap.vehicle.flatness import GRAVITY, body_rates, specific_thrust, thrust_vector, tilt, tilt_rate
-from minsnap.vehicle.published import (
+from minsnap.arrays import GRAVITY
+from minsnap.thesis.consistent import consistent_parasitic_drag, consistent_r_squared, consistent_rotor_drag
+from minsnap.thesis.drag_fits import DragFit, fit_consistent_drag, fit_drag
+from minsnap.thesis.published import (
     PUBLISHED_PARASITIC,
     PUBLISHED_PARASITIC_LINEAR,
     PUBLISHED_PARASITIC_REDUCED,
@@ -16,9 +12,14 @@ from minsnap.vehicle.published import (
     SurfaceDrag,
     published_drag,
 )
+from minsnap.thesis.surface import Surface
+from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, SumOfDrags, linear_rotor_drag
+from minsnap.vehicle.dynamics import RigidBody
+from minsnap.vehicle.flatness import body_rates, specific_thrust, thrust_vector, tilt, tilt_rate
 from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle.rotor_fit import CoefficientFit, fit_thrust_coefficient, fit_torque_coefficient
 from minsnap.vehicle.states import FlatStates, check_rotor_limits, flat_states, flatness_of
-from minsnap.vehicle.surface import Surface
+from minsnap.vehicle.yaml import read_vehicle, write_vehicle
 
 __all__ = [
     "GRAVITY",

@@ -8,8 +8,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.arrays import FloatArray
 from minsnap.errors import VehicleError
-from minsnap.samples import FloatArray
 
 
 @runtime_checkable

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.samples import FloatArray
+from minsnap.arrays import FloatArray
 from minsnap.vehicle.drag import BodyDrag, HubDrag
 from minsnap.vehicle.quadrotor import Quadrotor
 

@@ -2,7 +2,7 @@
 
 With ``t = a + g e_z`` the thrust per mass is ``c = |t|`` and the body's vertical axis ``z_B = t / c`` (Mellinger and
 Kumar, *Minimum snap trajectory generation and control for quadrotors*, ICRA 2011). The whole state, with drag, is in
-:mod:`minsnap.vehicle.inverse`.
+:mod:`minsnap.vehicle.attitude`.
 """
 
 from __future__ import annotations
@@ -10,10 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.samples import FloatArray
-
-GRAVITY = 9.80665
-"""Standard acceleration of gravity [m/s^2]."""
+from minsnap.arrays import GRAVITY, FloatArray
 
 
 def thrust_vector(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
@@ -116,9 +113,9 @@ def body_rates(
     -------
     ndarray, shape (m, 3)
         Roll, pitch and yaw rate about the body's axes [rad/s]; zero at singular instants (see
-        :func:`minsnap.vehicle.inverse.body_frame`).
+        :func:`minsnap.vehicle.attitude.body_frame`).
     """
-    from minsnap.vehicle.inverse import body_frame, rates_of
+    from minsnap.vehicle.attitude import body_frame, rates_of
     from minsnap.vehicle.motion import flat_motion
 
     lift, change = np.atleast_2d(spatial(acceleration)).T, np.atleast_2d(spatial(jerk)).T

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from minsnap.arrays import FloatArray
 from minsnap.errors import VehicleError
-from minsnap.samples import FloatArray
 
 LAYOUTS: dict[str, tuple[float, float, float, float]] = {
     "x": (45.0, 135.0, 225.0, 315.0),

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.samples import FloatArray
-from minsnap.vehicle.flatness import GRAVITY
+from minsnap.arrays import GRAVITY, FloatArray
 
 Triple = tuple[FloatArray, FloatArray, FloatArray]
 Quadruple = tuple[FloatArray, FloatArray, FloatArray, FloatArray]

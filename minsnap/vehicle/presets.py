@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from minsnap.samples import FloatArray
-from minsnap.vehicle.consistent import consistent_parasitic_drag, consistent_rotor_drag
+from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.thesis.consistent import consistent_parasitic_drag, consistent_rotor_drag
+from minsnap.thesis.published import RPM
 from minsnap.vehicle.drag import RotorSpeedDrag
-from minsnap.vehicle.flatness import GRAVITY
-from minsnap.vehicle.published import RPM
 from minsnap.vehicle.quadrotor import Quadrotor
 
 
@@ -18,7 +17,7 @@ def dji_f330() -> Quadrotor:
     """Return the DJI F330 of the thesis.
 
     Measured there (section 4.6, in N/RPM^2 and N m/RPM^2): thrust coefficient 7.456e-8 and torque coefficient 2.278e-9
-    of the 8045 propeller; drag from its wind tunnel, see :mod:`minsnap.vehicle.consistent`.
+    of the 8045 propeller; drag from its wind tunnel, see :mod:`minsnap.thesis.consistent`.
 
     From the frame's name: arms of 165 mm, half the 330 mm between opposite hubs.
 

@@ -10,12 +10,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.errors import VehicleError
-from minsnap.samples import FloatArray
-from minsnap.vehicle.checks import checked_inertia, non_negative, positive
 from minsnap.vehicle.drag import BodyDrag, Drag
-from minsnap.vehicle.flatness import GRAVITY
 from minsnap.vehicle.mixer import mixer_matrix, rotor_positions
+from minsnap.vehicle.parameter_checks import checked_inertia, non_negative, positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,13 +164,13 @@ class Quadrotor:
     @classmethod
     def from_yaml(cls, path: str | os.PathLike[str]) -> Quadrotor:
         """Read a vehicle from a file; see :func:`minsnap.vehicle.read_vehicle`."""
-        from minsnap.vehicle.description import read_vehicle
+        from minsnap.vehicle.yaml import read_vehicle
 
         return read_vehicle(path)
 
     def to_yaml(self, path: str | os.PathLike[str]) -> None:
         """Write the vehicle to a file; see :func:`minsnap.vehicle.write_vehicle`."""
-        from minsnap.vehicle.description import write_vehicle
+        from minsnap.vehicle.yaml import write_vehicle
 
         write_vehicle(self, path)
 

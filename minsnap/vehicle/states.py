@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.arrays import BoolArray, FloatArray, own_arrays
 from minsnap.errors import ThrustError, VehicleError
-from minsnap.samples import FloatArray
-from minsnap.vehicle.arrays import own_arrays
+from minsnap.vehicle.attitude import angular_accelerations_of, body_frame, rates_of
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.flatness import spatial
-from minsnap.vehicle.inverse import BoolArray, angular_accelerations_of, body_frame, rates_of
 from minsnap.vehicle.motion import FlatMotion, Quadruple, Triple, dot, flat_motion
 from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.rotation import quaternions
 
 if TYPE_CHECKING:
-    from minsnap.path import Path
+    from minsnap.trajectory.path import Path
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import pytest
 
 import minsnap
 from minsnap.cli.summary import as_json, as_text, summarise
-from minsnap.limits import Limits
+from minsnap.limits.limits import Limits
 
 
 @pytest.fixture(scope="module")

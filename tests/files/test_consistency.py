@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from minsnap.files.consistency import check_samples
-from minsnap.samples import Samples
+from minsnap.trajectory.samples import Samples
 
 
 def helix(rate=20.0, radius=3.0, omega=1.05, duration=12.0, decimals=None):

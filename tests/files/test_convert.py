@@ -8,8 +8,8 @@ import pytest
 import minsnap
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any, write_any
-from minsnap.files.refit import refit
-from minsnap.samples import Samples
+from minsnap.files.formats.refit import refit
+from minsnap.trajectory.samples import Samples
 
 NAMES = {"setpoints": "a.csv", "crazyflie": "cf.csv", "mav": "a.yaml", "npz": "a.npz", "parquet": "a.parquet"}
 PLAN = minsnap.rectangle(width=6, length=4)

@@ -7,10 +7,10 @@ import itertools
 import numpy as np
 import pytest
 
-from minsnap.corridor import RoundTube, Tube
+from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import WaypointError
 from minsnap.files.membership import check_membership, leg_margins
-from minsnap.samples import Samples
+from minsnap.trajectory.samples import Samples
 
 CORNERS = np.array([(0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0)])
 

@@ -3,7 +3,7 @@
 import select
 import time
 
-from minsnap.flight.schedule import Clock
+from minsnap.mavlink.schedule import Clock
 
 
 class FastClock(Clock):

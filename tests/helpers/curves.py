@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from minsnap.trajectory import Trajectory
-from minsnap.yaw import PlannedHeading
+from minsnap.trajectory.heading import PlannedHeading
+from minsnap.trajectory.trajectory import Trajectory
 
 
 def curve(pieces=4, degree=7, dim=3, seed=1, turning=True):

@@ -4,12 +4,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from minsnap.flight.frames import map_vectors
-from minsnap.flight.link import open_link
-from minsnap.flight.offboard import prepare
-from minsnap.flight.options import StreamOptions
-from minsnap.flight.streaming import Streamer
-from minsnap.samples import Samples
+from minsnap.frames import map_vectors
+from minsnap.mavlink.link import open_link
+from minsnap.mavlink.offboard import prepare
+from minsnap.mavlink.stream_options import StreamOptions
+from minsnap.mavlink.streaming import Streamer
+from minsnap.trajectory.samples import Samples
 
 
 def excursion(duration=10.0, rate=20.0, reach=4.0):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from minsnap.task import Task
+from minsnap.optimisation.problem import Task
 
 REFERENCE = np.array([(0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])
 """The rectangle of 8 m by 4 m."""
@@ -27,3 +27,11 @@ def random_legs(seed, legs=None, dim=3):
     steps = random.normal(size=(legs, dim))
     points = np.concatenate((np.zeros((1, dim)), np.cumsum(steps, axis=0)))
     return points, np.linalg.norm(steps, axis=1) * random.uniform(0.6, 1.6, legs)
+
+
+def many_legs(count, seed=0):
+    """Points of a random walk, durations like its lengths, and half-widths."""
+    random = np.random.default_rng(seed)
+    steps = random.normal(size=(count, 3))
+    points = np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
+    return points, np.linalg.norm(steps, axis=1), random.uniform(0.05, 0.3, count)

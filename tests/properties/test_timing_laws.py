@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from properties.strategies import decades
 
 import minsnap
-from minsnap.limits import Limits
+from minsnap.limits.limits import Limits
 from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
 
 QUICK = (Phase.explicit, Phase.reuse, Phase.generate)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from minsnap.path import Path
+from minsnap.trajectory.path import Path
 
 
 class SineHeading:

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from minsnap.vehicle.flatness import GRAVITY, body_rates, specific_thrust, tilt, tilt_rate
+from minsnap.arrays import GRAVITY
+from minsnap.vehicle.flatness import body_rates, specific_thrust, tilt, tilt_rate
 
 
 def attitudes(seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

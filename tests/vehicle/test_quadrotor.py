@@ -5,7 +5,7 @@ import pytest
 
 from minsnap.errors import FileError, VehicleError
 from minsnap.vehicle import RPM, BodyDrag, Quadrotor, RotorSpeedDrag, SumOfDrags, published_drag, read_vehicle
-from minsnap.vehicle.description import vehicle_from
+from minsnap.vehicle.yaml import vehicle_from
 
 GOOD = {
     "mass": 1.0,

@@ -3,17 +3,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from minsnap.arrays import GRAVITY
 from minsnap.errors import ThrustError, VehicleError
-from minsnap.vehicle import (
-    GRAVITY,
-    BodyDrag,
-    Quadrotor,
-    RigidBody,
-    RotorSpeedDrag,
-    check_rotor_limits,
-    flat_states,
-    flatness_of,
-)
+from minsnap.vehicle import BodyDrag, Quadrotor, RigidBody, RotorSpeedDrag, check_rotor_limits, flat_states, flatness_of
 
 WIND = (1.0, -2.0, 0.5)
 STRONG = BodyDrag(linear=(0.5, 0.3, 0.2), quadratic=(0.05, 0.08, 0.1))

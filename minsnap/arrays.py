@@ -1,0 +1,26 @@
+"""Types of arrays, the arrays that a value owns (copied when it is made, read-only from then on), and gravity."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+BoolArray = npt.NDArray[np.bool_]
+
+GRAVITY = 9.80665
+"""Standard acceleration of gravity [m/s^2]."""
+
+
+def own_arrays(value: Any) -> None:
+    """Replace every array field of a frozen dataclass by a read-only copy; called from ``__post_init__``."""
+    for field in fields(value):
+        array = getattr(value, field.name)
+        if isinstance(array, np.ndarray):
+            owned = array.copy()
+            owned.flags.writeable = False
+            object.__setattr__(value, field.name, owned)

@@ -1,0 +1,184 @@
+"""Checks of what a caller passes: every refusal is one sentence that says where, what arrived and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import DegreeError, TimingError, WaypointError
+
+DERIVATIVES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")
+DEGREES = (3, 5, 7, 9, 11)
+
+
+def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
+    """Return waypoints as a read-only array (n, dim), n >= 2, finite."""
+    try:
+        points = np.array(waypoints, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise WaypointError(
+            "waypoints must be numbers of shape (n, dim), one row a waypoint, all rows equally long"
+        ) from None
+    if points.ndim != 2 or points.shape[1] < 1:
+        raise WaypointError(f"waypoints have shape {points.shape}: give (n, 3) or (n, 2), one row a waypoint")
+    if len(points) < 2:
+        raise WaypointError(f"a trajectory needs at least 2 waypoints, {len(points)} given")
+    if not np.isfinite(points).all():
+        index = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+        raise WaypointError(
+            f"waypoint {index} is {point_text(points[index])}: every coordinate must be a finite number", waypoint=index
+        )
+    points.flags.writeable = False
+    return points
+
+
+def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
+    """Return leg durations (legs,) as a read-only array, positive and finite [s]."""
+    try:
+        values = np.array(durations, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TimingError("durations must be numbers, one for each leg [s]") from None
+    if values.shape != (legs,):
+        count = len(values) if values.ndim == 1 else f"shape {values.shape}"
+        raise TimingError(f"{legs} legs need {legs} durations, {count} given")
+    good = np.isfinite(values) & (values > 0.0)
+    if not good.all():
+        leg = int(np.flatnonzero(~good)[0])
+        raise TimingError(f"the duration of leg {leg} is {values[leg]} s: it must be positive and finite", leg=leg)
+    values.flags.writeable = False
+    return values
+
+
+def check_positive_time(total_time: Any, name: str = "total_time") -> float:
+    """Return a positive, finite number of seconds."""
+    if isinstance(total_time, bool) or not isinstance(total_time, (int, float, np.number)):
+        raise TimingError(f"{name} is {total_time!r}: it must be a number of seconds")
+    if not (np.isfinite(total_time) and total_time > 0.0):
+        raise TimingError(f"{name} is {total_time} s: it must be positive and finite")
+    return float(total_time)
+
+
+def check_weight(weight: Any) -> float:
+    """Return a positive, finite price of time."""
+    if isinstance(weight, bool) or not isinstance(weight, (int, float, np.number)):
+        raise TimingError(f"time_weight is {weight!r}: it must be a number, the cost of a second")
+    if not (np.isfinite(weight) and weight > 0.0):
+        raise TimingError(f"time_weight is {weight}: it must be positive and finite, the cost of a second")
+    return float(weight)
+
+
+def check_degree(degree: Any) -> int:
+    """Return k for degree 2k - 1, or raise DegreeError."""
+    if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or int(degree) not in DEGREES:
+        raise DegreeError(f"degree is {degree!r}: it must be odd, from 3 to 11 (7 minimises snap)")
+    return (int(degree) + 1) // 2
+
+
+def check_continuity(continuity: Any, half: int) -> int:
+    """Return the continuity, k - 1 where none is given; at most degree - 1."""
+    if continuity is None:
+        return half - 1
+    if (
+        isinstance(continuity, bool)
+        or not isinstance(continuity, (int, np.integer))
+        or not 0 <= continuity <= 2 * half - 2
+    ):
+        raise DegreeError(
+            f"continuity is {continuity!r}: pieces of degree {2 * half - 1} can share derivatives 0 to {2 * half - 2} "
+            "at their knots"
+        )
+    if continuity < half - 2:
+        raise DegreeError(
+            f"continuity {continuity} leaves the curve undetermined at degree {2 * half - 1}: use at least {half - 2}"
+        )
+    return int(continuity)
+
+
+def check_pieces(pieces: Any) -> int:
+    """Return the number of polynomials a leg, a whole number of at least 1."""
+    if isinstance(pieces, bool) or not isinstance(pieces, (int, np.integer)) or pieces < 1:
+        raise DegreeError(f"pieces is {pieces!r}: a leg has a whole number of polynomials, at least 1")
+    return int(pieces)
+
+
+def repeated_waypoint(points: FloatArray) -> int | None:
+    """Index of the first leg without length, or None."""
+    same = (points[1:] == points[:-1]).all(axis=1)
+    return int(np.argmax(same)) if same.any() else None
+
+
+def refuse_repeated(points: FloatArray, reason: str) -> None:
+    """Raise WaypointError if two waypoints in a row are equal."""
+    leg = repeated_waypoint(points)
+    if leg is not None:
+        raise WaypointError(
+            f"waypoints {leg} and {leg + 1} are both {point_text(points[leg])}: remove one, or {reason}", leg=leg
+        )
+
+
+def check_closing(closed: bool, points: FloatArray) -> bool:
+    """Return whether a lap is closed, or raise WaypointError if it does not end where it began."""
+    if closed and (points[0] != points[-1]).any():
+        raise WaypointError("closed=True needs the last waypoint to be the first one: append it")
+    return bool(closed)
+
+
+def check_pins(
+    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None,
+    start: Mapping[str, npt.ArrayLike] | None,
+    end: Mapping[str, npt.ArrayLike] | None,
+    closed: bool,
+    half: int,
+    points: FloatArray,
+) -> dict[int, dict[int, FloatArray]]:
+    """Return pinned derivatives by waypoint and order; at open ends those up to order k - 1 not named are zero."""
+    last, dim = len(points) - 1, points.shape[1]
+    if closed and (start is not None or end is not None):
+        raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
+    collected: dict[int, dict[int, FloatArray]] = {}
+    for index, state in (pins or {}).items():
+        if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not 0 <= index <= last:
+            raise WaypointError(f"pins name waypoint {index!r}: there are waypoints 0 to {last}")
+        if index in (0, last):
+            raise WaypointError(f"pins name waypoint {index}, an end of the trajectory: use start= or end=")
+        collected[int(index)] = check_state(state, f"pins[{index}]", half, dim)
+    if not closed:
+        rest = {order: np.zeros(dim) for order in range(1, half)}
+        collected[0] = rest | check_state(start, "start", half, dim)
+        collected[last] = rest | check_state(end, "end", half, dim)
+    return collected
+
+
+def check_state(state: Mapping[str, npt.ArrayLike] | None, where: str, half: int, dim: int) -> dict[int, FloatArray]:
+    """Return pinned derivatives by order (1 … k - 1) from a mapping such as ``{"velocity": (1, 0, 0)}``."""
+    if state is None:
+        return {}
+    if not isinstance(state, Mapping):
+        raise WaypointError(f"{where} must be a mapping such as {{'velocity': (1, 0, 0)}}, not {state!r}")
+    return {_order(name, where, half): _vector(value, name, where, dim) for name, value in state.items()}
+
+
+def _order(name: Any, where: str, half: int) -> int:
+    allowed = DERIVATIVES[1:half]
+    if name not in allowed:
+        raise WaypointError(f"{where} pins {name!r}: degree {2 * half - 1} can pin {', '.join(allowed)}")
+    return DERIVATIVES.index(name)
+
+
+def _vector(value: npt.ArrayLike, name: str, where: str, dim: int) -> FloatArray:
+    try:
+        vector = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        vector = np.zeros(0)
+    if vector.shape != (dim,) or not np.isfinite(vector).all():
+        raise WaypointError(f"the {name} of {where} is {value!r}: give {dim} finite numbers")
+    return vector
+
+
+def point_text(point: FloatArray) -> str:
+    """Return a point as a message shows it."""
+    return "(" + ", ".join(f"{value:g}" for value in point) + ")"

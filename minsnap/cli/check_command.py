@@ -1,0 +1,97 @@
+"""The command that tells whether a file of setpoints is fit to fly."""
+
+from __future__ import annotations
+
+import json as jsonlib
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from minsnap.cli import options
+from minsnap.cli.app import app
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.files.consistency import AxisFigures, ConsistencyReport
+    from minsnap.files.membership import Membership
+    from minsnap.trajectory.samples import Samples
+
+
+@app.command()
+def check(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV.")],
+    frame: options.Frame = "enu",
+    waypoints: Annotated[
+        Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
+    ] = None,
+    corridor: options.Corridor = None,
+    json: options.Json = False,
+) -> int:
+    """Check a setpoint file: uniform rate, consistent derivatives and, if given, the corridor; figures for each axis.
+
+    Exit status 1 if something is wrong with what the file holds.
+    """
+    from minsnap.files.consistency import check_samples
+    from minsnap.files.setpoint_csv import read_csv
+
+    if (waypoints is None) != (corridor is None):
+        raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
+    samples = read_csv(file, frame)
+    report = check_samples(samples)
+    inside = _membership(samples, waypoints, corridor)
+    problems = [*report.problems, *_escape(inside)]
+    print(_as_json(report, inside, problems) if json else _as_text(report, inside, problems))
+    return 1 if problems else 0
+
+
+def _membership(samples: Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
+    if waypoints is None:
+        return None
+    from minsnap.files.membership import check_membership
+    from minsnap.files.waypoints import read_waypoints
+
+    return check_membership(samples, read_waypoints(waypoints).points, options.parse_corridor(corridor))
+
+
+def _escape(inside: Membership | None) -> list[str]:
+    if inside is None or inside.ok:
+        return []
+    return [f"the path leaves the corridor of leg {inside.leg} by {-inside.margin:.3g} m at t = {inside.instant:.6g} s"]
+
+
+def _as_json(report: ConsistencyReport, inside: Membership | None, problems: list[str]) -> str:
+    figures: dict[str, Any] = asdict(report) | {"problems": problems, "ok": not problems}
+    figures["corridor"] = None if inside is None else asdict(inside)
+    return jsonlib.dumps(figures, indent=2)
+
+
+def _as_text(report: ConsistencyReport, inside: Membership | None, problems: list[str]) -> str:
+    lines = [
+        f"{'rows':<20}{report.rows}",
+        f"{'duration':<20}{report.duration:.6g} s at {report.rate:.6g} Hz",
+        f"{'at rest':<20}{_rests(report)}",
+        f"{'largest step':<20}{report.largest_jump:.4g} m, at {report.jump_time:.6g} s",
+    ]
+    if inside is not None:
+        lines.append(f"{'corridor margin':<20}{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s")
+    lines += ["", *_table(report.axes)] if report.axes else []
+    verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]
+    return "\n".join([*lines, "", *verdict])
+
+
+def _rests(report: ConsistencyReport) -> str:
+    words = {None: "unknown", True: "yes", False: "no"}
+    return f"{words[report.starts_at_rest]} at the start, {words[report.ends_at_rest]} at the end"
+
+
+def _table(axes: tuple[AxisFigures, ...]) -> list[str]:
+    """Return figures in a table: metres and seconds, radians for yaw."""
+    header = f"{'axis':<6}{'least':>11}{'greatest':>11}{'top rate':>11}{'top acceleration':>18}"
+    return [header, *(_axis_line(axis) for axis in axes)]
+
+
+def _axis_line(axis: AxisFigures) -> str:
+    hardest = "-" if axis.hardest is None else f"{axis.hardest:.4g}"
+    return f"{axis.name:<6}{axis.lowest:>11.4g}{axis.highest:>11.4g}{axis.fastest:>11.4g}{hardest:>18}"

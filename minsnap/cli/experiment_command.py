@@ -1,0 +1,124 @@
+"""The command that repeats the thesis's experiment in simulation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from minsnap.cli import options
+from minsnap.cli.app import app
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.simulation.controllers.controller import Controller
+    from minsnap.simulation.wind import Wind
+    from minsnap.vehicle.quadrotor import Quadrotor
+
+Triple = tuple[float, float, float]
+
+
+@app.command()
+def experiment(
+    course: Annotated[str, typer.Argument(help="circle, line or rect.")] = "circle",
+    repeat: Annotated[int, typer.Option("--repeat", help="Repetitions of the course.")] = 10,
+    compensate: Annotated[str, typer.Option("--compensate", help="Drag compensation: off, on or both.")] = "both",
+    model: Annotated[
+        list[str] | None,
+        typer.Option("--model", help="What is compensated: published, consistent or exact; may be repeated."),
+    ] = None,
+    literal: Annotated[
+        bool, typer.Option("--literal/--smooth", help="Start and repeat as in the thesis, or from rest, without jumps.")
+    ] = True,
+    controller: Annotated[str, typer.Option("--controller", help="cascade (PX4's), lee or mellinger.")] = "cascade",
+    references: Annotated[
+        str, typer.Option("--references", help="What the cascade follows: position, velocity or acceleration.")
+    ] = "velocity",
+    vehicle: Annotated[str, typer.Option("--vehicle", help="f330, crazyflie, or a YAML file.")] = "f330",
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints a second.")] = 20.0,
+    pose_rate: Annotated[float, typer.Option("--pose-rate", metavar="HZ", help="Poses a second.")] = 50.0,
+    delay: Annotated[float, typer.Option("--delay", metavar="S", help="Age of each pose, not compensated [s].")] = 0.0,
+    noise: Annotated[float, typer.Option("--noise", metavar="M", help="Standard deviation of a pose [m].")] = 0.0,
+    wind: Annotated[Triple, typer.Option("--wind", metavar="X Y Z", help="Mean wind [m/s].")] = (0.0, 0.0, 0.0),
+    gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0,
+    seed: Annotated[int, typer.Option("--seed", help="Repeats the same noise and gusts.")] = 0,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Write reference and flights as CSV there.")
+    ] = None,
+    plot: options.Plot = None,
+    json: options.Json = False,
+) -> None:
+    """Fly the thesis's experiment in simulation: tracking error with and without drag compensation."""
+    from minsnap.simulation.sensors import Sensors
+    from minsnap.thesis.experiment import run_experiment
+    from minsnap.thesis.experiment_report import experiment_dict, experiment_text
+
+    _check_figure(plot)
+    found = run_experiment(
+        course,
+        repeat,
+        compensations=_compensations(compensate, model or ["published", "consistent"]),
+        literal=literal,
+        vehicle=_vehicle(vehicle),
+        controller=_controller(controller, references),
+        setpoint_rate=rate,
+        sensors=Sensors(pose_rate, delay, noise, seed),
+        wind=_wind(wind, gust, seed),
+    )
+    if output is not None:
+        from minsnap.thesis.experiment_report import write_flights
+
+        write_flights(found, output)
+    if plot is not None:
+        from minsnap.plot.figures import save_figure
+        from minsnap.thesis.experiment_plot import plot_experiment
+
+        save_figure(plot_experiment(found), plot)
+    if json:
+        from minsnap.cli.summary import as_json
+
+        print(as_json(experiment_dict(found)))
+    else:
+        print(experiment_text(found))
+
+
+def _check_figure(plot: Path | None) -> None:
+    """Refuse a figure's name before minutes are spent on its content."""
+    if plot is not None:
+        from minsnap.plot.figures import check_figure_name
+        from minsnap.storage.atomic import check_destination
+
+        check_figure_name(plot)
+        check_destination(plot)
+
+
+def _compensations(compensate: str, models: list[str]) -> list[str | None]:
+    choices: dict[str, list[str | None]] = {"off": [None], "on": [*models], "both": [None, *models]}
+    if compensate not in choices:
+        raise InputError(f"--compensate is {compensate!r}: it must be one of {', '.join(choices)}")
+    return choices[compensate]
+
+
+def _vehicle(name: str) -> Quadrotor:
+    from minsnap.vehicle.quadrotor import Quadrotor
+
+    known = {"f330": Quadrotor.dji_f330, "crazyflie": Quadrotor.crazyflie}
+    return known[name]() if name in known else Quadrotor.from_yaml(name)
+
+
+def _controller(name: str, references: str) -> Controller:
+    from minsnap.simulation.controllers.cascade import CascadeController
+    from minsnap.simulation.controllers.geometric import GeometricController
+
+    if name == "cascade":
+        return CascadeController(references=references)
+    if name in ("lee", "mellinger"):
+        return GeometricController(feed_forward=name == "lee")
+    raise InputError(f"--controller is {name!r}: it must be one of cascade, lee, mellinger")
+
+
+def _wind(mean: Triple, gust: float, seed: int) -> Wind:
+    from minsnap.simulation.wind import ConstantWind, DrydenWind
+
+    return DrydenWind(mean, (gust, gust, 0.5 * gust), seed=seed) if gust else ConstantWind(mean)

@@ -1,0 +1,62 @@
+"""The command that passes motion-capture poses on to an autopilot."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from minsnap.cli.app import app
+
+if TYPE_CHECKING:
+    from minsnap.mocap.relay import RelayReport
+
+
+@app.command()
+def relay(
+    source: Annotated[
+        str, typer.Option("--from", metavar="SOURCE", help="natnet:SERVER[,LOCAL], udp:[HOST:]PORT or csv:FILE.")
+    ],
+    target: Annotated[str, typer.Option("--to", metavar="LINK", help="MAVLink connection, as for stream.")],
+    message: Annotated[
+        str, typer.Option("--message", help="vision (VISION_POSITION_ESTIMATE), odometry or mocap (ATT_POS_MOCAP).")
+    ] = "vision",
+    frame: Annotated[str, typer.Option("--frame", help="Of the source: optitrack, flu, enu …")] = "optitrack",
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Poses a second at most.")] = 50.0,
+    max_age: Annotated[float, typer.Option("--max-age", metavar="S", help="Older poses are not sent.")] = 0.1,
+    body: Annotated[str | None, typer.Option("--body", help="Which body, where there are several.")] = None,
+) -> int:
+    """Pass motion-capture poses on to an autopilot's estimator, until Ctrl-C or the end of a file.
+
+    PX4's default estimator reads vision and odometry, not mocap. Rate and latency are told once a second.
+    """
+    from minsnap.mavlink.link import open_link
+    from minsnap.mavlink.schedule import Clock
+    from minsnap.mocap.relay import Relay
+    from minsnap.mocap.sources import open_source
+
+    clock = Clock()
+    link = open_link(target, clock)
+    try:
+        poses = open_source(source, body, clock)
+        try:
+            runner = Relay(poses, link, clock, message, frame, rate, max_age)
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, lambda *_: runner.stop())
+            report = runner.run(lambda so_far: print(_line(so_far), file=sys.stderr, flush=True))
+        finally:
+            poses.close()
+    finally:
+        link.close()
+    print(_line(report))
+    return 0 if report.sent else 1
+
+
+def _line(report: RelayReport) -> str:
+    """Return a report in one line."""
+    return (
+        f"{report.sent} poses at {report.rate:.1f} Hz, {1e3 * report.latency:.1f} ms old (99 %: "
+        f"{1e3 * report.latency_p99:.1f} ms), {report.stale} slots without a fresh one, {report.rejected} rejected"
+    )

@@ -1,0 +1,140 @@
+"""The command that flies a setpoint file."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from minsnap.cli import options
+from minsnap.cli.app import app
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.mavlink.stream_options import StreamOptions, StreamReport
+    from minsnap.mavlink.streaming import Streamer
+
+
+@app.command()
+def stream(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV.")],
+    connect: Annotated[
+        str,
+        typer.Option("--connect", metavar="LINK", help="udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."),
+    ],
+    rate: Annotated[float | None, typer.Option("--rate", metavar="HZ", help="The file's own unless given.")] = None,
+    fields: Annotated[
+        str | None, typer.Option("--fields", help="Of position,velocity,acceleration,yaw,yaw_rate: those to send.")
+    ] = None,
+    frame: options.Frame = "enu",
+    laps: Annotated[int, typer.Option("--laps", help="How often to fly it.")] = 1,
+    autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4, ardupilot or generic.")] = "auto",
+    trigger: Annotated[
+        str, typer.Option("--trigger", help="enter, mode (when the vehicle enters OFFBOARD or GUIDED) or now.")
+    ] = "enter",
+    origin: Annotated[str, typer.Option("--origin", help="file, or current: start where the vehicle is.")] = "file",
+    max_start_distance: Annotated[
+        float, typer.Option("--max-start-distance", metavar="M", help="Of the vehicle from the start; inf: blind.")
+    ] = 1.0,
+    abort_distance: Annotated[
+        float, typer.Option("--abort-distance", metavar="M", help="Of the vehicle from its setpoint: stop beyond.")
+    ] = 2.0,
+    arm: Annotated[bool, typer.Option("--arm", help="Change the mode and arm. Never done without this.")] = False,
+    land: Annotated[bool, typer.Option("--land", help="Land at the end instead of holding.")] = False,
+    system: Annotated[int | None, typer.Option("--system", help="The vehicle's MAVLink system id.")] = None,
+    signing_key: Annotated[
+        Path | None, typer.Option("--signing-key", metavar="FILE", help="MAVLink 2 signing key: 32 bytes or 64 hex.")
+    ] = None,
+    wait: Annotated[float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat.")] = 30.0,
+    log: Annotated[Path | None, typer.Option("--log", metavar="FILE", help="CSV of all sent and heard.")] = None,
+) -> int:
+    """Fly a setpoint file over MAVLink, by PX4's offboard or ArduPilot's guided mode.
+
+    The start is streamed for 2 s at least; the trigger then lets the flight go once the vehicle is in its mode; the end
+    is held. Ctrl-C stops and holds until the mode is left; a second one leaves the vehicle to its own failsafe. Exit
+    status 1 if the flight was refused or stopped by a rule of safety.
+    """
+    from minsnap.mavlink.safety import SafetyRules
+    from minsnap.mavlink.stream_options import StreamOptions
+
+    settings = StreamOptions(
+        rate=rate,
+        fields=None if fields is None else [name.strip() for name in fields.split(",")],
+        frame=frame,
+        laps=laps,
+        autopilot=_one_of("--autopilot", autopilot, ("auto", "px4", "ardupilot", "generic")),
+        trigger=_trigger(trigger),
+        relative=_one_of("--origin", origin, ("file", "current")) == "current",
+        arm=arm,
+        land=land,
+        rules=SafetyRules(max_start_distance=max_start_distance, abort_distance=abort_distance),
+        wait=wait,
+        log=log,
+    )
+    report = _fly(file, connect, settings, system, signing_key)
+    print(_summary(report))
+    return 0 if report.completed else 1
+
+
+def _fly(file: Path, connect: str, settings: StreamOptions, system: int | None, key: Path | None) -> StreamReport:
+    """Fly with a display on stderr, and with Ctrl-C as a stop that holds."""
+    from minsnap.cli.display import Display
+    from minsnap.mavlink.link import open_link
+    from minsnap.mavlink.offboard import prepare
+    from minsnap.mavlink.schedule import Clock
+    from minsnap.mavlink.streaming import Streamer
+
+    table, clock = prepare(file, settings), Clock()
+    link = open_link(connect, clock, system=system, signing_key=key)
+    try:
+        with Display(prompt=callable(settings.trigger)) as display:
+            streamer = Streamer(table, link, settings, clock, display.event, display.status)
+            with _stopped_by_signals(streamer):
+                return streamer.run()
+    finally:
+        link.close()
+
+
+def _trigger(name: str) -> str | Callable[[], bool]:
+    from minsnap.cli.display import EnterKey
+
+    return EnterKey() if _one_of("--trigger", name, ("enter", "mode", "now")) == "enter" else name
+
+
+def _one_of(option: str, value: str, choices: tuple[str, ...]) -> str:
+    if value not in choices:
+        raise InputError(f"{option} is {value!r}: choose {', '.join(choices[:-1])} or {choices[-1]}")
+    return value
+
+
+@contextmanager
+def _stopped_by_signals(streamer: Streamer) -> Iterator[None]:
+    """Turn Ctrl-C and a request to terminate into a stop that holds."""
+
+    def stop(*_: Any) -> None:
+        streamer.stop()
+
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _summary(report: StreamReport) -> str:
+    """Return what came of the flight, in a few lines."""
+    late = report.schedule
+    milliseconds = [1e3 * value for value in (late.median, late.p99, late.worst)]
+    lines = [
+        "completed" if report.completed else f"not completed: {report.reason}",
+        f"{report.flown} setpoints of the flight, {late.sent} in all at {late.rate:.4f} Hz, {late.skipped} left out",
+        "late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (at most)".format(*milliseconds),
+    ]
+    if report.rmse is not None:
+        lines.append(f"tracking error {report.rmse:.3f} m (rms), {report.worst_error:.3f} m (at most)")
+    return "\n".join(lines)

@@ -1,0 +1,83 @@
+"""Which cells of a grid a polyline visits, from face to face."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+
+from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.checks import point_text
+from minsnap.errors import CorridorError
+
+SLIVER = 1e-9
+"""Share of a segment within which crossing two cell borders counts as passing through their common edge."""
+
+
+def visited(shape: IntArray, points: FloatArray, size: FloatArray, corner: FloatArray) -> IntArray:
+    """Return the cells that a polyline visits, in order: (n, dim).
+
+    Raises
+    ------
+    CorridorError
+        If a point is outside the grid.
+    """
+    scaled = (points - corner) / size
+    outside = ((scaled < 0.0) | (scaled > shape)).any(axis=1)
+    if outside.any():
+        index = int(np.argmax(outside))
+        raise CorridorError(
+            f"point {index} of the path, {point_text(points[index])}, is outside the grid: cut the path"
+        )
+    parts = [np.floor(scaled[:1])]
+    for start, end in zip(scaled[:-1], scaled[1:], strict=True):
+        parts.append(np.floor(_middles(start, end)))
+    cells = np.minimum(np.concatenate([*parts, np.floor(scaled[-1:])]), shape - 1).astype(np.intp)
+    return np.asarray(cells[np.concatenate(([True], (np.diff(cells, axis=0) != 0).any(axis=1)))])
+
+
+def _middles(start: FloatArray, end: FloatArray) -> FloatArray:
+    """Midpoints of the parts into which cell borders cut a segment."""
+    shares = [np.array([0.0, 1.0])]
+    for low, high in zip(start, end, strict=True):
+        first, last = sorted((low, high))
+        if last > first:
+            shares.append((np.arange(np.ceil(first), np.floor(last) + 1.0) - low) / (high - low))
+    cuts = np.sort(np.clip(np.concatenate(shares), 0.0, 1.0))
+    long = np.diff(cuts) > SLIVER
+    middle = ((cuts[1:] + cuts[:-1]) / 2.0)[long]
+    return np.asarray(start + middle[:, None] * (end - start))
+
+
+def connected(free: BoolArray, cells: IntArray, size: FloatArray, corner: FloatArray) -> IntArray:
+    """Return the same cells with steps through an edge or a corner replaced by steps through faces.
+
+    Raises
+    ------
+    CorridorError
+        If one of them is not free.
+    """
+    linked = [cells[0]]
+    for cell in cells[1:]:
+        linked.extend(_bridge(free, linked[-1], cell))
+    joined = np.array(linked)
+    blocked = ~free[tuple(joined.T)]
+    if blocked.any():
+        place = corner + size * (joined[int(np.argmax(blocked))] + 0.5)
+        raise CorridorError(
+            f"the path meets a cell that is occupied or too near to one at {point_text(place)}: keep it farther away"
+        )
+    return joined
+
+
+def _bridge(free: BoolArray, start: IntArray, end: IntArray) -> list[IntArray]:
+    """Cells from the one after ``start`` to ``end``, one axis after the other, in an order that is free if possible."""
+    ways = []
+    for order in permutations(np.flatnonzero(start != end)):
+        way, cell = [], start
+        for axis in order:
+            cell = cell.copy()
+            cell[axis] = end[axis]
+            way.append(cell)
+        ways.append(way)
+    return next((way for way in ways if free[tuple(np.array(way).T)].all()), ways[0] if ways else [])

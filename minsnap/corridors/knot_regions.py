@@ -1,0 +1,198 @@
+"""Where the curve passes: waypoints with boxes around them, or the overlaps of a sequence of convex sets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.checks import check_waypoints, point_text
+from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.room import Room
+from minsnap.errors import CorridorError, WaypointError
+
+State = Mapping[str, npt.ArrayLike] | None
+
+
+class Passages(Protocol):
+    """A constraint that knows where one leg's set meets the next, so that the curve finds its own waypoints."""
+
+    def passages(self, closed: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return a point inside each overlap and the corners of a box around it, each (legs - 1, dim) [m].
+
+        A closed lap has the overlap of the last set with the first one before all others.
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where the curve passes at its knots.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, dim)
+        Nominal positions [m].
+    lower, upper : ndarray, shape (n, dim)
+        Offsets within which each may lie [m]; zero where pinned.
+    start, end : mapping or None
+        States at the ends without their positions.
+    given : bool
+        Whether there were waypoints; else these are the ends and the overlaps.
+    """
+
+    points: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    start: State
+    end: State
+    given: bool = True
+
+    def name(self, knot: int) -> str:
+        """Say which point or box it is, in a message."""
+        at = point_text(self.points[knot])
+        free = (self.upper[knot] > self.lower[knot]).any()
+        if self.given:
+            return f"the box around waypoint {knot} at {at}" if free else f"waypoint {knot} at {at}"
+        if not free:
+            return f"the position of {'end' if knot else 'start'}, {at},"
+        return f"the overlap that leg {knot} starts in, around {at},"
+
+
+def place(
+    waypoints: npt.ArrayLike | None,
+    tolerance: npt.ArrayLike | None,
+    constraints: Sequence[Constraint],
+    start: State,
+    end: State,
+    closed: bool,
+) -> Placement:
+    """Return where the curve passes, from waypoints or else from the sets that it passes through.
+
+    Raises
+    ------
+    WaypointError
+        If waypoints are malformed, an end's position contradicts them, or is missing without them.
+    CorridorError
+        If there are neither waypoints nor sets that tell where the curve passes.
+    """
+    first, start = _without_position(start, "start")
+    last, end = _without_position(end, "end")
+    if waypoints is None:
+        return Placement(*_found(tolerance, constraints, first, last, closed), start, end, given=False)
+    points = check_waypoints(waypoints)
+    for position, index, where in ((first, 0, "start"), (last, -1, "end")):
+        if position is not None and (position.shape != points[index].shape or (position != points[index]).any()):
+            raise WaypointError(
+                f"{where} is at {point_text(position)} but its waypoint at {point_text(points[index])}: leave one out"
+            )
+    widths = _tolerances(tolerance, points)
+    return Placement(points, -widths, widths, start, end)
+
+
+def _without_position(state: Any, where: str) -> tuple[FloatArray | None, State]:
+    if not isinstance(state, Mapping) or "position" not in state:
+        return None, state
+    rest = {name: value for name, value in state.items() if name != "position"}
+    try:
+        position = np.array(state["position"], dtype=np.float64)
+    except (TypeError, ValueError):
+        position = np.zeros(0)
+    if position.ndim != 1 or not position.size or not np.isfinite(position).all():
+        raise WaypointError(f"the position of {where} is {state['position']!r}: give one finite number an axis")
+    return position, rest
+
+
+def _found(
+    tolerance: npt.ArrayLike | None,
+    constraints: Sequence[Constraint],
+    first: FloatArray | None,
+    last: FloatArray | None,
+    closed: bool,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Nominal points and offsets, from the overlaps of the first constraint that has some."""
+    if tolerance is not None:
+        raise WaypointError("waypoint_tolerance needs waypoints: without them the overlaps of the corridor bound them")
+    sets = next((entry for entry in constraints if hasattr(entry, "passages")), None)
+    if sets is None:
+        raise CorridorError("waypoints=None needs a corridor of Boxes or Polytopes, whose overlaps the curve passes")
+    inside, lower, upper = sets.passages(closed)
+    if not closed:
+        inside, lower, upper = _between_ends(inside, lower, upper, first, last)
+    elif first is not None or last is not None:
+        raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
+    for room in constraints:
+        if isinstance(room, Room):
+            inside, lower, upper = _within(room, inside, lower, upper)
+    if closed:
+        inside, lower, upper = (np.concatenate((part, part[:1])) for part in (inside, lower, upper))
+    inside = _apart(inside, upper)
+    inside.flags.writeable = False
+    return inside, lower - inside, upper - inside
+
+
+def _between_ends(
+    inside: FloatArray, lower: FloatArray, upper: FloatArray, first: FloatArray | None, last: FloatArray | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    for position, where in ((first, "start"), (last, "end")):
+        if position is None:
+            raise WaypointError(
+                f"waypoints=None needs to know where to {where}: give {where}={{'position': (x, y, z)}}"
+            )
+        if position.shape != (inside.shape[1],):
+            raise WaypointError(
+                f"the position of {where} has {len(position)} coordinates and the corridor {inside.shape[1]}"
+            )
+    return _enclosed(first, inside, last), _enclosed(first, lower, last), _enclosed(first, upper, last)
+
+
+def _enclosed(first: FloatArray | None, part: FloatArray, last: FloatArray | None) -> FloatArray:
+    return np.vstack([row for row in (first, part, last) if row is not None])
+
+
+def _within(
+    room: Room, inside: FloatArray, lower: FloatArray, upper: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Cut overlaps to a room; those of pinned ends, and those that lie outside, are left to the check of every wall."""
+    if len(room.lower) != inside.shape[1]:
+        return inside, lower, upper
+    low, high = np.maximum(lower, room.lower), np.minimum(upper, room.upper)
+    cut = (low < high).all(axis=1, keepdims=True)
+    outside = (inside < low) | (inside > high)
+    inside = np.where(cut & outside, (low + high) / 2.0, inside)
+    return inside, np.where(cut, low, lower), np.where(cut, high, upper)
+
+
+def _apart(inside: FloatArray, upper: FloatArray) -> FloatArray:
+    """Move a nominal point that coincides with the one before or after it: every leg has a length."""
+    moved = inside.copy()
+    for leg in np.flatnonzero((inside[1:] == inside[:-1]).all(axis=1)):
+        free = leg if (upper[leg] > inside[leg]).any() else leg + 1
+        moved[free] += (upper[free] - inside[free]) / 4.0
+    return moved
+
+
+def _tolerances(tolerance: npt.ArrayLike | None, points: FloatArray) -> FloatArray:
+    """Half-widths of the box around every waypoint, (n, dim)."""
+    widths = np.zeros(points.shape)
+    if tolerance is None:
+        return widths
+    try:
+        given = np.array(tolerance, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise WaypointError(f"waypoint_tolerance must be numbers [m], not {tolerance!r}") from None
+    if not np.isfinite(given).all() or (given < 0.0).any():
+        raise WaypointError(f"waypoint_tolerance must be finite and not negative [m], not {tolerance!r}")
+    if given.ndim == 0:
+        widths[1:-1] = given
+    elif given.shape in ((len(points),), points.shape):
+        widths[:] = given[:, None] if given.ndim == 1 else given
+    else:
+        raise WaypointError(
+            f"waypoint_tolerance has shape {given.shape}: give one, or one for each of {len(points)} waypoints"
+        )
+    return widths

@@ -1,0 +1,130 @@
+"""Boxes of free space along a path through an occupancy grid, by greedy inflation.
+
+Each box starts from cells of the path and grows by one layer of cells a side in turn until obstacles stop every side
+(the inflation of F. Gao, W. Wu, Y. Lin and S. Shen, "Online safe trajectory generation for quadrotors using fast
+marching method and Bernstein basis polynomial", ICRA 2018); the next one starts where the path leaves it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import BoolArray, FloatArray
+from minsnap.checks import check_waypoints
+from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.grid_boxes import grown, inflated, pruned
+from minsnap.corridors.grid_path import connected, visited
+from minsnap.errors import CorridorError
+
+ROUNDING = 1e-9
+"""Share of a cell by which the largest side may miss a whole number of cells."""
+
+
+@dataclass(frozen=True, eq=False)
+class GridCorridor:
+    """Boxes along a path, and where a curve through them may pass.
+
+    Parameters
+    ----------
+    boxes : Boxes
+        One a leg, each overlapping the next by a cell at least.
+    waypoints : ndarray, shape (boxes + 1, dim)
+        The path's start, the centre of each overlap, the path's end [m].
+    """
+
+    boxes: Boxes
+    waypoints: FloatArray
+
+    @property
+    def start(self) -> dict[str, FloatArray]:
+        """Where the path starts, as ``plan`` takes it."""
+        return {"position": self.waypoints[0]}
+
+    @property
+    def end(self) -> dict[str, FloatArray]:
+        """Where the path ends, as ``plan`` takes it."""
+        return {"position": self.waypoints[-1]}
+
+
+def corridor_from_grid(
+    occupancy: npt.ArrayLike,
+    resolution: npt.ArrayLike,
+    path: npt.ArrayLike,
+    origin: npt.ArrayLike | None = None,
+    clearance: float = 0.0,
+    largest: float = np.inf,
+) -> GridCorridor:
+    """Inflate axis-aligned boxes of free cells along a path, as few as reach from its start to its end.
+
+    Parameters
+    ----------
+    occupancy : array_like, shape (nx, ny) or (nx, ny, nz)
+        0 where free, anything else (unknown, too) where not; the axes are x, y and z.
+    resolution : float or array_like, shape (dim,)
+        Side of a cell [m].
+    path : array_like, shape (m, dim)
+        Polyline through free cells [m], such as the cells' centres that a graph search gives.
+    origin : array_like, shape (dim,), optional
+        Outer corner of cell (0, 0, 0) [m]; zero unless given.
+    clearance : float
+        How far the boxes keep from every occupied cell [m]: the vehicle's radius.
+    largest : float
+        Longest side that a box may have [m].
+
+    Returns
+    -------
+    GridCorridor
+
+    Raises
+    ------
+    CorridorError
+        If an argument is malformed, or the path leaves the grid or meets a cell that is not free.
+    """
+    taken = _as_grid(occupancy)
+    size = _vector(resolution, taken.ndim, "resolution")
+    corner = np.zeros(taken.ndim) if origin is None else _vector(origin, taken.ndim, "origin")
+    if not (size > 0.0).all():
+        raise CorridorError(f"the resolution is {resolution!r}: a cell has a positive side [m]")
+    points = check_waypoints(path)
+    if points.shape[1] != taken.ndim:
+        raise CorridorError(f"the path has {points.shape[1]} coordinates and the grid {taken.ndim} axes")
+    free = ~grown(taken, _margin(clearance), size)
+    cells = connected(free, visited(np.array(free.shape), points, size, corner), size, corner)
+    limit = np.maximum(np.floor(np.minimum(largest / size, np.array(free.shape)) + ROUNDING), 2).astype(np.intp)
+    boxes = pruned(inflated(free, cells, limit), cells[0], cells[-1])
+    lower, upper = (corner + size * np.array([box[side] for box in boxes]) for side in (0, 1))
+    corridor = Boxes(lower, upper)
+    waypoints = np.vstack([points[:1], corridor.passages()[0], points[-1:]])
+    waypoints.flags.writeable = False
+    return GridCorridor(corridor, waypoints)
+
+
+def _as_grid(occupancy: npt.ArrayLike) -> BoolArray:
+    grid = np.asarray(occupancy)
+    if grid.ndim not in (2, 3) or not grid.size or grid.dtype.kind not in "biuf":
+        raise CorridorError(f"an occupancy grid has 2 or 3 axes of numbers, 0 where free, not shape {grid.shape}")
+    return np.asarray(grid != 0)
+
+
+def _vector(value: npt.ArrayLike, dim: int, name: str) -> FloatArray:
+    try:
+        vector = np.broadcast_to(np.asarray(value, dtype=np.float64), (dim,))
+    except (TypeError, ValueError):
+        raise CorridorError(f"the {name} is {value!r}: give one number, or {dim}") from None
+    if not np.isfinite(vector).all():
+        raise CorridorError(f"the {name} is {value!r}: every entry must be finite [m]")
+    return vector
+
+
+def _margin(clearance: Any) -> float:
+    if (
+        isinstance(clearance, bool)
+        or not isinstance(clearance, (int, float, np.number))
+        or not 0.0 <= clearance < np.inf
+    ):
+        raise CorridorError(f"the clearance is {clearance!r}: it is a distance, 0 or more and finite [m]")
+    return float(clearance)

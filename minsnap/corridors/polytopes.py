@@ -1,0 +1,148 @@
+r"""Polytopes: a sequence of convex sets :math:`A r \le b`, one a leg, each overlapping the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.boxes import as_numbers, axis_name, check_legs
+from minsnap.corridors.constraint import Faces, Walls
+from minsnap.corridors.half_spaces import HalfSpaceRows, bounding_boxes, check_half_spaces, flatness, inner_balls
+from minsnap.corridors.room import leg_scales
+from minsnap.errors import CorridorError
+
+
+@dataclass(frozen=True, eq=False)
+class Polytopes:
+    r"""Convex polytopes of free space: leg i stays in :math:`A_i r \le b_i`.
+
+    Parameters
+    ----------
+    half_spaces : sequence of (array_like of shape (m, dim), array_like of shape (m,))
+        A and b of each leg [m]; rows need not be normalised. A polytope may be unbounded; those that the curve finds
+        its own way through (``waypoints=None``) must have bounded overlaps.
+
+    Raises
+    ------
+    CorridorError
+        If an entry is malformed, a polytope has no interior, or a polytope and the next have no volume in common; on
+        use, if the number of polytopes is not that of the legs.
+    """
+
+    half_spaces: Sequence[Any]
+    radius: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        rows = tuple(_checked(entry, index) for index, entry in enumerate(_listed(self.half_spaces)))
+        _refuse_mixed(rows)
+        radius = inner_balls(rows)[1]
+        _refuse_flat(rows, radius)
+        _refuse_apart([_stacked(a, b) for a, b in zip(rows[:-1], rows[1:], strict=True)])
+        radius.flags.writeable = False
+        object.__setattr__(self, "half_spaces", rows)
+        object.__setattr__(self, "radius", radius)
+
+    def __len__(self) -> int:
+        return len(self.half_spaces)
+
+    def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
+        """Return one plane for each row; an excess is judged by the inner ball's radius, at most a leg's length."""
+        check_legs(len(self), self.half_spaces[0][0].shape[1], waypoints, "polytopes")
+        leg = np.repeat(np.arange(len(self)), [len(b) for _, b in self.half_spaces])
+        normal, upper = (np.concatenate(part) for part in zip(*self.half_spaces, strict=True))
+        width = np.minimum(self.radius, leg_scales(waypoints))[leg]
+        lower, anchor = np.full(len(leg), -np.inf), np.zeros(normal.shape)
+        return [Faces(leg, normal, anchor, lower, upper, width, name="polytope")]
+
+    def passages(self, closed: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the overlap of each polytope with the next: centre of its inner ball, corners of its bounding box.
+
+        Parameters
+        ----------
+        closed : bool
+            The overlap of the last polytope with the first one comes first.
+
+        Returns
+        -------
+        centre, lower, upper : ndarray, shape (legs - 1, dim), or (legs, dim) if closed [m]
+
+        Raises
+        ------
+        CorridorError
+            If an overlap is unbounded, or it is closed and the last polytope does not overlap the first.
+        """
+        pairs = [(i, i + 1) for i in range(len(self) - 1)]
+        pairs = [(len(self) - 1, 0), *pairs] if closed else pairs
+        common = [_stacked(self.half_spaces[i], self.half_spaces[j]) for i, j in pairs]
+        if not common:
+            return (np.zeros((0, self.half_spaces[0][0].shape[1])),) * 3
+        centre, radius = inner_balls(common)
+        if radius[0] <= flatness(common[0]):
+            raise CorridorError(f"polytopes {pairs[0][0]} and {pairs[0][1]} do not overlap: a closed lap needs that")
+        lower, upper = bounding_boxes(common)
+        _refuse_unbounded(lower, upper, pairs)
+        return centre, lower, upper
+
+
+def _stacked(first: HalfSpaceRows, second: HalfSpaceRows) -> HalfSpaceRows:
+    return np.concatenate((first[0], second[0])), np.concatenate((first[1], second[1]))
+
+
+def _listed(half_spaces: Any) -> list[Any]:
+    entries = list(half_spaces) if isinstance(half_spaces, (list, tuple)) else []
+    if not entries:
+        raise CorridorError("polytopes are a list of pairs (A, b) with A r <= b, one pair a leg")
+    return entries
+
+
+def _checked(entry: Any, index: int) -> HalfSpaceRows:
+    what = f"polytope {index}"
+    if not isinstance(entry, (list, tuple)) or len(entry) != 2:
+        raise CorridorError(f"{what} is not a pair (A, b) with A r <= b")
+    A, b = as_numbers(entry[0], f"matrix of {what}"), as_numbers(entry[1], f"offsets of {what}")
+    check_half_spaces(A, b, what)
+    lengths = np.sqrt((A * A).sum(axis=1))
+    A, b = A / lengths[:, None], b / lengths
+    A.flags.writeable = b.flags.writeable = False
+    return A, b
+
+
+def _refuse_mixed(rows: Sequence[HalfSpaceRows]) -> None:
+    dims = [A.shape[1] for A, _ in rows]
+    if len(set(dims)) > 1:
+        index = next(i for i, dim in enumerate(dims) if dim != dims[0])
+        raise CorridorError(f"polytope {index} has {dims[index]} coordinates and polytope 0 has {dims[0]}")
+
+
+def _refuse_flat(rows: Sequence[HalfSpaceRows], radius: FloatArray) -> None:
+    for index, (entry, size) in enumerate(zip(rows, radius, strict=True)):
+        if size < -flatness(entry):
+            raise CorridorError(f"polytope {index} is empty: its rows miss each other by {-size:g} m", leg=index)
+        if size <= flatness(entry):
+            raise CorridorError(f"polytope {index} has no interior: its rows leave no volume; widen it", leg=index)
+
+
+def _refuse_apart(common: Sequence[HalfSpaceRows]) -> None:
+    if not common:
+        return
+    for index, (entry, size) in enumerate(zip(common, inner_balls(common)[1], strict=True)):
+        if size <= flatness(entry):
+            how = "only touch" if size >= -flatness(entry) else "do not overlap"
+            raise CorridorError(
+                f"polytopes {index} and {index + 1} {how}: they need a volume in common for the curve to pass",
+                leg=index,
+            )
+
+
+def _refuse_unbounded(lower: FloatArray, upper: FloatArray, pairs: Sequence[tuple[int, int]]) -> None:
+    wrong = np.argwhere(~np.isfinite(lower) | ~np.isfinite(upper))
+    if len(wrong):
+        index, axis = wrong[0]
+        raise CorridorError(
+            f"the overlap of polytopes {pairs[index][0]} and {pairs[index][1]} is unbounded along "
+            f"{axis_name(int(axis))}: bound it, or give waypoints"
+        )

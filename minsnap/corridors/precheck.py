@@ -1,0 +1,167 @@
+"""Refuse, before any solve, waypoints and pins that lie outside what their legs must stay in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.checks import DERIVATIVES
+from minsnap.corridors.constraint import Balls, Faces, Walls
+from minsnap.corridors.knot_regions import Placement
+from minsnap.errors import CorridorError, WaypointError
+
+ROUNDING = 1e-14
+"""Excess, relative to the coordinates, that comes of rounding alone."""
+
+Pins = Mapping[int, Mapping[int, FloatArray]]
+
+
+def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> None:
+    """Raise unless every waypoint, with its box, and every pinned derivative can be inside the walls of its legs.
+
+    Raises
+    ------
+    CorridorError
+        If a waypoint, or the whole box around it, is outside a wall of a leg that it belongs to.
+    WaypointError
+        If a pinned derivative is.
+    """
+    for wall in walls:
+        if wall.order == 0:
+            _check_points(placement, wall)
+        else:
+            _check_pins(pins, wall)
+    for waypoint in _doubtful(placement, walls):
+        _check_box(placement, walls, waypoint)
+
+
+def nearest_excess(wall: Walls, point: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """By how much each wall is missed by the best point of a box, (m,); 0 or less where it is met.
+
+    Parameters
+    ----------
+    wall : Faces or Balls
+        m of them.
+    point : ndarray, shape (m, dim)
+        A value of the bounded derivative for each wall.
+    lower, upper : ndarray, shape (m, dim)
+        Offsets within which it may vary. For balls only the point itself is looked at.
+    """
+    offset = point - wall.anchor
+    if isinstance(wall, Balls):
+        mapped = np.einsum("mqd,md->mq", wall.matrix, offset)
+        reach = wall.radius if wall.slope is None else wall.radius + (wall.slope * offset).sum(axis=1)
+        return np.asarray(np.linalg.norm(mapped, axis=1) - reach)
+    along = (wall.normal * offset).sum(axis=1)
+    ends = wall.normal * lower, wall.normal * upper
+    least, most = along + np.minimum(*ends).sum(axis=1), along + np.maximum(*ends).sum(axis=1)
+    return np.asarray(np.maximum(least - wall.upper, wall.lower - most))
+
+
+def _check_points(placement: Placement, wall: Walls) -> None:
+    for waypoint in (wall.leg, wall.leg + 1):
+        low, high = placement.lower[waypoint], placement.upper[waypoint]
+        excess = nearest_excess(wall, placement.points[waypoint], low, high)
+        sure = np.ones(len(excess), dtype=np.bool_) if isinstance(wall, Faces) else ~(high > low).any(axis=1)
+        wrong = np.flatnonzero((excess > 0.0) & sure)
+        if len(wrong):
+            _refuse(placement, wall, int(waypoint[wrong[0]]), int(wrong[0]), float(excess[wrong[0]]))
+
+
+def _refuse(placement: Placement, wall: Walls, waypoint: int, row: int, excess: float) -> None:
+    what, place = placement.name(waypoint), f"the {wall.name} of leg {wall.leg[row]}"
+    on_it = excess <= ROUNDING * (1.0 + float(np.abs(placement.points[waypoint]).max()))
+    raise CorridorError(
+        f"{what} lies on {place}, and rounding puts it outside: leave it some room"
+        if on_it
+        else f"{what} is {excess:.3g} m outside {place}: move it or widen the {wall.name}",
+        leg=int(wall.leg[row]),
+        waypoint=waypoint,
+    )
+
+
+def _check_pins(pins: Pins, wall: Walls) -> None:
+    for waypoint, state in pins.items():
+        value = state.get(wall.order)
+        mine = (wall.leg == waypoint) | (wall.leg == waypoint - 1)
+        if value is None or not value.any() or not mine.any():
+            continue
+        still = np.zeros((len(wall.leg), len(value)))
+        excess = nearest_excess(wall, still + value, still, still)
+        wrong = np.flatnonzero(mine & (excess > 0.0))
+        if len(wrong):
+            raise WaypointError(
+                f"the {DERIVATIVES[wall.order]} pinned at waypoint {waypoint} is {excess[wrong[0]]:.3g} outside the "
+                f"{wall.name} of leg {wall.leg[wrong[0]]}: change one of them",
+                waypoint=waypoint,
+                leg=int(wall.leg[wrong[0]]),
+            )
+
+
+def _doubtful(placement: Placement, walls: Sequence[Walls]) -> list[int]:
+    """Waypoints that are free within a box and whose nominal position is outside some wall."""
+    free: BoolArray = np.any(placement.upper > placement.lower, axis=1)
+    if not free.any():
+        return []
+    outside = np.zeros_like(free)
+    still = np.zeros_like(placement.points)
+    for wall in (wall for wall in walls if wall.order == 0):
+        for waypoint in (wall.leg, wall.leg + 1):
+            excess = nearest_excess(wall, placement.points[waypoint], still[waypoint], still[waypoint])
+            outside[waypoint[excess > 0.0]] = True
+    return [int(waypoint) for waypoint in np.flatnonzero(free & outside)]
+
+
+def _check_box(placement: Placement, walls: Sequence[Walls], waypoint: int) -> None:
+    """Raise unless the box around a waypoint has a point inside all planes and each ball of its legs."""
+    low, high = (placement.points[waypoint] + side[waypoint] for side in (placement.lower, placement.upper))
+    for balls in (wall for wall in walls if wall.order == 0 and isinstance(wall, Balls) and wall.slope is None):
+        for row in _rows_at(balls, waypoint):
+            excess = _box_to_ball(balls, row, low, high)
+            if excess > 0.0:
+                _refuse(placement, balls, waypoint, row, excess)
+    if not _planes_meet([wall for wall in walls if wall.order == 0 and isinstance(wall, Faces)], waypoint, low, high):
+        names = sorted({wall.name for wall in walls if wall.order == 0 and len(_rows_at(wall, waypoint))})
+        raise CorridorError(
+            f"{placement.name(waypoint)} has no point inside the {' and the '.join(names)} of its legs: "
+            "move it or widen one of them",
+            waypoint=waypoint,
+        )
+
+
+def _rows_at(wall: Walls, waypoint: int) -> IntArray:
+    return np.flatnonzero((wall.leg == waypoint) | (wall.leg == waypoint - 1))
+
+
+def _box_to_ball(balls: Balls, row: int, low: FloatArray, high: FloatArray) -> float:
+    """Least excess over a ball within a box [m]."""
+    from scipy.optimize import lsq_linear
+
+    matrix, anchor = balls.matrix[row], balls.anchor[row]
+    fixed = low == high
+    point = low.copy()
+    if not fixed.all():
+        right = matrix @ anchor - matrix[:, fixed] @ low[fixed]
+        point[~fixed] = lsq_linear(matrix[:, ~fixed], right, (low[~fixed], high[~fixed]), tol=1e-12).x
+    return float(np.linalg.norm(matrix @ (point - anchor)) - balls.radius[row])
+
+
+def _planes_meet(faces: Sequence[Faces], waypoint: int, low: FloatArray, high: FloatArray) -> bool:
+    """Whether some point of a box is inside all planes of a waypoint's legs."""
+    from scipy.optimize import linprog
+
+    normals, bounds = [np.zeros((0, len(low)))], [np.zeros(0)]
+    for wall in faces:
+        rows = _rows_at(wall, waypoint)
+        along = (wall.normal[rows] * wall.anchor[rows]).sum(axis=1)
+        normals += [wall.normal[rows], -wall.normal[rows]]
+        bounds += [wall.upper[rows] + along, -wall.lower[rows] - along]
+    right = np.concatenate(bounds)
+    kept = np.isfinite(right)
+    found: Any = linprog(
+        np.zeros(len(low)), np.concatenate(normals)[kept], right[kept], bounds=np.column_stack((low, high))
+    )
+    return bool(found.status != 2)

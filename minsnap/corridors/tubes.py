@@ -1,0 +1,149 @@
+r"""Corridors: what a leg must stay inside, as constraints that give walls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
+from minsnap.errors import CorridorError
+
+PARALLEL = 1e-12
+"""Length below which a projected axis counts as parallel to its leg."""
+
+
+def leg_projections(waypoints: FloatArray) -> FloatArray:
+    r"""Return :math:`I - u u^\top` of every leg, shape (legs, dim, dim).
+
+    Raises
+    ------
+    CorridorError
+        If a leg has no length and so no direction.
+    """
+    steps = np.diff(waypoints, axis=0)
+    lengths = np.sqrt((steps * steps).sum(axis=1))
+    if not lengths.all():
+        leg = int(np.flatnonzero(lengths == 0.0)[0])
+        raise CorridorError(
+            f"leg {leg} has no length, so its tube has no direction: remove one of waypoints {leg} and {leg + 1}",
+            leg=leg,
+        )
+    directions = steps / lengths[:, None]
+    projections = -directions[:, :, None] * directions[:, None, :]
+    axes = np.arange(waypoints.shape[1])
+    projections[:, axes, axes] += 1.0
+    return np.asarray(projections)
+
+
+def _half_widths(value: npt.ArrayLike, name: str) -> FloatArray:
+    try:
+        widths = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise CorridorError(f"the {name} must be numbers [m], not {value!r}") from None
+    if widths.size == 0 or not np.isfinite(widths).all() or widths.min() <= 0.0:
+        where = (
+            ""
+            if widths.ndim == 0
+            else f" (entry {int(np.flatnonzero(~(widths.reshape(-1) > 0.0) | ~np.isfinite(widths.reshape(-1)))[0])})"
+            if widths.size
+            else ""
+        )
+        raise CorridorError(f"the {name} must be positive and finite [m], not {value!r}{where}")
+    widths.flags.writeable = False
+    return widths
+
+
+@dataclass(frozen=True, eq=False)
+class Tube:
+    r"""The corridor of the thesis: perpendicular offset from the leg's line, infinity norm in world axes.
+
+    :math:`d(t) = (I - u u^\top)(r(t) - r_i)`, :math:`\|d(t)\|_\infty \le \delta`, u the leg's unit vector.
+
+    Parameters
+    ----------
+    half_width : float or array_like, shape (legs,) or (legs, dim)
+        :math:`\delta` [m]: one for all, one a leg, or one a leg and world axis.
+
+    Raises
+    ------
+    CorridorError
+        If a half-width is not positive and finite; on use, if their number is not that of the legs.
+    """
+
+    half_width: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "half_width", _half_widths(self.half_width, "corridor half-width"))
+
+    def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
+        """Return two planes for each leg and world axis that is not along it."""
+        projections = leg_projections(waypoints)
+        legs, dim = projections.shape[:2]
+        widths = self._of_legs(legs, dim)
+        across = np.abs(projections).max(axis=2) > PARALLEL
+        leg, axis = np.nonzero(across)
+        width = widths[leg, axis]
+        return [Faces(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
+
+    def _of_legs(self, legs: int, dim: int) -> FloatArray:
+        widths = self.half_width
+        if widths.ndim == 1 and widths.shape == (legs,):
+            widths = widths[:, None]
+        if (
+            widths.ndim
+            and widths.shape[0] != legs
+            or widths.ndim > 2
+            or widths.ndim == 2
+            and widths.shape[1] not in (1, dim)
+        ):
+            raise CorridorError(
+                f"the corridor has half-widths of shape {self.half_width.shape} for {legs} legs of {dim} axes: "
+                f"give one, one a leg, or one a leg and axis"
+            )
+        return np.broadcast_to(widths, (legs, dim))
+
+
+@dataclass(frozen=True, eq=False)
+class RoundTube:
+    r"""Euclidean distance to the leg's line: :math:`\|(I - u u^\top)(r(t) - r_i)\|_2 \le \rho`.
+
+    Parameters
+    ----------
+    radius : float or array_like, shape (legs,)
+        :math:`\rho` [m].
+
+    Raises
+    ------
+    CorridorError
+        If a radius is not positive and finite; on use, if their number is not that of the legs.
+    """
+
+    radius: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", _half_widths(self.radius, "corridor radius"))
+
+    def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
+        """Return one cylinder a leg."""
+        projections = leg_projections(waypoints)
+        legs = len(projections)
+        if self.radius.ndim and self.radius.shape != (legs,):
+            raise CorridorError(
+                f"the corridor has radii of shape {self.radius.shape} for {legs} legs: give one, or one a leg"
+            )
+        return [Balls(np.arange(legs), projections, waypoints[:-1], np.broadcast_to(self.radius, legs))]
+
+
+def as_constraints(corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None) -> list[Constraint]:
+    """Turn what the argument ``corridor`` may be into constraints: half-widths become a ``Tube``."""
+    if corridor is None:
+        return []
+    if hasattr(corridor, "walls"):
+        return [corridor]  # type: ignore[list-item]
+    if isinstance(corridor, (list, tuple)) and any(hasattr(entry, "walls") for entry in corridor):
+        return [part for entry in corridor for part in as_constraints(entry)]
+    return [Tube(corridor)]  # type: ignore[arg-type]

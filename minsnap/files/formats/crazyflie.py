@@ -1,0 +1,104 @@
+"""Crazyflie and Crazyswarm: one row a piece, 8 ascending powers of x, y, z and yaw (uav_trajectories, crazyswarm2).
+
+World axes, z up; metres, radians, seconds from each piece's start. The firmware evaluates degree 7 in float32 and
+keeps 4096 bytes, which is 31 pieces of 132 bytes (TRAJECTORY_MEMORY_SIZE).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import FileError
+from minsnap.files.formats.pieces import from_powers, position_powers, yaw_powers
+from minsnap.storage.atomic import atomic_write
+from minsnap.storage.text import read_text
+from minsnap.trajectory.trajectory import Trajectory
+
+DEGREE = 7
+MAX_PIECES = 31
+"""Pieces that fit the firmware's memory."""
+
+COLUMNS = ("duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") for power in range(DEGREE + 1)))
+
+
+def write_crazyflie(
+    trajectory: Trajectory,
+    path: str | os.PathLike[str],
+    *,
+    max_pieces: int | None = MAX_PIECES,
+    clobber: bool = True,
+) -> None:
+    """Write a trajectory for the Crazyflie.
+
+    A lone piece is written as two halves, since crazyswarm2's reader fails on a single row. Numbers are written with
+    the digits that make them read back exactly.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Three coordinates, degree 7 at most.
+    path : str or path
+        Destination.
+    max_pieces : int or None
+        What the vehicle holds; None for players on a computer.
+    clobber : bool
+        False: a destination that exists is an error.
+
+    Raises
+    ------
+    FileError
+        If it has other than 3 coordinates, too high a degree, or too many pieces.
+    YawError
+        If its heading is no polynomial.
+    """
+    rows = crazyflie_rows(trajectory, max_pieces)
+    with atomic_write(path, clobber=clobber) as file:
+        file.write(",".join(COLUMNS) + "\n")
+        file.writelines(",".join(map(repr, row)) + "\n" for row in rows.tolist())
+
+
+def crazyflie_rows(trajectory: Trajectory, max_pieces: int | None = MAX_PIECES) -> FloatArray:
+    """Return the rows of the file, shape (pieces, 33)."""
+    if trajectory.dim != 3:
+        raise FileError(f"a Crazyflie file holds 3 coordinates, and the trajectory has {trajectory.dim}")
+    if len(trajectory.durations) == 1:
+        half = trajectory.duration / 2
+        trajectory = trajectory.between(0.0, half).then(trajectory.between(half, trajectory.duration))
+    pieces = len(trajectory.durations)
+    if max_pieces is not None and pieces > max_pieces:
+        raise FileError(f"{pieces} pieces do not fit the Crazyflie's memory of {max_pieces}: fly it in parts")
+    axes = position_powers(trajectory, DEGREE).transpose(0, 2, 1).reshape(pieces, -1)
+    return np.hstack([trajectory.durations[:, None], axes, yaw_powers(trajectory, DEGREE)])
+
+
+def read_crazyflie(path: str | os.PathLike[str]) -> Trajectory:
+    """Read a Crazyflie file: 33 numbers a row, a trailing comma allowed; the first line is a header, whatever it says.
+
+    Raises
+    ------
+    FileError
+        If a row is ragged, not numeric or has no duration; says which line.
+    """
+    lines = read_text(path).rstrip().splitlines()
+    if len(lines) < 2:
+        raise FileError(f"{path} has no pieces: a header and a row for each are wanted")
+    rows = np.array([_row(path, number, line) for number, line in enumerate(lines[1:], 2)])
+    powers = rows[:, 1:].reshape(len(rows), 4, DEGREE + 1)
+    return from_powers(rows[:, 0], powers[:, :3].transpose(0, 2, 1), powers[:, 3])
+
+
+def _row(path: str | os.PathLike[str], number: int, line: str) -> list[float]:
+    cells = line.rstrip().rstrip(",").split(",")
+    if len(cells) != len(COLUMNS):
+        raise FileError(f"{path}, line {number}: {len(cells)} numbers, but a piece has {len(COLUMNS)}")
+    try:
+        values = [float(cell) for cell in cells]
+    except ValueError:
+        raise FileError(f"{path}, line {number}: not all of its cells are numbers") from None
+    if not all(map(math.isfinite, values)) or values[0] <= 0:
+        raise FileError(f"{path}, line {number}: a duration must be positive and every coefficient finite")
+    return values

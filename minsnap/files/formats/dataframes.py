@@ -1,0 +1,102 @@
+"""Samples as pandas tables and Parquet files, with the columns of a setpoint CSV (extra ``tables``)."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from minsnap.errors import FileError
+from minsnap.files.setpoint_csv import GROUPS
+from minsnap.frames import get_frame, map_samples
+from minsnap.storage.atomic import atomic_write
+from minsnap.trajectory.samples import Samples
+
+
+def to_dataframe(samples: Samples, frame: str = "enu") -> Any:
+    """Return a pandas.DataFrame; its ``attrs["frame"]`` names the frame.
+
+    Parameters
+    ----------
+    samples : Samples
+        Three coordinates, z-up world axes.
+    frame : str
+        Of the table.
+
+    Raises
+    ------
+    ImportError
+        If pandas is not installed.
+    """
+    pandas = _pandas()
+    mapped = map_samples(samples, "enu", frame)
+    columns = {"t": mapped.t}
+    for quantity, names in GROUPS.items():
+        values = getattr(mapped, quantity)
+        if values is not None:
+            columns |= dict(zip(names, values.reshape(len(mapped), -1).T, strict=True))
+    table = pandas.DataFrame(columns)
+    table.attrs["frame"] = get_frame(frame).name
+    return table
+
+
+def from_dataframe(table: Any) -> Samples:
+    """Return the samples of a table in the frame that its ``attrs`` name, ENU unless they do.
+
+    Raises
+    ------
+    FileError
+        If a column is missing.
+    """
+    missing = [name for name in ("t", *GROUPS["position"]) if name not in table.columns]
+    if missing:
+        raise FileError(f"the table has no column {', '.join(missing)}")
+    there = {quantity: names for quantity, names in GROUPS.items() if all(name in table.columns for name in names)}
+    stacks = {quantity: table[list(names)].to_numpy(np.float64) for quantity, names in there.items()}
+    squeezed = {quantity: values[:, 0] if quantity.startswith("yaw") else values for quantity, values in stacks.items()}
+    samples = Samples(table["t"].to_numpy(np.float64), **squeezed)
+    return map_samples(samples, table.attrs.get("frame", "enu"), "enu")
+
+
+def write_parquet(samples: Samples, path: str | os.PathLike[str], frame: str = "enu", *, clobber: bool = True) -> None:
+    """Write samples as a Parquet file that names its frame.
+
+    Raises
+    ------
+    ImportError
+        If pandas or pyarrow is not installed.
+    """
+    table = to_dataframe(samples, frame)
+    with atomic_write(path, "wb", clobber=clobber) as file:
+        table.to_parquet(file, engine="pyarrow", index=False)
+
+
+def read_parquet(path: str | os.PathLike[str]) -> Samples:
+    """Read such a file, or any with its columns.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read or lacks columns.
+    ImportError
+        If pandas or pyarrow is not installed.
+    """
+    pandas = _pandas()
+    try:
+        return from_dataframe(pandas.read_parquet(path, engine="pyarrow"))
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        if isinstance(error, FileError):
+            raise FileError(f"{path}: {error}") from None
+        raise FileError(f"{path} is not a Parquet file") from None
+
+
+def _pandas() -> Any:
+    try:
+        import pandas
+        import pyarrow  # noqa: F401 - asked for by name below
+    except ImportError:
+        raise ImportError("tables need pandas and pyarrow: pip install minsnap[tables]") from None
+    return pandas

@@ -1,0 +1,110 @@
+"""mav_trajectory_generation's YAML (ETH Zurich's ASL): segments of ascending powers, times in nanoseconds.
+
+World axes, z up; 3 dimensions, or 4 with yaw. Times are whole nanoseconds, so a piece may end up to half of one early
+or late.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import FileError
+from minsnap.files.formats.pieces import from_powers, position_powers, yaw_powers
+from minsnap.storage.atomic import atomic_write
+from minsnap.storage.text import load_yaml
+from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.trajectory import Trajectory
+
+
+def write_mav_yaml(
+    trajectory: Trajectory, path: str | os.PathLike[str], *, yaw: bool | None = None, clobber: bool = True
+) -> None:
+    """Write a trajectory as segments.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Of any degree; 1 to 3 coordinates.
+    path : str or path
+        Destination.
+    yaw : bool or None
+        Write the heading as a fourth dimension; None: unless it is constantly zero.
+    clobber : bool
+        False: a destination that exists is an error.
+
+    Raises
+    ------
+    FileError
+        If it has more than 3 coordinates, or a heading and fewer than 3.
+    YawError
+        If its heading is no polynomial.
+    """
+    powers = _powers(trajectory, yaw)
+    with atomic_write(path, clobber=clobber) as file:
+        file.write("# mav_trajectory_generation segments; world axes, z up (frame: enu)\nsegments:\n")
+        for duration, piece in zip(trajectory.durations.tolist(), powers, strict=True):
+            file.write(_segment(duration, piece))
+
+
+def _powers(trajectory: Trajectory, yaw: bool | None) -> FloatArray:
+    """Return the coefficients, shape (pieces, dimensions, N)."""
+    if trajectory.dim > 3:
+        raise FileError(f"a segment file holds 3 coordinates and yaw, and the trajectory has {trajectory.dim}")
+    wanted = not _is_zero(trajectory) if yaw is None else yaw
+    axes = position_powers(trajectory, trajectory.degree).transpose(0, 2, 1)
+    if not wanted:
+        return axes
+    if trajectory.dim != 3:
+        raise FileError("a segment file with yaw needs 3 coordinates")
+    return np.concatenate([axes, yaw_powers(trajectory, trajectory.degree)[:, None]], axis=1)
+
+
+def _is_zero(trajectory: Trajectory) -> bool:
+    return isinstance(trajectory.yaw, ConstantHeading) and trajectory.yaw.angle == 0.0
+
+
+def _segment(duration: float, piece: FloatArray) -> str:
+    rows = "".join(f"      - [{', '.join(map(repr, row))}]\n" for row in piece.tolist())
+    head = f"  - N: {piece.shape[1]}\n    D: {piece.shape[0]}\n    time: {round(duration * 1e9)}\n"
+    return f"{head}    coefficients:\n{rows}"
+
+
+def read_mav_yaml(path: str | os.PathLike[str]) -> Trajectory:
+    """Read segments; their fourth dimension, if there is one, is the heading.
+
+    Raises
+    ------
+    FileError
+        If the file is not YAML, or a segment's sizes are not what it says; says which.
+    ImportError
+        If PyYAML is not installed.
+    """
+    said = load_yaml(path)
+    segments = said.get("segments") if isinstance(said, dict) else None
+    if not isinstance(segments, list) or not segments:
+        raise FileError(f"{path} has no segments")
+    read = [_read_segment(f"{path}, segment {number}", segment) for number, segment in enumerate(segments)]
+    shapes = {piece.shape for _, piece in read}
+    if len(shapes) > 1:
+        raise FileError(f"{path}: its segments differ in N or D, {sorted(shapes)}: they must not")
+    durations, powers = np.array([time for time, _ in read]), np.array([piece for _, piece in read])
+    yaw = powers[:, 3] if powers.shape[1] == 4 else None
+    return from_powers(durations, powers[:, :3].transpose(0, 2, 1), yaw)
+
+
+def _read_segment(where: str, segment: Any) -> tuple[float, FloatArray]:
+    """Return a segment's duration [s] and coefficients, shape (D, N)."""
+    try:
+        size, dimensions, time = int(segment["N"]), int(segment["D"]), int(segment["time"])
+        piece = np.array(segment["coefficients"], dtype=np.float64)
+    except (KeyError, TypeError, ValueError):
+        raise FileError(f"{where}: it needs numbers N, D, time and a table of coefficients") from None
+    if piece.shape != (dimensions, size) or not 1 <= dimensions <= 4 or size < 2:
+        raise FileError(f"{where}: D and N are {dimensions} and {size}, and the coefficients are {piece.shape}")
+    if time <= 0 or not np.isfinite(piece).all():
+        raise FileError(f"{where}: its time must be positive and every coefficient finite")
+    return time * 1e-9, piece

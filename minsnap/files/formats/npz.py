@@ -1,0 +1,85 @@
+"""NumPy archives: a trajectory by its control points, or samples by their columns; exact, and never a pickle."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from dataclasses import fields
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import FileError
+from minsnap.storage.atomic import atomic_write
+from minsnap.trajectory.heading import PlannedHeading
+from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.trajectory import Trajectory
+
+_SAMPLES = tuple(field.name for field in fields(Samples))
+
+
+def write_npz(source: Trajectory | Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+    """Write a trajectory or samples, in z-up world axes (the archive's ``frame`` says ``enu``).
+
+    A trajectory's heading is kept exactly when it is constant or planned; another becomes the polynomials that stay
+    within a milliradian of it, or is refused.
+
+    Raises
+    ------
+    YawError
+        If a heading is no polynomial.
+    """
+    arrays = _of_samples(source) if isinstance(source, Samples) else _of_trajectory(source)
+    with atomic_write(path, "wb", clobber=clobber) as file:
+        np.savez_compressed(file, frame=np.array("enu"), **arrays)  # type: ignore[arg-type]
+
+
+def _of_samples(samples: Samples) -> dict[str, FloatArray]:
+    return {name: getattr(samples, name) for name in _SAMPLES if getattr(samples, name) is not None}
+
+
+def _of_trajectory(trajectory: Trajectory) -> dict[str, FloatArray]:
+    arrays = {"control_points": trajectory.control_points, "durations": trajectory.durations}
+    heading = trajectory.yaw
+    if isinstance(heading, ConstantHeading):
+        return arrays | {"yaw_angle": np.array(heading.angle)}
+    if not isinstance(heading, PlannedHeading):
+        from minsnap.files.formats.pieces import from_powers, yaw_powers
+
+        powers = yaw_powers(trajectory, max(trajectory.degree, 7))
+        heading = PlannedHeading(from_powers(trajectory.durations, powers[:, :, None], None))
+    planned = heading.trajectory
+    return arrays | {"yaw_control_points": planned.control_points, "yaw_durations": planned.durations}
+
+
+def read_npz(path: str | os.PathLike[str]) -> Trajectory | Samples:
+    """Read what :func:`write_npz` wrote.
+
+    Raises
+    ------
+    FileError
+        If it is no such archive.
+    """
+    arrays = _load(path)
+    if "control_points" in arrays and "durations" in arrays:
+        return Trajectory(arrays["control_points"], arrays["durations"], _heading(arrays))
+    if "t" in arrays and "position" in arrays:
+        return Samples(**{name: arrays[name] for name in _SAMPLES if name in arrays})
+    raise FileError(f"{path} holds neither a trajectory (control_points, durations) nor samples (t, position)")
+
+
+def _load(path: str | os.PathLike[str]) -> dict[str, FloatArray]:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
+    except (ValueError, zipfile.BadZipFile, EOFError, AttributeError, TypeError):
+        raise FileError(f"{path} is not a NumPy archive of numbers") from None
+
+
+def _heading(arrays: dict[str, FloatArray]) -> Heading:
+    if "yaw_control_points" in arrays:
+        return PlannedHeading(Trajectory(arrays["yaw_control_points"], arrays["yaw_durations"]))
+    return ConstantHeading(float(arrays.get("yaw_angle", np.array(0.0))))

@@ -1,0 +1,1 @@
+"""Flight logs of PX4 and ArduPilot."""

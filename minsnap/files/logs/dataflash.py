@@ -1,0 +1,121 @@
+"""ArduPilot's dataflash log: the position controller's PSCN, PSCE, PSCD, or the estimator's XKF1 (extra ``logs``)."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import FileError
+from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
+
+AXES = {"PSCN": "N", "PSCE": "E", "PSCD": "D"}
+"""Messages of the position controller; their fields end in the axis (metres, ArduPilot's log messages)."""
+
+_TYPES = [*AXES, "XKF1", "ATT"]
+
+
+def read_dataflash(path: str | os.PathLike[str]) -> FlightLog:
+    """Read an ArduPilot log.
+
+    The position controller's targets are what was to be flown, its positions what was flown. A log without them has the
+    estimator's positions and no reference.
+
+    Parameters
+    ----------
+    path : str or path
+        A ``.bin`` file.
+
+    Returns
+    -------
+    FlightLog
+        With what could be read of a damaged one, which its ``damage`` says.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is no dataflash log, or holds no positions.
+    ImportError
+        If pymavlink is not installed.
+    """
+    try:
+        from pymavlink.DFReader import DFReader_binary
+    except ImportError:
+        raise ImportError("reading dataflash logs needs pymavlink: pip install minsnap[logs]") from None
+    if not Path(path).is_file() or Path(path).stat().st_size == 0:
+        raise FileError(f"{path} is not there, or empty")
+    complaints = io.StringIO()
+    with contextlib.redirect_stderr(complaints), contextlib.redirect_stdout(complaints):
+        try:
+            columns = _columns(DFReader_binary(os.fspath(path)))
+        except Exception as error:
+            raise FileError(f"{path} is no dataflash log: {error or type(error).__name__}") from None
+    damage = f"{path} is damaged" if complaints.getvalue() else None
+    result = flight_log(*_tracks(columns), damage)
+    if result.flight is None:
+        raise FileError(f"{path} holds no positions (PSCN, PSCE, PSCD or XKF1)")
+    return result
+
+
+def _columns(reader: Any) -> dict[str, dict[str, FloatArray]]:
+    """Return every message type that matters as columns."""
+    rows: dict[str, list[dict[str, float]]] = {name: [] for name in _TYPES}
+    with reader:
+        for message in _messages(reader):
+            rows[message.get_type()].append(message.to_dict())
+    first = [row for row in rows["XKF1"] if not row.get("C")]
+    return {name: _table(first if name == "XKF1" else found) for name, found in rows.items() if found}
+
+
+def _messages(reader: Any) -> Iterator[Any]:
+    while (message := reader.recv_match(type=_TYPES)) is not None:
+        yield message
+
+
+def _table(rows: list[dict[str, Any]]) -> dict[str, FloatArray]:
+    names = [name for name, value in rows[0].items() if isinstance(value, (int, float))] if rows else []
+    return {name: np.array([row.get(name, np.nan) for row in rows], dtype=np.float64) for name in names}
+
+
+def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Track | None, Track | None]:
+    """Return the reference and the flight."""
+    if all(name in columns for name in AXES):
+        return _track(columns, "TP", "TV", "TA", "DesYaw"), _track(columns, "P", "V", "A", "Yaw")
+    estimate = columns.get("XKF1", {})
+    if not all(name in estimate for name in ("TimeUS", "PN", "PE", "PD", "VN", "VE", "VD")):
+        return None, None
+    position, velocity = (np.stack([estimate[kind + axis] for axis in "NED"], axis=1) for kind in "PV")
+    t = estimate["TimeUS"] * 1e-6
+    return None, Track(t, position, velocity, yaw=_heading(columns, t, "Yaw"))
+
+
+def _track(columns: dict[str, dict[str, FloatArray]], place: str, speed: str, push: str, heading: str) -> Track:
+    """Bring the three axes, logged microseconds apart, onto the first one's instants."""
+    t = columns["PSCN"]["TimeUS"] * 1e-6
+    stacked = []
+    for prefix in (place, speed, push):
+        parts = [_at(t, columns[name], prefix + axis) for name, axis in AXES.items()]
+        stacked.append(None if any(part is None for part in parts) else np.stack(parts, axis=1))  # type: ignore[arg-type]
+    position, velocity, acceleration = stacked
+    nowhere = np.full((len(t), 3), np.nan)
+    yaw = _heading(columns, t, heading)
+    return Track(t, nowhere if position is None else position, velocity, acceleration, yaw)
+
+
+def _at(t: FloatArray, table: dict[str, FloatArray], name: str) -> FloatArray | None:
+    return np.interp(t, table["TimeUS"] * 1e-6, table[name]) if name in table else None
+
+
+def _heading(columns: dict[str, dict[str, FloatArray]], t: FloatArray, name: str) -> FloatArray | None:
+    """Interpolate a heading, which is logged in degrees."""
+    attitude = columns.get("ATT", {})
+    if name not in attitude:
+        return None
+    unwrapped = np.unwrap(np.radians(attitude[name]))
+    return np.interp(t, attitude["TimeUS"] * 1e-6, unwrapped)

@@ -1,0 +1,97 @@
+"""What a flight log holds for us: what was to be flown and what was flown, on one clock, in z-up world axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.frames import map_samples
+from minsnap.trajectory.samples import Samples
+
+
+@dataclass(frozen=True, eq=False)
+class FlightLog:
+    """A flight as an autopilot logged it.
+
+    Parameters
+    ----------
+    reference : Samples or None
+        The setpoints that asked for a position; None when none was logged.
+    flight : Samples or None
+        The estimated positions; None when none was logged.
+    start : float
+        Time since boot of the log's first instant, which is 0 in both [s].
+    damage : str or None
+        What was wrong with the file and what could be read all the same; None for a sound one.
+    """
+
+    reference: Samples | None
+    flight: Samples | None
+    start: float
+    damage: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One quantity of a log as it stands there: z-down axes, time since boot.
+
+    Parameters
+    ----------
+    t : ndarray, shape (m,)
+        [s].
+    position : ndarray, shape (m, 3)
+    velocity, acceleration : ndarray, shape (m, 3), or None
+    yaw : ndarray, shape (m,), or None
+        [rad], in any interval.
+    yaw_rate : ndarray, shape (m,), or None
+    """
+
+    t: FloatArray
+    position: FloatArray
+    velocity: FloatArray | None = None
+    acceleration: FloatArray | None = None
+    yaw: FloatArray | None = None
+    yaw_rate: FloatArray | None = None
+
+
+def flight_log(reference: Track | None, flight: Track | None, damage: str | None) -> FlightLog:
+    """Put the tracks on one clock that starts with the first of them, and into z-up world axes."""
+    clean = [None if track is None else _cleaned(track) for track in (reference, flight)]
+    starts = [track.t[0] for track in clean if track is not None]
+    start = float(min(starts)) if starts else 0.0
+    told = None if damage is None else f"{damage}; {_what_was_read(*clean)}"
+    asked, flown = (None if track is None else _samples(track, start) for track in clean)
+    return FlightLog(asked, flown, start, told)
+
+
+def _cleaned(track: Track) -> Track | None:
+    """Drop rows without a position or out of order, and then quantities that are not finite everywhere."""
+    good = np.isfinite(track.position).all(axis=1) & np.isfinite(track.t)
+    latest = np.maximum.accumulate(np.where(good, track.t, -np.inf))
+    good[1:] &= track.t[1:] > latest[:-1]
+    if not good.any():
+        return None
+    rest = (track.velocity, track.acceleration, track.yaw, track.yaw_rate)
+    return Track(track.t[good], track.position[good], *(_controlled(values, good) for values in rest))
+
+
+def _controlled(values: FloatArray | None, good: npt.NDArray[np.bool_]) -> FloatArray | None:
+    kept = None if values is None else np.asarray(values, dtype=np.float64)[good]
+    return kept if kept is not None and np.isfinite(kept).all() else None
+
+
+def _samples(track: Track, start: float) -> Samples:
+    yaw = None if track.yaw is None else np.unwrap(track.yaw)
+    samples = Samples(
+        track.t - start, track.position, track.velocity, track.acceleration, yaw=yaw, yaw_rate=track.yaw_rate
+    )
+    return map_samples(samples, "ned", "enu")
+
+
+def _what_was_read(reference: Track | None, flight: Track | None) -> str:
+    counts = [0 if track is None else len(track.t) for track in (flight, reference)]
+    last = max((float(track.t[-1]) for track in (reference, flight) if track is not None), default=0.0)
+    return f"{counts[0]} positions and {counts[1]} setpoints could be read, up to {last:.3f} s after boot"

@@ -1,0 +1,112 @@
+"""PX4's ULog: ``vehicle_local_position`` is what was flown, ``trajectory_setpoint`` what was to be (extra ``logs``)."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import FileError
+from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
+
+POSITION = "vehicle_local_position"
+SETPOINTS = ("trajectory_setpoint", "vehicle_local_position_setpoint")
+"""Topics that hold setpoints: the current one, and the controller's own of older logs."""
+
+_HEADER = 16
+_MAGIC = b"ULog\x01\x12\x35"
+
+
+def read_ulog(path: str | os.PathLike[str]) -> FlightLog:
+    """Read a PX4 log.
+
+    Parameters
+    ----------
+    path : str or path
+        A ``.ulg`` file.
+
+    Returns
+    -------
+    FlightLog
+        With what could be read of a damaged one, which its ``damage`` says.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is no ULog, or holds neither positions nor setpoints.
+    ImportError
+        If pyulog is not installed.
+    """
+    try:
+        from pyulog import ULog
+    except ImportError:
+        raise ImportError("reading ULog needs pyulog: pip install minsnap[logs]") from None
+    raw = _bytes(path)
+    with contextlib.redirect_stdout(io.StringIO()):  # it prints what it makes of damage
+        try:
+            log = ULog(io.BytesIO(raw), [POSITION, *SETPOINTS])
+        except Exception as error:
+            raise FileError(f"{path} is too damaged to be read: {error or type(error).__name__}") from None
+    topics = {data.name: data.data for data in reversed(log.data_list)}
+    reference = next((_setpoints(topics[name]) for name in SETPOINTS if name in topics), None)
+    result = flight_log(reference, _positions(topics.get(POSITION)), _damage(path, raw, log.file_corruption))
+    if result.reference is None and result.flight is None:
+        raise FileError(f"{path} holds neither {POSITION} nor {SETPOINTS[0]}: log them")
+    return result
+
+
+def _bytes(path: str | os.PathLike[str]) -> bytes:
+    try:
+        raw = Path(path).read_bytes()
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror}") from None
+    if len(raw) < _HEADER or not raw.startswith(_MAGIC):
+        raise FileError(f"{path} is no ULog file")
+    return raw
+
+
+def _positions(data: dict[str, FloatArray] | None) -> Track | None:
+    """Return where the vehicle was; rows that the estimator called invalid are dropped."""
+    if data is None or not all(name in data for name in ("timestamp", "x", "y", "z")):
+        return None
+    valid = np.asarray(data.get("xy_valid", 1), dtype=bool) & np.asarray(data.get("z_valid", 1), dtype=bool)
+    position = np.where(np.broadcast_to(valid, data["x"].shape)[:, None], _stack(data, "x", "y", "z"), np.nan)
+    velocity, acceleration = _some(data, "vx", "vy", "vz"), _some(data, "ax", "ay", "az")
+    return Track(data["timestamp"] * 1e-6, position, velocity, acceleration, data.get("heading", data.get("yaw")))
+
+
+def _setpoints(data: dict[str, FloatArray]) -> Track | None:
+    """Return what was asked for, in either of the two topics' spellings."""
+    names = [("position[{}]", "velocity[{}]"), ("{}", "v{}")]
+    for (place, speed), axes in zip(names, ("012", "xyz"), strict=True):
+        if place.format(axes[0]) in data:
+            position = _stack(data, *(place.format(axis) for axis in axes))
+            velocity = _some(data, *(speed.format(axis) for axis in axes))
+            acceleration = _some(data, *(f"acceleration[{i}]" for i in range(3)))
+            heading = (data.get("yaw"), data.get("yawspeed"))
+            return Track(data["timestamp"] * 1e-6, position, velocity, acceleration, *heading)
+    return None
+
+
+def _some(data: dict[str, FloatArray], *names: str) -> FloatArray | None:
+    return _stack(data, *names) if all(name in data for name in names) else None
+
+
+def _stack(data: dict[str, FloatArray], *names: str) -> FloatArray:
+    return np.stack([np.asarray(data[name], dtype=np.float64) for name in names], axis=1)
+
+
+def _damage(path: Any, raw: bytes, corrupt: bool) -> str | None:
+    """Say whether the parser met damage, or the file ends within a message."""
+    if corrupt:
+        return f"{path} is damaged"
+    offset, header = _HEADER, struct.Struct("<HB")
+    while offset + header.size <= len(raw):
+        offset += header.size + header.unpack_from(raw, offset)[0]
+    return None if offset == len(raw) else f"{path} ends in the middle of a message"

@@ -1,0 +1,171 @@
+"""Setpoint CSV: a path sampled at a uniform rate, one row an instant, with numbers that read back exactly."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import FileError
+from minsnap.frames import get_frame, map_samples
+from minsnap.storage.atomic import atomic_write
+from minsnap.storage.table import read_table
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
+
+GROUPS: dict[str, tuple[str, ...]] = {
+    "position": ("x", "y", "z"),
+    "velocity": ("vx", "vy", "vz"),
+    "acceleration": ("ax", "ay", "az"),
+    "yaw": ("yaw",),
+    "yaw_rate": ("yaw_rate",),
+}
+"""Columns of each quantity of :class:`~minsnap.trajectory.samples.Samples`, in the order of the file, after ``t``."""
+
+HEADER = ("t", *(name for group in GROUPS.values() for name in group))
+"""The columns of a complete file."""
+
+_CHUNK = 4096
+
+
+def write_csv(
+    source: Path | Samples,
+    path: str | os.PathLike[str],
+    rate: float = 20.0,
+    frame: str = "enu",
+    *,
+    clobber: bool = True,
+) -> None:
+    """Write setpoints, whole or not at all.
+
+    The header is ``t,x,y,z,vx,vy,vz,ax,ay,az,yaw,yaw_rate``: seconds, metres, m/s, m/s^2, rad, rad/s. Every number is
+    written with the digits that make it read back exactly. Quantities that samples do not have are left out.
+
+    Parameters
+    ----------
+    source : Path or Samples
+        What to write; samples are written as they are, in z-up world axes. Plane paths get the altitude 0.
+    path : str or path
+        Destination; replaced if it is there, unless ``clobber`` is False.
+    rate : float
+        Samples a second of a path [Hz].
+    frame : str
+        Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.frames.FRAMES`.
+    clobber : bool
+        False: a destination that exists is an error.
+
+    Raises
+    ------
+    FileError
+        If a value is not finite, the path has other than 2 or 3 coordinates, or the destination cannot be written.
+    FrameError
+        If the frame is unknown.
+    TimingError
+        If the rate is not positive.
+
+    Examples
+    --------
+    >>> import minsnap, pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "circle.csv"
+    >>> minsnap.write_csv(minsnap.circle(radius=2.0), file)
+    >>> minsnap.read_csv(file).position[0]
+    array([2. , 0. , 1.5])
+    """
+    lines = csv_lines(source, rate, frame)
+    with atomic_write(path, clobber=clobber) as file:
+        file.writelines(lines)
+
+
+def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") -> Iterator[str]:
+    """Return the lines that :func:`write_csv` writes, each with its newline; everything is checked before the first.
+
+    Raises
+    ------
+    FileError, FrameError, TimingError
+        As :func:`write_csv`.
+    """
+    samples = source if isinstance(source, Samples) else source.sample(rate)
+    mapped = map_samples(_in_space(samples), "enu", get_frame(frame))
+    names, values = ["t"], [mapped.t[:, None]]
+    for quantity, columns in GROUPS.items():
+        array = getattr(mapped, quantity)
+        if array is not None:
+            names += columns
+            values.append(array.reshape(len(mapped), len(columns)))
+    return _lines(names, _checked(names, np.hstack(values)))
+
+
+def read_csv(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
+    """Read setpoints.
+
+    Parameters
+    ----------
+    path : str or path
+        A file with a header: ``t,x,y,z`` and, each wholly or not at all, ``vx,vy,vz``, ``ax,ay,az``, ``yaw`` and
+        ``yaw_rate``.
+    frame : str
+        Axes of the file.
+
+    Returns
+    -------
+    Samples
+        In z-up world axes; None for the quantities that the file does not have.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, empty, ragged, not numeric or not finite, lacks a column, or its instants do not
+        increase; says which line.
+    FrameError
+        If the frame is unknown.
+    """
+    axes = get_frame(frame)
+    table = read_table(path, HEADER[:4], HEADER[4:])
+    _check_groups(path, table)
+    _check_increasing(path, table["t"])
+    stacks = {q: np.stack([table[n] for n in names], axis=-1) for q, names in GROUPS.items() if names[0] in table}
+    squeezed = {q: stack[:, 0] if len(GROUPS[q]) == 1 else stack for q, stack in stacks.items()}
+    return map_samples(Samples(table["t"], **squeezed), axes, "enu")
+
+
+def _in_space(samples: Samples) -> Samples:
+    """Return samples with 3 coordinates: those of a plane are given altitude 0."""
+    if samples.dim == 3:
+        return samples
+    if samples.dim != 2:
+        raise FileError(f"a setpoint file holds 2 or 3 coordinates, and the path has {samples.dim}")
+    vectors = ("position", "velocity", "acceleration", "jerk", "snap")
+    flat = {name: getattr(samples, name) for name in vectors if getattr(samples, name) is not None}
+    return replace(samples, **{name: np.pad(array, ((0, 0), (0, 1))) for name, array in flat.items()})
+
+
+def _checked(names: list[str], values: FloatArray) -> FloatArray:
+    finite = np.isfinite(values)
+    if not finite.all():
+        row, column = np.argwhere(~finite)[0]
+        raise FileError(f"{names[column]} of sample {row} is {values[row, column]}: only finite numbers are written")
+    return values
+
+
+def _lines(names: list[str], values: FloatArray) -> Iterator[str]:
+    yield ",".join(names) + "\n"
+    for start in range(0, len(values), _CHUNK):
+        for row in values[start : start + _CHUNK].tolist():
+            yield ",".join(map(repr, row)) + "\n"
+
+
+def _check_groups(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> None:
+    for names in GROUPS.values():
+        missing = [name for name in names if name not in table]
+        if 0 < len(missing) < len(names):
+            raise FileError(f"{path}, line 1: {', '.join(missing)} missing; give {', '.join(names)} or none of them")
+
+
+def _check_increasing(path: str | os.PathLike[str], t: FloatArray) -> None:
+    late = np.flatnonzero(np.diff(t) <= 0)
+    if late.size:
+        i = int(late[0]) + 1
+        raise FileError(f"{path}, line {i + 2}: t is {t[i]}, not after the {t[i - 1]} of the line before")

@@ -1,0 +1,92 @@
+r"""Rotor thrusts over all time, bounded by interval arithmetic on ever smaller parts of a path.
+
+Without drag, with :math:`f = a + g e_z`, :math:`c = \|f\|` and :math:`h = (\cos\psi, \sin\psi, 0)` the body axes are
+:math:`z = f/c`, :math:`y = f \times h / \|f \times h\|`, :math:`x = y \times z` (D. Mellinger and V. Kumar, ICRA
+2011), and differentiating :math:`x \cdot f = y \cdot f = y \cdot h = 0` once and twice gives body rates and
+accelerations:
+
+.. math:: p = -y \cdot j / c, \quad q = x \cdot j / c, \quad r = (y \cdot \dot h + p\, z \cdot h) / (x \cdot h).
+
+Ranges of control points bound the derivatives on each part (convex hull), interval arithmetic what follows from them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.polynomials.intervals import Interval, Vector, along, cross, dot, length, plus, times
+
+if TYPE_CHECKING:
+    from minsnap.vehicle import Quadrotor
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Ranges of a motion on parts of a path.
+
+    Parameters
+    ----------
+    force, jerk, snap : Vector
+        Thrust per mass and its derivatives [m/s^2], [m/s^3], [m/s^4].
+    heading : tuple of 3 Vectors
+        Yaw direction and its derivatives.
+    """
+
+    force: Vector
+    jerk: Vector
+    snap: Vector
+    heading: tuple[Vector, Vector, Vector]
+
+
+def heading_ranges(yaw: Interval, rate: Interval, acceleration: Interval) -> tuple[Vector, Vector, Vector]:
+    """Ranges of ``(cos, sin, 0)`` of the yaw and of its two derivatives."""
+    middle, half = 0.5 * (yaw.low + yaw.high), 0.5 * (yaw.high - yaw.low)
+    cosine = Interval(np.cos(middle) - half, np.cos(middle) + half).within(-1.0, 1.0)
+    sine = Interval(np.sin(middle) - half, np.sin(middle) + half).within(-1.0, 1.0)
+    zero = Interval(np.zeros_like(middle), np.zeros_like(middle))
+    straight, across = (cosine, sine, zero), (-sine, cosine, zero)
+    second = plus(times(across, acceleration), times(straight, -rate.squared()))
+    return straight, times(across, rate), second
+
+
+def rotor_ranges(vehicle: Quadrotor, part: Part) -> list[Interval]:
+    """Ranges of the four rotors' thrusts [N]."""
+    rates, accelerations = _turning(part)
+    wrench = [length(part.force).scaled(vehicle.mass), *_torques(vehicle.inertia, rates, accelerations)]
+    return [_combined(row, wrench) for row in vehicle.inverse_mixer]
+
+
+def _turning(part: Part) -> tuple[Vector, Vector]:
+    """Ranges of body rates and angular accelerations."""
+    heading, heading_rate, heading_turn = part.heading
+    lift, lateral = length(part.force), cross(part.force, heading)
+    y, z = along(lateral), along(part.force)
+    x = tuple(component.within(-1.0, 1.0) for component in cross(y, z))
+    x_heading, z_heading = (length(lateral) / lift).within(0.0, 1.0), dot(z, heading)
+    pull = dot(z, part.jerk) / lift
+    p, q = -dot(y, part.jerk) / lift, dot(x, part.jerk) / lift  # type: ignore[arg-type]
+    r = (dot(y, heading_rate) + p * z_heading) / x_heading
+    p_rate = r * q - (p * pull).scaled(2.0) - dot(y, part.snap) / lift
+    q_rate = dot(x, part.snap) / lift - r * p - (q * pull).scaled(2.0)  # type: ignore[arg-type]
+    known = p * q * x_heading + r * q * z_heading + dot(y, heading_turn)
+    known = known + (p * dot(z, heading_rate) - r * dot(x, heading_rate)).scaled(2.0)  # type: ignore[arg-type]
+    return (p, q, r), (p_rate, q_rate, (known + p_rate * z_heading) / x_heading)
+
+
+def _torques(inertia: FloatArray, rates: Vector, accelerations: Vector) -> Vector:
+    """Ranges of the torques, Euler's equations."""
+    momentum = tuple(_combined(row, rates) for row in inertia)
+    push = tuple(_combined(row, accelerations) for row in inertia)
+    return plus(push, cross(rates, momentum))  # type: ignore[arg-type]
+
+
+def _combined(weights: FloatArray, ranges: list[Interval] | Vector) -> Interval:
+    """Range of a weighted sum."""
+    total = ranges[0].scaled(float(weights[0]))
+    for weight, other in zip(weights[1:], ranges[1:], strict=True):
+        total = total + other.scaled(float(weight))
+    return total

@@ -1,0 +1,195 @@
+"""Limits of a vehicle: total thrust as walls of the QP, and each rotor's thrust certified over all time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import LimitError
+from minsnap.limits.limits import Limits
+from minsnap.limits.rotor_bounds import Part, heading_ranges, rotor_ranges
+from minsnap.limits.utilisation import Utilisation
+from minsnap.polynomials.bernstein import differentiate, multiply, subdivide
+from minsnap.polynomials.intervals import Interval
+from minsnap.trajectory.heading import ConstantHeading, PlannedHeading, RemappedHeading
+
+if TYPE_CHECKING:
+    from minsnap.trajectory.trajectory import Trajectory
+    from minsnap.vehicle import Quadrotor
+
+GRID = 256
+"""Samples of a piece from which the largest thrust is taken."""
+
+MARGIN = 5e-4
+"""Share added to it, below which interval bounds prove that all thrusts stay."""
+
+ROUNDS, PARTS, MOST = 9, 4, 400_000
+"""How often, into how many parts, and up to how many parts in all a piece is divided for the proof."""
+
+
+@dataclass(frozen=True)
+class VehicleLimits(Limits):
+    """Limits that follow from a vehicle, beside others; made by :meth:`Limits.of`.
+
+    Parameters
+    ----------
+    vehicle : Quadrotor
+        Its rotors' thrusts are kept within their limits, by the time scale; without its drag.
+    reserve : float
+        Share of the rotors' room above and below hover that is left to feedback, in [0, 1).
+    """
+
+    vehicle: Any = None
+    reserve: float = 0.0
+
+    def given(self) -> dict[str, float]:
+        """Return the limits that are set, by name."""
+        return {name: value for name, value in super().given().items() if name not in ("vehicle", "reserve")}
+
+    def utilisation(self, traj: Trajectory) -> tuple[Utilisation, ...]:
+        """Say how far each limit is used, and each side of the rotors' thrust limits.
+
+        The rotors' ``method`` is ``"interval"`` where interval bounds prove that no thrust goes beyond the value given
+        (``MARGIN`` above the largest of many samples), ``"sampled"`` where the yaw is along the velocity.
+        """
+        return (*super().utilisation(traj), *_rotors(self.vehicle, self.reserve, traj))
+
+
+def limits_of(vehicle: Quadrotor, reserve: float, **others: Any) -> VehicleLimits:
+    """Return the limits of a vehicle and others besides; see :meth:`Limits.of`."""
+    if not (np.isfinite(reserve) and 0.0 <= reserve < 1.0):
+        raise LimitError(f"the reserve is {reserve}: it must be at least 0 and below 1")
+    ratio = vehicle.max_thrust_to_weight
+    if ratio <= 1.0:
+        raise LimitError(f"the vehicle's rotors lift {ratio:.3f} of its weight: it cannot hover", smallest=1.0)
+    least = 4.0 * vehicle.rotor_thrust_limits[0] / vehicle.weight
+    thrusts = {"max_thrust": 1.0 + (1.0 - reserve) * (ratio - 1.0)}
+    if least > 0.0:
+        thrusts["min_thrust"] = 1.0 - (1.0 - reserve) * (1.0 - least)
+    return VehicleLimits(**{**thrusts, **others}, gravity=vehicle.gravity, vehicle=vehicle, reserve=float(reserve))
+
+
+def _rotors(vehicle: Quadrotor, reserve: float, traj: Trajectory) -> list[Utilisation]:
+    """How far the room of a rotor's thrust above and below hover is used."""
+    hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
+    found = _Bound(vehicle, traj).run()
+    return [
+        _used(traj, "rotor_thrust", hover + (1.0 - reserve) * (most - hover), 1.0, hover, found[0]),
+        _used(traj, "min_rotor_thrust", hover - (1.0 - reserve) * (hover - least), -1.0, hover, found[1]),
+    ]
+
+
+Found = tuple[float, float, str]
+"""Largest departure from hover to one side [N], instant [s], method."""
+
+
+def _used(traj: Trajectory, name: str, limit: float, side: float, hover: float, found: Found) -> Utilisation:
+    excess, instant, method = found
+    breaks = traj.leg_breaks
+    leg = int(np.clip(np.searchsorted(breaks, instant, side="right") - 1, 0, len(breaks) - 2))
+    fraction = max(excess, 0.0) / abs(limit - hover)
+    return Utilisation(name, hover + side * excess, limit, fraction, leg, instant, method)
+
+
+class _Bound:
+    """Largest departures of the rotors' thrusts from hover, sampled and then proved."""
+
+    def __init__(self, vehicle: Quadrotor, traj: Trajectory) -> None:
+        self.vehicle, self.traj = vehicle, traj
+        self.yaw, self.turns = traj.yaw, _yaw_jerk(traj.yaw)
+        self.hover = vehicle.hover_thrust
+
+    def run(self) -> list[Found]:
+        """Return the departures upwards and downwards."""
+        t, departures = self._sampled()
+        best = departures.argmax(axis=1)
+        values = departures.max(axis=1) + MARGIN * self.hover
+        method = "sampled"
+        if np.isfinite(self.turns) and np.isfinite(values).all():
+            values, method = self._proved(values), "interval"
+        return [(float(value), float(t[i]), method) for value, i in zip(values, best, strict=True)]
+
+    def _sampled(self) -> tuple[FloatArray, FloatArray]:
+        from minsnap.vehicle import BodyDrag, flatness_of
+
+        inner = np.linspace(0.0, 1.0, GRID, endpoint=False)
+        grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * inner
+        t = np.append(grid.reshape(-1), self.traj.duration)
+        speed = flatness_of(self.vehicle, self.traj, t, drag=BodyDrag()).rotor_speed
+        thrust = self.vehicle.thrust_coefficient * speed * np.abs(speed)
+        return t, np.array([thrust.max(axis=1) - self.hover, self.hover - thrust.min(axis=1)])
+
+    def _proved(self, values: FloatArray) -> FloatArray:
+        """Raise the values to what interval bounds prove."""
+        points, start, width = self._pieces()
+        for level in range(ROUNDS):
+            departures = self._bounds(points, start, width)
+            open_ = (departures > values[:, None]).any(axis=0)
+            if not open_.any():
+                return values
+            parts = PARTS if level else 8 * PARTS
+            if open_.sum() * parts > MOST or level == ROUNDS - 1:
+                break
+            points, start, width = _divided(points[open_], start[open_], width[open_], parts)
+        return np.asarray(np.maximum(values, departures.max(axis=1)))
+
+    def _pieces(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Control points of force, jerk and snap (pieces, 9, n), begin and length of the pieces [s]."""
+        control, durations = self.traj.control_points, self.traj.durations
+        size = max(control.shape[1] - 2, 1)
+        orders = []
+        for order in (2, 3, 4):
+            points = differentiate(control, order) / durations[:, None, None] ** order
+            if order == 2:
+                points = points + np.array([0.0, 0.0, self.vehicle.gravity])
+            orders.append(_elevated(points, size))
+        return np.concatenate(orders, axis=1), self.traj.breaks[:-1], durations
+
+    def _bounds(self, points: FloatArray, start: FloatArray, width: FloatArray) -> FloatArray:
+        """Upper bounds of the departures from hover upwards and downwards, shape (2, parts)."""
+        low, high = points.min(axis=2), points.max(axis=2)
+        ranges = [Interval(low[:, i], high[:, i]) for i in range(9)]
+        heading = heading_ranges(*self._yaw_ranges(start + 0.5 * width, 0.5 * width))
+        part = Part(tuple(ranges[:3]), tuple(ranges[3:6]), tuple(ranges[6:]), heading)  # type: ignore[arg-type]
+        with np.errstate(all="ignore"):
+            rotors = rotor_ranges(self.vehicle, part)
+        above = np.max([rotor.high for rotor in rotors], axis=0) - self.hover
+        below = self.hover - np.min([rotor.low for rotor in rotors], axis=0)
+        return np.where(np.isnan([above, below]), np.inf, [above, below])
+
+    def _yaw_ranges(self, middle: FloatArray, half: FloatArray) -> tuple[Interval, Interval, Interval]:
+        """Ranges of yaw and its derivatives around the middle of each part, from a bound of the third one."""
+        spread, ranges = self.turns + np.zeros(len(half)), []
+        for order in (2, 1, 0):
+            value = self.yaw(middle, order)
+            ranges.append(Interval(value - half * spread, value + half * spread))
+            spread = np.abs(value) + half * spread
+        return ranges[2], ranges[1], ranges[0]
+
+
+def _elevated(points: FloatArray, size: int) -> FloatArray:
+    """Each coordinate with ``size`` control points: (m, n + 1, 3) to (m, 3, size)."""
+    rows = points.transpose(0, 2, 1).reshape(-1, points.shape[1])
+    raised = multiply(rows, np.ones((len(rows), size - points.shape[1] + 1)))
+    return np.asarray(raised.reshape(len(points), 3, size))
+
+
+def _divided(
+    points: FloatArray, start: FloatArray, width: FloatArray, parts: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    count, rows, size = points.shape
+    finer = subdivide(points.reshape(-1, size), parts).reshape(count, rows, parts, size).transpose(0, 2, 1, 3)
+    begins = start[:, None] + width[:, None] * np.arange(parts) / parts
+    return finer.reshape(-1, rows, size), begins.reshape(-1), np.repeat(width / parts, parts)
+
+
+def _yaw_jerk(heading: Any) -> float:
+    """Largest third derivative of a yaw that is a polynomial on each leg [rad/s^3]; infinite for any other."""
+    if isinstance(heading, ConstantHeading):
+        return 0.0
+    if isinstance(heading, RemappedHeading):
+        return _yaw_jerk(heading.heading) * abs(heading.rate) ** 3
+    return float(heading.trajectory.max_norm(3)[0]) if isinstance(heading, PlannedHeading) else float(np.inf)

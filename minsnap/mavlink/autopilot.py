@@ -1,0 +1,100 @@
+"""What PX4 and ArduPilot do differently: their mode for setpoints, its name, and how it is asked for.
+
+Sources: the PX4 manual on offboard control (two setpoints a second at least, streamed before the mode is entered), the
+ArduPilot developer manual on Copter commands in guided mode (GUID_TIMEOUT, take-off before setpoints are taken).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from minsnap.errors import LinkError
+from minsnap.mavlink.dialect import Message, load_dialect
+from minsnap.mavlink.vehicle_state import ARDUPILOT, PX4, VehicleState
+
+
+@dataclass(frozen=True)
+class Autopilot:
+    """Conventions of one flight stack.
+
+    Parameters
+    ----------
+    name : str
+        ``px4``, ``ardupilot`` or ``generic``.
+    mode : str
+        The mode in which it follows setpoints, as its manual calls it.
+    main_mode : int or None
+        The number of that mode; None for a stack whose modes are not known: every mode counts.
+    lowest_rate : float
+        Fewer setpoints a second than this make it leave the mode [Hz].
+    takes_off : bool
+        True when it must be told to take off before it follows setpoints.
+    """
+
+    name: str
+    mode: str
+    main_mode: int | None
+    lowest_rate: float
+    takes_off: bool = False
+
+    def follows(self, vehicle: VehicleState) -> bool:
+        """Return whether the vehicle is in the mode in which it follows setpoints."""
+        return vehicle.known and (self.main_mode is None or vehicle.main_mode == self.main_mode)
+
+    def mode_command(self, vehicle: VehicleState) -> Message:
+        """MAV_CMD_DO_SET_MODE into that mode."""
+        return command(vehicle, "MAV_CMD_DO_SET_MODE", 1.0, float(self.main_mode or 0))
+
+
+AUTOPILOTS = {
+    pilot.name: pilot
+    for pilot in (
+        Autopilot("px4", "OFFBOARD", 6, 2.0),
+        Autopilot("ardupilot", "GUIDED", 4, 1.0, takes_off=True),
+        Autopilot("generic", "any mode", None, 2.0),
+    )
+}
+
+
+def get_autopilot(name: str, vehicle: VehicleState) -> Autopilot:
+    """Return the conventions by name; ``auto`` goes by what the vehicle's heartbeat says.
+
+    Raises
+    ------
+    LinkError
+        If no stack is called so.
+    """
+    if name == "auto":
+        name = {PX4: "px4", ARDUPILOT: "ardupilot"}.get(vehicle.autopilot, "generic")
+    if name not in AUTOPILOTS:
+        raise LinkError(f"no autopilot is called {name!r}: choose auto, {', '.join(AUTOPILOTS)}")
+    return AUTOPILOTS[name]
+
+
+def command(vehicle: VehicleState, name: str, *parameters: float) -> Message:
+    """COMMAND_LONG to the vehicle; parameters that are not given are 0."""
+    dialect = load_dialect()
+    values = (*parameters, *(0.0,) * (7 - len(parameters)))
+    return dialect.MAVLink_command_long_message(vehicle.system, vehicle.component, getattr(dialect, name), 0, *values)
+
+
+def arm_command(vehicle: VehicleState) -> Message:
+    """Arm the motors."""
+    return command(vehicle, "MAV_CMD_COMPONENT_ARM_DISARM", 1.0)
+
+
+def land_command(vehicle: VehicleState) -> Message:
+    """Land here; both stacks change into their landing mode."""
+    return command(vehicle, "MAV_CMD_NAV_LAND")
+
+
+def takeoff_command(vehicle: VehicleState, height: float) -> Message:
+    """Take off to a height above home [m] (ArduPilot's guided mode)."""
+    return command(vehicle, "MAV_CMD_NAV_TAKEOFF", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, height)
+
+
+def position_request(vehicle: VehicleState, rate: float) -> Message:
+    """Ask for LOCAL_POSITION_NED at a rate [Hz]."""
+    dialect = load_dialect()
+    wanted = float(dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED)
+    return command(vehicle, "MAV_CMD_SET_MESSAGE_INTERVAL", wanted, 1e6 / rate)

@@ -1,0 +1,94 @@
+"""The one call that flies a path, samples or a file over MAVLink."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from typing import Any
+
+from minsnap.errors import FlightError
+from minsnap.files.consistency import check_samples
+from minsnap.mavlink.link import Link, open_link
+from minsnap.mavlink.observer import EventCallback, StatusCallback
+from minsnap.mavlink.schedule import Clock
+from minsnap.mavlink.setpoints import SetpointTable, tabulate, vehicle_frame
+from minsnap.mavlink.stream_options import StreamOptions, StreamReport
+from minsnap.mavlink.streaming import Streamer
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
+
+
+def stream(
+    source: Samples | Path | str | os.PathLike[str],
+    connect: str | Link,
+    options: StreamOptions | None = None,
+    *,
+    clock: Clock | None = None,
+    on_event: EventCallback | None = None,
+    on_status: StatusCallback | None = None,
+    **changes: Any,
+) -> StreamReport:
+    """Fly a path, samples or a setpoint file over MAVLink.
+
+    Parameters
+    ----------
+    source : Path, Samples or path of a setpoint CSV
+        In z-up world axes; a file in the frame of the options.
+    connect : str or Link
+        A connection string (:func:`~minsnap.mavlink.transport.open_transport`), or an open link, which stays open.
+    options : StreamOptions, optional
+        How; every field of it may be given as a keyword of its own.
+    clock : Clock, optional
+        Monotonic time, unless another is given; that of the link if a link is given.
+    on_event, on_status : callable, optional
+        See :class:`~minsnap.mavlink.streaming.Streamer`.
+
+    Returns
+    -------
+    StreamReport
+
+    Raises
+    ------
+    FlightError
+        If the setpoints are not consistent, the start is too far, or a rule stopped the flight.
+    LinkError
+        If the port cannot be opened or no vehicle answers.
+    ImportError
+        If pymavlink is not installed.
+    """
+    options = replace(options or StreamOptions(), **changes)
+    clock = clock or Clock()
+    table = prepare(source, options)
+    link = connect if isinstance(connect, Link) else open_link(connect, clock)
+    try:
+        return Streamer(table, link, options, clock, on_event, on_status).run()
+    finally:
+        if link is not connect:
+            link.close()
+
+
+def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> SetpointTable:
+    """Read, check and lay out what is to be flown.
+
+    Raises
+    ------
+    FlightError
+        If the samples are not consistent with themselves; says how.
+    """
+    samples = _sampled(source, options)
+    report = check_samples(samples)
+    if not report.ok:
+        raise FlightError(f"not fit to fly: {report.problems[0]}")
+    table = tabulate(samples, options.rate, options.fields, vehicle_frame(options.frame), options.laps)
+    options.check_rate(table.rate)
+    return table
+
+
+def _sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> Samples:
+    if isinstance(source, Samples):
+        return source
+    if isinstance(source, Path):
+        return source.sample(20.0 if options.rate is None else options.rate)
+    from minsnap.files.setpoint_csv import read_csv
+
+    return read_csv(source, options.frame)

@@ -1,0 +1,86 @@
+"""When to stop: the rules that end a flight, each comparing what the vehicle says with what it should do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from minsnap.errors import InputError
+from minsnap.mavlink.autopilot import Autopilot
+from minsnap.mavlink.vehicle_state import Vector, VehicleState
+
+FRESH = 0.5
+"""A position older than this does not say where the vehicle is [s]."""
+
+
+@dataclass(frozen=True)
+class SafetyRules:
+    """How far things may go before a flight is refused or stopped.
+
+    Parameters
+    ----------
+    max_start_distance : float
+        Between the vehicle and the first setpoint [m]; infinity flies without knowing where the vehicle is.
+    abort_distance : float
+        Between the vehicle and its setpoint during the flight [m].
+    link_timeout : float
+        Silence of the vehicle, or of its position once it has reported one [s]. A vehicle that sends nothing but
+        heartbeats, one a second, is given ``heartbeat_timeout``.
+    heartbeat_timeout : float
+        Time without a heartbeat, and so without knowing the mode [s].
+
+    Raises
+    ------
+    InputError
+        If a bound is not positive.
+    """
+
+    max_start_distance: float = 1.0
+    abort_distance: float = 2.0
+    link_timeout: float = 1.0
+    heartbeat_timeout: float = 3.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not value > 0:
+                raise InputError(f"{name} is {value}: a safety bound must be positive")
+
+    def start_refusal(self, vehicle: VehicleState, start: Vector, on_the_ground: bool = False) -> str | None:
+        """Say why the vehicle must not start, None if it may.
+
+        Parameters
+        ----------
+        vehicle : VehicleState
+            Where it is.
+        start : tuple of 3
+            The first setpoint.
+        on_the_ground : bool
+            True before it takes off: its height does not count yet.
+        """
+        if math.isinf(self.max_start_distance):
+            return None
+        if vehicle.position is None:
+            return "the vehicle does not report LOCAL_POSITION_NED, so its distance to the start is unknown"
+        place = (*start[:2], vehicle.position[2]) if on_the_ground else start
+        distance = vehicle.distance(place)
+        if distance <= self.max_start_distance:
+            return None
+        return f"the vehicle is {distance:.2f} m from the start, more than the {self.max_start_distance:g} m allowed"
+
+    def breach(self, now: float, vehicle: VehicleState, setpoint: Vector, autopilot: Autopilot) -> str | None:
+        """Say which rule a flight breaks at ``now``, None while it breaks none."""
+        if not autopilot.follows(vehicle):
+            return f"the vehicle left {autopilot.mode}"
+        silence = self.heartbeat_timeout if vehicle.position is None else self.link_timeout
+        if now - vehicle.heard > silence:
+            return f"the link was silent for {silence:g} s"
+        if now - vehicle.heartbeat > self.heartbeat_timeout:
+            return f"no heartbeat for {self.heartbeat_timeout:g} s: the vehicle's mode is not known any more"
+        if vehicle.position is None:
+            return None
+        if now - vehicle.positioned > self.link_timeout:
+            return f"the vehicle's position was not reported for {self.link_timeout:g} s"
+        error = vehicle.distance(setpoint) if now - vehicle.positioned <= FRESH else 0.0
+        if error > self.abort_distance:
+            return f"the vehicle was {error:.2f} m from its setpoint, more than the {self.abort_distance:g} m allowed"
+        return None

@@ -1,0 +1,245 @@
+"""What to send when: the phases of a flight as a machine without a clock, a socket or a file of its own.
+
+Whatever happens, the answer is a setpoint until the vehicle has left the mode in which it follows setpoints.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from minsnap.mavlink.autopilot import Autopilot, arm_command, land_command, takeoff_command
+from minsnap.mavlink.dialect import Message
+from minsnap.mavlink.safety import FRESH, SafetyRules
+from minsnap.mavlink.setpoints import Setpoint, SetpointTable
+from minsnap.mavlink.vehicle_state import Vector, VehicleState
+
+LINGER = 1.0
+"""How long the hold goes on after the vehicle has left the mode [s]."""
+
+_CLIMBED = 0.5  # a take-off that has come this near to the start's height is over [m]
+_RETRY = 1.0  # commands are repeated at this interval until they have had their effect [s]
+
+
+class Phase(Enum):
+    """Where a flight is."""
+
+    PRESTREAM = "streaming the start"
+    READY = "ready"
+    FLYING = "flying"
+    HOLDING = "holding"
+    DONE = "done"
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a sequence looks at, once a slot.
+
+    Parameters
+    ----------
+    slot : int
+        Number of the slot; missed slots are missing.
+    now : float
+        [s]
+    vehicle : VehicleState
+        What the vehicle last said.
+    triggered : bool
+        True once the flight may begin.
+    stops : int
+        How often the user has asked to stop.
+    """
+
+    slot: int
+    now: float
+    vehicle: VehicleState
+    triggered: bool = True
+    stops: int = 0
+
+
+@dataclass(frozen=True)
+class Step:
+    """What to send in a slot.
+
+    Parameters
+    ----------
+    setpoint : Setpoint or None
+        None while an autopilot takes off by itself.
+    index : int or None
+        Which step of the table it is; None before and after the flight.
+    commands : tuple of messages
+        To send as well.
+    """
+
+    setpoint: Setpoint | None
+    index: int | None = None
+    commands: tuple[Message, ...] = ()
+
+
+class Sequence:
+    """The phases of one flight.
+
+    Parameters
+    ----------
+    table : SetpointTable
+        What to fly.
+    autopilot : Autopilot
+        Whose conventions apply.
+    rules : SafetyRules
+        When to stop.
+    start : float
+        When streaming begins [s].
+    prestream : float
+        How long the start is streamed at least [s].
+    on_entry : bool
+        True: the flight begins when the vehicle enters the mode, having been outside it before.
+    here : tuple of 3, or None
+        Where the vehicle is, for a flight relative to that; it is updated until the vehicle enters the mode.
+    arm, land : bool
+        Change the mode and arm; land at the end.
+    arm_timeout : float
+        How long arming, and coming near the start, may take [s].
+    """
+
+    def __init__(
+        self,
+        table: SetpointTable,
+        autopilot: Autopilot,
+        rules: SafetyRules,
+        start: float,
+        *,
+        prestream: float = 2.0,
+        on_entry: bool = True,
+        here: Vector | None = None,
+        arm: bool = False,
+        land: bool = False,
+        arm_timeout: float = 30.0,
+    ) -> None:
+        self._table, self._autopilot, self._rules = table, autopilot, rules
+        self._prestream_end, self._arm_deadline = start + prestream, start + prestream + arm_timeout
+        self._on_entry, self._relative, self._arm, self._land = on_entry, here is not None, arm, land
+        self.phase = Phase.PRESTREAM
+        self.reason: str | None = None
+        self.completed = False
+        self.offset: Vector = (0.0, 0.0, 0.0)
+        self.setpoint = table.start
+        self._first_slot = 0
+        self._was_outside = False
+        self._outside_since: float | None = None
+        self._next_command = start
+        if here is not None:
+            self._start_here(here)
+
+    @property
+    def entered(self) -> bool:
+        """True once the vehicle has been seen outside the mode: only then can it enter."""
+        return self._was_outside or not self._on_entry
+
+    def step(self, at: Conditions) -> Step | None:
+        """Return what to send in this slot, None when the flight is over and nothing more must be sent."""
+        self._watch_mode(at)
+        if at.stops and self.phase is not Phase.HOLDING:
+            self.hold("stopped by the user", at, where_it_is=False)
+        if self.phase in (Phase.PRESTREAM, Phase.READY):
+            self._watch_start(at)
+        if self.phase is Phase.READY:
+            self._consider_start(at)
+        if self.phase is Phase.FLYING:
+            self._advance(at)
+        if self.phase is Phase.HOLDING and self._may_leave(at):
+            self.phase = Phase.DONE
+        return None if self.phase is Phase.DONE else self._answer(at)
+
+    def hold(self, reason: str | None, at: Conditions, where_it_is: bool = True) -> None:
+        """Stop: from now on stand still, where the vehicle is if it has just said so, else at the last setpoint."""
+        fresh = where_it_is and at.vehicle.position is not None and at.now - at.vehicle.positioned <= FRESH
+        self.setpoint = self.setpoint.held(at.vehicle.position if fresh else None)
+        self.phase, self.reason = Phase.HOLDING, reason
+
+    def _watch_mode(self, at: Conditions) -> None:
+        if self._autopilot.follows(at.vehicle):
+            self._outside_since = None
+        elif self._outside_since is None:
+            self._was_outside, self._outside_since = True, at.now
+
+    def _watch_start(self, at: Conditions) -> None:
+        """Keep the start near the vehicle, or refuse: who enters the mode flies there at once, before we know of it."""
+        if self._relative and at.vehicle.position is not None and not self._autopilot.follows(at.vehicle):
+            self._start_here(at.vehicle.position)
+        refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=self._arm)
+        if refusal is not None:
+            self.hold(refusal, at)
+        elif self.phase is Phase.PRESTREAM and at.now >= self._prestream_end:
+            self.phase = Phase.READY
+
+    def _consider_start(self, at: Conditions) -> None:
+        """Begin when everything allows it."""
+        if self._arm and at.now > self._arm_deadline:
+            self.hold("the vehicle was not armed, in its mode and at the start in time", at)
+        elif at.triggered and self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at.vehicle):
+            self.phase, self._first_slot = Phase.FLYING, at.slot
+
+    def _is_there(self, vehicle: VehicleState) -> bool:
+        """Return whether a vehicle that we arm has armed and come to the start; of others it is known already."""
+        if not self._arm:
+            return True
+        near = self._rules.start_refusal(vehicle, self.setpoint.position) is None
+        return near and vehicle.armed and not self._takes_off_alone(vehicle)
+
+    def _start_here(self, place: Vector) -> None:
+        first = self._table.start
+        x, y, z = (there - here for there, here in zip(place, first.position, strict=True))
+        self.offset = (x, y, z)
+        self.setpoint = first.shifted(self.offset)
+
+    def _advance(self, at: Conditions) -> None:
+        """Go on to the setpoint that is due now, unless a rule is broken or the end is reached."""
+        reason = self._rules.breach(at.now, at.vehicle, self.setpoint.position, self._autopilot)
+        if reason is not None:
+            self.hold(reason, at)
+            return
+        index = at.slot - self._first_slot
+        self.setpoint = self._table[index].shifted(self.offset)
+        if index >= len(self._table):
+            self.completed = True
+            self.hold(None, at, where_it_is=False)
+
+    def _may_leave(self, at: Conditions) -> bool:
+        """Return whether nobody follows our setpoints any more, or the user insists."""
+        if at.stops >= 2 or (at.stops and self._autopilot.main_mode is None):
+            return True
+        return self._outside_since is not None and at.now - self._outside_since >= LINGER
+
+    def _answer(self, at: Conditions) -> Step:
+        index = at.slot - self._first_slot if self.phase is Phase.FLYING else None
+        commands = self._commands(at)
+        silent = self.phase is Phase.READY and self._takes_off_alone(at.vehicle)
+        return Step(None if silent else self.setpoint, index, commands)
+
+    def _takes_off_alone(self, vehicle: VehicleState) -> bool:
+        """Return whether the autopilot is climbing by itself, during which setpoints would stop it."""
+        return self._arm and self._autopilot.takes_off and self._is_below_start(vehicle)
+
+    def _is_below_start(self, vehicle: VehicleState) -> bool:
+        return vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > _CLIMBED
+
+    def _commands(self, at: Conditions) -> tuple[Message, ...]:
+        """Return the command that is due: each is repeated every second until the vehicle shows its effect."""
+        command = self._wanted_command(at.vehicle)
+        if command is None or at.now < self._next_command:
+            return ()
+        self._next_command = at.now + _RETRY
+        return (command,)
+
+    def _wanted_command(self, vehicle: VehicleState) -> Message | None:
+        following = self._autopilot.follows(vehicle)
+        if self.phase is Phase.HOLDING and self.completed and self._land and following:
+            return land_command(vehicle)
+        if self.phase is not Phase.READY or not self._arm:
+            return None
+        if not following:
+            return self._autopilot.mode_command(vehicle)
+        if not vehicle.armed:
+            return arm_command(vehicle)
+        if self._takes_off_alone(vehicle):
+            return takeoff_command(vehicle, -self.setpoint.position[2])
+        return None

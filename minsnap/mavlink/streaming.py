@@ -1,0 +1,210 @@
+"""Fly a file: setpoints to a vehicle over MAVLink, on time, and stopped when they should be.
+
+The thesis's offboard bridge, with the rules of the PX4 manual's offboard mode and of ArduPilot's guided mode.
+"""
+
+from __future__ import annotations
+
+from minsnap.errors import FlightError, LinkError
+from minsnap.mavlink.autopilot import Autopilot, get_autopilot, position_request
+from minsnap.mavlink.link import Link
+from minsnap.mavlink.observer import EventCallback, Observer, StatusCallback
+from minsnap.mavlink.schedule import Clock, Schedule
+from minsnap.mavlink.sequence import Conditions, Phase, Sequence, Step
+from minsnap.mavlink.setpoints import SetpointTable, setpoint_message
+from minsnap.mavlink.stream_options import StreamOptions, StreamReport
+from minsnap.mavlink.vehicle_state import Vector
+
+_POSITION_RATE = 20.0
+_POSITION_WAIT = 3.0
+_GIVE_UP = 5
+
+
+class Streamer:
+    """One flight over one link.
+
+    Parameters
+    ----------
+    table : SetpointTable
+        What to fly.
+    link : Link
+        To whom.
+    options : StreamOptions
+        How.
+    clock : Clock
+        The same as the link's.
+    on_event : callable, optional
+        Told of everything worth a sentence, as text.
+    on_status : callable, optional
+        Given a :class:`~minsnap.mavlink.stream_options.StreamStatus` after every slot. An exception in a callback stops
+        the flight like a broken rule and is raised at the end.
+    """
+
+    def __init__(
+        self,
+        table: SetpointTable,
+        link: Link,
+        options: StreamOptions,
+        clock: Clock,
+        on_event: EventCallback | None = None,
+        on_status: StatusCallback | None = None,
+    ) -> None:
+        options.check_rate(table.rate)
+        self._table, self._link, self._options, self._clock = table, link, options, clock
+        self._observer = Observer(table, options, clock.now(), on_event, on_status)
+        self._stops = 0
+        self._triggered = not callable(options.trigger)
+        self._failures: list[Exception] = []
+        self._sequence: Sequence | None = None
+
+    def stop(self) -> None:
+        """Ask to stop, from any thread or signal handler.
+
+        The first time stops the flight and holds until the vehicle has left the mode; the second time ends at once.
+        """
+        self._stops += 1
+
+    def run(self) -> StreamReport:
+        """Fly, and return when nobody follows our setpoints any more.
+
+        Raises
+        ------
+        LinkError
+            If no vehicle answers.
+        FlightError
+            If the flight was refused, or stopped by a rule; ``.report`` says how far it had come.
+        """
+        try:
+            autopilot = self._meet()
+            here = self._check_start()
+            self._fly(autopilot, here)
+        finally:
+            self._observer.close()
+        return self._conclude()
+
+    def _say(self, text: str) -> None:
+        self._observer.say(self._clock.now(), text)
+
+    def _meet(self) -> Autopilot:
+        """Wait for the vehicle and its position, sending nothing but heartbeats and the request for it."""
+        options = self._options
+        vehicle = self._link.wait_for_vehicle(options.wait, lambda: self._stops > 0)
+        autopilot = get_autopilot(options.autopilot, vehicle)
+        self._say(f"system {vehicle.system} answers ({autopilot.name}, {self._link.address})")
+        if options.trigger == "mode" and autopilot.main_mode is None:
+            raise LinkError("the vehicle's modes are not known, so entering one cannot be the trigger: use another")
+        self._link.send(position_request(vehicle, _POSITION_RATE))
+        deadline = self._clock.now() + _POSITION_WAIT
+        while self._link.vehicle.position is None and self._clock.now() < deadline:
+            self._listen(min(deadline, self._clock.now() + 0.1))
+        return autopilot
+
+    def _check_start(self) -> Vector | None:
+        """Refuse what can be refused before anything is sent; return where to start from, if not from the file."""
+        options, vehicle = self._options, self._link.vehicle
+        if self._table.missing:
+            has = ", ".join(self._table.fields)
+            self._say(f"the source has no {', '.join(self._table.missing)}: streaming {has}")
+        if options.relative:
+            if vehicle.position is None:
+                raise FlightError("the vehicle does not report LOCAL_POSITION_NED: the flight cannot start where it is")
+            return vehicle.position
+        refusal = options.rules.start_refusal(vehicle, self._table.start.position, options.arm)
+        if refusal is not None:
+            raise FlightError(f"{refusal}; nothing was sent")
+        return None
+
+    def _fly(self, autopilot: Autopilot, here: Vector | None) -> None:
+        """Serve slots until the flight is over; a failure on the way stops the flight but not the hold."""
+        options, self._origin = self._options, self._clock.now()
+        self._schedule = Schedule(self._table.rate, self._origin)
+        self._sequence = Sequence(
+            self._table,
+            autopilot,
+            options.rules,
+            self._origin,
+            prestream=options.prestream,
+            on_entry=options.trigger == "mode" and not options.arm,
+            here=here,
+            arm=options.arm,
+            land=options.land,
+            arm_timeout=options.wait,
+        )
+        self._say(f"streaming the start at {self._table.rate:g} Hz")
+        while not self._is_over(self._sequence):
+            pass
+
+    def _is_over(self, sequence: Sequence) -> bool:
+        """Serve one slot, whatever happens meanwhile; return whether it was the last."""
+        try:
+            return self._slot(sequence)
+        except KeyboardInterrupt:
+            self.stop()
+        except Exception as error:
+            self._fail(error, sequence)
+        return False
+
+    def _slot(self, sequence: Sequence) -> bool:
+        """Receive until a slot is due and serve it; return whether the flight is over."""
+        self._listen(self._schedule.due)
+        late = max(0.0, self._clock.now() - self._schedule.due)
+        conditions = self._conditions(sequence)
+        step = sequence.step(conditions)
+        if step is None:
+            self._observer.announce(conditions.now, sequence)
+            return True
+        self._send(step)
+        self._observer.sent(conditions.now, step, late, sequence, self._link.vehicle)
+        return False
+
+    def _listen(self, until: float) -> None:
+        for message in self._link.pump(until):
+            self._observer.heard(self._clock.now(), message, self._link.vehicle, self._sequence)
+
+    def _conditions(self, sequence: Sequence) -> Conditions:
+        now = self._clock.now()
+        slot = self._schedule.take(now)
+        trigger = self._options.trigger
+        if not self._triggered and callable(trigger) and sequence.phase is Phase.READY:
+            self._triggered = bool(trigger())
+        return Conditions(slot, now, self._link.vehicle, self._triggered, self._stops)
+
+    def _send(self, step: Step) -> None:
+        if step.setpoint is not None:
+            milliseconds = round((self._clock.now() - self._origin) * 1000)
+            self._link.send(setpoint_message(step.setpoint, self._table.mask, self._link.vehicle, milliseconds))
+        for command in step.commands:
+            self._link.send(command)
+
+    def _fail(self, error: Exception, sequence: Sequence) -> None:
+        """Stop and hold after a failure of our own; call nobody back and log nothing from now on."""
+        self._failures.append(error)
+        self._observer.silence()
+        if len(self._failures) > _GIVE_UP:
+            raise error
+        self._triggered = True
+        if sequence.phase is not Phase.HOLDING:
+            sequence.hold(f"an error here: {error}", self._conditions(sequence))
+
+    def _conclude(self) -> StreamReport:
+        if self._failures:
+            raise self._failures[0]
+        report = self._report()
+        if not report.completed and not self._stops:
+            raise FlightError(f"the flight was stopped: {report.reason}", report=report)
+        return report
+
+    def _report(self) -> StreamReport:
+        tracking = self._observer.tracking()
+        return StreamReport(
+            completed=self._sequence is not None and self._sequence.completed,
+            reason=None if self._sequence is None else self._sequence.reason,
+            fields=self._table.fields,
+            missing=self._table.missing,
+            schedule=self._schedule.lateness(),
+            flown=self._observer.flown,
+            rmse=None if tracking is None else tracking[0],
+            worst_error=None if tracking is None else tracking[1],
+            ignored=sum(self._link.ignored.values()),
+            refused=self._link.refused,
+        )

@@ -1,0 +1,82 @@
+"""What a vehicle has said about itself, as far as it matters to those who send it setpoints."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from minsnap.mavlink.dialect import Message
+
+Vector = tuple[float, float, float]
+
+PX4, ARDUPILOT = 12, 3
+"""MAV_AUTOPILOT of the two stacks."""
+
+_CUSTOM_MODE = 1  # MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+_ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
+
+
+@dataclass(frozen=True)
+class VehicleState:
+    """The last word of the vehicle on everything; times are those of the receiver's clock.
+
+    Parameters
+    ----------
+    system, component : int
+        MAVLink ids.
+    autopilot : int
+        MAV_AUTOPILOT of its heartbeat.
+    base_mode, custom_mode : int
+        Of its heartbeat.
+    heard, heartbeat : float
+        When anything, and when a heartbeat, last came [s]; minus infinity before.
+    position, velocity : tuple of 3, or None
+        LOCAL_POSITION_NED [m, m/s], None before the first.
+    positioned : float
+        When that came [s].
+    """
+
+    system: int = 0
+    component: int = 0
+    autopilot: int = 0
+    base_mode: int = 0
+    custom_mode: int = 0
+    heard: float = -math.inf
+    heartbeat: float = -math.inf
+    position: Vector | None = None
+    velocity: Vector | None = None
+    positioned: float = -math.inf
+
+    @property
+    def armed(self) -> bool:
+        """True when its motors are armed."""
+        return bool(self.base_mode & _ARMED)
+
+    @property
+    def known(self) -> bool:
+        """True once a heartbeat has come."""
+        return self.heartbeat > -math.inf
+
+    @property
+    def main_mode(self) -> int:
+        """PX4's main mode, or the whole custom mode of others; -1 without a custom mode."""
+        if not self.base_mode & _CUSTOM_MODE:
+            return -1
+        return (self.custom_mode >> 16) & 0xFF if self.autopilot == PX4 else self.custom_mode
+
+    def told(self, message: Message, now: float) -> VehicleState:
+        """Return the state after this message of the vehicle."""
+        kind = message.get_type()
+        if kind == "HEARTBEAT":
+            modes = {"base_mode": message.base_mode, "custom_mode": message.custom_mode}
+            return replace(self, heard=now, heartbeat=now, autopilot=message.autopilot, **modes)
+        if kind == "LOCAL_POSITION_NED":
+            position = (float(message.x), float(message.y), float(message.z))
+            velocity = (float(message.vx), float(message.vy), float(message.vz))
+            if all(map(math.isfinite, position)):
+                return replace(self, heard=now, position=position, velocity=velocity, positioned=now)
+        return replace(self, heard=now)
+
+    def distance(self, position: Vector) -> float:
+        """Return how far the vehicle is from a position in its own local frame [m]; infinite when it does not say."""
+        return math.inf if self.position is None else math.dist(self.position, position)

@@ -1,0 +1,1 @@
+"""Motion capture: poses received, replayed and passed on to an autopilot."""

@@ -1,0 +1,125 @@
+"""One-sided walls made ready for a problem, in normalised units, piece by piece, of three kinds.
+
+Each kind gives control points of its excess, in widths, from the relative control points of all pieces
+(``excess``); normals (r, dim) and bounds (r,) of rows for walls ``index`` where the derivative has a ``value``
+(``cuts``); which axes it bounds (``touched``, shape (m, dim)); and itself moved outwards (``moved``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray, IntArray
+from minsnap.polynomials.bernstein import squared_norm
+
+PARALLEL = 1e-12
+"""Share of a wall's size below which an axis counts as not bounded by it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """One-sided planes: normal . x <= bound."""
+
+    order: int
+    piece: IntArray
+    normal: FloatArray
+    bound: FloatArray
+    width: FloatArray
+
+    def excess(self, points: FloatArray) -> FloatArray:
+        """Return (n . x - bound) / width."""
+        along = np.matmul(points[self.piece], self.normal[:, :, None])[:, :, 0]
+        along -= self.bound[:, None]
+        return np.asarray(along / self.width[:, None])
+
+    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the planes themselves."""
+        return self.normal[index], self.bound[index]
+
+    def touched(self) -> npt.NDArray[np.bool_]:
+        """Axes with a component of the normal that is not rounding."""
+        return np.asarray(np.abs(self.normal) > PARALLEL * np.abs(self.normal).max(axis=1, keepdims=True))
+
+    def moved(self, distance: FloatArray) -> Planes:
+        """Return the same walls moved outwards, shape (m,)."""
+        return replace(self, bound=self.bound + distance)
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres:
+    """One-sided balls or cones: norm of (matrix x + offset) <= radius + slope . x."""
+
+    order: int
+    piece: IntArray
+    matrix: FloatArray
+    offset: FloatArray
+    radius: FloatArray
+    slope: FloatArray
+    width: FloatArray
+
+    def excess(self, points: FloatArray) -> FloatArray:
+        """Return half the excess of the squared norm in squared widths: to first order the excess in widths."""
+        mine = points[self.piece]
+        mapped = np.matmul(mine, self.matrix.transpose(0, 2, 1)) + self.offset[:, None, :]
+        squares = squared_norm(mapped / self.width[:, None, None])
+        reach = self.radius[:, None] + np.matmul(mine, self.slope[:, :, None])[:, :, 0]
+        return (squares - squared_norm((reach / self.width[:, None])[..., None])) / 2.0
+
+    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Tangent planes in the direction of the value."""
+        mapped = np.einsum("rqd,rd->rq", self.matrix[index], value) + self.offset[index]
+        norm = np.linalg.norm(mapped, axis=1, keepdims=True)
+        direction = mapped / np.where(norm > 0.0, norm, 1.0)
+        normal = np.einsum("rq,rqd->rd", direction, self.matrix[index]) - self.slope[index]
+        return normal, self.radius[index] - (direction * self.offset[index]).sum(axis=1)
+
+    def touched(self) -> npt.NDArray[np.bool_]:
+        """Axes that the matrix or the slope maps to something that is not rounding."""
+        return np.asarray((np.abs(self.matrix).max(axis=1) > PARALLEL) | (np.abs(self.slope) > PARALLEL))
+
+    def moved(self, distance: FloatArray) -> Spheres:
+        """Return the same walls moved outwards, shape (m,)."""
+        return replace(self, radius=self.radius + distance)
+
+
+@dataclass(frozen=True, eq=False)
+class KnotBounds:
+    """Bounds on single coordinates of knots: sign x[axis] <= bound at one end of a piece."""
+
+    piece: IntArray
+    s: FloatArray
+    axis: IntArray
+    sign: FloatArray
+    bound: FloatArray
+    width: FloatArray
+    dim: int
+    order: int = 0
+
+    def excess(self, points: FloatArray) -> FloatArray:
+        """Return the excess at the knot: polynomials of degree 0."""
+        end = np.where(self.s > 0.0, points.shape[1] - 1, 0)
+        value = points[self.piece, end, self.axis]
+        return np.asarray((self.sign * value - self.bound) / self.width)[:, None]
+
+    @property
+    def normal(self) -> FloatArray:
+        """Signed unit vectors, (m, dim)."""
+        return np.asarray(self.sign[:, None] * (self.axis[:, None] == np.arange(self.dim)))
+
+    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the bounds themselves."""
+        return self.normal[index], self.bound[index]
+
+    def touched(self) -> npt.NDArray[np.bool_]:
+        """Return the one axis that each bounds."""
+        return np.asarray(self.normal != 0.0)
+
+    def moved(self, distance: FloatArray) -> KnotBounds:
+        """Return the same walls moved outwards, shape (m,)."""
+        return replace(self, bound=self.bound + distance)
+
+
+Block = Planes | Spheres | KnotBounds

@@ -1,0 +1,63 @@
+r"""How the optimal cost changes with the durations, by the envelope theorem.
+
+At the optimum the cost's derivative in a duration is that of the Lagrangian with the physical knot derivatives and
+the multipliers held: no finite differences, no second solve (J. M. Danskin, "The theory of max-min", 1967).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.optimisation.normalised_constraints import Rows
+from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.rows import RowSet
+from minsnap.optimisation.solve import Solved
+from minsnap.polynomials.bernstein import ends_gram
+
+
+def cost_gradient(solved: Solved) -> FloatArray:
+    r"""Return the derivative of the optimal cost in each piece's duration, shape (pieces in all,) [cost/s].
+
+    With :math:`c_i = T_i^{1-2k} e_i^\top Q e_i` and :math:`A` the orders of the end derivatives,
+    :math:`T_i \, \partial c_i / \partial T_i = (1 - 2k) c_i + 2 T_i^{1-2k} e_i^\top A Q e_i`; every active row adds
+    its multiplier times its own derivative.
+    """
+    problem, outcome = solved.problem, solved.outcome
+    relative = _cost_slopes(problem, outcome.knots)
+    if outcome.rows is not None and len(outcome.multipliers):
+        relative += row_slopes(problem, outcome.knots, outcome.rows, outcome.multipliers)
+    unit = solved.units.length**2 * solved.units.time ** (-2.0 * problem.half)
+    return np.asarray(relative / problem.durations * unit)
+
+
+def row_slopes(problem: Problem, knots: FloatArray, rows: RowSet, multipliers: FloatArray) -> FloatArray:
+    """Sum over rows of multiplier times T dg/dT, by piece: shape (pieces in all,), normalised."""
+    used = np.flatnonzero(multipliers > 0.0)
+    slopes = multipliers[used] * _row_values(problem, knots, rows.source, used)
+    return np.bincount(rows.source.piece[used], slopes, len(problem.durations)).astype(np.float64)
+
+
+def _cost_slopes(problem: Problem, knots: FloatArray) -> FloatArray:
+    """T dc/dT of every piece at fixed knot derivatives."""
+    k = problem.half
+    ends = problem.piece_ends(knots)
+    ends[:, k] -= ends[:, 0]
+    ends[:, 0] = 0.0
+    forces = np.matmul(ends_gram(problem.degree), ends)
+    orders = np.tile(np.arange(k), 2)[:, None]
+    density = (ends * forces * ((1.0 - 2.0 * k) + 2.0 * orders)).sum(axis=(1, 2))
+    return np.asarray(density * problem.durations ** (1.0 - 2.0 * k))
+
+
+def _row_values(problem: Problem, knots: FloatArray, rows: Rows, used: np.ndarray) -> FloatArray:
+    """T dg/dT of the rows used: each end derivative of order a counts (a - order) times."""
+    orders = np.tile(np.arange(problem.half), 2)
+    values, plain = np.empty(len(used)), problem.plain_ends(knots)
+    for order in np.unique(rows.order[used]):
+        chosen = rows.order[used] == order
+        index = used[chosen]
+        factors = problem.row_factors(rows.piece[index], rows.s[index], int(order)) * (orders - order)
+        ends = plain[rows.piece[index]]
+        values[chosen] = np.einsum("rj,rjd,rd->r", factors, ends, rows.normal[index])
+    return values

@@ -1,0 +1,143 @@
+"""Why nothing fits: which leg, when, and the smallest width or the longer times that would do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, IntArray
+from minsnap.errors import InfeasibleError, MinsnapError, SolverError
+from minsnap.optimisation.elastic import Elastic, Give, Relaxed
+from minsnap.optimisation.normalised_constraints import Compiled, Units, compile_walls
+from minsnap.optimisation.problem import Task
+from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.unconstrained import unbounded_optimum
+
+TRACE, ACCURACY = 1e-6, 1e-6
+NOTICEABLE = 1e-6
+"""Slack, in widths, below which a problem counts as solvable after all."""
+
+ROOM = 1e-4
+"""Share added to a smallest width so that it does."""
+
+
+def explain(task: Task, durations: FloatArray) -> MinsnapError:
+    """Find out why a task has no solution at piece durations (pieces in all,) [s].
+
+    Returns
+    -------
+    InfeasibleError
+        With ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; with ``stretch`` where the
+        corridor would do but limits would not.
+    SolverError
+        If the elastic problem needs no slack: the solvers failed on a problem that has a solution.
+    """
+    corridor = replace(task, walls=[wall for wall in task.walls if wall.order == 0])
+    problem, units, compiled, base = _pieces(corridor, durations)
+    if compiled.blocks:
+        groups, names = _leg_groups(corridor, compiled)
+        found = _relax(task, problem, base, compiled, groups, len(names))
+        if found.slacks.max() > NOTICEABLE:
+            return _too_narrow(corridor, problem, units, compiled, found, groups, names)
+    if len(corridor.walls) == len(task.walls):
+        return SolverError("the solvers failed on a problem that has a solution: try another solver=")
+    return _too_fast(task, durations)
+
+
+def _pieces(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compiled, FloatArray]:
+    units = task.units(durations)
+    problem = task.problem(durations, units)
+    return problem, units, compile_walls(task, problem, units), unbounded_optimum(problem)
+
+
+def _leg_groups(task: Task, compiled: Compiled) -> tuple[IntArray, list[int | None]]:
+    """Give all legs one slack where walls are equally wide, else one each: slack of each wall, leg of each slack."""
+    leg = np.concatenate([block.piece // task.pieces for block in compiled.blocks])
+    held = int(bool(task.held.any()))
+    stands = np.concatenate(
+        [np.full(len(b.piece), held and n == len(compiled.blocks) - 1) for n, b in enumerate(compiled.blocks)]
+    ).astype(bool)
+    width = compiled.widths[~stands]
+    if len(width) and np.ptp(width) <= 1e-9 * width.max():
+        return np.where(stands, -1, 0), [None]
+    return np.where(stands, -1, leg), list(range(task.legs))
+
+
+def _relax(
+    task: Task, problem: Problem, base: FloatArray, compiled: Compiled, groups: IntArray, slacks: int
+) -> Relaxed:
+    give = Give(groups, np.ones(len(groups)), slacks)
+    return Elastic(problem, base, compiled, task.solver, give, trace=TRACE, accuracy=ACCURACY).run()
+
+
+def _too_narrow(
+    task: Task,
+    problem: Problem,
+    units: Units,
+    compiled: Compiled,
+    found: Relaxed,
+    groups: IntArray,
+    names: Sequence[int | None],
+) -> InfeasibleError:
+    leg, instant = _worst(task, problem, units, found)
+    widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + ROOM) + ROOM)
+    mine = (groups >= 0) & (np.concatenate([b.piece for b in compiled.blocks]) // task.pieces == leg)
+    width = float(widths[mine].max())
+    others = [
+        name for name, slack in zip(names, found.slacks, strict=True) if slack > NOTICEABLE and name not in (None, leg)
+    ]
+    name = task.walls[0].name
+    what = (
+        f"a half-width of {width:.6g} m for all legs would do"
+        if names == [None]
+        else f"a half-width of {width:.6g} m there would do"
+    )
+    if others:
+        wider = ", ".join(f"{float(widths[(groups == other)].max()):.6g} m on leg {other}" for other in others)
+        what += f", together with {wider}"
+    message = (
+        f"no curve stays inside the {name} of leg {leg}: it is too narrow at {instant:.4g} s; {what}{_advice(task)}"
+    )
+    return InfeasibleError(message, leg=leg, instant=instant, smallest_width=width)
+
+
+def _advice(task: Task) -> str:
+    if task.continuity > task.half - 1:
+        return (
+            f"; or lower continuity={task.continuity}, which leaves degree {2 * task.half - 1} little freedom: "
+            f"continuity={task.half - 1} fits any width from rest to rest"
+        )
+    return ""
+
+
+def _worst(task: Task, problem: Problem, units: Units, found: Relaxed) -> tuple[int, float]:
+    """Leg and instant of the row that presses hardest."""
+    if found.rows is None:
+        return 0, 0.0
+    rows = found.rows.source
+    press = found.multipliers * found.rows.width
+    by_leg = np.bincount(rows.piece // task.pieces, press, task.legs)
+    leg = int(by_leg.argmax())
+    row = int(np.where(rows.piece // task.pieces == leg, press, -1.0).argmax())
+    breaks = np.concatenate(([0.0], np.cumsum(problem.durations)))
+    return leg, float((breaks[rows.piece[row]] + rows.s[row] * problem.durations[rows.piece[row]]) * units.time)
+
+
+def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError:
+    """Say by how much limits must give way where the corridor would do, and where they press hardest."""
+    from minsnap.time_allocation.least_cost import leg_sums
+    from minsnap.time_allocation.least_time import ShortestSearch, give_limits
+
+    problem, units, compiled, base = _pieces(task, durations)
+    found = Elastic(problem, base, compiled, task.solver, give_limits(compiled)).run()
+    leg, instant = _worst(task, problem, units, found)
+    search = ShortestSearch(task, leg_sums(durations, task.pieces))
+    search.evaluate(np.zeros(task.legs))
+    stretch = float(np.exp(search.scale))
+    message = (
+        f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s; "
+        f"{stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"
+    )
+    return InfeasibleError(message, leg=leg, instant=instant, stretch=stretch)

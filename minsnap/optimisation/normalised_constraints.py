@@ -1,0 +1,196 @@
+"""Walls made ready for a problem: one list of one-sided excesses, in normalised units, piece by piece."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray, IntArray
+from minsnap.corridors.constraint import Balls, Faces, Walls
+from minsnap.optimisation.constraint_blocks import Block, KnotBounds, Planes, Spheres
+from minsnap.optimisation.reduced_qp import Problem
+from minsnap.polynomials.bernstein import basis, differentiate
+
+if TYPE_CHECKING:
+    from minsnap.optimisation.problem import Task
+
+
+@dataclass(frozen=True)
+class Units:
+    """What normalised lengths and times are worth.
+
+    Parameters
+    ----------
+    length : float
+        [m].
+    time : float
+        [s].
+    origin : ndarray, shape (dim,)
+        Point taken as zero [m].
+    """
+
+    length: float
+    time: float
+    origin: FloatArray
+
+    def of_order(self, order: int) -> float:
+        """Value of one normalised unit of a derivative [m/s^order]."""
+        return self.length / self.time**order
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Rows of the QP before they meet its unknowns: normal . r^(order)(s) <= bound on a piece, relative to its start.
+
+    Parameters
+    ----------
+    wall : ndarray of int, shape (r,)
+        Which one-sided wall each belongs to, counted over all blocks.
+    piece : ndarray of int, shape (r,)
+    s : ndarray, shape (r,)
+    order : ndarray of int, shape (r,)
+    normal : ndarray, shape (r, dim)
+    bound : ndarray, shape (r,)
+    """
+
+    wall: IntArray
+    piece: IntArray
+    s: FloatArray
+    order: IntArray
+    normal: FloatArray
+    bound: FloatArray
+
+    def chosen(self, index: npt.NDArray[Any]) -> Rows:
+        """Return some of the rows, by indices or a mask."""
+        return Rows(*(getattr(self, name)[index] for name in Rows.__annotations__))
+
+    def joined(self, other: Rows) -> Rows:
+        """Return these rows and the other ones."""
+        return Rows(*(np.concatenate((getattr(self, name), getattr(other, name))) for name in Rows.__annotations__))
+
+
+@dataclass(frozen=True, eq=False)
+class Compiled:
+    """All walls of a problem.
+
+    Parameters
+    ----------
+    blocks : tuple of Block
+        In the order of the walls they came from.
+    first : ndarray of int
+        Where each block's walls begin in the common count.
+    """
+
+    blocks: tuple[Block, ...]
+    first: IntArray
+
+    @cached_property
+    def widths(self) -> FloatArray:
+        """Widths of all walls in the common count."""
+        return np.concatenate([block.width for block in self.blocks]) if self.blocks else np.zeros(0)
+
+    @cached_property
+    def momentary(self) -> npt.NDArray[np.bool_]:
+        """Which walls hold at one instant only, in the common count."""
+        parts = [np.full(len(block.piece), isinstance(block, KnotBounds)) for block in self.blocks]
+        return np.concatenate([np.zeros(0, dtype=bool), *parts])
+
+    def excess(self, problem: Problem, points: FloatArray) -> list[FloatArray]:
+        """Control points of the excess over every wall, block by block."""
+        by_order = {0: points}
+        for order in {block.order for block in self.blocks} - {0}:
+            by_order[order] = differentiate(points, order) / problem.durations[:, None, None] ** order
+        return [block.excess(by_order[block.order]) for block in self.blocks]
+
+    def relaxed(self, amounts: FloatArray) -> Compiled:
+        """Return the same walls, each moved outwards by so many of its widths."""
+        parts = np.split(amounts, self.first[1:-1])
+        return replace(self, blocks=tuple(b.moved(part * b.width) for b, part in zip(self.blocks, parts, strict=True)))
+
+    def rows(self, problem: Problem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> Rows:
+        """Rows for some walls of a block, each at its own s."""
+        chosen = self.blocks[block]
+        piece = chosen.piece[index]
+        if isinstance(chosen, KnotBounds):
+            s = chosen.s[index]
+        value = points[piece, 0]
+        if isinstance(chosen, Spheres):
+            local = differentiate(points[piece], chosen.order)
+            value = np.einsum("rj,rjd->rd", basis(local.shape[1] - 1, s), local)
+            value /= problem.durations[piece, None] ** chosen.order
+        normal, bound = chosen.cuts(index, value)
+        return Rows(self.first[block] + index, piece, s, np.full(len(s), chosen.order), normal, bound)
+
+
+def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
+    """Bring a task's walls and the bounds of its waypoints into a problem's units, pieces and origins."""
+    blocks: list[Block] = []
+    for walls in task.walls:
+        if isinstance(walls, Faces):
+            blocks.append(_planes(walls, problem, units, task.pieces))
+        else:
+            blocks.append(_spheres(walls, problem, units, task.pieces))
+    if problem.held.any():
+        blocks.append(_knot_bounds(task, problem))
+    sizes = [len(block.piece) for block in blocks]
+    return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
+
+
+def _repeat(leg: IntArray, pieces: int) -> tuple[IntArray, IntArray]:
+    if pieces == 1:
+        return np.arange(len(leg)), leg
+    return np.repeat(np.arange(len(leg)), pieces), (leg[:, None] * pieces + np.arange(pieces)).reshape(-1)
+
+
+def _planes(faces: Faces, problem: Problem, units: Units, pieces: int) -> Planes:
+    row, piece = _repeat(faces.leg, pieces)
+    unit = units.of_order(faces.order)
+    normal, width = faces.normal[row], faces.width[row] / unit
+    offset = np.einsum("rd,rd->r", normal, _reference(faces, problem, units, row, piece))
+    sides = [(normal, faces.upper[row] / unit - offset), (-normal, offset - faces.lower[row] / unit)]
+    kept = [np.isfinite(bound) for _, bound in sides]
+    bounds = np.concatenate([bound[keep] for (_, bound), keep in zip(sides, kept, strict=True)])
+    widths = np.concatenate([width[keep] for keep in kept])
+    normals = np.concatenate([side[keep] for (side, _), keep in zip(sides, kept, strict=True)])
+    return Planes(faces.order, np.concatenate([piece[keep] for keep in kept]), normals, bounds, widths)
+
+
+def _spheres(balls: Balls, problem: Problem, units: Units, pieces: int) -> Spheres:
+    row, piece = _repeat(balls.leg, pieces)
+    matrix, reference = balls.matrix[row], _reference(balls, problem, units, row, piece)
+    slope = np.zeros(reference.shape) if balls.slope is None else balls.slope[row]
+    width = balls.radius[row] / units.of_order(balls.order)
+    offset = np.einsum("rqd,rd->rq", matrix, reference)
+    return Spheres(balls.order, piece, matrix, offset, width + (slope * reference).sum(axis=1), slope, width)
+
+
+def _knot_bounds(task: Task, problem: Problem) -> KnotBounds:
+    waypoint, axis = np.nonzero(task.upper > task.lower)
+    if task.closed:
+        waypoint, axis = waypoint[waypoint < task.legs], axis[waypoint < task.legs]
+    knot = waypoint * task.pieces
+    s = (knot == len(problem.durations)).astype(np.float64)
+    piece = np.where(s > 0.0, knot - 1, knot)
+    offset = np.where(s > 0.0, problem.steps[piece, axis], 0.0)
+    upper, lower = task.upper[waypoint, axis] / task.length, task.lower[waypoint, axis] / task.length
+    ones = np.ones(len(axis))
+    return KnotBounds(
+        np.tile(piece, 2),
+        np.tile(s, 2),
+        np.tile(axis, 2),
+        np.concatenate((ones, -ones)),
+        np.concatenate((upper + offset, -lower - offset)),
+        np.tile((upper - lower) / 2.0, 2),
+        task.dim,
+    )
+
+
+def _reference(walls: Walls, problem: Problem, units: Units, row: IntArray, piece: IntArray) -> FloatArray:
+    """Origin of a piece's relative control points, seen from the wall's anchor: (r, dim)."""
+    if walls.order > 0:
+        return -walls.anchor[row] / units.of_order(walls.order)
+    return np.asarray(problem.nominal[piece] - (walls.anchor[row] - units.origin) / units.length)

@@ -1,0 +1,160 @@
+"""Task: everything that is asked of a plan except its durations, checked once and solved many times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.constraint import Walls
+from minsnap.optimisation.normalised_constraints import Units
+from minsnap.optimisation.reduced_qp import Problem, Slots
+
+Pins = Mapping[int, Mapping[int, FloatArray]]
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What a plan must do.
+
+    Parameters
+    ----------
+    waypoints : ndarray, shape (n, dim)
+        Nominal positions [m].
+    lower, upper : ndarray, shape (n, dim)
+        How far a waypoint may be from its nominal position [m]; zero where pinned.
+    pins : mapping of int to mapping of int to ndarray
+        Derivatives of order 1 … k - 1 pinned at a waypoint, by waypoint and order [m/s^order].
+    half : int
+        k, for degree 2k - 1.
+    continuity : int
+        Derivatives continuous at the knots.
+    closed : bool
+        The state at the end is the state at the start.
+    pieces : int
+        Polynomials a leg.
+    walls : sequence of Walls
+        What the curve must stay inside.
+    solver : str
+        Name of the QP solver, or ``"auto"``.
+    """
+
+    waypoints: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    pins: Pins
+    half: int
+    continuity: int
+    closed: bool
+    pieces: int
+    walls: Sequence[Walls]
+    solver: str
+
+    @property
+    def legs(self) -> int:
+        """Number of legs."""
+        return len(self.waypoints) - 1
+
+    @property
+    def dim(self) -> int:
+        """Number of coordinates."""
+        return int(self.waypoints.shape[1])
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """Straight lengths of the legs, shape (legs,) [m]."""
+        steps = np.diff(self.waypoints, axis=0)
+        return np.asarray(np.sqrt((steps * steps).sum(axis=1)))
+
+    @cached_property
+    def length(self) -> float:
+        """A typical length of a leg [m]."""
+        return float(self.lengths.mean()) or 1.0
+
+    @cached_property
+    def slots(self) -> Slots:
+        """Layout of a knot's derivatives."""
+        return Slots(self.half, min(self.continuity, self.half - 1))
+
+    @cached_property
+    def nominal(self) -> FloatArray:
+        """Nominal positions of all knots, (knots, dim), in lengths from the first waypoint."""
+        points = np.asarray((self.waypoints - self.waypoints[0]) / self.length)
+        if self.pieces == 1:
+            return points
+        share = (np.arange(self.pieces) / self.pieces)[None, :, None]
+        inner = points[:-1, None] + share * np.diff(points, axis=0)[:, None]
+        return np.concatenate((inner.reshape(-1, self.dim), points[-1:]))
+
+    @cached_property
+    def positions(self) -> FloatArray:
+        """Nominal positions of all knots, (knots, dim) [m]."""
+        if self.pieces == 1:
+            return self.waypoints
+        positions = self.waypoints[0] + self.length * self.nominal
+        positions[:: self.pieces] = self.waypoints
+        return np.asarray(positions)
+
+    @cached_property
+    def free(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        """What may vary at the knots, (knots, slots, dim)."""
+        free = np.ones((len(self.nominal), self.slots.count, self.dim), dtype=bool)
+        free[:: self.pieces, 0] = self.upper > self.lower
+        starts, ends = self.slots.start, self.slots.end
+        if not self.closed and self.slots.count > self.half:
+            free[0, np.setdiff1d(ends, starts)] = False
+            free[-1, np.setdiff1d(starts, ends)] = False
+        for knot, slot, _, _ in self._pinned_slots():
+            free[knot, slot] = False
+        return free
+
+    def _pinned_slots(self) -> list[tuple[int, int, int, FloatArray]]:
+        pinned = []
+        for waypoint, state in self.pins.items():
+            for order, value in state.items():
+                for slot in {int(self.slots.start[order]), int(self.slots.end[order])}:
+                    pinned.append((waypoint * self.pieces, slot, order, value))
+        return pinned
+
+    @cached_property
+    def held(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        """Knots whose position is free within bounds, (knots,)."""
+        held = np.zeros(len(self.nominal), dtype=bool)
+        held[:: self.pieces] = (self.upper > self.lower).any(axis=1)
+        return held
+
+    def units(self, durations: FloatArray) -> Units:
+        """Units in which lengths and durations are of order one."""
+        return Units(self.length, math.exp(np.log(durations).sum() / len(durations)), self.waypoints[0])
+
+    def problem(self, durations: FloatArray, units: Units) -> Problem:
+        """Return the reduced problem for piece durations (pieces in all,) [s]."""
+        values = np.zeros(self.free.shape)
+        for knot, slot, order, value in self._pinned_slots():
+            values[knot, slot] = value / units.of_order(order)
+        jumps = tuple(range(self.half, self.continuity + 1))
+        return Problem(
+            self.slots, durations / units.time, self.nominal, values, self.free, self.held, self.closed, jumps
+        )
+
+    def piece_durations(self, durations: FloatArray) -> FloatArray:
+        """Split leg durations (legs,) equally over the pieces."""
+        return np.repeat(durations / self.pieces, self.pieces) if self.pieces > 1 else durations
+
+    def with_walls(self, walls: Sequence[Walls]) -> Task:
+        """Return the same task with further walls."""
+        return replace(self, walls=[*self.walls, *walls])
+
+    @property
+    def still(self) -> bool:
+        """Whether all pinned derivatives are zero, so that time may be stretched."""
+        return not any(value.any() for state in self.pins.values() for value in state.values())
+
+    @property
+    def constrained(self) -> bool:
+        """Whether anything but pins and continuity restricts the curve."""
+        return bool(self.walls) or bool(self.held.any())

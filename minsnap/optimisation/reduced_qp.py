@@ -1,0 +1,239 @@
+r"""The reduced problem: what is known and what is free at the knots, its Hessian and its rows.
+
+The unknowns of a trajectory of degree 2k - 1 are the derivatives 0 … k - 1 at its knots, shared by the pieces
+on both sides, so that continuity and waypoints hold by construction.  A piece of duration T has the cost
+:math:`T^{1-2k} e^\top Q e`, where :math:`e` holds its end derivatives, each times :math:`T^{order}`, and Q is
+constant (C. Richter, A. Bry and N. Roy, "Polynomial trajectory planning for aggressive quadrotor flight in dense
+indoor environments", ISRR 2013, in the scaled form).  The Hessian is block tridiagonal.
+
+Lengths and times are normalised, and positions are deviations from nominal ones, so that no result depends on
+units or on where the origin is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+
+import numpy as np
+
+from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.polynomials.bernstein import FEW, basis, derivative_basis_map, ends_gram, ends_to_points
+
+
+@dataclass(frozen=True, eq=False)
+class Slots:
+    """Where the derivatives of a knot are kept.
+
+    Derivatives up to the continuity have one slot; those above it have one for the piece that ends at the knot and
+    one for the piece that starts there.
+
+    Parameters
+    ----------
+    half : int
+        k, for degree 2k - 1.
+    continuity : int
+        Derivatives shared by both sides.
+    """
+
+    half: int
+    continuity: int
+    start: IntArray = field(init=False)
+    end: IntArray = field(init=False)
+    shared: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        orders = np.arange(self.half)
+        apart = np.maximum(orders - self.continuity, 0)
+        object.__setattr__(self, "shared", not apart.any())
+        object.__setattr__(self, "start", orders + apart)
+        object.__setattr__(self, "end", np.where(apart > 0, orders + apart - 1, orders))
+
+    @property
+    def count(self) -> int:
+        """Slots a knot."""
+        return int(self.start[-1]) + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A chain of pieces with what is pinned at its knots; normalised units.
+
+    Parameters
+    ----------
+    slots : Slots
+        Layout of a knot's derivatives.
+    durations : ndarray, shape (pieces,)
+        Normalised durations.
+    nominal : ndarray, shape (knots, dim)
+        Positions from which deviations are measured; knots = pieces + 1.
+    values : ndarray, shape (knots, slots, dim)
+        Pinned values (deviations in slot 0); zero where free.
+    free : ndarray of bool, shape (knots, slots, dim)
+        What may vary.
+    held : ndarray of bool, shape (knots,)
+        Knots whose free position is bounded and therefore held at its nominal value by the unbounded solve.
+    closed : bool
+        The last knot is the first.
+    jumps : tuple of int
+        Orders above k - 1 that must be continuous too, by extra equality rows.
+    extended : bool
+        Whether to use decimal arithmetic however close the durations are to each other.
+    """
+
+    slots: Slots
+    durations: FloatArray
+    nominal: FloatArray
+    values: FloatArray
+    free: BoolArray
+    held: BoolArray
+    closed: bool = False
+    jumps: tuple[int, ...] = ()
+    extended: bool = False
+
+    @property
+    def half(self) -> int:
+        """Return k, for degree 2k - 1."""
+        return self.slots.half
+
+    @property
+    def degree(self) -> int:
+        """Degree of the pieces."""
+        return 2 * self.half - 1
+
+    @property
+    def dim(self) -> int:
+        """Number of coordinates."""
+        return int(self.nominal.shape[1])
+
+    @cached_property
+    def powers(self) -> FloatArray:
+        """T^0 … T^(k-1) of each piece, shape (pieces, k)."""
+        return rising_powers(self.durations, 0, self.half)
+
+    @cached_property
+    def end_powers(self) -> FloatArray:
+        """Powers for the end derivatives of each piece, start then end: shape (pieces, 2k)."""
+        return np.concatenate((self.powers, self.powers), axis=1)
+
+    @cached_property
+    def steps(self) -> FloatArray:
+        """Nominal displacement of each piece, shape (pieces, dim)."""
+        return np.diff(self.nominal, axis=0)
+
+    @cached_property
+    def columns(self) -> IntArray:
+        """Column of each free value in the unknowns, -1 where pinned: shape (knots, slots, dim), axis by axis."""
+        free = self.free.copy()
+        if self.closed:
+            free[-1] = False
+        columns = np.full(free.shape, -1, dtype=np.intp)
+        by_axis = columns.transpose(2, 0, 1)
+        by_axis[free.transpose(2, 0, 1)] = np.arange(free.sum())
+        if self.closed:
+            columns[-1] = columns[0]
+        return columns
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return int(self.columns.max()) + 1
+
+    @cached_property
+    def piece_columns(self) -> IntArray:
+        """Columns of each piece's end derivatives, start then end, -1 where pinned: shape (pieces, dim, 2k)."""
+        starts = self.columns[:-1, self.slots.start]
+        ends = self.columns[1:, self.slots.end]
+        return np.ascontiguousarray(np.concatenate((starts, ends), axis=1).transpose(0, 2, 1))
+
+    def _both_sides(self, knots: FloatArray) -> FloatArray:
+        """Start and end derivatives of every piece: (pieces, 2k, dim)."""
+        if self.slots.shared:
+            return np.concatenate((knots[:-1], knots[1:]), axis=1)
+        return np.concatenate((knots[:-1, self.slots.start], knots[1:, self.slots.end]), axis=1)
+
+    def piece_ends(self, knots: FloatArray) -> FloatArray:
+        """Scaled end derivatives of every piece, positions relative to its nominal start: (pieces, 2k, dim)."""
+        ends = self._both_sides(knots)
+        ends *= self.end_powers[:, :, None]
+        ends[:, self.half] += self.steps
+        return ends
+
+    def plain_ends(self, knots: FloatArray) -> FloatArray:
+        """Unscaled end derivatives of every piece, positions relative to its nominal start: (pieces, 2k, dim)."""
+        ends = self._both_sides(knots)
+        ends[:, self.half] += self.steps
+        return ends
+
+    def relative_points(self, knots: FloatArray) -> FloatArray:
+        """Control points relative to the nominal start of each piece: (pieces, 2k, dim)."""
+        return np.asarray(np.matmul(ends_to_points(self.degree), self.piece_ends(knots)))
+
+    def control_points(self, knots: FloatArray, positions: FloatArray, length: float) -> FloatArray:
+        """Control points in metres, exact at the knots.
+
+        Parameters
+        ----------
+        knots : ndarray, shape (knots, slots, dim)
+        positions : ndarray, shape (knots, dim)
+            Nominal positions [m].
+        length : float
+            The unit of length [m].
+
+        Returns
+        -------
+        ndarray, shape (pieces, 2k, dim)
+        """
+        k, ends = self.half, ends_to_points(self.degree)
+        points = np.empty((len(self.durations), 2 * k, self.dim))
+        powers = length * self.powers[:, :, None]
+        points[:, :k] = np.matmul(ends[:k, :k], knots[:-1, self.slots.start] * powers)
+        points[:, k:] = np.matmul(ends[k:, k:], knots[1:, self.slots.end] * powers)
+        points[:, :k] += positions[:-1, None]
+        points[:, k:] += positions[1:, None]
+        return points
+
+    def cost(self, knots: FloatArray) -> float:
+        """Return the integral of the squared norm of the k-th derivative, normalised."""
+        ends = self.piece_ends(knots)
+        ends[:, self.half :] -= ends[:, :1] * (np.arange(self.half) == 0)[:, None]
+        ends[:, 0] = 0.0
+        squares = (ends * np.matmul(ends_gram(self.degree), ends)).sum(axis=(1, 2))
+        return float(squares @ self.durations ** (1.0 - 2.0 * self.half))
+
+    def gradient(self, knots: FloatArray) -> FloatArray:
+        """Half the gradient of the cost in the knot values: (knots, slots, dim)."""
+        k, ends = self.half, self.piece_ends(knots)
+        scale = self.end_powers * self.durations[:, None] ** (1.0 - 2.0 * k)
+        forces = np.matmul(ends_gram(self.degree), ends) * scale[:, :, None]
+        gradient = np.zeros_like(knots)
+        gradient[:-1, self.slots.start] += forces[:, :k]
+        gradient[1:, self.slots.end] += forces[:, k:]
+        return gradient
+
+    def row_factors(self, piece: IntArray, s: FloatArray, order: int) -> FloatArray:
+        """Factors of a piece's end derivatives in its derivative of that order at s: (rows, 2k)."""
+        local = basis(self.degree - order, s) @ _ends_derivative(self.degree, order)
+        local *= self.end_powers[piece]
+        return np.asarray(local / self.durations[piece, None] ** order if order else local)
+
+    def add(self, knots: FloatArray, unknowns: FloatArray) -> FloatArray:
+        """Add unknowns, shape (size,), to knot values (knots, slots, dim)."""
+        padded = np.append(unknowns, 0.0)
+        return np.asarray(knots + padded[self.columns])
+
+
+@cache
+def _ends_derivative(degree: int, order: int) -> FloatArray:
+    return np.asarray(derivative_basis_map(degree, order) @ ends_to_points(degree))
+
+
+def rising_powers(base: FloatArray, lowest: int, count: int) -> FloatArray:
+    """Powers lowest, lowest + 1, … of each value of shape (m,): (m, count), of many by repeated multiplication."""
+    if len(base) <= FEW:
+        return np.asarray(base[:, None] ** np.arange(lowest, lowest + count, dtype=np.float64))
+    powers = np.empty((len(base), count))
+    powers[:, 0] = base ** float(lowest)
+    for j in range(1, count):
+        np.multiply(powers[:, j - 1], base, out=powers[:, j])
+    return powers

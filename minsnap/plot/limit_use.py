@@ -1,0 +1,158 @@
+"""How far limits are used against time, and how a search for durations went."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import InputError
+from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, dense_samples, new_axes
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from minsnap.limits.limits import Limits
+    from minsnap.trajectory.trajectory import Trajectory
+
+WIDTHS = (1.6, 1.6, 1.6, 1.6, 0.9, 0.9, 0.9, 0.9)
+
+
+def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = None) -> Axes:
+    """Draw what each limit leaves: its value over the limit against time, in percent.
+
+    Parameters
+    ----------
+    path : Path or Samples
+        With the derivatives that the limits bound; three coordinates for vertical and vehicle limits.
+    limits : Limits
+        Those that are set are drawn.
+    ax : matplotlib axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    matplotlib axes
+
+    Raises
+    ------
+    InputError
+        If no limit is set, or the samples lack a derivative that one bounds.
+    """
+    samples = dense_samples(path)
+    curves = utilisation_curves(samples, limits)
+    axes = new_axes() if ax is None else ax
+    for i, (name, share) in enumerate(curves.items()):
+        color, linestyle = (AXIS_STYLES[i % 4][key] for key in ("color", "linestyle"))
+        label, width = name.replace("_", " "), WIDTHS[i % len(WIDTHS)]
+        axes.plot(samples.t, 100.0 * share, label=label, color=color, linestyle=linestyle, linewidth=width)
+    axes.axhline(100.0, color=LIMIT_COLOUR, linewidth=1.0, linestyle=(0, (5, 3)))
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("share of the limit [%]")
+    axes.set_ylim(bottom=0.0)
+    axes.grid(True, alpha=0.3)
+    axes.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
+    return axes
+
+
+def utilisation_curves(samples: Samples, limits: Limits) -> dict[str, FloatArray]:
+    """Return each limit's use at every sample, shape (m,), 1 where it is used up; by the limit's name.
+
+    Raises
+    ------
+    InputError
+        If no limit is set, or the samples lack what one bounds.
+    """
+    given = limits.given()
+    if not given:
+        raise InputError("no limit is set: there is nothing to draw")
+    measures = _measures(samples, limits)
+    try:
+        values = {name: measures[name]() for name in given}
+    except (TypeError, IndexError):
+        raise InputError(f"the samples lack a derivative or a coordinate that {', '.join(given)} need") from None
+    return {
+        name: given[name] / value if name == "min_thrust" else value / given[name] for name, value in values.items()
+    }
+
+
+def _measures(samples: Samples, limits: Limits) -> dict[str, Callable[[], Any]]:
+    """Return a function for each limit that gives what it bounds, shape (m,)."""
+    from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
+
+    def size(values: FloatArray | None) -> FloatArray:
+        vectors = _there(values)
+        if limits.norm == "axis":
+            return np.asarray(np.abs(vectors).max(axis=1))
+        return np.asarray(np.linalg.norm(vectors, axis=1))
+
+    def level(values: FloatArray | None) -> FloatArray:
+        return np.asarray(np.linalg.norm(_there(values)[:, :2], axis=1))
+
+    def thrust() -> FloatArray:
+        return np.asarray(specific_thrust(_there(samples.acceleration), limits.gravity) / limits.gravity)
+
+    return {
+        "speed": lambda: size(samples.velocity),
+        "acceleration": lambda: size(samples.acceleration),
+        "jerk": lambda: size(samples.jerk),
+        "snap": lambda: size(samples.snap),
+        "horizontal_speed": lambda: level(samples.velocity),
+        "horizontal_acceleration": lambda: level(samples.acceleration),
+        "climb_speed": lambda: np.maximum(_there(samples.velocity)[:, 2], 0.0),
+        "descent_speed": lambda: np.maximum(-_there(samples.velocity)[:, 2], 0.0),
+        "vertical_speed": lambda: np.abs(_there(samples.velocity)[:, 2]),
+        "vertical_acceleration": lambda: np.abs(_there(samples.acceleration)[:, 2]),
+        "max_thrust": thrust,
+        "min_thrust": thrust,
+        "tilt": lambda: tilt(_there(samples.acceleration), limits.gravity),
+        "body_rate": lambda: tilt_rate(_there(samples.acceleration), _there(samples.jerk), limits.gravity),
+        "yaw_rate": lambda: np.abs(_there(samples.yaw_rate)),
+    }
+
+
+def _there(values: FloatArray | None) -> FloatArray:
+    if values is None:
+        raise TypeError("a quantity that the samples do not have")
+    return values
+
+
+def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
+    """Draw how the search for durations came to its end: the best value so far after every plan tried.
+
+    What was tried and is far worse than the first guess lies outside the figure.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        With a report of a search: planned with limits, a total time split optimally, or a price of time.
+    ax : matplotlib axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    matplotlib axes
+
+    Raises
+    ------
+    InputError
+        If the trajectory was planned without a search.
+    """
+    steps = trajectory.report.steps if trajectory.report else ()
+    if not steps:
+        raise InputError("the durations of this trajectory were not searched: there is nothing to draw")
+    axes = new_axes() if ax is None else ax
+    tried = [step.evaluation for step in steps]
+    axes.plot(tried, [step.value for step in steps], ".", color=AXIS_STYLES[1]["color"], markersize=4, label="tried")
+    axes.plot(tried, [step.best for step in steps], color=AXIS_STYLES[0]["color"], label="best so far")
+    least, first = steps[-1].best, steps[0].best
+    axes.set_ylim(least - 0.05 * (first - least) - 1e-3 * least, first + 0.3 * (first - least) + 1e-3 * least)
+    axes.set_xlabel("plans tried")
+    axes.set_ylabel("total time [s]" if all(step.value == step.total_time for step in steps) else "cost [m²/s⁷]")
+    axes.grid(True, alpha=0.3)
+    axes.legend(fontsize="small", framealpha=0.9)
+    return axes

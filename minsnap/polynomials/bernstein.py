@@ -1,0 +1,261 @@
+r"""One segment of a trajectory on the unit interval, in the Bernstein basis.
+
+A segment of degree :math:`n` is :math:`x(s) = \sum_j \binom{n}{j} s^j (1-s)^{n-j} p_j` for
+:math:`s \in [0, 1]`; the :math:`p_j` are its control points and bound it from all sides (the convex hull
+property), which is what makes certificates cheap.  Constant matrices are computed in exact rationals and
+rounded once.  Source of the identities: R. T. Farouki, "The Bernstein polynomial basis: a centennial
+retrospective", Computer Aided Geometric Design 29 (2012).
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cache
+from math import comb, factorial
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+
+FEW = 40
+"""Instants up to which powers are quicker than cumulative products."""
+
+Rational = list[list[Fraction]]
+
+
+def _rounded(matrix: Rational) -> FloatArray:
+    constant = np.array([[float(value) for value in row] for row in matrix])
+    constant.flags.writeable = False
+    return constant
+
+
+def _product(left: Rational, right: Rational) -> Rational:
+    columns = list(zip(*right, strict=True))
+    return [[sum((a * b for a, b in zip(row, col, strict=True)), Fraction(0)) for col in columns] for row in left]
+
+
+def _transpose(matrix: Rational) -> Rational:
+    return [list(row) for row in zip(*matrix, strict=True)]
+
+
+def _difference(degree: int, order: int) -> Rational:
+    """Control points of a degree-n polynomial to those of its derivative of that order."""
+    size = degree - order + 1
+    factor = Fraction(factorial(degree), factorial(degree - order))
+    return [
+        [
+            factor * (-1) ** (order - j + i) * comb(order, j - i) if 0 <= j - i <= order else Fraction(0)
+            for j in range(degree + 1)
+        ]
+        for i in range(size)
+    ]
+
+
+def _bernstein_gram(degree: int) -> Rational:
+    r"""Return :math:`\int_0^1 B_i B_j = \binom{n}{i}\binom{n}{j} / ((2n+1)\binom{2n}{i+j})`."""
+    return [
+        [
+            Fraction(comb(degree, i) * comb(degree, j), (2 * degree + 1) * comb(2 * degree, i + j))
+            for j in range(degree + 1)
+        ]
+        for i in range(degree + 1)
+    ]
+
+
+def _exact_gram(degree: int, order: int) -> Rational:
+    difference = _difference(degree, order)
+    return _product(_product(_transpose(difference), _bernstein_gram(degree - order)), difference)
+
+
+def _exact_start_map(degree: int) -> Rational:
+    half = (degree + 1) // 2
+    return [[Fraction(comb(j, i) * factorial(degree - i), factorial(degree)) for i in range(half)] for j in range(half)]
+
+
+def _exact_ends_map(degree: int) -> Rational:
+    half = (degree + 1) // 2
+    start = _exact_start_map(degree)
+    zeros = [Fraction(0)] * half
+    lower = [[(-1) ** i * value for i, value in enumerate(row)] for row in reversed(start)]
+    return [row + zeros for row in start] + [zeros + row for row in lower]
+
+
+@cache
+def ends_to_points(degree: int) -> FloatArray:
+    """Matrix from end derivatives to control points.
+
+    Parameters
+    ----------
+    degree : int
+        Odd, ``2k - 1``.
+
+    Returns
+    -------
+    ndarray, shape (2k, 2k)
+        Takes (x(0), x'(0), …, x^(k-1)(0), x(1), …, x^(k-1)(1)), derivatives in s, to the control points.
+        The first k control points depend on the start alone, the last k on the end alone.
+    """
+    return _rounded(_exact_ends_map(degree))
+
+
+@cache
+def gram(degree: int, order: int) -> FloatArray:
+    r"""Gram matrix of a derivative on the unit interval.
+
+    Returns
+    -------
+    Q : ndarray, shape (degree + 1, degree + 1)
+        :math:`\int_0^1 x^{(r)}(s)^2\,ds = p^\top Q p` for control points p; symmetric, positive semidefinite,
+        rank ``degree + 1 - order``.
+    """
+    return _rounded(_exact_gram(degree, order))
+
+
+@cache
+def exact_ends_gram(degree: int) -> Rational:
+    """Gram matrix of the k-th derivative in end derivatives, degree 2k - 1: 2k rows of 2k rationals."""
+    ends = _exact_ends_map(degree)
+    return _product(_product(_transpose(ends), _exact_gram(degree, (degree + 1) // 2)), ends)
+
+
+@cache
+def ends_gram(degree: int) -> FloatArray:
+    """``exact_ends_gram`` rounded once: shape (2k, 2k)."""
+    return _rounded(exact_ends_gram(degree))
+
+
+@cache
+def points_to_powers(degree: int) -> FloatArray:
+    """Matrix from control points to the coefficients of 1, s, s², …: shape (degree + 1, degree + 1)."""
+    return _rounded(
+        [
+            [
+                Fraction((-1) ** (i - j) * comb(degree, i) * comb(i, j)) if j <= i else Fraction(0)
+                for j in range(degree + 1)
+            ]
+            for i in range(degree + 1)
+        ]
+    )
+
+
+@cache
+def powers_to_points(degree: int) -> FloatArray:
+    """Matrix from the coefficients of 1, s, s², … to control points: shape (degree + 1, degree + 1)."""
+    return _rounded([[Fraction(comb(j, i), comb(degree, i)) for i in range(degree + 1)] for j in range(degree + 1)])
+
+
+@cache
+def _binomials(degree: int) -> FloatArray:
+    return np.array([float(comb(degree, j)) for j in range(degree + 1)])
+
+
+def basis(degree: int, s: FloatArray) -> FloatArray:
+    """Values of the Bernstein polynomials.
+
+    Parameters
+    ----------
+    s : ndarray, shape (m,)
+        In [0, 1].
+
+    Returns
+    -------
+    ndarray, shape (m, degree + 1)
+        Non-negative; every row sums to one.
+    """
+    if len(s) <= FEW:
+        powers = _exponents(degree)
+        return np.asarray(_binomials(degree) * s[:, None] ** powers * (1.0 - s)[:, None] ** powers[::-1])
+    rising = np.empty((len(s), degree + 1))
+    falling = np.empty((len(s), degree + 1))
+    rising[:, 0] = falling[:, 0] = 1.0
+    rising[:, 1:] = s[:, None]
+    falling[:, 1:] = 1.0 - s[:, None]
+    np.cumprod(rising, axis=1, out=rising)
+    np.cumprod(falling, axis=1, out=falling)
+    rising *= falling[:, ::-1]
+    rising *= _binomials(degree)
+    return rising
+
+
+@cache
+def _exponents(degree: int) -> FloatArray:
+    return np.arange(degree + 1.0)
+
+
+def differentiate(points: FloatArray, order: int) -> FloatArray:
+    """Control points of a derivative in s: (…, n + 1, dim) to (…, n + 1 - order, dim); zero past the degree."""
+    for _ in range(order):
+        degree = points.shape[-2] - 1
+        if degree == 0:
+            return np.zeros_like(points)
+        points = degree * (points[..., 1:, :] - points[..., :-1, :])
+    return points
+
+
+@cache
+def derivative_basis_map(degree: int, order: int) -> FloatArray:
+    """Matrix of ``differentiate`` on one coordinate: shape (degree + 1 - order, degree + 1)."""
+    return _rounded(_difference(degree, order))
+
+
+@cache
+def _square_weights(degree: int) -> FloatArray:
+    weights = np.zeros((2 * degree + 1, degree + 1, degree + 1))
+    for i in range(degree + 1):
+        for j in range(degree + 1):
+            weights[i + j, i, j] = comb(degree, i) * comb(degree, j) / comb(2 * degree, i + j)
+    return weights
+
+
+def squared_norm(points: FloatArray) -> FloatArray:
+    """Control points of the squared Euclidean norm of a curve: (m, n + 1, dim) to (m, 2n + 1)."""
+    degree = points.shape[1] - 1
+    products = points @ points.transpose(0, 2, 1)
+    return products.reshape(len(points), -1) @ _square_weights(degree).reshape(2 * degree + 1, -1).T
+
+
+@cache
+def _subdivision(degree: int, parts: int) -> FloatArray:
+    """Stacked matrices from control points on [0, 1] to those on each of ``parts`` equal subintervals."""
+    stacked: Rational = []
+    for part in range(parts):
+        stacked += restriction(degree, Fraction(part, parts), Fraction(part + 1, parts))
+    return _rounded(stacked)
+
+
+def restriction(degree: int, low: Any, high: Any) -> list[list[Any]]:
+    """Matrix from control points on [0, 1] to those on [low, high], by blossoming, in exact rationals."""
+
+    def polar(row: int, column: int) -> Any:
+        # blossom of B_column at (degree - row) copies of low and row copies of high
+        return sum(
+            (
+                comb(degree - row, a)
+                * comb(row, column - a)
+                * low**a
+                * (1 - low) ** (degree - row - a)
+                * high ** (column - a)
+                * (1 - high) ** (row - column + a)
+                for a in range(max(0, column - row), min(degree - row, column) + 1)
+            ),
+            Fraction(0),
+        )
+
+    return [[polar(row, column) for column in range(degree + 1)] for row in range(degree + 1)]
+
+
+def subdivide(points: FloatArray, parts: int) -> FloatArray:
+    """Split scalar polynomials into equal parts: (m, n + 1) to (m, parts, n + 1)."""
+    degree = points.shape[1] - 1
+    return (points @ _subdivision(degree, parts).T).reshape(len(points), parts, degree + 1)
+
+
+def multiply(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Control points of products of scalar polynomials: (m, n + 1) and (m, l + 1) to (m, n + l + 1)."""
+    n, m = left.shape[1] - 1, right.shape[1] - 1
+    weighted = right * _binomials(m)
+    product = np.zeros((len(left), n + m + 1))
+    for j in range(n + 1):
+        product[:, j : j + m + 1] += comb(n, j) * left[:, j, None] * weighted
+    return np.asarray(product / _binomials(n + m))

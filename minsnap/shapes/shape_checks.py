@@ -1,0 +1,81 @@
+"""Checks of the measures of a shape, shared by all shapes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from numbers import Real
+
+from minsnap.errors import ShapeError, YawError
+from minsnap.shapes.phase import PhaseLaw, PhasePath
+from minsnap.trajectory.path import ConstantHeading
+
+
+def check_positive(name: str, value: float, unit: str) -> float:
+    """Return ``value``, or raise ShapeError unless it is a positive finite number."""
+    if not (_is_finite(value) and value > 0):
+        raise ShapeError(f"the {name} is {value!r}: it must be a positive number of {unit}")
+    return float(value)
+
+
+def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ...]:
+    """Return ``value`` as floats, or raise ShapeError unless it is that many finite numbers."""
+    try:
+        point = tuple(value)
+    except TypeError:
+        point = ()
+    if len(point) != size or not all(_is_finite(c) for c in point):
+        raise ShapeError(f"the {name} is {value!r}: it must be {size} finite numbers of metres")
+    return tuple(float(c) for c in point)
+
+
+def check_finite(name: str, value: float, unit: str) -> float:
+    """Return ``value``, or raise ShapeError unless it is a finite number."""
+    if not _is_finite(value):
+        raise ShapeError(f"the {name} is {value!r}: it must be a finite number of {unit}")
+    return float(value)
+
+
+def phase_law(period: float | None, speed: float | None, reach: float, laps: float, ramp: float) -> PhaseLaw:
+    """Return the phase law of a lap's period or of a speed.
+
+    Parameters
+    ----------
+    period : float or None
+        Seconds a lap at full rate; 6 if neither is given.
+    speed : float or None
+        Greatest speed [m/s].
+    reach : float
+        Greatest metres travelled a radian of phase.
+    laps : float
+        Whole phase in turns.
+    ramp : float
+        Angle of the spin-up, and of the spin-down [rad].
+    """
+    if period is not None and speed is not None:
+        raise ShapeError(
+            f"both a period ({period!r} s) and a speed ({speed!r} m/s) were given: one follows from the other"
+        )
+    angle = 2.0 * math.pi * check_positive("number of laps", laps, "laps")
+    if not (_is_finite(ramp) and 0.0 <= ramp <= angle / 2.0):
+        raise ShapeError(f"the ramp is {ramp!r} rad: it must be between 0 and {angle / 2.0:.6g}, half of the way round")
+    if speed is not None:
+        return PhaseLaw(check_positive("speed", speed, "metres a second") / reach, angle, float(ramp))
+    seconds = check_positive("period", 6.0 if period is None else period, "seconds")
+    return PhaseLaw(2.0 * math.pi / seconds, angle, float(ramp))
+
+
+def with_yaw(path: PhasePath, yaw: float | str) -> PhasePath:
+    """Return the path with a constant yaw [rad], or with the yaw ``"velocity"``."""
+    if yaw == "velocity":
+        from minsnap.trajectory.heading import VelocityHeading
+
+        return replace(path, yaw=VelocityHeading(path))
+    if not _is_finite(yaw):
+        raise YawError(f"the yaw is {yaw!r}: it must be an angle in radians or 'velocity'")
+    return replace(path, yaw=ConstantHeading(float(yaw)))
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,1 @@
+"""Simulation: a quadrotor under a controller, with sensors, motors and wind."""

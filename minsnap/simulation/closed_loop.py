@@ -1,0 +1,185 @@
+"""Flying a vehicle in simulation: controller, sensors, motors, wind and the equations of motion, step by step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import DivergenceError, TimingError
+from minsnap.simulation.controllers.controller import Command, Controller
+from minsnap.simulation.flight_record import Flight
+from minsnap.simulation.reference import ReferenceTable, tabulate
+from minsnap.simulation.sensors import Observer, Sensors
+from minsnap.simulation.wind import ConstantWind, Wind
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.drag import Drag
+from minsnap.vehicle.dynamics import RigidBody
+from minsnap.vehicle.quadrotor import Quadrotor
+
+STEP = 0.004
+"""Step of control and integration unless told otherwise: 250 Hz [s]."""
+
+_BOUNDS = (("position error", 50.0, "m"), ("speed", 100.0, "m/s"), ("body rate", 100.0, "rad/s"))
+"""What a simulated vehicle must stay within to be worth simulating further."""
+
+
+def simulate(
+    vehicle: Quadrotor,
+    controller: Controller,
+    path: Path | Samples,
+    *,
+    setpoint_rate: float | None = None,
+    compensation: Drag | None = None,
+    sensors: Sensors | None = None,
+    wind: Wind | None = None,
+    duration: float | None = None,
+    step: float = STEP,
+    progress: Callable[[float], None] | None = None,
+) -> Flight:
+    """Fly a path with a controller.
+
+    The vehicle starts in the state that the reference starts with, rotors at the speeds that hold it. Each step the
+    controller reads the setpoint and the estimate, its command is held, motors respond to first order (exactly), and
+    the equations of motion are integrated by the classical fourth-order Runge-Kutta method, which for equal accuracy
+    takes a fraction of the time of an adaptive method restarted at every command (docs/vehicle).
+
+    Parameters
+    ----------
+    vehicle : Quadrotor
+        What flies.
+    controller : Controller
+        Such as :class:`~minsnap.flight.CascadeController` or :class:`~minsnap.flight.GeometricController`.
+    path : Path or Samples
+        What is to be flown; samples are setpoints that hold until the next.
+    setpoint_rate : float or None
+        Setpoints of a path a second, each held until the next [Hz]; None is one a step.
+    compensation : Drag or None
+        Model of drag that is offset by feed-forward.
+    sensors : Sensors or None
+        How position is known; None is exactly.
+    wind : Wind or None
+        None is still air.
+    duration : float or None
+        How long to fly [s]; None is to the end of the reference.
+    step : float
+        [s].
+    progress : callable or None
+        Called about a hundred times with the part that is done, 0 to 1.
+
+    Returns
+    -------
+    Flight
+
+    Raises
+    ------
+    DivergenceError
+        If the vehicle leaves every bound of flight; carries ``instant`` and the ``flight`` until then.
+    TimingError
+        If step, rate or duration are not positive.
+    """
+    if not (math.isfinite(step) and 0 < step <= 0.1):
+        raise TimingError(f"the step is {step!r} s: it must be above 0 and at most 0.1 s")
+    table = ReferenceTable(tabulate(path, setpoint_rate, step), vehicle, compensation)
+    length = table.samples.duration if duration is None else duration
+    if not (math.isfinite(length) and length > 0):
+        raise TimingError(f"the flight lasts {length!r} s: give a duration above 0")
+    run = _Run(vehicle, controller, table, sensors or Sensors(), wind or ConstantWind(), round(length / step), step)
+    reason = run.fly(progress)
+    flight = run.flight(path)
+    if reason:
+        message = f"the simulation diverged at t = {flight.duration:.3f} s: {reason}; what was flown until then is kept"
+        raise DivergenceError(message, instant=flight.duration, flight=flight)
+    return flight
+
+
+class _Run:
+    """One flight in the making."""
+
+    def __init__(
+        self,
+        vehicle: Quadrotor,
+        controller: Controller,
+        table: ReferenceTable,
+        sensors: Sensors,
+        wind: Wind,
+        count: int,
+        step: float,
+    ) -> None:
+        self._body, self._pilot = RigidBody(vehicle), controller.pilot(vehicle, step)
+        self._table, self._step, self._count = table, step, max(count, 1)
+        self._observer = Observer(sensors, step, self._count + 1)
+        self._wind = wind.sample(self._count + 1, step)
+        self._lag = _lags(vehicle.motor_time_constant, step)
+        self._limits = (vehicle.rotor_speed_min, vehicle.rotor_speed_max)
+        self._log: list[list[float]] = []
+        self._saturated: list[bool] = []
+
+    def fly(self, progress: Callable[[float], None] | None) -> str | None:
+        """Fly to the end; return why not, where it had to be given up."""
+        rows, order = self._table.rows, self._table.index(self._instants(self._count + 1)).tolist()
+        wind, every = self._wind.tolist(), max(1, self._count // 100)
+        state, speeds = self._start()
+        for index in range(self._count + 1):
+            command = self._pilot.command(self._observer.estimate(state), rows[order[index]])
+            self._log.append([*state, *speeds])
+            self._saturated.append(command.saturated)
+            if index < self._count:
+                state, speeds, reason = self._step_on(state, speeds, command, wind[index], rows[order[index]].position)
+                if reason:
+                    return reason
+            if progress is not None and (index % every == 0 or index == self._count):
+                progress(index / self._count)
+        return None
+
+    def _start(self) -> tuple[list[float], list[float]]:
+        samples, states = self._table.samples, self._table.states
+        velocity = np.zeros(3) if samples.velocity is None else samples.velocity[0]
+        parts = (samples.position[0], velocity, states.quaternion[0], states.body_rates[0])
+        speeds = np.clip(states.rotor_speed[0], *self._limits)
+        return np.concatenate(parts).tolist(), speeds.tolist()
+
+    def _step_on(
+        self, state: list[float], speeds: list[float], command: Command, wind: list[float], goal: Any
+    ) -> tuple[list[float], list[float], str | None]:
+        """Return state and rotor speeds one step later, and why the flight must end there, if it must."""
+        told, (half, whole) = command.rotor_speed, self._lag
+        middle = [goal_speed + half * (speed - goal_speed) for goal_speed, speed in zip(told, speeds, strict=True)]
+        end = [goal_speed + whole * (speed - goal_speed) for goal_speed, speed in zip(told, speeds, strict=True)]
+        first = told if whole == 0.0 else speeds
+        try:
+            moved = self._body.advance(state, (first, middle, end), wind, self._step)
+        except OverflowError:
+            return state, speeds, "numbers overflowed"
+        return moved, end, _broken(moved, goal)
+
+    def flight(self, path: Path | Samples) -> Flight:
+        """Return what has been flown."""
+        log, t = np.array(self._log), self._instants(len(self._log))
+        position, velocity, quaternion, rates, speeds = np.split(log, [3, 6, 10, 13], axis=1)
+        wind, saturated = self._wind[: len(log)].copy(), np.array(self._saturated)
+        return Flight(t, position, velocity, quaternion, rates, speeds, wind, saturated, self._table.at(t, path))
+
+    def _instants(self, count: int) -> FloatArray:
+        return np.asarray(np.arange(count) * self._step, dtype=np.float64)
+
+
+def _lags(time_constant: float, step: float) -> tuple[float, float]:
+    """Return what is left of a rotor's difference to its command after half a step and after a whole one."""
+    if time_constant == 0.0:
+        return 0.0, 0.0
+    return math.exp(-0.5 * step / time_constant), math.exp(-step / time_constant)
+
+
+def _broken(state: list[float], goal: Any) -> str | None:
+    """Return which bound of flight a state has left, or None."""
+    away = math.dist(state[0:3], goal) if all(map(math.isfinite, state)) else math.nan
+    values = (away, math.hypot(*state[3:6]), math.hypot(*state[10:13]))
+    for (name, bound, unit), value in zip(_BOUNDS, values, strict=True):
+        if not value <= bound:
+            return f"the {name} passed {bound:g} {unit}"
+    return None

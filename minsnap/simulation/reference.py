@@ -1,0 +1,106 @@
+"""The reference of a simulation as rows that a pilot reads: one a setpoint, held until the next."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import InputError, TimingError
+from minsnap.simulation.controllers.controller import Reference
+from minsnap.simulation.controllers.feed_forward import drag_feed_forward, reference_states
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.drag import Drag
+from minsnap.vehicle.flatness import spatial
+from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle.states import FlatStates
+
+
+class ReferenceTable:
+    """Setpoints in time: their rows, and which one holds at an instant.
+
+    Parameters
+    ----------
+    samples : Samples
+        Setpoints; between two of them the earlier one holds.
+    vehicle : Quadrotor
+        For attitude and rates of the reference.
+    compensation : Drag or None
+        Model of drag to offset by feed-forward.
+    """
+
+    def __init__(self, samples: Samples, vehicle: Quadrotor, compensation: Drag | None) -> None:
+        self.samples = _spatial(samples)
+        self.states: FlatStates = reference_states(vehicle, self.samples, compensation)
+        extra = np.zeros((len(samples), 3))
+        if compensation is not None:
+            extra = drag_feed_forward(vehicle, self.samples, compensation)
+        self.feed_forward: FloatArray = extra
+        self.rows = self._rows()
+
+    def _rows(self) -> list[Reference]:
+        samples, still = self.samples, np.zeros((len(self.samples), 3))
+        level = np.zeros(len(samples))
+        columns = (
+            samples.position,
+            still if samples.velocity is None else samples.velocity,
+            still if samples.acceleration is None else samples.acceleration,
+            self.feed_forward,
+            level if samples.yaw is None else samples.yaw,
+            level if samples.yaw_rate is None else samples.yaw_rate,
+            self.states.body_rates,
+            self.states.angular_acceleration,
+        )
+        return [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+
+    def index(self, t: FloatArray) -> npt.NDArray[np.intp]:
+        """Return which setpoint holds at each instant of shape (m,)."""
+        start = self.samples.t[0]
+        found = np.searchsorted(self.samples.t - start, t + 1e-9, side="right") - 1
+        return np.asarray(np.clip(found, 0, len(self.samples) - 1))
+
+    def at(self, t: FloatArray, path: Path | Samples) -> Samples:
+        """Return what is to be flown at instants, shape (m,): exact of a path, interpolated between samples."""
+        if isinstance(path, Path):
+            inside = np.minimum(t, path.duration)
+            velocity, acceleration = (spatial(path(inside, order)) for order in (1, 2))
+            return Samples(t, spatial(path(inside)), velocity, acceleration, yaw=path.yaw(inside))
+        own = self.samples.t - self.samples.t[0]
+        known = self.samples.velocity
+        moving = None if known is None else _interpolated(t, own, known)
+        return Samples(t, _interpolated(t, own, self.samples.position), moving)
+
+
+def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:
+    """Return the setpoints of a path at a rate [Hz], or at every step where there is none; samples as they are.
+
+    Raises
+    ------
+    TimingError
+        If the rate is not positive, or samples are given a rate.
+    InputError
+        If it is neither a path nor samples.
+    """
+    if isinstance(path, Path):
+        return path.sample(1.0 / step if rate is None else rate)
+    if not isinstance(path, Samples):
+        raise InputError(f"the reference is of type {type(path).__name__}: give a path or samples")
+    if rate is not None:
+        raise TimingError("samples have their own instants: sample the path at that rate, and leave the rate out")
+    return path
+
+
+def _spatial(samples: Samples) -> Samples:
+    """Return samples with three coordinates: as they are, or plane ones at height 0."""
+    if samples.dim == 3:
+        return samples
+    names = ("position", "velocity", "acceleration", "jerk", "snap")
+    held = {name: getattr(samples, name) for name in names}
+    return replace(samples, **{name: spatial(value) for name, value in held.items() if value is not None})
+
+
+def _interpolated(t: FloatArray, own: FloatArray, values: FloatArray) -> FloatArray:
+    return np.stack([np.interp(t, own, column) for column in values.T], axis=-1)

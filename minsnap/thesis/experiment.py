@@ -1,0 +1,183 @@
+"""The thesis's experiment in simulation: a course flown with and without drag compensation, and what it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from minsnap.errors import InputError, VehicleError
+from minsnap.simulation.closed_loop import STEP, simulate
+from minsnap.simulation.controllers.cascade import CascadeController
+from minsnap.simulation.controllers.controller import Controller
+from minsnap.simulation.controllers.feed_forward import reference_states
+from minsnap.simulation.flight_record import Flight
+from minsnap.simulation.sensors import Sensors
+from minsnap.simulation.wind import Wind
+from minsnap.thesis.consistent import consistent_parasitic_drag
+from minsnap.thesis.experiment_course import Course, course
+from minsnap.thesis.published import published_drag
+from minsnap.tracking.comparison import Comparison, compare
+from minsnap.vehicle.drag import Drag
+from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle.states import check_rotor_limits
+
+MODELS = ("published", "consistent", "exact")
+"""Models that compensation may use: the published linear fit, the consistent airframe model, the simulated drag."""
+
+PUBLISHED_RMSE: dict[str, dict[str, tuple[float, float]]] = {
+    "line": {"x": (1.4862, 0.8179), "y": (0.1051, 0.1174)},
+    "circle": {"x": (1.0801, 0.5990), "y": (1.0933, 0.6617)},
+    "rect": {"x": (0.9118, 1.0369), "y": (1.0042, 1.0593)},
+}
+"""Tables 1 to 3 of the thesis: RMSE of an axis without and with compensation, as flown [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One flight of a course.
+
+    Parameters
+    ----------
+    compensation : str or None
+        Which of :data:`MODELS` was offset; None is no compensation.
+    flight : Flight
+        From the hover to the hold.
+    whole, transient, steady : Comparison
+        All repetitions, the first one, and those after it less the last where that slows down; the delay is of all.
+    """
+
+    compensation: str | None
+    flight: Flight
+    whole: Comparison
+    transient: Comparison
+    steady: Comparison
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A course and its flights.
+
+    Parameters
+    ----------
+    course : Course
+    runs : tuple of Run
+        Without compensation first, where it was flown.
+    """
+
+    course: Course
+    runs: tuple[Run, ...]
+
+    def run(self, compensation: str | None) -> Run:
+        """Return the flight with a compensation, or raise InputError if there is none."""
+        for run in self.runs:
+            if run.compensation == compensation:
+                return run
+        raise InputError(f"nothing was flown with compensation {compensation!r}")
+
+
+def drag_model(name: str, vehicle: Quadrotor) -> Drag:
+    """Return one of :data:`MODELS`; the exact one is the vehicle's own.
+
+    Raises
+    ------
+    VehicleError
+        If the name is not known.
+    """
+    if name == "exact":
+        return vehicle.drag
+    if name == "consistent":
+        return consistent_parasitic_drag()
+    if name == "published":
+        return published_drag("linear")
+    raise VehicleError(f"no model of compensation is called {name!r}: choose from {', '.join(MODELS)}")
+
+
+def run_experiment(
+    name: str = "circle",
+    repetitions: int = 10,
+    *,
+    compensations: Sequence[str | None] = (None, "published", "consistent"),
+    literal: bool = True,
+    vehicle: Quadrotor | None = None,
+    controller: Controller | None = None,
+    setpoint_rate: float = 20.0,
+    sensors: Sensors | None = None,
+    wind: Wind | None = None,
+    step: float = STEP,
+    progress: Callable[[float], None] | None = None,
+) -> Experiment:
+    """Fly a course of the thesis once for each compensation, under equal conditions.
+
+    Parameters
+    ----------
+    name : {"circle", "line", "rect"}
+        The course, see :func:`minsnap.flight.course`.
+    repetitions : int
+        Ten in the thesis.
+    compensations : sequence of str or None
+        Which of :data:`MODELS` to offset in each flight; None flies without.
+    literal : bool
+        Start and repeat as in the thesis; otherwise from rest and without jumps.
+    vehicle : Quadrotor or None
+        The thesis's DJI F330 unless given.
+    controller : Controller or None
+        PX4's cascade, following position and velocity, unless given.
+    setpoint_rate : float
+        20 Hz in the thesis.
+    sensors : Sensors or None
+        Poses at 50 Hz without delay or noise unless given.
+    wind : Wind or None
+        Still air unless given.
+    step : float
+        Of the simulation [s].
+    progress : callable or None
+        Called with the part that is done, 0 to 1.
+
+    Returns
+    -------
+    Experiment
+
+    Raises
+    ------
+    InputError
+        If a course, compensation or repetition is not known.
+    ThrustError
+        If the course asks the rotors for more than they can give, drag aside; says when and by how much.
+    DivergenceError
+        If a flight diverges.
+    """
+    if not compensations:
+        raise InputError("there is nothing to fly: give at least one compensation, or None for a flight without")
+    flown = course(name, repetitions, literal=literal, rate=setpoint_rate)
+    craft = Quadrotor.dji_f330() if vehicle is None else vehicle
+    check_rotor_limits(craft, reference_states(craft, flown.samples, None), flown.samples.t)
+    models = [None if compensation is None else drag_model(compensation, craft) for compensation in compensations]
+    pilot = CascadeController(references="velocity") if controller is None else controller
+    runs = []
+    for index, compensation in enumerate(compensations):
+        flight = simulate(
+            craft,
+            pilot,
+            flown.samples,
+            compensation=models[index],
+            sensors=sensors,
+            wind=wind,
+            step=step,
+            progress=_share(progress, index, len(compensations)),
+        )
+        runs.append(_run(flown, compensation, flight))
+    return Experiment(flown, tuple(runs))
+
+
+def _share(progress: Callable[[float], None] | None, index: int, count: int) -> Callable[[float], None] | None:
+    """Return a callback for one of several equal parts."""
+    if progress is None:
+        return None
+    return lambda part: progress((index + part) / count)
+
+
+def _run(flown: Course, compensation: str | None, flight: Flight) -> Run:
+    whole = compare(flown.samples, flight.samples).within(flown.start, flown.end)
+    transient = whole.within(flown.start, flown.settled)
+    steady = whole.within(flown.settled, flown.slowing) if flown.slowing > flown.settled else transient
+    return Run(compensation, flight, whole, transient, steady)

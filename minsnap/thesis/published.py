@@ -1,0 +1,111 @@
+"""The drag surfaces of the wind tunnel, exactly as printed in the thesis, and as a force in flight.
+
+Source: *Effect of Incorporating Aerodynamic Drag Model on Trajectory Tracking Performance of DJI F330 Quadcopter*
+(Arizona State University), sections 3.3 and 3.4. Angles are in degrees and rotor speeds in revolutions a minute there.
+The parasitic fit starts at 7 m/s: below 4.7 m/s its reduced forms are negative, that is, they push forward, and no form
+is zero at rest. They are kept as printed for comparison; :func:`minsnap.vehicle.consistent_parasitic_drag` is the model
+to fly with.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.thesis.surface import Surface
+
+RPM = 2.0 * math.pi / 60.0
+"""One revolution a minute [rad/s]."""
+
+_TUNNEL = {"pitch_deg": (-20.0, 20.0), "velocity": (7.0, 28.0)}
+
+PUBLISHED_PARASITIC = Surface(
+    "the published parasitic surface",
+    ("pitch_deg", "velocity"),
+    ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)),
+    np.array([-0.1069, -0.01293, -0.01856, 0.001505, 0.001185, 0.008744]),
+    _TUNNEL,
+    0.9915,
+)
+"""Drag of the bare airframe from pitch and velocity (section 3.3.2)."""
+
+PUBLISHED_PARASITIC_REDUCED = Surface(
+    "the published parasitic curve",
+    ("velocity",),
+    ((0,), (1,), (2,)),
+    np.array([-0.1069, -0.01856, 0.008744]),
+    {"velocity": (7.0, 28.0)},
+)
+"""The same without its pitch terms (section 3.3.3)."""
+
+PUBLISHED_PARASITIC_LINEAR = Surface(
+    "the published linear parasitic model",
+    ("velocity",),
+    ((0,), (1,)),
+    np.array([-0.1069, -0.01856]),
+    {"velocity": (7.0, 28.0)},
+)
+"""The same without the square of velocity: what the thesis compensated with (section 3.3.3)."""
+
+PUBLISHED_PROPELLER = Surface(
+    "the published propeller surface",
+    ("pitch_deg", "velocity", "speed_rpm"),
+    ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 0, 2)),
+    np.array([0.36891, -0.041098, 0.041432, -0.00024171, 1.8526e-5, -1.1287e-11]),
+    {"pitch_deg": (0.0, 90.0), "velocity": (0.0, 15.0)},
+    0.976,
+)
+"""Drag of one propeller from pitch, velocity and rotor speed (section 3.4.2)."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceDrag:
+    """A published surface as a force: its value with the sign turned, along x and along y of the body.
+
+    The thesis measured drag along x only and used it along y too, by symmetry; nothing acts along z. Velocities of
+    either sign are put into the polynomial as they are. Evaluating the force does not warn outside the measured range,
+    since flight always is; calling the surface does.
+
+    Parameters
+    ----------
+    surface : Surface
+        One of the published ones, or a fit of the same variables.
+    count : int
+        How many such bodies there are: 1 airframe, 4 propellers.
+    """
+
+    surface: Surface
+    count: int = 1
+
+    def force(
+        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
+    ) -> FloatArray:
+        """Return the force in the body frame, shape (..., 3) [N]; rotor speeds enter by their mean."""
+        v = np.asarray(velocity, dtype=np.float64)
+        speeds = np.asarray(rotor_speed, dtype=np.float64)
+        mean = speeds if speeds.ndim == 0 else speeds.mean(axis=-1)
+        force = np.zeros(v.shape)
+        for axis in (0, 1):
+            known = {"pitch_deg": np.degrees(pitch), "velocity": v[..., axis], "speed_rpm": mean / RPM}
+            terms = self.surface.terms(*(known[name] for name in self.surface.variables))
+            force[..., axis] = -self.count * (terms @ self.surface.coefficients)
+        return force
+
+
+def published_drag(name: str = "linear") -> SurfaceDrag:
+    """Return a published model as a force: ``surface``, ``reduced``, ``linear`` or ``propeller``."""
+    from minsnap.errors import VehicleError
+
+    models = {
+        "surface": SurfaceDrag(PUBLISHED_PARASITIC),
+        "reduced": SurfaceDrag(PUBLISHED_PARASITIC_REDUCED),
+        "linear": SurfaceDrag(PUBLISHED_PARASITIC_LINEAR),
+        "propeller": SurfaceDrag(PUBLISHED_PROPELLER, count=4),
+    }
+    if name not in models:
+        raise VehicleError(f"no published drag model is called {name!r}: choose from {', '.join(models)}")
+    return models[name]

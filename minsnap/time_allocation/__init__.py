@@ -1,0 +1,1 @@
+"""Time allocation: how the durations of the legs are chosen."""

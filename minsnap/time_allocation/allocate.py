@@ -1,0 +1,51 @@
+"""Durations and plan together: given, split from a total, priced, or the shortest within limits."""
+
+from __future__ import annotations
+
+from minsnap.arrays import FloatArray
+from minsnap.checks import check_durations, check_positive_time, check_weight, refuse_repeated
+from minsnap.errors import TimingError
+from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.least_cost import CostSearch, distance_split, priced_first_guess
+from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.time_allocation.within_limits import check_pinned_limits, kept, limited_plan, shortest_plan
+
+
+def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None, certify: bool) -> Timed:
+    """Choose durations and solve.
+
+    Raises
+    ------
+    TimingError, LimitError
+        If what is asked for is malformed or contradictory.
+    InfeasibleError
+        If nothing fits, with the reason.
+    """
+    timing.check()
+    limits, bounded = timing.limits, task
+    if limits is not None:
+        bounded = task.with_walls(limits.walls(task.waypoints))
+        check_pinned_limits(task, limits)
+    if timing.durations is not None:
+        durations = task.piece_durations(check_durations(timing.durations, task.legs))
+        plan = timed(solved_or_explained(bounded, durations, samples, certify), finish)
+        return plan if limits is None else kept(plan, limits)
+    refuse_repeated(task.waypoints, "give every leg a duration of its own")
+    if limits is None:
+        durations, search = _unlimited(task, timing)
+        return timed(solved_or_explained(task, task.piece_durations(durations), samples, certify), finish, search)
+    if timing.total_time is None and timing.time_weight is None:
+        return shortest_plan(task, bounded, timing, limits, finish)
+    return limited_plan(bounded, timing, limits, finish)
+
+
+def _unlimited(task: Task, timing: Timing) -> tuple[FloatArray, Run | None]:
+    """Leg durations where nothing limits derivatives."""
+    if timing.time_weight is not None:
+        price = check_weight(timing.time_weight)
+        return searched(CostSearch(task, priced_first_guess(task, price), price, timing.progress))
+    total = check_positive_time(timing.total_time)
+    if timing.split == "trapezoid":
+        raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
+    first = distance_split(task, total)
+    return (first, None) if timing.split == "distance" else searched(CostSearch(task, first, None, timing.progress))

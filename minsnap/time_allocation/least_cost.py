@@ -1,0 +1,190 @@
+"""How a total time is split over the legs: by distance, by a trapezoid of speed, or so that the cost is least."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import TimingError
+from minsnap.optimisation.gradient import cost_gradient
+from minsnap.optimisation.master_qp import InfeasibleRowsError
+from minsnap.optimisation.normalised_constraints import Rows
+from minsnap.optimisation.problem import Task
+from minsnap.optimisation.solve import Solved, solve
+
+SHORTEST = 1e-4
+"""Least share of its first guess that a leg may get; the most is one over it."""
+
+ACCURACY = 1e-10
+"""Relative change of the cost at which a search ends."""
+
+ITERATIONS = 500
+
+BARRED = 3.0
+"""Added to the logarithm of the best cost where durations cannot be flown, so that a line search turns back."""
+
+PEAK_SPEED, PEAK_ACCELERATION, PEAK_JERK, PEAK_SNAP = 2.1875, 7.5132, 52.5, 840.0
+"""Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One evaluation of a search for durations.
+
+    Parameters
+    ----------
+    evaluation : int
+        Counted from 1.
+    total_time : float
+        [s].
+    value : float
+        What is minimised there: a cost, or a time [s].
+    best : float
+        The least value so far.
+    """
+
+    evaluation: int
+    total_time: float
+    value: float
+    best: float
+
+
+Progress = Callable[[Step], None]
+
+
+class Log:
+    """The steps of a search, told as they are made."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.progress = progress
+        self.steps: list[Step] = []
+
+    def add(self, total_time: float, value: float) -> None:
+        """Record one evaluation."""
+        best = min(value, self.steps[-1].best) if self.steps else value
+        self.steps.append(Step(len(self.steps) + 1, float(total_time), float(value), float(best)))
+        if self.progress is not None:
+            self.progress(self.steps[-1])
+
+
+def distance_split(task: Task, total: float) -> FloatArray:
+    """Leg durations (legs,) [s] in proportion to the straight lengths."""
+    return np.asarray(total * task.lengths / task.lengths.sum())
+
+
+def trapezoid_times(lengths: FloatArray, speed: float, acceleration: float) -> FloatArray:
+    r"""Leg durations of a speed that rises, stays and falls on every leg, from rest to rest.
+
+    Parameters
+    ----------
+    lengths : ndarray, shape (legs,)
+        [m].
+    speed, acceleration : float
+        Limits [m/s], [m/s^2]; infinite for none, not both.
+
+    Returns
+    -------
+    ndarray, shape (legs,)
+        [s]; :math:`L / v + v / a` where the speed is reached, else :math:`2 \sqrt{L / a}`.
+    """
+    if np.isinf(acceleration):
+        return np.asarray(lengths / speed)
+    ramps = 2.0 * np.sqrt(lengths / acceleration)
+    if np.isinf(speed):
+        return np.asarray(ramps)
+    return np.where(lengths > speed**2 / acceleration, lengths / speed + speed / acceleration, ramps)
+
+
+class CostSearch:
+    """Search for leg durations of least cost: at a fixed total, or with a price on time.
+
+    The logarithm of cost + price * time is minimised over logarithms of the durations by L-BFGS (scipy), with exact
+    gradients; at a fixed total the durations are the shares of it.
+
+    Parameters
+    ----------
+    task : Task
+    first : ndarray, shape (legs,)
+        Durations to begin with [s]; their sum is the total.
+    price : float, optional
+        Cost of a second (Richter et al. 2013); without it the total is fixed.
+    progress : callable, optional
+        Called with every Step.
+    """
+
+    def __init__(
+        self, task: Task, first: FloatArray, price: float | None = None, progress: Progress | None = None
+    ) -> None:
+        self.task, self.first, self.price = task, first, price
+        self.units = task.units(task.piece_durations(first))
+        self.seed: Rows | None = None
+        self.best = (np.inf, first)
+        self.log = Log(progress)
+
+    def run(self) -> FloatArray:
+        """Return the best leg durations found, shape (legs,) [s]."""
+        if self.task.legs == 1 and self.price is None:
+            return self.first
+        from scipy.optimize import minimize
+
+        reach = -np.log(SHORTEST)
+        bounds = [(-reach, reach)] * self.task.legs
+        options = {"maxiter": ITERATIONS, "ftol": ACCURACY, "gtol": 1e-7, "maxcor": 20}
+        minimize(self.evaluate, np.zeros(self.task.legs), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        return self.best[1]
+
+    def evaluate(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
+        """Logarithm of what is minimised and its gradient, at logarithms of factors on the first durations."""
+        durations = self._durations(logarithms)
+        try:
+            times = self.task.piece_durations(durations)
+            solved = solve(self.task, times, units=self.units, seed=self.seed, prove=False)
+        except InfeasibleRowsError:
+            return float(np.log(self.best[0])) + BARRED, np.zeros(len(durations))
+        self.seed = active_rows(solved)
+        relative = leg_sums(cost_gradient(solved) * solved.problem.durations * self.units.time, self.task.pieces)
+        value = solved.cost
+        if self.price is None:
+            relative = relative - durations / durations.sum() * relative.sum()
+        else:
+            value, relative = value + self.price * durations.sum(), relative + self.price * durations
+        if value < self.best[0]:
+            self.best = (value, durations)
+        self.log.add(durations.sum(), value)
+        return float(np.log(value)), relative / value
+
+    def _durations(self, logarithms: FloatArray) -> FloatArray:
+        factors = self.first * np.exp(logarithms)
+        return factors if self.price is not None else np.asarray(self.first.sum() * factors / factors.sum())
+
+
+def priced_first_guess(task: Task, price: float) -> FloatArray:
+    """Leg durations by distance at the total where cost + price * time is least; the cost goes as total^(1 - 2k)."""
+    durations = distance_split(task, float(task.legs))
+    cost = solve(task, task.piece_durations(durations)).cost
+    power = 2 * task.half - 1
+    factor = (power * cost / (price * durations.sum())) ** (1.0 / (power + 1)) if cost > 0.0 else 1.0
+    return np.asarray(durations * factor)
+
+
+def active_rows(solved: Solved) -> Rows | None:
+    """Rows of a solved task whose multipliers are not zero, to begin the next solve with."""
+    rows, multipliers = solved.outcome.rows, solved.outcome.multipliers
+    if rows is None or not (multipliers > 0.0).any():
+        return None
+    return rows.source.chosen(multipliers > 1e-9 * multipliers.max())
+
+
+def leg_sums(values: FloatArray, pieces: int) -> FloatArray:
+    """Sum values of pieces (pieces in all,) over each leg."""
+    return np.asarray(values.reshape(-1, pieces).sum(axis=1))
+
+
+def check_split(split: str) -> str:
+    """Return the name of a split, or raise TimingError."""
+    if split not in ("optimal", "distance", "trapezoid"):
+        raise TimingError(f"split is {split!r}: use 'optimal', 'distance' or 'trapezoid'")
+    return split

@@ -1,0 +1,1 @@
+"""Tracking: how well a flight followed its reference."""

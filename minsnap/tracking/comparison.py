@@ -1,0 +1,164 @@
+"""How well a flight follows its reference: errors per axis, delay, and error in shape apart from error in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, own_arrays
+from minsnap.errors import InputError
+from minsnap.tracking.delay import estimate_delay
+from minsnap.tracking.reference_curve import distance_to_curve, position_at
+from minsnap.trajectory.samples import Samples
+
+MAX_DELAY = 2.0
+"""Longest delay that is looked for unless told otherwise [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """A flight beside its reference, over the time that both cover.
+
+    Parameters
+    ----------
+    t : ndarray, shape (m,)
+        Instants of the flight, in the reference's time [s].
+    error : ndarray, shape (m, dim)
+        Position less reference at the same instant [m].
+    late_error : ndarray, shape (m, dim)
+        Position less the reference of ``delay`` before: what is left when the flight's lateness is taken off [m].
+    path_error : ndarray, shape (m,)
+        Distance to the reference's curve, whatever the time [m].
+    delay : float
+        By how much the flight is late, by cross-correlation [s]; negative if it is early.
+    offset : float
+        What was added to the flight's time to align it with the reference's [s].
+    """
+
+    t: FloatArray
+    error: FloatArray
+    late_error: FloatArray
+    path_error: FloatArray
+    delay: float
+    offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
+
+    @property
+    def rmse(self) -> FloatArray:
+        """Root mean squared error of each axis, shape (dim,) [m]."""
+        return np.asarray(np.sqrt(np.mean(self.error**2, axis=0)))
+
+    @property
+    def rmse_3d(self) -> float:
+        """Root mean square of the distance to the reference at the same instant [m]."""
+        return float(np.sqrt(np.mean(np.sum(self.error**2, axis=1))))
+
+    @property
+    def max_error(self) -> float:
+        """Greatest distance to the reference at the same instant [m]."""
+        return float(np.sqrt(np.max(np.sum(self.error**2, axis=1))))
+
+    @property
+    def late_rmse_3d(self) -> float:
+        """Root mean square of the distance once the delay is taken off [m]."""
+        return float(np.sqrt(np.mean(np.sum(self.late_error**2, axis=1))))
+
+    @property
+    def path_rmse(self) -> float:
+        """Root mean square of the distance to the curve [m]."""
+        return float(np.sqrt(np.mean(self.path_error**2)))
+
+    @property
+    def path_max(self) -> float:
+        """Greatest distance to the curve [m]."""
+        return float(self.path_error.max())
+
+    @property
+    def time_rmse(self) -> float:
+        """Root mean square of what lateness adds to the distance to the curve [m]."""
+        return float(np.sqrt(np.mean(np.maximum(np.sum(self.error**2, axis=1) - self.path_error**2, 0.0))))
+
+    def within(self, start: float, end: float) -> Comparison:
+        """Return the part between two instants of the reference's time; the delay stays that of the whole.
+
+        Raises
+        ------
+        InputError
+            If no instant lies between them.
+        """
+        kept = (self.t >= start) & (self.t <= end)
+        if not kept.any():
+            raise InputError(f"nothing was flown between {start} and {end} s: it is {self.t[0]:g} to {self.t[-1]:g} s")
+        parts = (self.t[kept], self.error[kept], self.late_error[kept], self.path_error[kept])
+        return Comparison(*parts, self.delay, self.offset)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain numbers, for JSON."""
+        axes = "xyz" if self.error.shape[1] <= 3 else [str(axis) for axis in range(self.error.shape[1])]
+        return {
+            "rmse": {axis: float(value) for axis, value in zip(axes, self.rmse, strict=False)},
+            "rmse_3d": self.rmse_3d,
+            "max_error": self.max_error,
+            "delay": self.delay,
+            "rmse_3d_without_delay": self.late_rmse_3d,
+            "path_rmse": self.path_rmse,
+            "path_max": self.path_max,
+            "time_rmse": self.time_rmse,
+            "offset": self.offset,
+            "start": float(self.t[0]),
+            "end": float(self.t[-1]),
+            "samples": len(self.t),
+        }
+
+
+def compare(reference: Samples, flight: Samples, *, align: bool = False, max_delay: float = MAX_DELAY) -> Comparison:
+    """Compare a flight with its reference.
+
+    Parameters
+    ----------
+    reference, flight : Samples
+        Of equal dimension; each with its own instants. Only the time that both cover counts.
+    align : bool
+        The clocks differ by an unknown offset, as those of a log and a file do: find it first, by cross-correlation
+        over every offset. A delay is then part of the offset, and no longer to be seen.
+    max_delay : float
+        Longest delay that is looked for [s].
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    InputError
+        If dimensions differ, or fewer than 2 instants are common.
+    """
+    if reference.dim != flight.dim:
+        raise InputError(f"the reference has {reference.dim} coordinates and the flight {flight.dim}: they must agree")
+    offset = -estimate_delay(reference, flight, None) if align else 0.0
+    t, position = _common(reference, flight, offset)
+    delay = estimate_delay(reference, Samples(t, position), max_delay)
+    error = position - position_at(reference, t)
+    late = position - position_at(reference, t - delay)
+    return Comparison(t, error, late, distance_to_curve(position, reference), delay, offset)
+
+
+def _common(reference: Samples, flight: Samples, offset: float) -> tuple[FloatArray, FloatArray]:
+    """Return the flight's instants in the reference's time and its positions, where both are known."""
+    t = flight.t + offset
+    kept = (t >= reference.t[0] - 1e-9) & (t <= reference.t[-1] + 1e-9)
+    if np.count_nonzero(kept) < 2:
+        raise InputError(
+            f"the flight, {t[0]:g} to {t[-1]:g} s, and its reference, {reference.t[0]:g} to {reference.t[-1]:g} s, "
+            "have no time in common: align them"
+        )
+    return t[kept], flight.position[kept]
+
+
+def moved(flight: Samples, offset: float) -> Samples:
+    """Return a flight with ``offset`` seconds added to its instants."""
+    return replace(flight, t=flight.t + offset)

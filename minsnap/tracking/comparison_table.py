@@ -1,0 +1,28 @@
+"""Comparisons as a table, and the alignment of columns that the reports share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from minsnap.tracking.comparison import Comparison
+
+
+def comparison_text(found: Mapping[str, Comparison]) -> str:
+    """Return one row a flight: errors per axis and in all, the greatest, delay, and error in shape and in time."""
+    count = max(comparison.error.shape[1] for comparison in found.values())
+    axes = list("xyz"[:count]) if count <= 3 else [str(axis) for axis in range(count)]
+    rows = [["flight", *axes, "3-D", "greatest", "delay [s]", "less delay", "from the curve", "in time"]]
+    for name, one in found.items():
+        figures = [*one.rmse, one.rmse_3d, one.max_error, one.delay, one.late_rmse_3d, one.path_rmse, one.time_rmse]
+        rows.append([name, *(f"{value:.4f}" for value in figures)])
+    return "\n".join(["Root mean squared error [m]", aligned(rows)])
+
+
+def aligned(rows: list[list[str]]) -> str:
+    """Return rows of words as columns: the first to the left, the others to the right."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)

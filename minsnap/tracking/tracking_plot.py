@@ -1,0 +1,90 @@
+"""Figures of flights beside their reference: from above, and position and velocity against time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.plot.style import AXIS_STYLES, coordinate_name, unit_of
+from minsnap.trajectory.samples import Samples
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_REFERENCE: dict[str, Any] = {"color": "#000000", "linewidth": 1.0}
+
+
+def plot_tracking(reference: Samples, flights: Mapping[str, Samples], title: str = "") -> Figure:
+    """Draw flights and their reference: planar view, and x and y of position and velocity against time.
+
+    The layout of Figures 25 to 33 of the thesis in one sheet.
+
+    Parameters
+    ----------
+    reference : Samples
+        What was to be flown.
+    flights : mapping of str to Samples
+        What was flown, by the name that the legend shows.
+    title : str
+        Above the figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from matplotlib import pyplot
+
+    figure = pyplot.figure(figsize=(11.0, 6.5), layout="constrained")
+    grid = figure.add_gridspec(4, 2, width_ratios=(1.1, 1.3))
+    plane = figure.add_subplot(grid[:, 0])
+    _draw_plane(plane, reference, flights)
+    profiles = [figure.add_subplot(grid[row, 1]) for row in range(4)]
+    for row, ax in enumerate(profiles):
+        _draw_profile(ax, reference, flights, order=row // 2, axis=row % 2)
+        ax.sharex(profiles[0])
+        ax.tick_params(labelbottom=row == 3)
+    profiles[-1].set_xlabel("time [s]")
+    figure.legend(*plane.get_legend_handles_labels(), loc="outside lower center", ncols=len(flights) + 1, frameon=False)
+    if title:
+        figure.suptitle(title)
+    return figure
+
+
+def _draw_plane(ax: Axes, reference: Samples, flights: Mapping[str, Samples]) -> None:
+    """Draw positions from above, at equal scales."""
+    for index, (name, flight) in enumerate(flights.items()):
+        ax.plot(flight.position[:, 0], flight.position[:, 1], label=name, **_style(index))
+    ax.plot(reference.position[:, 0], reference.position[:, 1], label="reference", **_REFERENCE)
+    ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", adjustable="datalim")
+    ax.grid(alpha=0.3)
+
+
+def _draw_profile(ax: Axes, reference: Samples, flights: Mapping[str, Samples], order: int, axis: int) -> None:
+    """Draw one coordinate of position or velocity against time."""
+    for index, flight in enumerate(flights.values()):
+        values = _values(flight, order)
+        if values is not None:
+            ax.plot(flight.t, values[:, axis], **_style(index))
+    values = _values(reference, order)
+    if values is not None:
+        ax.plot(reference.t, values[:, axis], **_REFERENCE)
+    symbol = coordinate_name(axis, reference.dim)
+    ax.set_ylabel(f"${'v_' * order}{symbol}$ [{unit_of(order)}]")
+    ax.grid(alpha=0.3)
+
+
+def _values(samples: Samples, order: int) -> FloatArray | None:
+    """Return position, or velocity: that of the samples, or the differences of position where they have none."""
+    if order == 0:
+        return samples.position
+    if samples.velocity is not None or len(samples) < 2:
+        return samples.velocity
+    return np.asarray(np.gradient(samples.position, samples.t, axis=0))
+
+
+def _style(index: int) -> dict[str, Any]:
+    return AXIS_STYLES[index % len(AXIS_STYLES)] | {"linewidth": 1.3}

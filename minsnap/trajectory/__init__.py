@@ -1,0 +1,1 @@
+"""Trajectories: the path every other part takes or gives, its heading, its samples and the report of its plan."""

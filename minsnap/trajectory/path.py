@@ -1,0 +1,144 @@
+"""What every path answers, polynomial or not, so that whatever only evaluates takes any path."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import IntervalError, TimingError
+from minsnap.trajectory.samples import Samples
+
+ROUNDING = 1e-12
+"""Share of the duration by which an instant may be outside for rounding alone; it counts as the end."""
+
+
+class Heading(Protocol):
+    """Yaw of a path as a function of time [rad], continuous (never wrapped)."""
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Yaw (order 0) or its derivative at ``t``: any shape in, the same shape out."""
+        ...
+
+
+class ConstantHeading:
+    """A yaw that does not change.
+
+    Parameters
+    ----------
+    angle : float
+        Yaw [rad].
+    """
+
+    def __init__(self, angle: float = 0.0) -> None:
+        self.angle = float(angle)
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Return ``angle`` for order 0 and zero for every derivative, in the shape of ``t``."""
+        return np.full(np.shape(t), self.angle if order == 0 else 0.0)
+
+    def __repr__(self) -> str:
+        return f"ConstantHeading({self.angle!r})"
+
+
+class Path(ABC):
+    """A curve over [0, duration] with all the derivatives its users need.
+
+    Implementations give ``duration``, ``dim``, ``yaw`` and ``evaluate``; calling, checking and sampling are shared.
+    """
+
+    yaw: Heading = ConstantHeading()
+
+    @property
+    @abstractmethod
+    def duration(self) -> float:
+        """Length of the interval [s]."""
+
+    @property
+    @abstractmethod
+    def dim(self) -> int:
+        """Number of coordinates."""
+
+    @abstractmethod
+    def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
+        """Return the derivative of that order at instants of shape (m,), all inside: (m, dim)."""
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Position, or a derivative of it, at any instants.
+
+        Parameters
+        ----------
+        t : array_like, any shape
+            Instants [s] in [0, duration].
+        order : int
+            0 position, 1 velocity, 2 acceleration, …
+
+        Returns
+        -------
+        ndarray, shape t.shape + (dim,)
+
+        Raises
+        ------
+        IntervalError
+            If an instant is outside [0, duration] or not a number.
+        """
+        instants = np.asarray(t, dtype=np.float64)
+        flat = instants.reshape(-1)
+        check_instants(flat, self.duration)
+        inside = np.clip(flat, 0.0, self.duration)
+        return self._evaluate(inside, check_order(order)).reshape(*instants.shape, self.dim)
+
+    def sample(self, rate: float = 20.0) -> Samples:
+        """Evaluate on the grid 0, 1/rate, 2/rate, …; the last sample is the end state.
+
+        Where the duration is not a whole number of steps the grid ends one step past it, and that last sample
+        still is the state at the end.
+
+        Parameters
+        ----------
+        rate : float
+            Samples a second [Hz], positive.
+
+        Returns
+        -------
+        Samples
+            Position to snap, yaw and yaw rate.
+
+        Raises
+        ------
+        TimingError
+            If the rate is not a positive number.
+        """
+        grid = sample_times(self.duration, rate)
+        inside = np.minimum(grid, self.duration)
+        position, velocity, acceleration, jerk, snap = (self(inside, order) for order in range(5))
+        yaw, yaw_rate = self.yaw(inside), self.yaw(inside, 1)
+        return Samples(grid, position, velocity, acceleration, jerk, snap, yaw, yaw_rate)
+
+
+def sample_times(duration: float, rate: float) -> FloatArray:
+    """Return the uniform grid k/rate from 0 to the first instant at or past the duration, shape (m,) [s]."""
+    if not (isinstance(rate, (int, float, np.number)) and math.isfinite(rate) and rate > 0):
+        raise TimingError(f"the rate is {rate!r}: it must be a positive number of samples a second")
+    exact = duration * rate
+    steps = round(exact) if abs(exact - round(exact)) <= 1e-9 * max(1.0, exact) else math.ceil(exact)
+    return np.arange(max(steps, 1) + 1) / float(rate)
+
+
+def check_instants(t: FloatArray, duration: float) -> None:
+    """Raise IntervalError unless every instant of shape (m,) is in [0, duration], but for rounding."""
+    slack = ROUNDING * duration
+    if t.size and not (t.min() >= -slack and t.max() <= duration + slack):
+        bad = t[~((t >= -slack) & (t <= duration + slack))][0]
+        raise IntervalError(f"t = {bad} s is outside the path's interval [0, {duration}] s")
+
+
+def check_order(order: int) -> int:
+    """Return the derivative order as an int, or raise IntervalError if it is not a whole number >= 0."""
+    if not isinstance(order, (int, np.integer)) or isinstance(order, bool) or order < 0:
+        raise IntervalError(f"order is {order!r}: the order of a derivative is a whole number, 0 or more")
+    return int(order)

@@ -1,0 +1,63 @@
+"""Samples: a path evaluated on a uniform grid of instants, as files and vehicles take it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A path at the instants ``t``; SI units, z up, read-only arrays.
+
+    Parameters
+    ----------
+    t : ndarray, shape (m,)
+        Instants [s], strictly increasing.
+    position : ndarray, shape (m, dim)
+        [m].
+    velocity, acceleration, jerk, snap : ndarray, shape (m, dim), or None
+        [m/s], [m/s^2], [m/s^3], [m/s^4]; None where the source does not have them.
+    yaw : ndarray, shape (m,), or None
+        Heading [rad], continuous (not wrapped).
+    yaw_rate : ndarray, shape (m,), or None
+        [rad/s].
+    """
+
+    t: FloatArray
+    position: FloatArray
+    velocity: FloatArray | None = None
+    acceleration: FloatArray | None = None
+    jerk: FloatArray | None = None
+    snap: FloatArray | None = None
+    yaw: FloatArray | None = None
+    yaw_rate: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None:
+                owned = np.array(value, dtype=np.float64)
+                owned.flags.writeable = False
+                object.__setattr__(self, field.name, owned)
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def dim(self) -> int:
+        """Number of position coordinates."""
+        return int(self.position.shape[1])
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return float(self.t[-1] - self.t[0])
+
+    @property
+    def rate(self) -> float:
+        """Samples a second [Hz]: the reciprocal of the mean step; 0 for a lone sample."""
+        return (len(self.t) - 1) / self.duration if len(self.t) > 1 else 0.0

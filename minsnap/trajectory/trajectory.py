@@ -1,0 +1,306 @@
+"""Trajectory: piecewise polynomials over [0, duration], the value every other part takes or gives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
+from minsnap.polynomials.bernstein import (
+    basis,
+    differentiate,
+    gram,
+    points_to_powers,
+    powers_to_points,
+    restriction,
+    squared_norm,
+)
+from minsnap.polynomials.extrema import maximum
+from minsnap.trajectory.heading import JoinedHeading, RemappedHeading
+from minsnap.trajectory.path import ConstantHeading, Heading, Path, check_order
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BPoly, PPoly
+
+    from minsnap.trajectory.report import Report
+
+JOINT = 1e-9
+"""How far apart, relative to their size, the ends of two trajectories may be that are joined."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Path):
+    r"""Piecewise polynomials, each on its own unit interval.
+
+    Piece i is :math:`r(t) = \sum_j B_j^n(s)\, p_{ij}` with :math:`s = (t - t_i) / T_i`; pieces are half-open, the
+    last is closed.
+
+    Parameters
+    ----------
+    control_points : array_like, shape (pieces in all, degree + 1, dim)
+        Bernstein control points [m].
+    durations : array_like, shape (pieces in all,)
+        T, positive [s].
+    yaw : Heading, optional
+        Yaw as a function of time; zero unless given.
+    pieces : int
+        Polynomials a leg; a divisor of the number of pieces.
+    report : Report, optional
+        How the plan was found; None for a trajectory made otherwise.
+
+    Raises
+    ------
+    WaypointError
+        If the control points are not finite or not of that shape.
+    TimingError
+        If the durations are not positive and finite, one a piece.
+    """
+
+    control_points: FloatArray
+    durations: FloatArray
+    yaw: Heading = ConstantHeading()
+    pieces: int = 1
+    report: Report | None = None
+    breaks: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        points = _owned(self.control_points)
+        durations = _owned(self.durations)
+        if points.ndim != 3 or 0 in points.shape or not np.isfinite(points).all():
+            raise WaypointError(
+                f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}"
+            )
+        if durations.shape != points.shape[:1] or not (durations.min() > 0.0 and np.isfinite(durations).all()):
+            raise TimingError(f"durations must be positive and finite, one for each of {len(points)} pieces")
+        breaks = np.concatenate(([0.0], np.cumsum(durations)))
+        breaks.flags.writeable = False
+        for name, value in (("control_points", points), ("durations", durations), ("breaks", breaks)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def duration(self) -> float:
+        """Length of the interval [s]."""
+        return float(self.breaks[-1])
+
+    @property
+    def dim(self) -> int:
+        """Number of coordinates."""
+        return int(self.control_points.shape[2])
+
+    @property
+    def degree(self) -> int:
+        """Degree of the polynomials."""
+        return int(self.control_points.shape[1]) - 1
+
+    @property
+    def legs(self) -> int:
+        """Number of legs, from waypoint to waypoint."""
+        return len(self.durations) // self.pieces
+
+    @property
+    def leg_breaks(self) -> FloatArray:
+        """Instants of the waypoints, shape (legs + 1,) [s]."""
+        return self.breaks[:: self.pieces]
+
+    def __repr__(self) -> str:
+        return f"Trajectory(legs={self.legs}, duration={self.duration:g} s, dim={self.dim}, degree={self.degree})"
+
+    def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
+        if order > self.degree:
+            return np.zeros((len(t), self.dim))
+        piece = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.durations) - 1)
+        duration = self.durations[piece]
+        s = np.clip((t - self.breaks[piece]) / duration, 0.0, 1.0)
+        s[t == self.breaks[piece + 1]] = 1.0
+        points = differentiate(self.control_points[piece], order)
+        values = np.einsum("mj,mjd->md", basis(self.degree - order, s), points)
+        return np.asarray(values / duration[:, None] ** order) if order else values
+
+    def told(self, yaw: Heading, report: Report | None) -> Trajectory:
+        """Return the same curve with another yaw and report."""
+        twin = object.__new__(type(self))
+        twin.__dict__.update(self.__dict__, yaw=yaw, report=report)
+        return twin
+
+    def derivative(self, order: int = 1) -> Trajectory:
+        """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
+        points = differentiate(self.control_points, check_order(order))
+        return replace(self, control_points=points / self.durations[:, None, None] ** order, report=None)
+
+    def cost(self, order: int = 4) -> float:
+        r"""Integral of the squared norm of a derivative, :math:`\int \|r^{(p)}\|^2 dt`, without a factor 1/2."""
+        return float(self.piece_costs(order).sum())
+
+    def piece_costs(self, order: int = 4) -> FloatArray:
+        """Contribution of each piece to ``cost(order)``, shape (pieces in all,)."""
+        if check_order(order) > self.degree:
+            return np.zeros(len(self.durations))
+        points = differentiate(self.control_points, order)
+        squares = (points * np.matmul(gram(self.degree - order, 0), points)).sum(axis=(1, 2))
+        return np.asarray(squares * self.durations ** (1.0 - 2.0 * order))
+
+    def max_norm(self, order: int = 0) -> tuple[float, float]:
+        """Exact maximum over time of the Euclidean norm of a derivative, and the instant where it is attained."""
+        points = differentiate(self.control_points, check_order(order)) / self.durations[:, None, None] ** order
+        size = float(np.abs(points).max()) or 1.0
+        value, piece, s = maximum(squared_norm(points / size))
+        return size * float(np.sqrt(max(value, 0.0))), self._instant(piece, s)
+
+    def extent(self, direction: npt.ArrayLike, order: int = 0) -> tuple[float, float]:
+        """Exact least and greatest value over time of a derivative along a direction.
+
+        Parameters
+        ----------
+        direction : array_like, shape (dim,)
+            Any non-zero vector; it is not normalised.
+        order : int
+            0 position, 1 velocity, …
+        """
+        along = np.asarray(direction, dtype=np.float64)
+        if along.shape != (self.dim,) or not np.isfinite(along).all():
+            raise InputError(f"a direction has {self.dim} finite components here, not {direction!r}")
+        points = differentiate(self.control_points, check_order(order)) @ along / self.durations[:, None] ** order
+        return -maximum(-points)[0], maximum(points)[0]
+
+    def _instant(self, piece: int, s: float) -> float:
+        return float(self.breaks[piece] + s * self.durations[piece]) if s < 1.0 else float(self.breaks[piece + 1])
+
+    def arc_length(self, tolerance: float = 1e-10) -> float:
+        """Length of the curve [m], by adaptive Gauss-Legendre quadrature to that relative tolerance."""
+        from minsnap.polynomials.quadrature import arc_length
+
+        return arc_length(self.derivative(1), tolerance)
+
+    def between(self, start: float, end: float) -> Trajectory:
+        """Cut out [start, end] as a trajectory that begins at time 0.
+
+        Raises
+        ------
+        IntervalError
+            Unless 0 <= start < end <= duration.
+        """
+        if not 0.0 <= start < end <= self.duration:
+            raise IntervalError(f"[{start}, {end}] s is not an interval within [0, {self.duration}] s")
+        first = int(np.searchsorted(self.breaks, start, side="right")) - 1
+        last = int(np.searchsorted(self.breaks, end, side="left")) - 1
+        points = self.control_points[first : last + 1].copy()
+        durations = self.durations[first : last + 1].copy()
+        low = (start - self.breaks[first]) / self.durations[first]
+        high = (end - self.breaks[last]) / self.durations[last]
+        if first == last:
+            points[0] = _restricted(points[0], low, high)
+            durations[0] *= high - low
+        else:
+            points[0], points[-1] = _restricted(points[0], low, 1.0), _restricted(points[-1], 0.0, high)
+            durations[0] *= 1.0 - low
+            durations[-1] *= high
+        return Trajectory(points, durations, RemappedHeading(self.yaw, float(start)))
+
+    def stretched(self, factor: float) -> Trajectory:
+        """Fly the same path ``factor`` times slower: the p-th derivative is divided by factor^p."""
+        if not (np.isfinite(factor) and factor > 0.0):
+            raise TimingError(f"time can be stretched by a positive factor, not by {factor!r}")
+        return replace(
+            self, durations=self.durations * factor, yaw=RemappedHeading(self.yaw, 0.0, 1.0 / factor), report=None
+        )
+
+    def reversed(self) -> Trajectory:
+        """Fly the same path backwards."""
+        return replace(
+            self,
+            control_points=self.control_points[::-1, ::-1],
+            durations=self.durations[::-1],
+            yaw=RemappedHeading(self.yaw, self.duration, -1.0),
+            report=None,
+        )
+
+    def elevated(self, degree: int) -> Trajectory:
+        """Return the same curve written in polynomials of a higher degree."""
+        points = self.control_points
+        for n in range(self.degree, degree):
+            share = np.arange(n + 2)[:, None] / (n + 1)
+            padded = np.pad(points, ((0, 0), (1, 1), (0, 0)))
+            points = share * padded[:, :-1] + (1.0 - share) * padded[:, 1:]
+        return replace(self, control_points=points)
+
+    def then(self, other: Trajectory) -> Trajectory:
+        """Fly ``other`` after this one.
+
+        Raises
+        ------
+        WaypointError
+            If the dimensions differ or ``other`` does not begin where this one ends.
+        """
+        if other.dim != self.dim:
+            raise WaypointError(f"trajectories of {self.dim} and {other.dim} coordinates cannot be joined")
+        gap = np.abs(other.control_points[0, 0] - self.control_points[-1, -1]).max()
+        if gap > JOINT * max(np.abs(self.control_points).max(), np.abs(other.control_points).max()):
+            raise WaypointError(f"the second trajectory begins {gap} m away from where the first one ends")
+        degree = max(self.degree, other.degree)
+        points = np.concatenate([part.elevated(degree).control_points for part in (self, other)])
+        yaw = JoinedHeading(self.yaw, other.yaw, self.duration)
+        pieces = self.pieces if self.pieces == other.pieces else 1
+        return Trajectory(points, np.concatenate([self.durations, other.durations]), yaw, pieces)
+
+    def to_ppoly(self) -> PPoly:
+        """Return the same curve as scipy.interpolate.PPoly: local powers of seconds, descending."""
+        from scipy.interpolate import PPoly
+
+        powers = np.einsum("ij,mjd->imd", points_to_powers(self.degree), self.control_points)
+        powers /= self.durations[None, :, None] ** np.arange(self.degree + 1)[:, None, None]
+        return PPoly(powers[::-1], self.breaks)
+
+    @classmethod
+    def from_ppoly(cls, ppoly: PPoly, yaw: Heading | None = None) -> Trajectory:
+        """Take over a scipy.interpolate.PPoly of one trailing dimension; its first break becomes time 0."""
+        powers = _trailing_dim(ppoly.c)[::-1]
+        durations = np.diff(ppoly.x)
+        scaled = powers * durations[None, :, None] ** np.arange(len(powers))[:, None, None]
+        points = np.einsum("ji,imd->mjd", powers_to_points(len(powers) - 1), scaled)
+        return cls(points, durations, yaw or ConstantHeading())
+
+    def to_bpoly(self) -> BPoly:
+        """Return the same curve as scipy.interpolate.BPoly: the control points as they are."""
+        from scipy.interpolate import BPoly
+
+        return BPoly(self.control_points.transpose(1, 0, 2), self.breaks)
+
+    @classmethod
+    def from_bpoly(cls, bpoly: BPoly, yaw: Heading | None = None) -> Trajectory:
+        """Take over a scipy.interpolate.BPoly of one trailing dimension; its first break becomes time 0."""
+        return cls(_trailing_dim(bpoly.c).transpose(1, 0, 2), np.diff(bpoly.x), yaw or ConstantHeading())
+
+
+def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
+    """Join trajectories end to end; see ``Trajectory.then``."""
+    if not trajectories:
+        raise WaypointError("there is no trajectory to join")
+    joined = trajectories[0]
+    for trajectory in trajectories[1:]:
+        joined = joined.then(trajectory)
+    return joined
+
+
+def _owned(values: npt.ArrayLike) -> FloatArray:
+    """Return a read-only float64 array: a copy, unless it is already one that nobody can write to."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.flags.writeable or array.base is not None:
+        array = array.copy()
+        array.flags.writeable = False
+    return array
+
+
+def _restricted(points: FloatArray, low: float, high: float) -> FloatArray:
+    matrix: Any = restriction(len(points) - 1, low, high)
+    return np.asarray(np.array(matrix, dtype=np.float64) @ points)
+
+
+def _trailing_dim(coefficients: FloatArray) -> FloatArray:
+    if coefficients.ndim not in (2, 3):
+        raise WaypointError(f"a piecewise polynomial must have one trailing dimension, not {coefficients.ndim - 2}")
+    return coefficients if coefficients.ndim == 3 else coefficients[:, :, None]

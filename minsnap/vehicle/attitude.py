@@ -1,0 +1,143 @@
+r"""Attitude and its rates from a motion, with drag: the inverse dynamics in exact closed form.
+
+With drag :math:`F_B = -\operatorname{diag}(d)\,R^\top u` in the body frame, ``u`` the velocity through the air and
+``delta = d / m``, the body axes satisfy (Faessler, Franchi and Scaramuzza, *Differential flatness of quadrotor dynamics
+subject to rotor drag*, RA-L 2018)
+
+.. math:: x_B \cdot \alpha = 0,\quad y_B \cdot \beta = 0,\quad
+          \alpha = a + g e_z + \delta_x u,\quad \beta = a + g e_z + \delta_y u,
+
+and the yaw angle adds :math:`y_B \cdot x_C = 0` with :math:`x_C = (\cos\psi, \sin\psi, 0)` (Mellinger and Kumar 2011).
+Here ``delta`` may change in time with the airspeed. Differentiating the three conditions once and twice gives body
+rates and angular accelerations as solutions of one 3 x 3 system.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import GRAVITY, BoolArray, FloatArray
+from minsnap.vehicle.motion import FlatMotion, Triple, cross, dot, norm
+
+FREE_FALL = 1e-6
+"""Thrust below this part of standard gravity has no direction to rely on."""
+PARALLEL = 1e-6
+"""Thrust within this angle [rad] of the yaw direction leaves the lateral axis undefined."""
+
+
+def body_frame(motion: FlatMotion) -> tuple[Triple, BoolArray]:
+    """Return the attitude at consecutive instants, and which instants are singular.
+
+    Where thrust vanishes (free fall) the last attitude is held; where thrust is parallel to the yaw direction the last
+    lateral axis is. Both ``y_B`` and ``-y_B`` agree with thrust and yaw: through inverted flight the sign is the one
+    closer to the instant before, as Mellinger and Kumar propose.
+
+    Parameters
+    ----------
+    motion : FlatMotion
+
+    Returns
+    -------
+    frame : tuple of 3 ndarrays, shape (3, m)
+        The body's axes in the world frame.
+    singular : ndarray of bool, shape (m,)
+    """
+    lateral = cross(motion.beta[0], motion.heading[0])
+    length, lift = norm(lateral), np.minimum(norm(motion.beta[0]), norm(motion.alpha[0]))
+    falling = lift <= FREE_FALL * GRAVITY
+    singular = falling | (length <= PARALLEL * lift)
+    lateral = lateral / np.where(singular, 1.0, length)
+    lateral = _signs(lateral, motion, singular) * lateral
+    if singular.any():
+        lateral = _hold_lateral(lateral, motion, singular)
+    frame = _frame_of(lateral, motion.alpha[0])
+    return (_hold_frame(frame, falling) if falling.any() else frame), singular
+
+
+def _signs(lateral: FloatArray, motion: FlatMotion, singular: BoolArray) -> FloatArray:
+    """Return +1 or -1 an instant so that the lateral axis, seen in the turning yaw frame, never jumps."""
+    heading = motion.heading[0]
+    regular = np.flatnonzero(~singular)
+    across = (lateral[1] * heading[0] - lateral[0] * heading[1])[regular]
+    up, upright = lateral[2, regular], motion.beta[0][2, regular] > 0
+    turned = across[1:] * across[:-1] + up[1:] * up[:-1] < 0
+    flips = np.where(turned & ~(upright[1:] & upright[:-1]), -1.0, 1.0)
+    signs = np.ones(lateral.shape[1])
+    signs[regular[1:]] = np.cumprod(flips)
+    return signs
+
+
+def _last_regular(singular: BoolArray) -> npt.NDArray[np.intp]:
+    """Return for every instant the last one that is not singular, or the first such when there is none before."""
+    index = np.maximum.accumulate(np.where(singular, -1, np.arange(len(singular))))
+    return np.asarray(np.where(index < 0, int(np.argmin(singular)), index))
+
+
+def _hold_lateral(lateral: FloatArray, motion: FlatMotion, singular: BoolArray) -> FloatArray:
+    """Return lateral axes where the singular ones repeat a regular neighbour's, or the horizontal one if all are."""
+    heading = motion.heading[0]
+    if singular.all():
+        return np.stack([-heading[1], heading[0], heading[2]])
+    return np.where(singular, lateral[:, _last_regular(singular)], lateral)
+
+
+def _hold_frame(frame: Triple, falling: BoolArray) -> Triple:
+    """Return frames where those in free fall repeat a neighbour's that is not, or level if all fall."""
+    if falling.all():
+        return _frame_of(frame[1], np.broadcast_to([[0.0], [0.0], [1.0]], frame[1].shape))
+    source = _last_regular(falling)
+    return (
+        np.where(falling, frame[0][:, source], frame[0]),
+        np.where(falling, frame[1][:, source], frame[1]),
+        np.where(falling, frame[2][:, source], frame[2]),
+    )
+
+
+def _frame_of(lateral: FloatArray, alpha: FloatArray) -> Triple:
+    """Return the frame with lateral axis ``y_B`` and forward axis along ``y_B x alpha``."""
+    forward = cross(lateral, alpha)
+    length = norm(forward)
+    forward = forward / np.where(length > 0, length, 1.0)
+    return forward, lateral, cross(forward, lateral)
+
+
+def rates_of(motion: FlatMotion, frame: Triple, singular: BoolArray) -> FloatArray:
+    """Return body rates, shape (3, m) [rad/s], zero where singular: the conditions differentiated once."""
+    forward, lateral, _ = frame
+    known = (dot(forward, motion.alpha[1]), dot(lateral, motion.beta[1]), dot(lateral, motion.heading[1]))
+    return _solve(motion, frame, known, singular)
+
+
+def angular_accelerations_of(motion: FlatMotion, frame: Triple, rates: FloatArray, singular: BoolArray) -> FloatArray:
+    """Return angular accelerations, shape (3, m) [rad/s^2], zero where singular: differentiated twice."""
+    forward, lateral, vertical = frame
+    roll, pitch, turn = rates
+    forward_rate, lateral_rate = turn * lateral - pitch * vertical, roll * vertical - turn * forward
+    vertical_rate = pitch * forward - roll * lateral
+    forward_turn = turn * lateral_rate - pitch * vertical_rate
+    lateral_turn = roll * vertical_rate - turn * forward_rate
+    known = (
+        _second(motion.alpha, forward, forward_rate, forward_turn),
+        _second(motion.beta, lateral, lateral_rate, lateral_turn),
+        _second(motion.heading, lateral, lateral_rate, lateral_turn),
+    )
+    return _solve(motion, frame, known, singular)
+
+
+def _second(vector: Triple, axis: FloatArray, rate: FloatArray, turning: FloatArray) -> FloatArray:
+    """Return ``(axis . vector)''`` without the part of the angular acceleration."""
+    return dot(turning, vector[0]) + 2 * dot(rate, vector[1]) + dot(axis, vector[2])
+
+
+def _solve(motion: FlatMotion, frame: Triple, known: Triple, singular: BoolArray) -> FloatArray:
+    """Solve the three differentiated conditions for rates or angular accelerations, zero where singular."""
+    alpha, beta, heading = motion.alpha[0], motion.beta[0], motion.heading[0]
+    forward, lateral, vertical = frame
+    up_beta, forward_beta = dot(vertical, beta), dot(forward, beta)
+    up_heading, forward_heading = dot(vertical, heading), dot(forward, heading)
+    determinant = np.where(singular, np.inf, up_beta * forward_heading - forward_beta * up_heading)
+    roll = (known[2] * forward_beta - known[1] * forward_heading) / determinant
+    turn = (known[2] * up_beta - known[1] * up_heading) / determinant
+    pitch = (turn * dot(lateral, alpha) + known[0]) / np.where(singular, np.inf, dot(vertical, alpha))
+    return np.stack([roll, pitch, turn])

@@ -1,0 +1,111 @@
+"""Walls as polynomials of a trajectory, against plain evaluation; and a constraint of a user's own."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.corridors.constraint import Balls, Faces
+from minsnap.errors import CorridorError
+from minsnap.trajectory.trajectory import Trajectory
+
+RANDOM = np.random.default_rng(0)
+
+
+def random_trajectory(pieces=1):
+    return Trajectory(RANDOM.normal(size=(3 * pieces, 8, 3)), RANDOM.uniform(0.5, 2.0, 3 * pieces), pieces=pieces)
+
+
+def on_piece(traj, piece, order, s):
+    t = traj.breaks[piece] + s * traj.durations[piece]
+    return traj(np.clip(t, traj.breaks[piece], np.nextafter(traj.breaks[piece + 1], 0.0)), order)
+
+
+@pytest.mark.parametrize("pieces", (1, 2))
+@pytest.mark.parametrize("order", (0, 1, 2))
+def test_faces_are_distances_to_planes(order, pieces):
+    traj = random_trajectory(pieces)
+    leg = np.array([0, 2, 2])
+    normal, anchor = RANDOM.normal(size=(2, 3, 3))
+    lower, upper = np.array([-1.0, -np.inf, 0.5]), np.array([np.inf, 2.0, 3.0])
+    faces = Faces(leg, normal, anchor, lower, upper, np.ones(3), order)
+    inside, row, piece = faces.polynomials(traj)
+    assert len(inside) == 4 * pieces
+    s = np.linspace(0.01, 0.99, 7)
+    found = Trajectory(inside[:, :, None], np.ones(len(inside)))
+    for number, (r, p) in enumerate(zip(row, piece, strict=True)):
+        assert p // pieces == leg[r]
+        along = (on_piece(traj, p, order, s) - anchor[r]) @ normal[r]
+        values = found(number + s)[:, 0]
+        matches = [np.abs(values - side).max() for side in (upper[r] - along, along - lower[r])]
+        assert min(matches) <= 1e-9 * (1.0 + np.abs(along).max())
+
+
+@pytest.mark.parametrize("slope", (None, [(0.0, 0.0, 0.5), (0.1, -0.2, 0.0)]))
+@pytest.mark.parametrize("order", (0, 1))
+def test_balls_and_cones_are_differences_of_squares(order, slope):
+    traj = random_trajectory()
+    matrix, anchor = RANDOM.normal(size=(2, 2, 3)), RANDOM.normal(size=(2, 3))
+    balls = Balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope)
+    excess, row, piece = balls.excess(traj)
+    s = np.linspace(0.01, 0.99, 7)
+    found = Trajectory(excess[:, :, None], np.ones(len(excess)))
+    for number, (r, p) in enumerate(zip(row, piece, strict=True)):
+        offset = on_piece(traj, p, order, s) - anchor[r]
+        reach = balls.radius[r] + (offset @ np.array(slope[r]) if slope else 0.0)
+        expected = (((offset @ matrix[r].T) ** 2).sum(axis=1) - reach**2) / (2.0 * balls.radius[r] ** 2)
+        assert found(number + s)[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+
+
+def test_what_is_not_a_number_is_refused():
+    with pytest.raises(CorridorError, match="the lower of a wall of the fence is not a number"):
+        Faces([0], [[1.0, 0.0]], [[0.0, 0.0]], [np.nan], [1.0], [1.0], name="fence")
+    with pytest.raises(CorridorError, match="the radius of a wall of the corridor is not a number"):
+        Balls([0], np.eye(2)[None], [[0.0, 0.0]], [np.nan])
+
+
+def test_walls_cannot_be_changed():
+    upper = np.array([1.0])
+    faces = Faces([0], [[1.0, 0.0]], [[0.0, 0.0]], [-1.0], upper, [1.0])
+    upper[0] = 5.0
+    assert faces.upper[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        faces.upper[0] = 5.0
+
+
+class SlowCorner:
+    """No coordinate of the velocity exceeds a bound on any leg: a constraint of a user's own."""
+
+    def __init__(self, speed):
+        self.speed = speed
+
+    def walls(self, waypoints):
+        legs, dim = len(waypoints) - 1, waypoints.shape[1]
+        leg, normal = np.repeat(np.arange(legs), dim), np.tile(np.eye(dim), (legs, 1))
+        bound = np.full(legs * dim, self.speed)
+        return [Faces(leg, normal, np.zeros(normal.shape), -bound, bound, bound, order=1, name="speed")]
+
+
+def test_a_bound_on_a_derivative_holds_at_every_instant():
+    points, durations = [(0, 0), (4, 0), (4, 3)], [3.0, 3.0]
+    free = minsnap.plan(points, durations)
+    slow = minsnap.plan(points, durations, corridor=SlowCorner(2.0))
+    assert np.abs(free.derivative().control_points).max() > 2.0
+    assert max(max(map(abs, slow.extent(axis, 1))) for axis in np.eye(2)) <= 2.0
+    assert minsnap.certify(slow, points, SlowCorner(2.0)).ok
+    assert not minsnap.certify(free, points, SlowCorner(2.0)).ok
+    assert slow.cost() > free.cost()
+
+
+def test_constraints_of_several_kinds_hold_together():
+    points, durations = [(0, 0), (4, 0), (4, 3)], [3.0, 3.0]
+    asked = [minsnap.Tube(0.2), SlowCorner(2.2)]
+    traj = minsnap.plan(points, durations, corridor=asked)
+    for one in (asked, *asked):
+        assert minsnap.certify(traj, points, one).ok
+    assert traj.cost() >= max(minsnap.plan(points, durations, corridor=one).cost() for one in asked) * (1 - 2e-6)
+
+
+def test_bounds_on_a_derivative_that_cannot_hold_are_refused_in_a_sentence():
+    with pytest.raises(minsnap.MinsnapError) as caught:
+        minsnap.plan([(0, 0), (4, 0)], [1.0], corridor=SlowCorner(3.9))
+    assert caught.value.exit_status == 1

@@ -1,0 +1,82 @@
+"""Where the curve passes: waypoints, positions of the ends, and overlaps instead of waypoints."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Boxes
+from minsnap.corridors.knot_regions import place
+from minsnap.errors import CorridorError, WaypointError
+
+PAIR = Boxes([[0, 0], [2, 0]], [[3, 1], [5, 1]])
+
+
+def test_nominal_points_are_the_centres_of_the_overlaps():
+    placement = place(None, None, [PAIR], {"position": (0.5, 0.5)}, {"position": (4.5, 0.2)}, False)
+    assert placement.points == pytest.approx(np.array([(0.5, 0.5), (2.5, 0.5), (4.5, 0.2)]))
+    assert placement.lower + placement.points == pytest.approx(np.array([(0.5, 0.5), (2, 0), (4.5, 0.2)]))
+    assert placement.upper + placement.points == pytest.approx(np.array([(0.5, 0.5), (3, 1), (4.5, 0.2)]))
+    assert placement.start == {} and placement.end == {}
+
+
+def test_room_moves_nominal_points_inside():
+    room = minsnap.Room((0.0, 0.0), (9.0, 0.3))
+    placement = place(None, None, [PAIR, room], {"position": (0.5, 0.1)}, {"position": (4.5, 0.2)}, False)
+    assert placement.points[1] == pytest.approx([2.5, 0.15])
+    assert (placement.upper + placement.points)[1] == pytest.approx([3.0, 0.3])
+
+
+def test_every_leg_has_a_length_though_a_path_starts_where_it_would_pass():
+    placement = place(None, None, [PAIR], {"position": (2.5, 0.5)}, {"position": (4.5, 0.2)}, False)
+    assert (np.diff(placement.points, axis=0) != 0.0).any(axis=1).all()
+    ends = {"start": {"position": (2.5, 0.5)}, "end": {"position": (4.5, 0.2)}}
+    traj = minsnap.plan(None, total_time=4, split="distance", corridor=PAIR, **ends)
+    assert traj.report.corridor_margin >= 0.0 and traj(0.0) == pytest.approx([2.5, 0.5])
+
+
+def test_ends_have_derivatives_beside_their_positions():
+    start = {"position": (0.5, 0.5), "velocity": (1.0, 0.0)}
+    traj = minsnap.plan(None, [2, 2], corridor=PAIR, start=start, end={"position": (4.5, 0.5)})
+    assert traj(0.0, 1) == pytest.approx([1.0, 0.0]) and traj(4.0, 1) == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
+def test_position_that_agrees_with_its_waypoint_is_welcome():
+    traj = minsnap.plan([(0, 0), (1, 1)], [1], start={"position": (0, 0)})
+    assert traj.cost() == pytest.approx(minsnap.plan([(0, 0), (1, 1)], [1]).cost())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"corridor": PAIR}, WaypointError, "where to start: give start="),
+        ({"corridor": PAIR, "start": {"position": (0.5, 0.5)}}, WaypointError, "where to end: give end="),
+        (
+            {"corridor": PAIR, "start": {"position": (1, 1, 1)}},
+            WaypointError,
+            "start has 3 coordinates and the corridor 2",
+        ),
+        ({"corridor": PAIR, "start": {"position": "here"}}, WaypointError, "position of start is 'here'"),
+        ({"corridor": PAIR, "start": {"position": (np.nan, 0)}}, WaypointError, "one finite number an axis"),
+        ({"corridor": 0.3, "start": {"position": (0, 0)}}, CorridorError, "needs a corridor of Boxes or Polytopes"),
+        ({"start": {"position": (0, 0)}}, CorridorError, "needs a corridor of Boxes or Polytopes"),
+        ({"corridor": PAIR, "waypoint_tolerance": 0.1}, WaypointError, "waypoint_tolerance needs waypoints"),
+        (
+            {"waypoints": [(0, 0), (1, 1)], "durations": [1], "start": {"position": (0, 0.1)}},
+            WaypointError,
+            r"start is at \(0, 0.1\) but its waypoint at \(0, 0\)",
+        ),
+        (
+            {"waypoints": [(0, 0), (1, 1)], "durations": [1], "end": {"position": (0, 0.1)}},
+            WaypointError,
+            "end is at",
+        ),
+        (
+            {"corridor": Boxes([[0, 0]], [[1, 1]]), "durations": [1], "closed": True, "start": {"position": (0, 0)}},
+            WaypointError,
+            "give neither start= nor end=",
+        ),
+    ],
+)
+def test_contradictions_and_gaps_are_named(arguments, error, message):
+    with pytest.raises(error, match=message):
+        minsnap.plan(**{"waypoints": None, "durations": [2, 2], **arguments})

@@ -1,0 +1,137 @@
+"""Boxes from occupancy grids: free, connected, holding the path, and what is refused."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import corridor_from_grid
+from minsnap.corridors.grid_boxes import grown
+from minsnap.corridors.grid_path import connected, visited
+from minsnap.errors import CorridorError
+
+GRID = np.zeros((30, 20), dtype=int)
+GRID[10, :15] = GRID[20, 5:] = 1
+PATH = [(0.5, 0.5), (0.9, 1.75), (1.25, 1.75), (1.75, 0.2), (2.25, 0.2), (2.9, 1.9)]
+
+
+def covered(boxes, shape, resolution):
+    """Cells of each box, by their corners."""
+    low = np.round(boxes.lower / resolution).astype(int)
+    high = np.round(boxes.upper / resolution).astype(int)
+    assert np.allclose(boxes.lower / resolution, low) and np.allclose(boxes.upper / resolution, high)
+    assert (low >= 0).all() and (high <= shape).all()
+    return [tuple(slice(a, b) for a, b in zip(*corner, strict=True)) for corner in zip(low, high, strict=True)]
+
+
+def test_boxes_are_free_and_lead_from_start_to_end():
+    found = corridor_from_grid(GRID, 0.1, PATH)
+    assert not any(GRID[cells].any() for cells in covered(found.boxes, GRID.shape, 0.1))
+    assert (found.boxes.lower[0] <= PATH[0]).all() and (PATH[0] <= found.boxes.upper[0]).all()
+    assert (found.boxes.lower[-1] <= PATH[-1]).all() and (PATH[-1] <= found.boxes.upper[-1]).all()
+    assert found.waypoints.shape == (len(found.boxes) + 1, 2)
+
+
+def test_boxes_cannot_grow_any_further():
+    found = corridor_from_grid(GRID, 0.1, PATH)
+    for cells in covered(found.boxes, GRID.shape, 0.1):
+        for axis in (0, 1):
+            for at in (cells[axis].start - 1, cells[axis].stop):
+                layer = list(cells)
+                layer[axis] = at
+                assert not 0 <= at < GRID.shape[axis] or GRID[tuple(layer)].any()
+
+
+def test_plan_through_them_never_meets_an_obstacle():
+    found = corridor_from_grid(GRID, 0.1, PATH)
+    traj = minsnap.plan(None, total_time=12, split="distance", corridor=found.boxes, start=found.start, end=found.end)
+    assert minsnap.certify(traj, corridor=found.boxes).ok
+    cells = np.floor(traj(np.linspace(0, traj.duration, 3000)) / 0.1).astype(int)
+    assert not GRID[tuple(np.minimum(cells, np.array(GRID.shape) - 1).T)].any()
+
+
+def test_boxes_keep_the_clearance_from_every_obstacle():
+    path = [(0.5, 0.5), (0.55, 1.75), (1.55, 1.75), (1.55, 0.2), (2.55, 0.2), (2.6, 1.9)]
+    found = corridor_from_grid(GRID, 0.1, path, clearance=0.15)
+    taken = np.argwhere(GRID) * 0.1
+    for lower, upper in zip(found.boxes.lower, found.boxes.upper, strict=True):
+        gap = np.maximum(np.maximum(taken - upper, lower - taken - 0.1), 0.0)
+        assert 0.15 - 1e-9 <= np.linalg.norm(gap, axis=1).min() <= 0.2 + 1e-9
+
+
+def test_obstacles_grow_by_all_cells_that_have_a_point_too_near():
+    draw = np.random.default_rng(0)
+    size = np.array([0.1, 0.15, 0.2])
+    for clearance in (0.05, 0.2, 0.25, 0.41, 9.0):
+        taken = draw.random((9, 8, 7)) < 0.01
+        taken[4, 4, 4] = True
+        apart = np.abs(np.argwhere(np.ones_like(taken))[:, None] - np.argwhere(taken)[None])
+        near = np.linalg.norm(np.maximum(apart - 1, 0) * size, axis=2).min(axis=1) < clearance
+        assert np.array_equal(grown(taken, clearance, size).reshape(-1), near)
+
+
+def test_random_grids_in_space_are_crossed_along_any_free_path():
+    draw = np.random.default_rng(4)
+    for _ in range(20):
+        grid = draw.random((12, 10, 8)) < 0.35
+        cells = [np.array([0, 0, 0])]
+        for _ in range(60):
+            step = np.zeros(3, dtype=int)
+            step[draw.integers(3)] = draw.choice([-1, 1])
+            cells.append(np.clip(cells[-1] + step, 0, np.array(grid.shape) - 1))
+        grid[tuple(np.array(cells).T)] = False
+        origin, size = np.array([-3.0, 2.0, 0.5]), np.array([0.2, 0.3, 0.4])
+        found = corridor_from_grid(grid, size, origin + size * (np.array(cells) + 0.5), origin)
+        shifted = minsnap.Boxes((found.boxes.lower - origin) / size, (found.boxes.upper - origin) / size)
+        assert not any(grid[inside].any() for inside in covered(shifted, grid.shape, 1.0))
+        low, high = shifted.passages()[1:]
+        assert (high - low > 0.99).all()
+
+
+def test_empty_grid_is_one_box_and_its_side_can_be_bounded():
+    grid = np.zeros((40, 10))
+    assert len(corridor_from_grid(grid, 0.1, [(0.05, 0.05), (3.95, 0.95)]).boxes) == 1
+    found = corridor_from_grid(grid, 0.1, [(0.05, 0.05), (3.95, 0.95)], largest=1.0)
+    assert (found.boxes.upper - found.boxes.lower).max() <= 1.0 + 1e-9 and len(found.boxes) > 3
+
+
+@pytest.mark.parametrize("corner", [(0, 1), (1, 0)])
+def test_step_through_a_corner_goes_round_by_the_free_side(corner):
+    grid = np.zeros((2, 2), dtype=int)
+    grid[corner] = 1
+    found = corridor_from_grid(grid, 1.0, [(0.5, 0.5), (1.5, 1.5)])
+    assert not any(grid[cells].any() for cells in covered(found.boxes, grid.shape, 1.0))
+    grid[corner[::-1]] = 1
+    with pytest.raises(CorridorError, match="meets a cell that is occupied"):
+        corridor_from_grid(grid, 1.0, [(0.5, 0.5), (1.5, 1.5)])
+
+
+def test_visited_cells_are_those_that_fine_sampling_finds():
+    draw = np.random.default_rng(1)
+    points = draw.random((40, 3)) * [12, 10, 8]
+    shape, ones = np.array([12, 10, 8]), np.ones(3)
+    cells = connected(np.ones(shape, dtype=bool), visited(shape, points, ones, 0 * ones), ones, 0 * ones)
+    assert (np.abs(np.diff(cells, axis=0)).sum(axis=1) == 1).all()
+    s = np.linspace(0, 1, 4000)[:, None]
+    fine = np.concatenate([a + s * (b - a) for a, b in zip(points[:-1], points[1:], strict=True)])
+    assert set(map(tuple, np.floor(fine).astype(int))) <= set(map(tuple, cells))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"occupancy": np.zeros(5)}, r"2 or 3 axes of numbers, 0 where free, not shape \(5,\)"),
+        ({"occupancy": np.full((3, 3), "x")}, "2 or 3 axes of numbers"),
+        ({"resolution": 0.0}, "a cell has a positive side"),
+        ({"resolution": (0.1, 0.1, 0.1)}, "resolution is .* give one number, or 2"),
+        ({"resolution": np.nan}, "every entry must be finite"),
+        ({"origin": (0, 0, 0)}, "origin is"),
+        ({"path": [(0.5, 0.5), (3.5, 0.5)]}, r"point 1 of the path, \(3.5, 0.5\), is outside the grid"),
+        ({"path": [(0.5, 0.5), (1.5, 0.5)]}, r"occupied or too near to one at \(1.05, 0.55\)"),
+        ({"path": [(0.5, 0.5, 0.5), (1.5, 0.5, 0.5)]}, "the path has 3 coordinates and the grid 2 axes"),
+        ({"clearance": -1.0}, "the clearance is -1.0"),
+        ({"clearance": 0.2}, "too near to one"),
+    ],
+)
+def test_bad_input_is_refused(arguments, message):
+    with pytest.raises(CorridorError, match=message):
+        corridor_from_grid(**{"occupancy": GRID, "resolution": 0.1, "path": PATH, **arguments})

@@ -1,0 +1,112 @@
+"""Dataflash logs written here by ArduPilot's format, message by message, and read through pymavlink."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from minsnap.errors import FileError
+from minsnap.files.flights import load_flight, load_reference
+from minsnap.files.logs.dataflash import read_dataflash
+
+FMT = (0x80, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
+PSC = {
+    axis: (k, f"PSC{axis}", "Qffffffff", f"TimeUS,TP{axis},P{axis},DV{axis},TV{axis},V{axis},DA{axis},TA{axis},A{axis}")
+    for k, axis in ((0x90, "N"), (0x91, "E"), (0x92, "D"))
+}
+ATT = (0x93, "ATT", "Qff", "TimeUS,DesYaw,Yaw")
+XKF = (0x94, "XKF1", "QBffffff", "TimeUS,C,VN,VE,VD,PN,PE,PD")
+SIZES = {"Q": 8, "f": 4, "B": 1, "n": 4, "N": 16, "Z": 64}
+
+
+def record(kind, *values):
+    codes = {"Q": "Q", "f": "f", "B": "B", "n": "4s", "N": "16s", "Z": "64s"}
+    packed = struct.pack("<" + "".join(codes[c] for c in kind[2]), *values)
+    return bytes([0xA3, 0x95, kind[0]]) + packed
+
+
+def format_of(kind):
+    length = 3 + sum(SIZES[c] for c in kind[2])
+    return record(FMT, kind[0], length, kind[1].encode(), kind[2].encode(), kind[3].encode())
+
+
+def controlled(count=200):
+    """North 0.5 t wanted, 0.1 m behind; east sin t wanted and flown; 1.5 m up; turning through north."""
+    out = b"".join(format_of(kind) for kind in (FMT, *PSC.values(), ATT))
+    for k in range(count):
+        t, stamp = k * 0.05, 30_000_000 + 50_000 * k
+        north = (0.5 * t, 0.5 * t - 0.1, 0, 0.5, 0.5, 0, 0, 0)
+        east = (np.sin(t), np.sin(t), 0, np.cos(t), np.cos(t), 0, -np.sin(t), -np.sin(t))
+        down = (-1.5, -1.5, 0, 0, 0, 0, 0, 0)
+        for lag, (axis, values) in enumerate(zip("NED", (north, east, down), strict=True)):
+            out += record(PSC[axis], stamp + 4 * lag, *values)
+        out += record(ATT, stamp, (350 + 5 * t) % 360, (349 + 5 * t) % 360)
+    return out
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "flight.bin"
+    path.write_bytes(controlled())
+    return path
+
+
+def test_targets_and_positions_of_the_controller(log):
+    read = read_dataflash(log)
+    assert read.damage is None and read.start == 30.0
+    t = read.flight.t
+    np.testing.assert_allclose(read.flight.position, np.stack([np.sin(t), 0.5 * t - 0.1, 1.5 + 0 * t], 1), atol=1e-5)
+    np.testing.assert_allclose(read.reference.position[:, 1], 0.5 * t, atol=1e-5)
+    np.testing.assert_allclose(read.reference.velocity[:, 0], np.cos(t), atol=1e-5)
+    np.testing.assert_allclose(read.reference.acceleration[:, 0], -np.sin(t), atol=1e-5)
+    np.testing.assert_allclose(np.diff(read.flight.yaw), -np.radians(0.25), atol=1e-5)
+    np.testing.assert_allclose(read.flight.yaw - read.reference.yaw, np.radians(1), atol=1e-5)
+
+
+def test_flights_are_loaded_by_their_ending(log):
+    assert len(load_flight(log)) == len(load_reference(log)) == 200
+
+
+def test_without_a_controller_there_is_the_estimate_of_the_first_core(tmp_path):
+    out = format_of(FMT) + format_of(XKF)
+    for k in range(50):
+        for core in (0, 1):
+            out += record(XKF, 1_000_000 + 100_000 * k, core, 1, 2, 3, 10 * core + k, 0, -1)
+    path = tmp_path / "flight.bin"
+    path.write_bytes(out)
+    read = read_dataflash(path)
+    assert read.reference is None
+    assert read.flight.position[:, 1].tolist() == list(range(50))
+    assert read.flight.velocity[0].tolist() == [2, 1, -3]
+
+
+def test_a_damaged_log_gives_what_there_is_and_says_so(tmp_path, log):
+    raw = bytearray(log.read_bytes())
+    middle = len(raw) // 2
+    raw[middle : middle + 400] = bytes(400)
+    path = tmp_path / "broken.bin"
+    path.write_bytes(raw)
+    read = read_dataflash(path)
+    assert 150 < len(read.flight) < 200
+    assert "is damaged; " in read.damage and f"{len(read.flight)} positions" in read.damage
+
+
+def test_a_log_cut_short_is_read_to_its_end(tmp_path, log):
+    path = tmp_path / "cut.bin"
+    path.write_bytes(log.read_bytes()[:-1000])
+    assert 150 < len(read_dataflash(path).flight) < 200
+
+
+@pytest.mark.parametrize("content", [b"", b"t,x,y,z\n" * 100, bytes(600)])
+def test_what_is_no_log(tmp_path, content):
+    path = tmp_path / "flight.bin"
+    path.write_bytes(content)
+    with pytest.raises(FileError):
+        read_dataflash(path)
+
+
+def test_a_log_without_positions(tmp_path):
+    path = tmp_path / "flight.bin"
+    path.write_bytes(format_of(FMT) + format_of(ATT) + record(ATT, 1, 0, 0))
+    with pytest.raises(FileError, match="holds no positions"):
+        read_dataflash(path)

@@ -1,0 +1,122 @@
+"""Limits: what is refused, what they are as walls, and that walls and measures say the same."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.certificate import nearest_wall
+from minsnap.errors import LimitError
+from minsnap.limits.limits import Limits
+
+POINTS = np.array([(0.0, 0.0, 1.0), (3.0, 1.0, 2.0), (4.0, -2.0, 0.5), (0.0, 0.0, 1.0)])
+
+
+@pytest.fixture(scope="module")
+def path():
+    return minsnap.plan(POINTS, [2.0, 1.7, 2.4])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"speed": 0}, "speed is 0: it must be positive"),
+        ({"acceleration": -1.0}, "acceleration is -1.0: it must be positive"),
+        ({"jerk": float("nan")}, "jerk is nan"),
+        ({"snap": float("inf")}, "snap is inf"),
+        ({"speed": "3"}, "speed is '3': it must be a number"),
+        ({"speed": True}, "must be a number"),
+        ({"climb_speed": [1.0, 2.0]}, "climb_speed is .* must be a number"),
+        ({"norm": "manhattan"}, "use 'euclidean' or 'axis'"),
+        ({"speed": 1.0, "gravity": 0.0}, "gravity is 0.0"),
+    ],
+)
+def test_what_is_no_limit_is_named(given, said):
+    with pytest.raises(LimitError, match=said):
+        Limits(**given)
+
+
+@pytest.mark.parametrize(
+    ("given", "attribute", "value"),
+    [
+        ({"max_thrust": 0.9}, "smallest", 1.0),
+        ({"max_thrust": 1.0}, "smallest", 1.0),
+        ({"min_thrust": 1.2}, "largest", 1.0),
+        ({"tilt": 1.6}, "largest", np.pi / 2.0),
+    ],
+)
+def test_what_cannot_hover_is_refused_with_the_value_that_would_do(given, attribute, value):
+    with pytest.raises(LimitError) as refused:
+        Limits(**given)
+    assert getattr(refused.value, attribute) == value
+    assert refused.value.exit_status == 2 and isinstance(refused.value, ValueError)
+
+
+def test_only_limits_that_are_set_are_given():
+    assert Limits(speed=3.0, tilt=0.5, norm="axis", gravity=3.7).given() == {"speed": 3.0, "tilt": 0.5}
+    assert Limits().given() == {}
+
+
+@pytest.mark.parametrize("name", ["tilt", "max_thrust", "climb_speed", "horizontal_speed", "body_rate"])
+def test_limits_in_space_need_three_coordinates(name):
+    limits = Limits(**{name: 1.2})
+    plane = minsnap.plan(POINTS[:, :2], [2.0, 1.7, 2.4])
+    with pytest.raises(LimitError, match=f"{name} needs three coordinates"):
+        limits.utilisation(plane)
+    with pytest.raises(LimitError, match=f"{name} needs three coordinates"):
+        minsnap.plan(POINTS[:, :2], limits=limits)
+
+
+CONVEX = {
+    "speed": 2.0,
+    "acceleration": 4.0,
+    "jerk": 20.0,
+    "snap": 90.0,
+    "horizontal_speed": 2.0,
+    "horizontal_acceleration": 4.0,
+    "climb_speed": 0.8,
+    "descent_speed": 0.8,
+    "vertical_speed": 0.8,
+    "vertical_acceleration": 2.0,
+    "max_thrust": 1.1,
+    "tilt": 0.3,
+}
+
+
+@pytest.mark.parametrize("norm", ["euclidean", "axis"])
+@pytest.mark.parametrize("name", CONVEX)
+def test_walls_are_touched_where_the_measure_is_one(path, name, norm):
+    """Take the measured maximum itself as limit, barely more, barely less: walls and measure change sides there."""
+    value = Limits(**{name: CONVEX[name], "norm": norm}).utilisation(path)[0].value
+    for factor in (1.0 - 1e-6, 1.0 + 1e-6):
+        limits = Limits(**{name: value * factor, "norm": norm})
+        inside = nearest_wall(path, limits.walls(POINTS)).value >= 0.0
+        assert inside == (limits.utilisation(path)[0].fraction <= 1.0) == (factor > 1.0)
+
+
+def test_the_wall_of_a_least_thrust_is_on_the_safe_side(path):
+    """Its vertical part alone: inside the wall the thrust is at least as large."""
+    least = 1.0 + path(np.linspace(0.0, path.duration, 20001), 2)[:, 2].min() / Limits().gravity
+    limits = Limits(min_thrust=float(least) * (1.0 - 1e-6))
+    assert nearest_wall(path, limits.walls(POINTS)).value >= 0.0
+    assert limits.utilisation(path)[0].fraction <= 1.0
+    assert nearest_wall(path, Limits(min_thrust=float(least) * (1.0 + 1e-6)).walls(POINTS)).value < 0.0
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_axis_limits_hold_for_each_axis_and_are_weaker(path, order):
+    name = {1: "speed", 2: "acceleration"}[order]
+    values = path(np.linspace(0.0, path.duration, 20001), order)
+    axis = Limits(**{name: 1.0, "norm": "axis"}).utilisation(path)[0].value
+    norm = Limits(**{name: 1.0}).utilisation(path)[0].value
+    assert axis == pytest.approx(np.abs(values).max(), rel=1e-6)
+    assert norm == pytest.approx(np.linalg.norm(values, axis=1).max(), rel=1e-6)
+    assert axis < norm
+
+
+def test_climbing_and_descending_have_limits_of_their_own():
+    up_and_down = [(0, 0, 0), (0, 0, 5), (0, 0, 0)]
+    path = minsnap.plan(up_and_down, limits=Limits(climb_speed=2.0, descent_speed=0.5, acceleration=5.0))
+    speed = path(np.linspace(0.0, path.duration, 20001), 1)[:, 2]
+
+    assert speed.max() <= 2.0 + 1e-9 and speed.min() >= -0.5 - 1e-9
+    assert speed.max() > 2.0 * -speed.min(), "the climb may be faster than the descent"

@@ -1,0 +1,93 @@
+"""Walls that give way at a price: the least relaxation, against bisection, and what its multipliers say."""
+
+import numpy as np
+import pytest
+from tasks import random_legs, task_of
+
+from minsnap.certificate import nearest_wall
+from minsnap.corridors.tubes import Tube
+from minsnap.limits.limits import Limits
+from minsnap.optimisation.elastic import Elastic, Give
+from minsnap.optimisation.master_qp import InfeasibleRowsError
+from minsnap.optimisation.normalised_constraints import compile_walls
+from minsnap.optimisation.solve import solve
+from minsnap.optimisation.unconstrained import unbounded_optimum
+from minsnap.time_allocation.least_time import give_limits
+from minsnap.trajectory.trajectory import Trajectory
+
+
+def relaxed(task, durations, **options):
+    units = task.units(durations)
+    problem = task.problem(durations, units)
+    compiled = compile_walls(task, problem, units)
+    give = options.pop("give", None) or give_limits(compiled)
+    return Elastic(problem, unbounded_optimum(problem), compiled, "auto", give, **options).run()
+
+
+def can_be_flown(task, durations):
+    try:
+        solve(task, durations)
+    except InfeasibleRowsError:
+        return False
+    return True
+
+
+def bisected(task_with, low, high, steps=24):
+    """The least number that makes the task solvable."""
+    for _ in range(steps):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if task_with(middle) else (middle, high)
+    return high
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_slack_for_all_widths_is_the_least_that_does(seed):
+    """C4 at degree 7 leaves a narrow corridor without a solution; every width may give way alike."""
+    points, durations = random_legs(seed, 4)
+    task = task_of(points, Tube(1e-3), continuity=5)
+    walls = sum(2 * len(wall.leg) for wall in task.walls)
+    found = relaxed(task, durations, give=Give(np.zeros(walls, int), np.ones(walls), 1), trace=1e-6, accuracy=1e-6)
+
+    def fits(width):
+        return can_be_flown(task_of(points, Tube(width), continuity=5), durations)
+
+    least = bisected(fits, 1e-3, 20.0)
+    assert 1e-3 * (1.0 + found.slacks[0]) == pytest.approx(least, rel=2e-3)
+
+
+@pytest.mark.parametrize(("name", "order"), [("speed", 1), ("acceleration", 2), ("jerk", 3)])
+@pytest.mark.parametrize("seed", range(3))
+def test_relaxation_of_one_limit_is_the_least_that_can_be_kept(seed, name, order):
+    """A limit of order n moves by n times the slack, as it does where time is stretched a little."""
+    points, durations = random_legs(seed, 3)
+    found = relaxed(task_of(points, Tube(0.3), Limits(**{name: 0.5})), durations)
+    assert found.slacks[0] > 0.0
+
+    def keeps(limit):
+        return can_be_flown(task_of(points, Tube(0.3), Limits(**{name: limit})), durations)
+
+    least = bisected(keeps, 0.5, 2e5, 36)
+    assert 0.5 * (1.0 + order * found.slacks[0]) == pytest.approx(least, rel=5e-3)
+
+
+def test_walls_that_stand_do_not_give():
+    points, durations = random_legs(1, 3)
+    task = task_of(points, Tube(0.05), Limits(speed=0.5))
+    found, units = relaxed(task, durations), task.units(durations)
+    curve = task.problem(durations, units).control_points(found.knots, task.positions, units.length)
+    assert nearest_wall(Trajectory(curve, durations), Tube(0.05).walls(points)).value >= -1e-3 * 0.05
+    assert nearest_wall(Trajectory(curve, durations), Limits(speed=0.5).walls(points)).value < 0.0
+
+
+def test_nothing_to_relax_gives_the_lowest_slack():
+    """Far slower than the limit: the walls may be drawn in as far as allowed."""
+    points, durations = random_legs(2, 3)
+    found = relaxed(task_of(points, limits=Limits(speed=1e3)), durations)
+    assert found.slacks[0] == pytest.approx(-0.5, abs=1e-3)
+
+
+def test_slack_below_zero_says_how_far_a_limit_is_from_binding():
+    points, durations = random_legs(2, 3)
+    least = bisected(lambda speed: can_be_flown(task_of(points, limits=Limits(speed=speed)), durations), 0.1, 50.0)
+    found = relaxed(task_of(points, limits=Limits(speed=1.25 * least)), durations)
+    assert 1.0 + found.slacks[0] == pytest.approx(1.0 / 1.25, rel=5e-3)

@@ -1,0 +1,77 @@
+"""Why nothing fits: the smallest width and the stretch of time that would do, against bisection."""
+
+import re
+
+import numpy as np
+import pytest
+from tasks import REFERENCE, random_legs
+
+import minsnap
+from minsnap.errors import InfeasibleError
+from minsnap.limits.limits import Limits
+
+TIMES = np.array([4.0, 2.0, 4.0, 2.0])
+
+
+def refusal(*given, **options):
+    with pytest.raises(InfeasibleError) as refused:
+        minsnap.plan(*given, **options)
+    assert refused.value.exit_status == 1
+    return refused.value
+
+
+def fits(*given, **options):
+    try:
+        minsnap.plan(*given, **options)
+    except InfeasibleError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("continuity", [4, 5])
+def test_smallest_width_is_that_of_a_bisection(continuity):
+    refused = refusal(REFERENCE, TIMES, corridor=1e-3, continuity=continuity)
+    low, high = 1e-3, refused.smallest_width
+    assert fits(REFERENCE, TIMES, corridor=high, continuity=continuity), "it would do"
+    for _ in range(14):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if fits(REFERENCE, TIMES, corridor=middle, continuity=continuity) else (middle, high)
+    assert refused.smallest_width == pytest.approx(high, rel=2e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_widths_said_for_legs_that_differ_would_do(seed):
+    points, durations = random_legs(seed, 4)
+    widths = 1e-3 * np.array([1.0, 2.0, 1.0, 2.0])
+    refused = refusal(points, durations, corridor=widths, continuity=5)
+    named = {refused.leg: refused.smallest_width}
+    named |= {int(leg): float(width) for width, leg in re.findall(r"([\d.e-]+) m on leg (\d)", str(refused))}
+    wider = np.array([max(width, named.get(leg, 0.0)) for leg, width in enumerate(widths)])
+    assert fits(points, durations, corridor=wider * (1.0 + 1e-4), continuity=5)
+
+
+def test_the_sentence_says_where_when_and_what_to_do():
+    refused = refusal(REFERENCE, TIMES, corridor=0.02, continuity=4)
+    assert re.search(rf"leg {refused.leg}.* too narrow at .* s; a half-width of .* m .*would do", str(refused))
+    assert "continuity=3 fits any width" in str(refused)
+    breaks = np.concatenate(([0.0], np.cumsum(TIMES)))
+    assert breaks[refused.leg] <= refused.instant <= breaks[refused.leg + 1]
+
+
+@pytest.mark.parametrize("limits", [Limits(speed=1.0), Limits(speed=2.5), Limits(acceleration=2.0), Limits(tilt=0.15)])
+@pytest.mark.parametrize("corridor", [None, 0.3])
+def test_stretch_of_time_said_would_do_and_little_less_would_not(limits, corridor):
+    refused = refusal(REFERENCE, TIMES / 2.0, corridor=corridor, limits=limits)
+    times = TIMES / 2.0 * refused.stretch
+    longest = 1.0 if len(limits.given()) == 1 else 1.02
+    assert fits(REFERENCE, times * 1.02 * longest, corridor=corridor, limits=limits)
+    assert not fits(REFERENCE, times * 0.9, corridor=corridor, limits=limits)
+
+
+def test_durations_within_limits_that_leave_time_are_planned():
+    limits = Limits(speed=3.0, acceleration=6.0)
+    path = minsnap.plan(REFERENCE, [4.2, 1.8, 3.2, 2.4], corridor=0.3, limits=limits)
+    assert minsnap.certify(path, REFERENCE, corridor=0.3, limits=limits).ok
+    free = minsnap.plan(REFERENCE, [4.2, 1.8, 3.2, 2.4], corridor=0.3)
+    assert max(u.fraction for u in limits.utilisation(free)) > 1.0, "the limits bind"
+    assert path.cost() > free.cost()

@@ -1,0 +1,165 @@
+"""One quadratic programme: four solvers against each other, what is refused, what is tried next."""
+
+import numpy as np
+import pytest
+import qpsolvers
+from programmes import least_distance
+from scipy.sparse import csc_matrix
+
+import minsnap
+from minsnap.errors import UnknownSolverError
+from minsnap.optimisation.qp import TOLERANCES, check_solver, solve_qp, solver_names
+
+SOLVERS = ("daqp", "piqp", "clarabel", "osqp")
+CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("seed", range(5))
+def test_a_solution_meets_the_conditions_of_optimality(solver, seed):
+    P, q, G, h = least_distance(seed)
+    found, failed = solve_qp(P, q, G, h, None, None, (solver,))
+    assert failed == ()
+    assert found.solver == solver
+    assert (G @ found.x - h).max() <= 1e-7
+    assert found.multipliers.min() >= 0.0
+    assert np.abs(P @ found.x + q + G.T @ found.multipliers).max() <= 1e-6
+    assert np.abs(found.multipliers * (G @ found.x - h)).max() <= 1e-6
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_solvers_agree(seed):
+    P, q, G, h = least_distance(seed)
+    found = [solve_qp(P, q, G, h, None, None, (solver,))[0].x for solver in SOLVERS]
+    for x in found[1:]:
+        assert x == pytest.approx(found[0], abs=1e-5)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_sparse_and_dense_are_the_same(solver):
+    P, q, G, h = least_distance(1)
+    dense = solve_qp(P, q, G, h, None, None, (solver,))[0].x
+    sparse = solve_qp(csc_matrix(P), q, csc_matrix(G), h, None, None, (solver,))[0].x
+    assert sparse == pytest.approx(dense, abs=1e-6)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_equalities_hold(solver):
+    P, q, G, h = least_distance(2)
+    A = np.random.default_rng(9).normal(size=(2, 8))
+    b = A @ np.linalg.lstsq(G[:4], h[:4] - 0.1)[0]
+    found, _ = solve_qp(P, q, G[:4], h[:4], A, b, (solver,))
+    assert A @ found.x == pytest.approx(b, abs=1e-6)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_an_infeasible_programme_is_not_taken_for_solved(solver):
+    P, q = np.eye(2), np.zeros(2)
+    G, h = np.array([[1.0, 0.0], [-1.0, 0.0]]), np.array([-1.0, -1.0])
+    found, failed = solve_qp(P, q, G, h, None, None, (solver,))
+    assert found is None
+    assert failed == (solver,)
+
+
+def test_the_next_solver_is_tried_and_the_failure_told(monkeypatch):
+    original = qpsolvers.solve_problem
+
+    def refusing(problem, solver, **options):
+        if solver == "daqp":
+            raise qpsolvers.SolverError("refused")
+        return original(problem, solver, **options)
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", refusing)
+    traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
+    assert traj.report.solver != "daqp"
+    assert "daqp" in traj.report.fallback
+    assert traj.cost() == pytest.approx(1557.0050, rel=1e-5)
+    assert minsnap.certify(traj, CORNERS, 0.3).ok
+
+
+@pytest.mark.parametrize("wrong", ("zeros", "huge", "nan", "near"))
+def test_a_solver_that_lies_is_not_believed(monkeypatch, wrong):
+    original = qpsolvers.solve_problem
+
+    def lying(problem, solver, **options):
+        solution = original(problem, solver, **options)
+        if solver == "daqp":
+            values = {"zeros": 0.0 * solution.x, "huge": solution.x + 1e9, "nan": solution.x * np.nan}
+            solution.x = values.get(wrong, solution.x * (1.0 - 1e-4))
+        return solution
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", lying)
+    traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
+    assert traj.report.fallback == ("daqp",)
+    assert traj.cost() == pytest.approx(1557.0050, rel=1e-5)
+
+
+def answering(monkeypatch, change):
+    """Let daqp's answer be changed before it is looked at."""
+    original = qpsolvers.solve_problem
+
+    def changed(problem, solver, **options):
+        solution = original(problem, solver, **options)
+        if solver == "daqp":
+            solution.x = change(solution.x)
+        return solution
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", changed)
+
+
+def test_an_answer_that_breaks_a_row_is_refused_even_at_the_right_cost(monkeypatch):
+    # the optimum (1, 0) of least distance to x >= 1, |y| <= 1e-5; moved along y its cost stays and a row breaks
+    P, q, G = np.eye(2), np.zeros(2), np.array([[-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    answering(monkeypatch, lambda x: x + np.array([0.0, 1e-4]))
+    found, failed = solve_qp(P, q, G, np.array([-1.0, 1e-5, 1e-5]), None, None, ("daqp", "clarabel"))
+    assert failed == ("daqp",)
+    assert found.x == pytest.approx([1.0, 0.0], abs=1e-6)
+
+
+def test_an_answer_inside_that_costs_too_much_is_refused(monkeypatch):
+    P, q, G = np.eye(2), np.zeros(2), np.array([[-1.0, 0.0]])
+    answering(monkeypatch, lambda x: x + np.array([1e-3, 0.0]))
+    found, failed = solve_qp(P, q, G, np.array([-1.0]), None, None, ("daqp", "clarabel"))
+    assert failed == ("daqp",)
+    assert found.x == pytest.approx([1.0, 0.0], abs=1e-6)
+
+
+def test_a_solver_that_is_wrong_by_very_little_still_leaves_the_curve_inside(monkeypatch):
+    original = qpsolvers.solve_problem
+
+    def sloppy(problem, solver, **options):
+        solution = original(problem, solver, **options)
+        solution.x = solution.x + 1e-9 * np.sin(np.arange(len(solution.x)))
+        return solution
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", sloppy)
+    traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
+    assert minsnap.certify(traj, CORNERS, 0.3).corridor_margin >= 0.0
+    assert traj.cost() == pytest.approx(1557.0050, rel=1e-5)
+
+
+def test_when_every_solver_fails_stop_and_go_is_still_inside(monkeypatch):
+    def refusing(problem, solver, **options):
+        raise qpsolvers.SolverError("refused")
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", refusing)
+    traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
+    assert minsnap.certify(traj, CORNERS, 0.3).corridor_margin >= 0.0
+    assert "daqp" in traj.report.fallback
+
+
+def test_the_solver_named_is_the_first_tried():
+    assert solver_names("osqp", 10)[0] == "osqp"
+    assert solver_names("auto", 10)[0] == "daqp"
+    assert solver_names("auto", 10_000)[0] == "piqp"
+    assert "daqp" not in solver_names("auto", 10_000)
+
+
+@pytest.mark.parametrize("name", ("gurobi", "", "DAQP", "nope"))
+def test_a_solver_that_is_not_there_is_named_with_those_that_are(name):
+    with pytest.raises(UnknownSolverError, match=f"solver '{name}' is not installed.*clarabel.*daqp.*piqp"):
+        check_solver(name)
+
+
+def test_every_solver_with_tolerances_is_installed():
+    assert set(TOLERANCES) <= set(qpsolvers.available_solvers)

@@ -1,0 +1,182 @@
+"""Figures: what they show is what the path is, and they are written whole."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+
+matplotlib.use("agg")
+
+import minsnap
+from minsnap.corridors.tubes import RoundTube, Tube
+from minsnap.errors import FileError, InputError
+from minsnap.limits.limits import Limits
+from minsnap.plot import plot_convergence, plot_overview, plot_path, plot_profiles, plot_utilisation, save_figure
+from minsnap.plot.regions import leg_bodies, outline
+from minsnap.trajectory.samples import Samples
+
+SQUARE = np.array([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])
+
+
+@pytest.fixture
+def path():
+    return minsnap.helix(2.0, 0.5, laps=2.0)
+
+
+@pytest.fixture(autouse=True)
+def close():
+    yield
+    from matplotlib import pyplot
+
+    pyplot.close("all")
+
+
+class Bounds:
+    """Limits as the figures read them: by name."""
+
+    speed = 1.5
+    acceleration = 4.0
+    jerk = None
+
+
+@pytest.mark.parametrize(("view", "chosen"), [("xy", [0, 1]), ("xz", [0, 2]), ("yz", [1, 2])])
+def test_curve_is_the_position_in_the_view(path, view, chosen):
+    ax = plot_path(path, view=view)
+    curve = next(line for line in ax.lines if line.get_label() == "path")
+    t = np.linspace(0.0, path.duration, len(curve.get_xdata()))
+    assert np.column_stack([curve.get_xdata(), curve.get_ydata()]) == pytest.approx(path(t)[:, chosen])
+    assert ax.get_xlabel() == f"{view[0]} [m]" and ax.get_ylabel() == f"{view[1]} [m]"
+
+
+def test_given_axes_are_drawn_on_and_returned(path):
+    from matplotlib.figure import Figure
+
+    ax = Figure().add_subplot()
+    assert plot_path(path, ax) is ax
+    assert plot_path(path, Figure().add_subplot(projection="3d"), view="3d").name == "3d"
+
+
+def test_waypoints_and_corridor_are_drawn_where_they_are():
+    line = minsnap.line(constant_speed=True)
+    ax = plot_path(line, corridor=0.5)
+    points = next(line for line in ax.lines if line.get_label() == "waypoints")
+    assert list(points.get_xdata()) == [0.0, 7.0]
+    corners = ax.patches[0].get_xy()
+    assert (corners.min(axis=0), corners.max(axis=0)) == (pytest.approx([0.0, 0.5]), pytest.approx([7.0, 1.5]))
+
+
+def test_tube_of_a_skew_leg_has_the_width_of_the_infinity_norm():
+    body = outline(leg_bodies(0.3, np.array([(0.0, 0.0), (4.0, 4.0)]))[0])
+    across = body @ np.array([1.0, -1.0]) / np.sqrt(2.0)
+    assert (across.min(), across.max()) == (pytest.approx(-0.3 * np.sqrt(2.0)), pytest.approx(0.3 * np.sqrt(2.0)))
+
+
+def test_repeated_legs_give_one_body_and_round_tubes_are_round():
+    twice = np.vstack([SQUARE, SQUARE[1:]])
+    assert len(leg_bodies(Tube(0.3), twice)) == 4
+    rim = leg_bodies(RoundTube(0.3), SQUARE)[0]
+    assert np.hypot(rim[:, 1], rim[:, 2] - 1.0) == pytest.approx(0.3)
+    assert set(rim[:, 0]) == {0.0, 4.0}
+
+
+def test_profiles_show_every_derivative_with_its_unit_and_limits(path):
+    axes = plot_profiles(path, limits=Bounds())
+    assert [ax.get_ylabel() for ax in axes] == [
+        "position [m]", "velocity [m/s]", "acceleration [m/s²]", "jerk [m/s³]", "snap [m/s⁴]"
+    ]  # fmt: skip
+    assert axes[-1].get_xlabel() == "time [s]"
+    for order, ax in enumerate(axes):
+        t = ax.lines[0].get_xdata()
+        drawn = np.column_stack([ax.lines[i].get_ydata() for i in range(3)])
+        assert drawn == pytest.approx(path(t, order))
+    assert [any(line.get_label() == "limit" for line in ax.lines) for ax in axes] == [False, True, True, False, False]
+
+
+def test_coordinates_differ_in_dash_as_well_as_colour(path):
+    lines = plot_profiles(path)[0].lines[:3]
+    assert len({line.get_linestyle() for line in lines}) == 3
+    assert len({line.get_color() for line in lines}) == 3
+
+
+def test_samples_are_drawn_with_what_they_have():
+    bare = Samples(np.arange(3.0), np.ones((3, 2)), velocity=np.zeros((3, 2)))
+    assert len(plot_profiles(bare)) == 2
+    assert len(plot_overview(bare).subfigs[1].axes) == 2
+
+
+def test_impossible_requests_are_refused(path):
+    with pytest.raises(InputError, match="xy, xz, yz, 3d"):
+        plot_path(path, view="top")
+    with pytest.raises(InputError, match="3 coordinates"):
+        plot_path(Samples(np.arange(2.0), np.ones((2, 2))), view="3d")
+    with pytest.raises(InputError, match="orders"):
+        plot_profiles(path, orders=(0, 5))
+    with pytest.raises(InputError, match="none"):
+        plot_profiles(Samples(np.arange(2.0), np.ones((2, 2))), orders=(4,))
+    with pytest.raises(InputError, match="axes"):
+        plot_profiles(path, axes=[None])
+
+
+@pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("PDF", b"%PDF")])
+def test_figures_are_written_by_their_ending_and_equal_ones_are_equal_files(path, tmp_path, ending, start):
+    for name in ("a", "b"):
+        with matplotlib.rc_context({"svg.hashsalt": "test"}):
+            save_figure(plot_overview(path, view="3d"), tmp_path / f"{name}.{ending}")
+    assert (tmp_path / f"a.{ending}").read_bytes().startswith(start)
+    assert (tmp_path / f"a.{ending}").read_bytes() == (tmp_path / f"b.{ending}").read_bytes()
+
+
+def test_other_endings_and_existing_files_are_refused(path, tmp_path):
+    figure = plot_overview(path)
+    with pytest.raises(FileError, match=r"\.png"):
+        save_figure(figure, tmp_path / "a.jpg")
+    (tmp_path / "a.png").write_text("precious")
+    with pytest.raises(FileError, match="there already"):
+        save_figure(figure, tmp_path / "a.png", clobber=False)
+    assert (tmp_path / "a.png").read_text() == "precious"
+
+
+def test_importing_the_figures_does_not_import_matplotlib():
+    code = "import sys, minsnap.plot; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_utilisation_peaks_at_what_the_certificate_says():
+    limits = Limits(
+        speed=2.0, acceleration=3.0, jerk=9.0, snap=40.0, horizontal_speed=2.5, horizontal_acceleration=4.0,
+        climb_speed=1.0, descent_speed=0.8, vertical_speed=1.5, vertical_acceleration=2.0, max_thrust=1.5,
+        min_thrust=0.5, tilt=0.6, body_rate=4.0, yaw_rate=3.0,
+    )  # fmt: skip
+    traj = minsnap.plan(
+        [(0, 0, 1), (3, 1, 2), (2, 4, 0.5), (0, 2, 1)], durations=[2.5, 2.5, 2.5], yaw=[0.0, 1.0, 2.0, 1.0]
+    )
+    exact = {used.name: used.fraction for used in limits.utilisation(traj)}
+    ax = plot_utilisation(traj, limits)
+    drawn = {line.get_label().replace(" ", "_"): np.max(line.get_ydata()) / 100.0 for line in ax.lines[:-1]}
+    assert drawn.keys() == exact.keys()
+    for name, fraction in exact.items():
+        assert drawn[name] == pytest.approx(fraction, rel=1e-3), name
+
+
+def test_utilisation_per_axis_and_without_what_it_needs(path):
+    axis = plot_utilisation(path, Limits(speed=1.0, norm="axis")).lines[0].get_ydata()
+    t = np.linspace(0.0, path.duration, len(axis))
+    assert axis == pytest.approx(100.0 * np.abs(path(t, 1)).max(axis=1))
+    bare = Samples(np.arange(3.0), np.ones((3, 3)))
+    with pytest.raises(InputError, match="lack"):
+        plot_utilisation(bare, Limits(speed=1.0))
+    with pytest.raises(InputError, match="no limit"):
+        plot_utilisation(path, Limits())
+
+
+def test_convergence_goes_down_to_the_duration_found():
+    traj = minsnap.rectangle(limits=Limits(speed=3.0, acceleration=6.0))
+    best = plot_convergence(traj).lines[1].get_ydata()
+    assert (np.diff(best) <= 0.0).all()
+    assert best[-1] == pytest.approx(traj.duration, rel=0.02)
+    with pytest.raises(InputError, match="not searched"):
+        plot_convergence(minsnap.line())

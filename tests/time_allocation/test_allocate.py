@@ -1,0 +1,244 @@
+"""All ways to choose durations: what is refused, that limits hold in each of them, and Ctrl-C."""
+
+import numpy as np
+import pytest
+from tasks import REFERENCE, random_legs
+
+import minsnap
+from minsnap.errors import InfeasibleError, LimitError, TimingError, WaypointError
+from minsnap.limits.limits import Limits
+
+LIMITS = Limits(speed=3.0, acceleration=6.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({}, "give one of durations, total_time, time_weight, limits"),
+        ({"time_weight": 1.0, "total_time": 4.0}, "total_time and time_weight were given"),
+        ({"durations": [1.0] * 4, "total_time": 4.0}, "durations and total_time were given"),
+        ({"durations": [1.0] * 4, "time_weight": 4.0}, "durations and time_weight were given"),
+        ({"time_weight": 0.0}, "must be positive"),
+        ({"time_weight": -1.0}, "must be positive"),
+        ({"time_weight": float("nan")}, "must be positive"),
+        ({"total_time": float("inf")}, "must be positive"),
+        ({"total_time": 0.0}, "must be positive"),
+        ({"total_time": "12"}, "total"),
+        ({"limits": LIMITS, "enforce": "hope"}, "use 'qp' or 'scaling'"),
+        ({"limits": LIMITS, "split": "equal"}, "split is 'equal'"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(given, said):
+    with pytest.raises(TimingError, match=said) as refused:
+        minsnap.plan(REFERENCE, **given)
+    assert refused.value.exit_status == 2
+
+
+@pytest.mark.parametrize("limits", [{"speed": 3.0}, 3.0, Limits()])
+def test_what_are_no_limits_is_refused(limits):
+    with pytest.raises(LimitError):
+        minsnap.plan(REFERENCE, limits=limits)
+
+
+def test_repeated_waypoints_need_durations_of_their_own():
+    with pytest.raises(WaypointError, match="waypoints 0 and 1"):
+        minsnap.plan([(0, 0, 0), (0, 0, 0), (1, 0, 0)], limits=LIMITS)
+
+
+PINNED = [
+    ({"speed": 3.0}, {"velocity": (4, 0, 0)}, 4.0),
+    ({"speed": 3.0, "norm": "axis"}, {"velocity": (4, 3.5, 0)}, 4.0),
+    ({"acceleration": 3.0}, {"acceleration": (0, 3, 4)}, 5.0),
+    ({"jerk": 3.0}, {"jerk": (0, 3, 4)}, 5.0),
+    ({"climb_speed": 1.0}, {"velocity": (0, 0, 2)}, 2.0),
+    ({"descent_speed": 1.0}, {"velocity": (0, 0, -2)}, 2.0),
+    ({"vertical_speed": 1.0}, {"velocity": (0, 0, -2)}, 2.0),
+    ({"horizontal_speed": 1.0}, {"velocity": (0, 2, 5)}, 2.0),
+    ({"horizontal_acceleration": 1.0}, {"acceleration": (0, 2, 5)}, 2.0),
+    ({"vertical_acceleration": 1.0}, {"acceleration": (0, 2, 5)}, 5.0),
+    ({"max_thrust": 1.5}, {"acceleration": (0, 0, 9.80665)}, 2.0),
+    ({"tilt": 0.3}, {"acceleration": (9.80665, 0, 0)}, np.pi / 4.0),
+    ({"body_rate": 0.1}, {"jerk": (9.80665, 0, 0)}, 1.0),
+]
+
+
+@pytest.mark.parametrize(("limits", "state", "smallest"), PINNED)
+@pytest.mark.parametrize("where", ["start", "inner"])
+def test_a_pinned_state_beyond_a_limit_is_named_with_the_value_that_would_do(limits, state, smallest, where):
+    pins = {"start": state} if where == "start" else {"pins": {2: state}}
+    with pytest.raises(LimitError) as refused:
+        minsnap.plan(REFERENCE, limits=Limits(**({"speed": 30.0} | limits)), **pins)
+    name = next(name for name in limits if name != "norm")
+    assert name in str(refused.value) or name.replace("_", " ") in str(refused.value)
+    assert f"waypoint {0 if where == 'start' else 2}" in str(refused.value)
+    assert refused.value.smallest == pytest.approx(smallest)
+
+
+def check(path, limits, points=REFERENCE, corridor=None):
+    certificate = minsnap.certify(path, points, corridor=corridor, limits=limits)
+    assert certificate.ok, certificate
+    assert max(used.fraction for used in certificate.utilisation) <= 1.0 + 1e-9
+    return certificate
+
+
+@pytest.mark.parametrize("corridor", [None, 0.3])
+def test_start_and_inner_states_are_met_and_limits_kept(corridor):
+    state = {"velocity": (-1.0, 1.0, 0.0)}
+    path = minsnap.plan(REFERENCE, limits=LIMITS, corridor=corridor, start={"velocity": (2, 0, 0)}, pins={2: state})
+    check(path, LIMITS, corridor=corridor)
+    assert path(0.0, 1) == pytest.approx([2.0, 0.0, 0.0], abs=1e-9)
+    assert path(path.leg_breaks[2], 1) == pytest.approx([-1.0, 1.0, 0.0], abs=1e-9)
+    assert path.report.binding.fraction >= 0.999
+
+
+def test_a_start_at_the_limit_itself():
+    """With acceleration and jerk pinned too there is no room to stay below: the sentence says how much it takes."""
+    with pytest.raises(LimitError, match="has speed 3, at its limit 3: raise the limit to at least 3.03") as refused:
+        minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3)
+    wider = Limits(speed=refused.value.smallest, acceleration=6.0)
+    check(minsnap.plan(REFERENCE, limits=wider, start={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3), wider, corridor=0.3)
+
+
+def test_pinned_states_do_not_scale():
+    with pytest.raises(TimingError, match="do not scale"):
+        minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (2, 0, 0)}, enforce="scaling")
+
+
+OTHERS = {
+    "yaw_rate": (Limits(speed=20.0, yaw_rate=0.5), {"yaw": [0.0, 1.5, 3.0, 4.5, 6.0]}),
+    "body_rate": (Limits(speed=20.0, body_rate=1.0), {}),
+    "min_thrust": (Limits(speed=20.0, min_thrust=0.9), {}),
+    "yaw along the velocity": (Limits(speed=20.0, yaw_rate=1.0), {"yaw": "velocity", "corridor": 0.5}),
+}
+POINTS = np.array([(0, 0, 1), (4, 0, 3), (4, 4, 1), (0, 4, 3), (0, 0, 1)], dtype=float)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize(
+    "mode", [{}, {"total_time": 60.0}, {"time_weight": 1e4}, {"durations": [15.0] * 4}, {"split": "distance"}]
+)
+def test_limits_that_are_no_walls_hold_in_every_mode(name, mode):
+    limits, options = OTHERS[name]
+    path = minsnap.plan(POINTS, limits=limits, **mode, **options)
+    check(path, limits, POINTS, options.get("corridor"))
+
+
+@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("mode", [{"total_time": 2.0}, {"durations": [0.5] * 4}])
+def test_limits_that_are_no_walls_are_never_exceeded_in_silence(name, mode):
+    limits, options = OTHERS[name]
+    with pytest.raises(InfeasibleError):
+        minsnap.plan(POINTS, limits=limits, **mode, **options)
+
+
+@pytest.mark.parametrize("limits", [Limits(body_rate=1.0), Limits(min_thrust=0.8), Limits(max_thrust=1.4, tilt=0.4)])
+def test_limits_of_attitude_alone_are_enough(limits):
+    path = minsnap.plan(POINTS[:3], limits=limits)
+    assert check(path, limits, POINTS[:3]).utilisation and path.report.binding.fraction >= 0.999
+
+
+def test_a_limit_on_yaw_alone_needs_a_yaw_that_turns():
+    turning = minsnap.plan(POINTS[:3], limits=Limits(yaw_rate=0.5), yaw=[0.0, 1.5, 3.0])
+    assert check(turning, Limits(yaw_rate=0.5), POINTS[:3])
+    with pytest.raises(LimitError):
+        minsnap.plan(POINTS, limits=Limits(yaw_rate=0.5))
+
+
+def test_a_total_too_short_for_the_limits_says_the_shortest_found():
+    with pytest.raises(InfeasibleError, match="the shortest found is") as refused:
+        minsnap.plan(REFERENCE, total_time=8.0, limits=LIMITS, corridor=0.3)
+    shortest = refused.value.shortest
+    assert shortest == pytest.approx(minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3).duration, rel=2e-3)
+    path = minsnap.plan(REFERENCE, total_time=shortest * 1.0001, limits=LIMITS, corridor=0.3)
+    check(path, LIMITS, corridor=0.3)
+
+
+def test_a_total_with_limits_costs_more_than_without_and_keeps_them():
+    path = minsnap.plan(REFERENCE, total_time=12.0, limits=LIMITS, corridor=0.3)
+    check(path, LIMITS, corridor=0.3)
+    assert path.duration == pytest.approx(12.0)
+    assert path.cost() > minsnap.plan(REFERENCE, total_time=12.0, corridor=0.3).cost()
+    easy = minsnap.plan(REFERENCE, total_time=30.0, limits=LIMITS, corridor=0.3)
+    assert easy.cost() == pytest.approx(minsnap.plan(REFERENCE, total_time=30.0, corridor=0.3).cost(), rel=1e-3)
+
+
+def test_a_dear_second_with_limits_ends_near_the_shortest_time():
+    shortest = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3).duration
+    path = minsnap.plan(REFERENCE, time_weight=1e6, limits=LIMITS, corridor=0.3)
+    check(path, LIMITS, corridor=0.3)
+    assert shortest * 0.999 <= path.duration <= 1.03 * shortest
+    cheap = minsnap.plan(REFERENCE, time_weight=1.0, limits=LIMITS, corridor=0.3)
+    assert cheap.duration > path.duration and cheap.cost() < path.cost()
+
+
+@pytest.mark.parametrize("degree", [3, 5, 9])
+def test_every_degree_keeps_limits(degree):
+    path = minsnap.plan(REFERENCE, limits=LIMITS, degree=degree)
+    check(path, LIMITS)
+    assert path.report.binding.fraction >= 0.999
+
+
+@pytest.mark.parametrize("dim", [1, 2])
+def test_paths_of_fewer_coordinates_have_limits_too(dim):
+    points, _ = random_legs(2, 3, dim)
+    path = minsnap.plan(points, limits=LIMITS)
+    check(path, LIMITS, points)
+
+
+def test_closed_laps_keep_limits_and_are_faster():
+    path = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3, closed=True)
+    check(path, LIMITS, corridor=0.3)
+    assert path.duration < minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3).duration
+    assert path(0.0, 2) == pytest.approx(path(path.duration, 2), abs=1e-6)
+
+
+class Patience:
+    """Raises what Ctrl-C raises at one evaluation of the search."""
+
+    def __init__(self, evaluations):
+        self.left = evaluations
+
+    def __call__(self, step):
+        self.left -= 1
+        if not self.left:
+            raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"total_time": 12.0, "corridor": 0.3},
+        {"time_weight": 10.0},
+        {"limits": LIMITS, "corridor": 0.3},
+        {"limits": LIMITS, "enforce": "scaling"},
+        {"limits": LIMITS, "total_time": 14.0},
+    ],
+)
+def test_an_interrupted_search_gives_the_best_certified_plan_and_says_so(asked):
+    path = minsnap.plan(REFERENCE, progress=Patience(4), **asked)
+    assert path.report.interrupted and len(path.report.steps) >= 4
+    certificate = minsnap.certify(path, REFERENCE, corridor=asked.get("corridor"), limits=asked.get("limits"))
+    assert certificate.ok
+    if "total_time" in asked:
+        assert path.duration == pytest.approx(asked["total_time"])
+    if set(asked) == {"total_time", "corridor"}:
+        assert path.cost() == pytest.approx(path.report.steps[-1].best, rel=1e-5)
+
+
+def test_a_search_that_runs_to_its_end_was_not_interrupted():
+    assert not minsnap.plan(REFERENCE, total_time=12.0).report.interrupted
+
+
+def test_an_error_of_the_callback_is_the_callers_own():
+    def broken(step):
+        raise RuntimeError("disc full")
+
+    with pytest.raises(RuntimeError, match="disc full"):
+        minsnap.plan(REFERENCE, total_time=12.0, progress=broken)
+
+
+def test_binding_is_the_limit_used_most():
+    report = minsnap.plan(REFERENCE, limits=Limits(speed=3.0, acceleration=600.0), corridor=0.3).report
+    assert report.binding.name == "speed" and report.binding.fraction >= 0.999
+    assert {used.name for used in report.utilisation} == {"speed", "acceleration"}
+    assert minsnap.plan(REFERENCE, total_time=12.0).report.binding is None
