@@ -29,9 +29,9 @@ test: $(VENV)/developing
 
 sanitize: $(VENV)/developing
 	MINSNAP_CXXFLAGS='-Werror -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all' \
-		$(BIN)/python -m minsnap.native.build --output build/sanitized/_core.so
+		$(BIN)/python -m minsnap.native.build --output build/sanitized/_core.bin
 	LD_PRELOAD=$$($(COMPILER) -print-file-name=libasan.so) ASAN_OPTIONS=detect_leaks=0 MINSNAP_CORE=native \
-		MINSNAP_LIBRARY=build/sanitized/_core.so $(BIN)/python -m pytest -W error -p no:cacheprovider tests/native
+		MINSNAP_LIBRARY=build/sanitized/_core.bin $(BIN)/python -m pytest -W error -p no:cacheprovider tests/native
 
 lint: $(VENV)/developing
 	$(BIN)/ruff check .

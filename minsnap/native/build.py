@@ -20,8 +20,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 SOURCES = HERE / "src"
-LIBRARY = HERE / ("_core.dll" if sys.platform == "win32" else "_core.so")
-"""The compiled library."""
+LIBRARY = HERE / "_core.bin"
+"""The compiled library; with the ending ``.so`` it would pass for an extension module of Python."""
 
 STAMP = HERE / "_core.txt"
 """What the library was compiled from and with, or why there is none; two lines."""

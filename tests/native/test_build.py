@@ -14,7 +14,7 @@ def sources(tmp_path, monkeypatch):
     here = tmp_path / "native"
     shutil.copytree(build.SOURCES, here / "src")
     monkeypatch.setattr(build, "SOURCES", here / "src")
-    monkeypatch.setattr(build, "LIBRARY", here / "_core.so")
+    monkeypatch.setattr(build, "LIBRARY", here / "_core.bin")
     monkeypatch.setattr(build, "STAMP", here / "_core.txt")
     for other in (here / "src").glob("*.cpp"):  # one unit is enough to see the build at work
         if other.name != "library.cpp":
@@ -52,7 +52,7 @@ def test_the_library_is_compiled_once_and_again_after_a_change(sources):
         file.write("// changed\n")
     assert not build.is_current()
     assert build.build() and build.LIBRARY.stat().st_size > 0
-    assert sorted(path.name for path in sources.iterdir()) == ["_core.so", "_core.txt", "src"]
+    assert sorted(path.name for path in sources.iterdir()) == ["_core.bin", "_core.txt", "src"]
 
 
 def test_a_broken_source_fails_and_leaves_no_stale_library(sources, capsys):
