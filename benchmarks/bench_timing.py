@@ -21,10 +21,10 @@ import numpy as np
 import minsnap
 from minsnap.corridors.constraint import Faces
 from minsnap.limits.limits import Limits
-from minsnap.limits.utilisation import Utilisation
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.extrema import maximum
 from minsnap.time_allocation.least_cost import trapezoid_times
+from minsnap.trajectory.report import Utilisation
 
 CORNERS = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)], dtype=float)
 SPEED, ACCELERATION, WIDTH = 3.0, 6.0, 0.3

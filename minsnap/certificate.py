@@ -21,7 +21,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
-    from minsnap.limits.utilisation import Utilisation
+    from minsnap.trajectory.report import Utilisation
 
 EXACT = 1e-9
 """Error, relative to the size of the curve, below which a waypoint counts as met and a limit as kept."""

@@ -17,7 +17,8 @@ import numpy as np
 from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.corridors.constraint import Balls, Faces, Walls
 from minsnap.errors import LimitError
-from minsnap.limits.utilisation import Utilisation, measure_all
+from minsnap.limits.utilisation import measure_all
+from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:

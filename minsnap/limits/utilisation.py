@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ from minsnap.polynomials.extrema import maximum
 from minsnap.polynomials.ratios import largest_ratio
 from minsnap.trajectory.heading import ConstantHeading, PlannedHeading, RemappedHeading, VelocityHeading
 from minsnap.trajectory.path import Heading
+from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_turn_rate
 
@@ -26,36 +26,6 @@ VANISHING = 1e-20
 
 YAW_RATE = 200
 """Samples a leg of a yaw rate that is not a polynomial."""
-
-
-@dataclass(frozen=True)
-class Utilisation:
-    """How far a limit is used, at the instant where it is used most.
-
-    Parameters
-    ----------
-    name : str
-        Which limit.
-    value : float
-        Largest value over all time, in the limit's unit (smallest for a lower limit).
-    limit : float
-    fraction : float
-        1 is fully used; more is violated.
-    leg : int
-        Leg where that is.
-    instant : float
-        When [s].
-    method : {"exact", "interval", "sampled"}
-        How it was found: from exact extrema, as a bound that interval arithmetic proves, or at many instants.
-    """
-
-    name: str
-    value: float
-    limit: float
-    fraction: float
-    leg: int
-    instant: float
-    method: str = "exact"
 
 
 Found = tuple[float, int, float]

@@ -11,10 +11,10 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 from minsnap.limits.rotor_bounds import Part, heading_ranges, rotor_ranges
-from minsnap.limits.utilisation import Utilisation
 from minsnap.polynomials.bernstein import differentiate, multiply, subdivide
 from minsnap.polynomials.intervals import Interval
 from minsnap.trajectory.heading import ConstantHeading, PlannedHeading, RemappedHeading
+from minsnap.trajectory.report import Utilisation
 
 if TYPE_CHECKING:
     from minsnap.trajectory.trajectory import Trajectory

@@ -15,7 +15,6 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import LimitError, SolverError
 from minsnap.limits.limits import Limits
-from minsnap.limits.utilisation import Utilisation
 from minsnap.optimisation.elastic import Elastic, Give, Relaxed
 from minsnap.optimisation.gradient import row_slopes
 from minsnap.optimisation.normalised_constraints import Compiled, Rows, compile_walls
@@ -32,6 +31,7 @@ from minsnap.time_allocation.least_cost import (
     Progress,
     leg_sums,
 )
+from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
 CLOSE = 3e-3

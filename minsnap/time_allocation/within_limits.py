@@ -8,7 +8,7 @@ from minsnap.arrays import FloatArray
 from minsnap.checks import check_positive_time, check_weight
 from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.limits import Limits
-from minsnap.limits.utilisation import Utilisation, measure_state
+from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.infeasibility import explain
 from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
@@ -17,6 +17,7 @@ from minsnap.time_allocation.least_cost import CostSearch, priced_first_guess
 from minsnap.time_allocation.least_time import ShortestSearch, most_used, stop_and_go_times, touching_factor
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
 from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.trajectory.report import Utilisation
 
 RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
 """Shares by which the shortest durations found are lengthened until the final plan succeeds."""

@@ -1,4 +1,4 @@
-"""Report: how a plan was found, attached to the trajectory it is about."""
+"""Report: how a plan was found and how far it uses its limits, attached to the trajectory it is about."""
 
 from __future__ import annotations
 
@@ -6,8 +6,37 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from minsnap.limits.utilisation import Utilisation
     from minsnap.time_allocation.least_cost import Step
+
+
+@dataclass(frozen=True)
+class Utilisation:
+    """How far a limit is used, at the instant where it is used most.
+
+    Parameters
+    ----------
+    name : str
+        Which limit.
+    value : float
+        Largest value over all time, in the limit's unit (smallest for a lower limit).
+    limit : float
+    fraction : float
+        1 is fully used; more is violated.
+    leg : int
+        Leg where that is.
+    instant : float
+        When [s].
+    method : {"exact", "interval", "sampled"}
+        How it was found: from exact extrema, as a bound that interval arithmetic proves, or at many instants.
+    """
+
+    name: str
+    value: float
+    limit: float
+    fraction: float
+    leg: int
+    instant: float
+    method: str = "exact"
 
 
 @dataclass(frozen=True)
