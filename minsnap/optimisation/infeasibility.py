@@ -1,4 +1,4 @@
-"""Why nothing fits: which leg, when, and the smallest width or the longer times that would do."""
+"""Why no curve stays inside a corridor: which leg, when, and the smallest width that would do."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.errors import InfeasibleError, MinsnapError, SolverError
+from minsnap.errors import InfeasibleError
 from minsnap.optimisation.elastic import Elastic, Give, Relaxed
-from minsnap.optimisation.normalised_constraints import Compiled, Units, compile_walls
+from minsnap.optimisation.normalised_constraints import Compiled, compile_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.unconstrained import unbounded_optimum
+from minsnap.optimisation.units import Units
 
 TRACE, ACCURACY = 1e-6, 1e-6
 NOTICEABLE = 1e-6
@@ -23,30 +24,28 @@ ROOM = 1e-4
 """Share added to a smallest width so that it does."""
 
 
-def explain(task: Task, durations: FloatArray) -> MinsnapError:
-    """Find out why a task has no solution at piece durations (pieces in all,) [s].
+def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | None:
+    """Find out whether the walls on positions alone have no solution at piece durations (pieces in all,) [s], and why.
 
     Returns
     -------
-    InfeasibleError
-        With ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; with ``stretch`` where the
-        corridor would do but limits would not.
-    SolverError
-        If the elastic problem needs no slack: the solvers failed on a problem that has a solution.
+    InfeasibleError or None
+        With ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; None where the walls on
+        positions leave a curve inside.
     """
     corridor = replace(task, walls=[wall for wall in task.walls if wall.order == 0])
-    problem, units, compiled, base = _pieces(corridor, durations)
-    if compiled.blocks:
-        groups, names = _leg_groups(corridor, compiled)
-        found = _relax(task, problem, base, compiled, groups, len(names))
-        if found.slacks.max() > NOTICEABLE:
-            return _too_narrow(corridor, problem, units, compiled, found, groups, names)
-    if len(corridor.walls) == len(task.walls):
-        return SolverError("the solvers failed on a problem that has a solution: try another solver=")
-    return _too_fast(task, durations)
+    problem, units, compiled, base = normalised(corridor, durations)
+    if not compiled.blocks:
+        return None
+    groups, names = _leg_groups(corridor, compiled)
+    found = _relax(task, problem, base, compiled, groups, len(names))
+    if found.slacks.max() <= NOTICEABLE:
+        return None
+    return _too_narrow(corridor, problem, units, compiled, found, groups, names)
 
 
-def _pieces(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compiled, FloatArray]:
+def normalised(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compiled, FloatArray]:
+    """Return a task's problem at piece durations, its units, its walls, and its optimum without them."""
     units = task.units(durations)
     problem = task.problem(durations, units)
     return problem, units, compile_walls(task, problem, units), unbounded_optimum(problem)
@@ -81,7 +80,7 @@ def _too_narrow(
     groups: IntArray,
     names: Sequence[int | None],
 ) -> InfeasibleError:
-    leg, instant = _worst(task, problem, units, found)
+    leg, instant = hardest_pressed(task, problem, units, found)
     widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + ROOM) + ROOM)
     mine = (groups >= 0) & (np.concatenate([b.piece for b in compiled.blocks]) // task.pieces == leg)
     width = float(widths[mine].max())
@@ -112,7 +111,7 @@ def _advice(task: Task) -> str:
     return ""
 
 
-def _worst(task: Task, problem: Problem, units: Units, found: Relaxed) -> tuple[int, float]:
+def hardest_pressed(task: Task, problem: Problem, units: Units, found: Relaxed) -> tuple[int, float]:
     """Leg and instant of the row that presses hardest."""
     if found.rows is None:
         return 0, 0.0
@@ -123,21 +122,3 @@ def _worst(task: Task, problem: Problem, units: Units, found: Relaxed) -> tuple[
     row = int(np.where(rows.piece // task.pieces == leg, press, -1.0).argmax())
     breaks = np.concatenate(([0.0], np.cumsum(problem.durations)))
     return leg, float((breaks[rows.piece[row]] + rows.s[row] * problem.durations[rows.piece[row]]) * units.time)
-
-
-def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError:
-    """Say by how much limits must give way where the corridor would do, and where they press hardest."""
-    from minsnap.time_allocation.least_cost import leg_sums
-    from minsnap.time_allocation.least_time import ShortestSearch, give_limits
-
-    problem, units, compiled, base = _pieces(task, durations)
-    found = Elastic(problem, base, compiled, task.solver, give_limits(compiled)).run()
-    leg, instant = _worst(task, problem, units, found)
-    search = ShortestSearch(task, leg_sums(durations, task.pieces))
-    search.evaluate(np.zeros(task.legs))
-    stretch = float(np.exp(search.scale))
-    message = (
-        f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s; "
-        f"{stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"
-    )
-    return InfeasibleError(message, leg=leg, instant=instant, stretch=stretch)

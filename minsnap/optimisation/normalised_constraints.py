@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,34 +12,10 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Balls, Faces, Walls
 from minsnap.optimisation.constraint_blocks import Block, KnotBounds, Planes, Spheres
+from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import basis, differentiate
-
-if TYPE_CHECKING:
-    from minsnap.optimisation.problem import Task
-
-
-@dataclass(frozen=True)
-class Units:
-    """What normalised lengths and times are worth.
-
-    Parameters
-    ----------
-    length : float
-        [m].
-    time : float
-        [s].
-    origin : ndarray, shape (dim,)
-        Point taken as zero [m].
-    """
-
-    length: float
-    time: float
-    origin: FloatArray
-
-    def of_order(self, order: int) -> float:
-        """Value of one normalised unit of a derivative [m/s^order]."""
-        return self.length / self.time**order
 
 
 @dataclass(frozen=True, eq=False)

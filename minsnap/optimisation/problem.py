@@ -11,8 +11,8 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
-from minsnap.optimisation.normalised_constraints import Units
 from minsnap.optimisation.reduced_qp import Problem, Slots
+from minsnap.optimisation.units import Units
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
 

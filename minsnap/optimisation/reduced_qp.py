@@ -18,7 +18,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.polynomials.bernstein import FEW, basis, derivative_basis_map, ends_gram, ends_to_points
+from minsnap.polynomials.bernstein import basis, derivative_basis_map, ends_gram, ends_to_points, rising_powers
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,14 +226,3 @@ class Problem:
 @cache
 def _ends_derivative(degree: int, order: int) -> FloatArray:
     return np.asarray(derivative_basis_map(degree, order) @ ends_to_points(degree))
-
-
-def rising_powers(base: FloatArray, lowest: int, count: int) -> FloatArray:
-    """Powers lowest, lowest + 1, … of each value of shape (m,): (m, count), of many by repeated multiplication."""
-    if len(base) <= FEW:
-        return np.asarray(base[:, None] ** np.arange(lowest, lowest + count, dtype=np.float64))
-    powers = np.empty((len(base), count))
-    powers[:, 0] = base ** float(lowest)
-    for j in range(1, count):
-        np.multiply(powers[:, j - 1], base, out=powers[:, j])
-    return powers

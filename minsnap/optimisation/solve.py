@@ -12,11 +12,12 @@ from minsnap.certificate import Margin, margin_to
 from minsnap.errors import CorridorError, SolverError
 from minsnap.optimisation.exchange import GAP, Exchange, Outcome
 from minsnap.optimisation.master_qp import InfeasibleRowsError
-from minsnap.optimisation.normalised_constraints import Compiled, Rows, Units, compile_walls
+from minsnap.optimisation.normalised_constraints import Compiled, Rows, compile_walls
 from minsnap.optimisation.preconditioning import EXTENDED
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.unconstrained import unbounded_optimum
+from minsnap.optimisation.units import Units
 from minsnap.polynomials.extrema import maxima
 from minsnap.trajectory.trajectory import Trajectory
 

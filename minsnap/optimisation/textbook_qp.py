@@ -22,7 +22,7 @@ from minsnap.checks import check_closing, check_continuity, check_degree, check_
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError, WaypointError
-from minsnap.optimisation.textbook_rows import Rows, join, keep_states, pass_waypoints, sample_planes
+from minsnap.optimisation.textbook_rows import RowCollector, join, keep_states, pass_waypoints, sample_planes
 from minsnap.polynomials.bernstein import powers_to_points
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -164,13 +164,13 @@ def build_qp(
     times = check_durations(durations, len(points) - 1)
     shared = check_continuity(continuity, half)
     states = check_pins(pins, start, end, check_closing(closed, points), half, points)
-    equations = Rows(len(times), points.shape[1], 2 * half)
+    equations = RowCollector(len(times), points.shape[1], 2 * half)
     pass_waypoints(equations, points)
     keep_states(equations, states, times, shared)
     join(equations, times, shared, closed)
     walls = [wall for constraint in as_constraints(corridor) for wall in constraint.walls(points)]
     instants = _instants(samples)
-    rows = Rows(len(times), points.shape[1], 2 * half)
+    rows = RowCollector(len(times), points.shape[1], 2 * half)
     for wall in walls:
         sample_planes(rows, wall, times, instants)
     A, b, equalities = equations.collected()

@@ -19,7 +19,7 @@ Entry = tuple[int, FloatArray, int]
 
 
 @dataclass
-class Rows:
+class RowCollector:
     """Rows of a sparse matrix over the coefficients, being collected."""
 
     legs: int
@@ -59,7 +59,7 @@ def derivative_factors(size: int, order: int, s: float, duration: float) -> Floa
     return np.asarray(falling * s ** np.maximum(powers - order, 0) / duration**order)
 
 
-def pass_waypoints(rows: Rows, points: FloatArray) -> None:
+def pass_waypoints(rows: RowCollector, points: FloatArray) -> None:
     """Fix both ends of every leg at their waypoints."""
     ends = [derivative_factors(rows.size, 0, s, 1.0) for s in (0.0, 1.0)]
     for leg in range(rows.legs):
@@ -70,7 +70,7 @@ def pass_waypoints(rows: Rows, points: FloatArray) -> None:
 
 
 def keep_states(
-    rows: Rows, states: Mapping[int, Mapping[int, FloatArray]], durations: FloatArray, continuity: int
+    rows: RowCollector, states: Mapping[int, Mapping[int, FloatArray]], durations: FloatArray, continuity: int
 ) -> None:
     """Fix derivatives at waypoints, on both sides where continuity does not carry them over."""
     for waypoint, state in states.items():
@@ -83,7 +83,7 @@ def keep_states(
                     rows.add([(leg, factors, axis)], value[axis], label)
 
 
-def join(rows: Rows, durations: FloatArray, continuity: int, closed: bool) -> None:
+def join(rows: RowCollector, durations: FloatArray, continuity: int, closed: bool) -> None:
     """Make derivatives 1 … continuity equal on both sides of inner waypoints, and of the seam of a closed lap."""
     for leg in range(rows.legs if closed else rows.legs - 1):
         after = (leg + 1) % rows.legs
@@ -95,7 +95,7 @@ def join(rows: Rows, durations: FloatArray, continuity: int, closed: bool) -> No
                 rows.add([(leg, before, axis), (after, behind, axis)], 0.0, label)
 
 
-def sample_planes(rows: Rows, walls: Walls, durations: FloatArray, instants: FloatArray) -> None:
+def sample_planes(rows: RowCollector, walls: Walls, durations: FloatArray, instants: FloatArray) -> None:
     """Keep a leg on the right side of its planes at the instants s, shape (m,)."""
     if not isinstance(walls, Faces):
         raise CorridorError(f"the {walls.name} is round and has no linear rows: use plan, or a Tube")
@@ -107,7 +107,7 @@ def sample_planes(rows: Rows, walls: Walls, durations: FloatArray, instants: Flo
 
 
 def _sample_plane(
-    rows: Rows, walls: Faces, number: int, side: float, bound: float, duration: float, instants: FloatArray
+    rows: RowCollector, walls: Faces, number: int, side: float, bound: float, duration: float, instants: FloatArray
 ) -> None:
     leg, normal = int(walls.leg[number]), side * walls.normal[number]
     for s in instants:

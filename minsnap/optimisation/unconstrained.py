@@ -10,8 +10,8 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.high_precision import decimal_optimum, is_extreme
-from minsnap.optimisation.reduced_qp import Problem, rising_powers
-from minsnap.polynomials.bernstein import ends_gram
+from minsnap.optimisation.reduced_qp import Problem
+from minsnap.polynomials.bernstein import ends_gram, rising_powers
 
 
 def unbounded_optimum(problem: Problem) -> FloatArray:

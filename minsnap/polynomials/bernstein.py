@@ -259,3 +259,14 @@ def multiply(left: FloatArray, right: FloatArray) -> FloatArray:
     for j in range(n + 1):
         product[:, j : j + m + 1] += comb(n, j) * left[:, j, None] * weighted
     return np.asarray(product / _binomials(n + m))
+
+
+def rising_powers(base: FloatArray, lowest: int, count: int) -> FloatArray:
+    """Powers lowest, lowest + 1, … of each value of shape (m,): (m, count), of many by repeated multiplication."""
+    if len(base) <= FEW:
+        return np.asarray(base[:, None] ** np.arange(lowest, lowest + count, dtype=np.float64))
+    powers = np.empty((len(base), count))
+    powers[:, 0] = base ** float(lowest)
+    for j in range(1, count):
+        np.multiply(powers[:, j - 1], base, out=powers[:, j])
+    return powers

@@ -8,8 +8,7 @@ from math import factorial
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.optimisation.reduced_qp import rising_powers
-from minsnap.polynomials.bernstein import basis, derivative_basis_map
+from minsnap.polynomials.bernstein import basis, derivative_basis_map, rising_powers
 
 NEAR = 0.05
 """How far below zero, as a share of its range, a polynomial's maximum on the grid may be and still be refined.

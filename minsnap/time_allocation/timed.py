@@ -12,11 +12,11 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.errors import LimitError, TimingError
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.infeasibility import explain
 from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import Solved, solve
 from minsnap.time_allocation.least_cost import Progress, Step, check_split
+from minsnap.time_allocation.refusal import explain
 from minsnap.trajectory.trajectory import Trajectory
 
 

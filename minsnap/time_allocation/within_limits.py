@@ -9,12 +9,12 @@ from minsnap.checks import check_positive_time, check_weight
 from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import measure_state
-from minsnap.optimisation.infeasibility import explain
 from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.time_allocation.least_cost import CostSearch, priced_first_guess
 from minsnap.time_allocation.least_time import ShortestSearch, most_used, stop_and_go_times, touching_factor
+from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
 from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, searched, solved_or_explained, timed
 from minsnap.trajectory.report import Utilisation

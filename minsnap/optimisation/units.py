@@ -1,0 +1,30 @@
+"""Units in which the lengths and durations of a problem are of order one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from minsnap.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class Units:
+    """What normalised lengths and times are worth.
+
+    Parameters
+    ----------
+    length : float
+        [m].
+    time : float
+        [s].
+    origin : ndarray, shape (dim,)
+        Point taken as zero [m].
+    """
+
+    length: float
+    time: float
+    origin: FloatArray
+
+    def of_order(self, order: int) -> float:
+        """Value of one normalised unit of a derivative [m/s^order]."""
+        return self.length / self.time**order

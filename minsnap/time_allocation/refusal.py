@@ -1,0 +1,50 @@
+"""Why no plan exists at given durations: the corridor is too narrow, or the limits ask for longer times."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import InfeasibleError, MinsnapError, SolverError
+from minsnap.optimisation.elastic import Elastic
+from minsnap.optimisation.infeasibility import explain_corridor, hardest_pressed, normalised
+from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.least_cost import leg_sums
+from minsnap.time_allocation.least_time import ShortestSearch, give_limits
+
+ROOM = 1e-4
+"""Share added to a stretch of time so that it does."""
+
+
+def explain(task: Task, durations: FloatArray) -> MinsnapError:
+    """Find out why a task has no solution at piece durations (pieces in all,) [s].
+
+    Returns
+    -------
+    InfeasibleError
+        With ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; with ``stretch`` where the
+        corridor would do but limits would not.
+    SolverError
+        If nothing explains it: the solvers failed on a problem that has a solution.
+    """
+    refused = explain_corridor(task, durations)
+    if refused is not None:
+        return refused
+    if not any(wall.order for wall in task.walls):
+        return SolverError("the solvers failed on a problem that has a solution: try another solver=")
+    return _too_fast(task, durations)
+
+
+def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError:
+    """Say by how much limits must give way where the corridor would do, and where they press hardest."""
+    problem, units, compiled, base = normalised(task, durations)
+    found = Elastic(problem, base, compiled, task.solver, give_limits(compiled)).run()
+    leg, instant = hardest_pressed(task, problem, units, found)
+    search = ShortestSearch(task, leg_sums(durations, task.pieces))
+    search.evaluate(np.zeros(task.legs))
+    stretch = float(np.exp(search.scale))
+    message = (
+        f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s; "
+        f"{stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"
+    )
+    return InfeasibleError(message, leg=leg, instant=instant, stretch=stretch)

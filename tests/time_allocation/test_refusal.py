@@ -1,0 +1,44 @@
+"""Why limits cannot be kept in given durations: the stretch of time that would do."""
+
+import numpy as np
+import pytest
+from tasks import REFERENCE
+
+import minsnap
+from minsnap.errors import InfeasibleError
+from minsnap.limits.limits import Limits
+
+TIMES = np.array([4.0, 2.0, 4.0, 2.0])
+
+
+def refusal(*given, **options):
+    with pytest.raises(InfeasibleError) as refused:
+        minsnap.plan(*given, **options)
+    return refused.value
+
+
+def fits(*given, **options):
+    try:
+        minsnap.plan(*given, **options)
+    except InfeasibleError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("limits", [Limits(speed=1.0), Limits(speed=2.5), Limits(acceleration=2.0), Limits(tilt=0.15)])
+@pytest.mark.parametrize("corridor", [None, 0.3])
+def test_stretch_of_time_said_would_do_and_little_less_would_not(limits, corridor):
+    refused = refusal(REFERENCE, TIMES / 2.0, corridor=corridor, limits=limits)
+    times = TIMES / 2.0 * refused.stretch
+    longest = 1.0 if len(limits.given()) == 1 else 1.02
+    assert fits(REFERENCE, times * 1.02 * longest, corridor=corridor, limits=limits)
+    assert not fits(REFERENCE, times * 0.9, corridor=corridor, limits=limits)
+
+
+def test_durations_within_limits_that_leave_time_are_planned():
+    limits = Limits(speed=3.0, acceleration=6.0)
+    path = minsnap.plan(REFERENCE, [4.2, 1.8, 3.2, 2.4], corridor=0.3, limits=limits)
+    assert minsnap.certify(path, REFERENCE, corridor=0.3, limits=limits).ok
+    free = minsnap.plan(REFERENCE, [4.2, 1.8, 3.2, 2.4], corridor=0.3)
+    assert max(u.fraction for u in limits.utilisation(free)) > 1.0, "the limits bind"
+    assert path.cost() > free.cost()
