@@ -145,6 +145,7 @@ def plan(
         pieces=check_pieces(pieces),
         walls=[wall for constraint in constraints for wall in constraint.walls(points) if len(wall.leg)],
         solver=check_solver(solver),
+        regions=placement.regions,
     )
     check_reach(placement, task.pins, task.walls)
     timing = Timing(durations, total_time, limits, split, time_weight, enforce, progress)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,6 +12,8 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_waypoints, point_text
 from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.gates import Ball, Gate, without_gates
+from minsnap.corridors.regions import KnotRegion, ball_region, gate_region
 from minsnap.corridors.room import Room
 from minsnap.errors import CorridorError, WaypointError
 
@@ -43,6 +45,8 @@ class Placement:
         States at the ends without their positions.
     given : bool
         Whether there were waypoints; else these are the ends and the overlaps.
+    regions : mapping of int to KnotRegion
+        Waypoints whose regions are no boxes; ``lower`` and ``upper`` are boxes around them.
     """
 
     points: FloatArray
@@ -51,10 +55,13 @@ class Placement:
     start: State
     end: State
     given: bool = True
+    regions: Mapping[int, KnotRegion] = field(default_factory=dict)
 
     def name(self, knot: int) -> str:
-        """Say which point or box it is, in a message."""
+        """Say which point, box, ball or gate it is, in a message."""
         at = point_text(self.points[knot])
+        if knot in self.regions:
+            return f"the {self.regions[knot].what} of waypoint {knot} at {at}"
         free = (self.upper[knot] > self.lower[knot]).any()
         if self.given:
             return f"the box around waypoint {knot} at {at}" if free else f"waypoint {knot} at {at}"
@@ -64,8 +71,8 @@ class Placement:
 
 
 def place(
-    waypoints: npt.ArrayLike | None,
-    tolerance: npt.ArrayLike | None,
+    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
+    tolerance: npt.ArrayLike | Ball | None,
     constraints: Sequence[Constraint],
     start: State,
     end: State,
@@ -84,14 +91,32 @@ def place(
     last, end = _without_position(end, "end")
     if waypoints is None:
         return Placement(*_found(tolerance, constraints, first, last, closed), start, end, given=False)
-    points = check_waypoints(waypoints)
+    centres, gates = without_gates(waypoints)
+    points = check_waypoints(centres)
     for position, index, where in ((first, 0, "start"), (last, -1, "end")):
         if position is not None and (position.shape != points[index].shape or (position != points[index]).any()):
             raise WaypointError(
                 f"{where} is at {point_text(position)} but its waypoint at {point_text(points[index])}: leave one out"
             )
-    widths = _tolerances(tolerance, points)
-    return Placement(points, -widths, widths, start, end)
+    regions = _regions(tolerance, gates, points, closed)
+    widths = np.zeros(points.shape) if isinstance(tolerance, Ball) else _tolerances(tolerance, points)
+    lower, upper = -widths, widths.copy()
+    for waypoint, region in regions.items():
+        lower[waypoint], upper[waypoint] = region.lower, region.upper
+    return Placement(points, lower, upper, start, end, regions=regions)
+
+
+def _regions(
+    tolerance: npt.ArrayLike | Ball | None, gates: Mapping[int, Gate], points: FloatArray, closed: bool
+) -> dict[int, KnotRegion]:
+    """Balls and gates by waypoint; a gate stands where both are given."""
+    last, regions = len(points) - 1, {}
+    if isinstance(tolerance, Ball):
+        radii = tolerance.of_waypoints(len(points))
+        regions = {int(k): ball_region(float(radii[k]), points.shape[1]) for k in np.flatnonzero(radii)}
+    if closed and gates.get(0) is not gates.get(last):
+        raise WaypointError("a closed lap that begins in a gate ends in it: give the same gate first and last")
+    return regions | {waypoint: gate_region(gate) for waypoint, gate in gates.items()}
 
 
 def _without_position(state: Any, where: str) -> tuple[FloatArray | None, State]:
@@ -108,7 +133,7 @@ def _without_position(state: Any, where: str) -> tuple[FloatArray | None, State]
 
 
 def _found(
-    tolerance: npt.ArrayLike | None,
+    tolerance: npt.ArrayLike | Ball | None,
     constraints: Sequence[Constraint],
     first: FloatArray | None,
     last: FloatArray | None,

@@ -88,14 +88,37 @@ class Component:
 
     @cached_property
     def equalities(self) -> tuple[Any, FloatArray] | None:
-        """Rows of the continuity above k - 1, normalised."""
-        if not self.problem.jumps:
+        """Rows of the continuity above k - 1 and of gates' planes, normalised."""
+        jumps = _jump_rows(self.problem, self.base, self.axes, self.local) if self.problem.jumps else None
+        found = [part for part in (jumps, self._plane_rows()) if part is not None]
+        if not found:
             return None
-        found = _jump_rows(self.problem, self.base, self.axes, self.local)
+        width = max(part[0].shape[1] for part in found)
+        columns = [np.pad(c, ((0, 0), (0, width - c.shape[1])), constant_values=len(self.columns)) for c, _, _ in found]
+        values = [np.pad(v, ((0, 0), (0, width - v.shape[1]))) for _, v, _ in found]
+        rows, norms = self.space.rows(np.concatenate(columns), np.concatenate(values))
+        return rows, np.concatenate([part[2] for part in found]) / norms
+
+    def _plane_rows(self) -> tuple[IntArray, FloatArray, FloatArray] | None:
+        """Columns, values and right-hand sides of the planes that knots must lie in."""
+        mine = [(knot, normal) for knot, normal in self.problem.planes if normal[self.axes].any()]
+        if not mine:
+            return None
+        knots, normals = np.array([knot for knot, _ in mine]), np.array([normal for _, normal in mine])
+        columns = self.local[self.problem.columns[knots, 0]]
+        free = columns < len(self.columns)
+        values = np.where(free, normals, 0.0)
+        return columns, values, -(normals * self.base[knots, 0]).sum(axis=1)
+
+    def _onto_planes(self, unknowns: FloatArray) -> FloatArray:
+        """Move positions into their planes by what a solver left open."""
+        found = self._plane_rows()
         if found is None:
-            return None
-        rows, norms = self.space.rows(*found[:2])
-        return rows, found[2] / norms
+            return unknowns
+        padded = np.append(unknowns, 0.0)
+        for columns, values, side in zip(*found, strict=True):
+            padded[columns] += values * (side - values @ padded[columns]) / (values @ values)
+        return padded[:-1]
 
     @property
     def sparse(self) -> bool:
@@ -169,7 +192,7 @@ class Component:
         """Take a solution, found with some unknowns held or not, in the coordinates of ``space``: the unknowns."""
         self.x, self.held = x, held
         self.gain = float(x @ (self.space.hessian @ x) + 2.0 * self.slope @ x)
-        return self.space.unknowns(x)
+        return self._onto_planes(self.space.unknowns(x))
 
     def matrix(self, rows: RowSet, chosen: IntArray, shrink: float) -> tuple[Any, FloatArray, FloatArray]:
         """Normalised rows (r, n), their bounds, and the norms they were divided by."""

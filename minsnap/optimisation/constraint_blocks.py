@@ -87,34 +87,26 @@ class Spheres:
 
 @dataclass(frozen=True, eq=False)
 class KnotBounds:
-    """Bounds on single coordinates of knots: sign x[axis] <= bound at one end of a piece."""
+    """One-sided planes at knots: normal . x <= bound at one end of a piece, of one derivative."""
 
     piece: IntArray
     s: FloatArray
-    axis: IntArray
-    sign: FloatArray
+    normal: FloatArray
     bound: FloatArray
     width: FloatArray
-    dim: int
     order: int = 0
 
     def excess(self, points: FloatArray) -> FloatArray:
         """Return the excess at the knot: polynomials of degree 0."""
-        end = np.where(self.s > 0.0, points.shape[1] - 1, 0)
-        value = points[self.piece, end, self.axis]
-        return np.asarray((self.sign * value - self.bound) / self.width)[:, None]
-
-    @property
-    def normal(self) -> FloatArray:
-        """Signed unit vectors, (m, dim)."""
-        return np.asarray(self.sign[:, None] * (self.axis[:, None] == np.arange(self.dim)))
+        value = _at_knots(points, self.piece, self.s)
+        return np.asarray(((self.normal * value).sum(axis=1) - self.bound) / self.width)[:, None]
 
     def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the bounds themselves."""
         return self.normal[index], self.bound[index]
 
     def touched(self) -> npt.NDArray[np.bool_]:
-        """Return the one axis that each bounds."""
+        """Return the axes that each bounds."""
         return np.asarray(self.normal != 0.0)
 
     def moved(self, distance: FloatArray) -> KnotBounds:
@@ -122,4 +114,23 @@ class KnotBounds:
         return replace(self, bound=self.bound + distance)
 
 
+@dataclass(frozen=True, eq=False)
+class KnotBalls(Spheres):
+    """Balls around the nominal positions of knots, at one end of a piece."""
+
+    s: FloatArray
+
+    def excess(self, points: FloatArray) -> FloatArray:
+        """Return half the excess of the squared distance in squared widths, at the knot: polynomials of degree 0."""
+        offset = _at_knots(points, self.piece, self.s) + self.offset
+        return np.asarray(((offset**2).sum(axis=1) / self.width**2 - (self.radius / self.width) ** 2) / 2.0)[:, None]
+
+
+def _at_knots(points: FloatArray, piece: IntArray, s: FloatArray) -> FloatArray:
+    """Values at the starts (s = 0) or ends (s = 1) of pieces, (m, dim)."""
+    return np.asarray(points[piece, np.where(s > 0.0, points.shape[1] - 1, 0)])
+
+
 Block = Planes | Spheres | KnotBounds
+AT_KNOTS = (KnotBounds, KnotBalls)
+"""Kinds of walls that hold at one instant only."""

@@ -41,6 +41,7 @@ class Contacts:
     def __init__(self, rows: Rows, multipliers: FloatArray) -> None:
         pressing = np.flatnonzero(multipliers > PRESSING * multipliers.max(initial=0.0))
         self.places = np.sort(2.0 * rows.wall[pressing] + rows.s[pressing])
+        self.rows, self.multipliers = rows, multipliers
 
     def expected(self, wall: IntArray, s: FloatArray) -> tuple[IntArray, FloatArray]:
         """Where contacts are expected from peaks at s on some walls: indices of the peaks that have one, and where."""
@@ -54,3 +55,12 @@ class Contacts:
         distance = np.abs(step)
         index = np.flatnonzero((distance < REACH) & (distance > APART))
         return index, s[index] + (1.0 - ONWARD) * step[index]
+
+    def forces(self, wall: IntArray) -> FloatArray:
+        """Sum of multiplier times normal of the rows of some walls: (m, dim)."""
+        known = len(self.multipliers)
+        pressing = np.isin(self.rows.wall[:known], wall)
+        place = np.searchsorted(wall, self.rows.wall[:known][pressing])
+        forces = np.zeros((len(wall), self.rows.normal.shape[1]))
+        np.add.at(forces, place, self.multipliers[pressing, None] * self.rows.normal[:known][pressing])
+        return forces

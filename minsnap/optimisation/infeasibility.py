@@ -54,10 +54,7 @@ def normalised(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compi
 def _leg_groups(task: Task, compiled: Compiled) -> tuple[IntArray, list[int | None]]:
     """Give all legs one slack where walls are equally wide, else one each: slack of each wall, leg of each slack."""
     leg = np.concatenate([block.piece // task.pieces for block in compiled.blocks])
-    held = int(bool(task.held.any()))
-    stands = np.concatenate(
-        [np.full(len(b.piece), held and n == len(compiled.blocks) - 1) for n, b in enumerate(compiled.blocks)]
-    ).astype(bool)
+    stands = compiled.momentary
     width = compiled.widths[~stands]
     if len(width) and np.ptp(width) <= 1e-9 * width.max():
         return np.where(stands, -1, 0), [None]

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Balls, Faces, Walls
-from minsnap.optimisation.constraint_blocks import Block, KnotBounds, Planes, Spheres
+from minsnap.optimisation.constraint_blocks import AT_KNOTS, Block, KnotBalls, KnotBounds, Planes, Spheres
+from minsnap.optimisation.knot_blocks import knot_places, region_blocks
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.units import Units
@@ -72,7 +73,7 @@ class Compiled:
     @cached_property
     def momentary(self) -> npt.NDArray[np.bool_]:
         """Which walls hold at one instant only, in the common count."""
-        parts = [np.full(len(block.piece), isinstance(block, KnotBounds)) for block in self.blocks]
+        parts = [np.full(len(block.piece), isinstance(block, AT_KNOTS)) for block in self.blocks]
         return np.concatenate([np.zeros(0, dtype=bool), *parts])
 
     def excess(self, problem: Problem, points: FloatArray) -> list[FloatArray]:
@@ -91,7 +92,7 @@ class Compiled:
         """Rows for some walls of a block, each at its own s."""
         chosen = self.blocks[block]
         piece = chosen.piece[index]
-        if isinstance(chosen, KnotBounds):
+        if isinstance(chosen, (KnotBounds, KnotBalls)):
             s = chosen.s[index]
         value = points[piece, 0]
         if isinstance(chosen, Spheres):
@@ -111,7 +112,8 @@ def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
         else:
             blocks.append(_spheres(walls, problem, units, task.pieces))
     if problem.held.any():
-        blocks.append(_knot_bounds(task, problem))
+        blocks.append(_knot_boxes(task, problem))
+    blocks += region_blocks(task, problem)
     sizes = [len(block.piece) for block in blocks]
     return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
 
@@ -144,24 +146,21 @@ def _spheres(balls: Balls, problem: Problem, units: Units, pieces: int) -> Spher
     return Spheres(balls.order, piece, matrix, offset, width + (slope * reference).sum(axis=1), slope, width)
 
 
-def _knot_bounds(task: Task, problem: Problem) -> KnotBounds:
+def _knot_boxes(task: Task, problem: Problem) -> KnotBounds:
+    """Bounds on single coordinates of knots."""
     waypoint, axis = np.nonzero(task.upper > task.lower)
     if task.closed:
         waypoint, axis = waypoint[waypoint < task.legs], axis[waypoint < task.legs]
-    knot = waypoint * task.pieces
-    s = (knot == len(problem.durations)).astype(np.float64)
-    piece = np.where(s > 0.0, knot - 1, knot)
-    offset = np.where(s > 0.0, problem.steps[piece, axis], 0.0)
+    piece, s, start = knot_places(task, problem, waypoint)
+    offset = start[np.arange(len(axis)), axis]
     upper, lower = task.upper[waypoint, axis] / task.length, task.lower[waypoint, axis] / task.length
-    ones = np.ones(len(axis))
+    normal = np.eye(task.dim)[axis]
     return KnotBounds(
         np.tile(piece, 2),
         np.tile(s, 2),
-        np.tile(axis, 2),
-        np.concatenate((ones, -ones)),
+        np.concatenate((normal, -normal)),
         np.concatenate((upper + offset, -lower - offset)),
         np.tile((upper - lower) / 2.0, 2),
-        task.dim,
     )
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
+from minsnap.corridors.regions import KnotRegion
 from minsnap.optimisation.reduced_qp import Problem, Slots
 from minsnap.optimisation.units import Units
 
@@ -41,6 +42,8 @@ class Task:
         What the curve must stay inside.
     solver : str
         Name of the QP solver, or ``"auto"``.
+    regions : mapping of int to KnotRegion
+        Waypoints that must lie in a ball or a gate, within ``lower`` and ``upper``.
     """
 
     waypoints: FloatArray
@@ -53,6 +56,7 @@ class Task:
     pieces: int
     walls: Sequence[Walls]
     solver: str
+    regions: Mapping[int, KnotRegion] = field(default_factory=dict)
 
     @property
     def legs(self) -> int:
@@ -137,9 +141,14 @@ class Task:
         for knot, slot, order, value in self._pinned_slots():
             values[knot, slot] = value / units.of_order(order)
         jumps = tuple(range(self.half, self.continuity + 1))
-        return Problem(
-            self.slots, durations / units.time, self.nominal, values, self.free, self.held, self.closed, jumps
-        )
+        known = (self.nominal, values, self.free, self.held, self.closed, jumps)
+        return Problem(self.slots, durations / units.time, *known, planes=self._planes)
+
+    @cached_property
+    def _planes(self) -> tuple[tuple[int, FloatArray], ...]:
+        """Knots that must lie in a slanted plane through their nominal positions, and its unit normal."""
+        regions = {k: region for k, region in self.regions.items() if not (self.closed and k == self.legs)}
+        return tuple((k * self.pieces, r.plane) for k, r in regions.items() if r.plane is not None)
 
     def piece_durations(self, durations: FloatArray) -> FloatArray:
         """Split leg durations (legs,) equally over the pieces."""

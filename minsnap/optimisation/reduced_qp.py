@@ -79,6 +79,8 @@ class Problem:
         Orders above k - 1 that must be continuous too, by extra equality rows.
     extended : bool
         Whether to use decimal arithmetic however close the durations are to each other.
+    planes : tuple of (int, ndarray of shape (dim,))
+        Knots whose position must stay in a plane through the nominal one, and its unit normal.
     """
 
     slots: Slots
@@ -90,6 +92,7 @@ class Problem:
     closed: bool = False
     jumps: tuple[int, ...] = ()
     extended: bool = False
+    planes: tuple[tuple[int, FloatArray], ...] = ()
 
     @property
     def half(self) -> int:

@@ -1,0 +1,223 @@
+"""Waypoints that are regions: balls around a point, and gates, convex polygons that are flown through."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import WaypointError
+
+FLAT = 1e-9
+"""Distance of a corner from its polygon's plane, relative to the polygon's size, that counts as rounding."""
+
+ALIGNED = 1e-15
+"""Component of a unit vector below which it counts as zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ball:
+    """Waypoints are met when the curve passes within a distance of them.
+
+    Parameters
+    ----------
+    radius : float or array_like, shape (n,)
+        [m]: one for all inner waypoints (the ends stay pinned), or one a waypoint; 0 pins.
+
+    Raises
+    ------
+    WaypointError
+        If a radius is negative or not finite.
+    """
+
+    radius: FloatArray
+
+    def __init__(self, radius: npt.ArrayLike) -> None:
+        values = _numbers(radius, "the radius of a ball")
+        if values.ndim > 1 or (values < 0.0).any():
+            raise WaypointError(f"the radius of a ball is {radius!r}: give one, or one a waypoint, not negative [m]")
+        object.__setattr__(self, "radius", values)
+
+    def of_waypoints(self, count: int) -> FloatArray:
+        """Radius around each of so many waypoints, shape (count,) [m].
+
+        Raises
+        ------
+        WaypointError
+            If their number is another.
+        """
+        if self.radius.ndim and self.radius.shape != (count,):
+            raise WaypointError(f"the ball has {len(self.radius)} radii: give one, or one for each of {count} waypoints")
+        radii = np.array(np.broadcast_to(self.radius, count))
+        if not self.radius.ndim:
+            radii[[0, -1]] = 0.0
+        return radii
+
+    def __repr__(self) -> str:
+        return f"Ball({self.radius.tolist()!r})"
+
+
+@dataclass(frozen=True, eq=False)
+class Gate:
+    """A waypoint that is an opening: the curve crosses its plane within it.
+
+    Parameters
+    ----------
+    centre : array_like, shape (3,) or (2,)
+        [m].
+    normal : array_like, shape (3,) or (2,)
+        Perpendicular to the opening; any length.
+    width : float
+        Horizontal side [m]; in the plane the only one.
+    height : float, optional
+        The other side [m]; the width unless given.
+    up : array_like, shape (3,)
+        The height is measured along it, as far as it lies in the opening's plane. z unless given; for a level opening
+        y.
+    crossing : {0, 1, -1}
+        1: flown through along the normal; -1: against it; 0: either way.
+
+    Attributes
+    ----------
+    corners : ndarray, shape (m, dim)
+        Of the opening, in order [m].
+
+    Raises
+    ------
+    WaypointError
+        If a vector or a size is not one.
+    """
+
+    centre: FloatArray
+    normal: FloatArray
+    corners: FloatArray
+    crossing: int
+
+    def __init__(
+        self,
+        centre: npt.ArrayLike,
+        normal: npt.ArrayLike,
+        width: float,
+        height: float | None = None,
+        up: npt.ArrayLike | None = None,
+        crossing: int = 0,
+    ) -> None:
+        middle, axis = _numbers(centre, "the centre of a gate"), _numbers(normal, "the normal of a gate")
+        if middle.shape not in ((2,), (3,)) or axis.shape != middle.shape:
+            raise WaypointError(f"a gate has a centre and a normal of 3 (or 2) coordinates, not {centre!r} and {normal!r}")
+        sides = [_size(width, "width"), _size(width if height is None else height, "height")]
+        axis = _unit(axis, "the normal of a gate")
+        half = [side / 2.0 * along for side, along in zip(sides, _sides(axis, up), strict=False)]
+        if len(middle) == 2:
+            corners = np.array([middle - half[0], middle + half[0]])
+        else:
+            corners = np.array([middle + x * half[0] + y * half[1] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+        self._fill(middle, axis, corners, crossing)
+
+    @classmethod
+    def polygon(cls, corners: npt.ArrayLike, crossing: int = 0) -> Gate:
+        """Return the gate with these corners, (m, 3), in order: convex, in one plane.
+
+        The normal is that about which they go round counter-clockwise; the centre is the mean of the corners.
+
+        Raises
+        ------
+        WaypointError
+            If they are fewer than three, not in one plane or not convex.
+        """
+        points = _numbers(corners, "the corners of a gate")
+        if points.ndim != 2 or points.shape[1] != 3 or len(points) < 3:
+            raise WaypointError(f"a polygon has at least three corners of 3 coordinates, not {points.shape}")
+        middle = points.mean(axis=0)
+        spokes = points - middle
+        axis = _unit(np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0), "the area of a polygon")
+        size = float(np.abs(spokes).max())
+        if np.abs(spokes @ axis).max() > FLAT * size:
+            raise WaypointError("the corners of a gate must lie in one plane")
+        edges = np.roll(points, -1, axis=0) - points
+        if (np.cross(edges, np.roll(edges, -1, axis=0)) @ axis <= 0.0).any():
+            raise WaypointError("the corners of a gate must go round a convex polygon, in order, none on a straight side")
+        gate = object.__new__(cls)
+        gate._fill(middle, axis, points, crossing)
+        return gate
+
+    def _fill(self, centre: FloatArray, normal: FloatArray, corners: FloatArray, crossing: int) -> None:
+        if crossing not in (-1, 0, 1) or isinstance(crossing, bool):
+            raise WaypointError(f"the crossing of a gate is {crossing!r}: 1 along its normal, -1 against it, 0 either way")
+        for name, value in (("centre", centre), ("normal", normal), ("corners", corners)):
+            value.flags.writeable = False
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "crossing", int(crossing))
+
+    def edges(self) -> tuple[FloatArray, FloatArray]:
+        """Outward unit normals in the plane, (m, dim), and the distance of each side from the centre, (m,) [m]."""
+        spokes = self.corners - self.centre
+        if len(self.centre) == 2:
+            return _snapped(spokes / np.linalg.norm(spokes, axis=1)[:, None]), np.linalg.norm(spokes, axis=1)
+        outward = np.cross(np.roll(spokes, -1, axis=0) - spokes, self.normal)
+        outward /= np.linalg.norm(outward, axis=1)[:, None]
+        return _snapped(outward), np.asarray((outward * spokes).sum(axis=1))
+
+    def __repr__(self) -> str:
+        centre, normal = (tuple(value.tolist()) for value in (self.centre, self.normal))
+        return f"Gate(centre={centre}, normal={normal}, corners={len(self.corners)}, crossing={self.crossing})"
+
+
+def without_gates(waypoints: Any) -> tuple[Any, dict[int, Gate]]:
+    """Return waypoints with centres in place of gates, and the gates by waypoint."""
+    if not isinstance(waypoints, (list, tuple)):
+        return waypoints, {}
+    gates = {index: entry for index, entry in enumerate(waypoints) if isinstance(entry, Gate)}
+    if not gates:
+        return waypoints, {}
+    return [entry.centre if isinstance(entry, Gate) else entry for entry in waypoints], gates
+
+
+def _sides(axis: FloatArray, up: npt.ArrayLike | None) -> Sequence[FloatArray]:
+    """Unit vectors along the width and the height of an opening."""
+    if len(axis) == 2:
+        return [np.array([-axis[1], axis[0]])]
+    level = abs(axis[2]) > 1.0 - FLAT
+    vertical = (0.0, 1.0, 0.0) if level else (0.0, 0.0, 1.0)
+    upwards = _numbers(vertical if up is None else up, "up of a gate")
+    if upwards.shape != (3,):
+        raise WaypointError(f"up of a gate is {up!r}: give three coordinates")
+    across = np.cross(upwards, axis)
+    if np.linalg.norm(across) <= FLAT * np.linalg.norm(upwards):
+        raise WaypointError(f"up of a gate is {up!r}, along its normal: give a direction in its plane")
+    across = _snapped(across / np.linalg.norm(across))
+    return [across, _snapped(np.cross(axis, across))]
+
+
+def _unit(vector: FloatArray, what: str) -> FloatArray:
+    size = float(np.linalg.norm(vector))
+    if size == 0.0:
+        raise WaypointError(f"{what} is zero: it has no direction")
+    return _snapped(vector / size)
+
+
+def _snapped(vectors: FloatArray) -> FloatArray:
+    """Set components to zero that are rounding alone."""
+    return np.where(np.abs(vectors) <= ALIGNED, 0.0, vectors)
+
+
+def _size(value: Any, what: str) -> float:
+    number = _numbers(value, f"the {what} of a gate")
+    if number.ndim or not number > 0.0:
+        raise WaypointError(f"the {what} of a gate is {value!r}: it must be positive [m]")
+    return float(number)
+
+
+def _numbers(values: Any, what: str) -> FloatArray:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise WaypointError(f"{what} must be numbers, not {values!r}") from None
+    if not np.isfinite(array).all():
+        raise WaypointError(f"{what} must be finite, not {values!r}")
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,68 @@
+"""Balls and gates made ready for a problem: walls that hold at a knot only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, IntArray
+from minsnap.corridors.regions import KnotRegion
+from minsnap.optimisation.constraint_blocks import Block, KnotBalls, KnotBounds
+from minsnap.optimisation.reduced_qp import Problem
+
+if TYPE_CHECKING:
+    from minsnap.optimisation.problem import Task
+
+
+def knot_places(task: Task, problem: Problem, waypoint: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Piece and s at which waypoints lie, and their nominal position from the piece's start: (m,), (m,), (m, dim)."""
+    knot = waypoint * task.pieces
+    s = (knot == len(problem.durations)).astype(np.float64)
+    piece = np.where(s > 0.0, knot - 1, knot)
+    return piece, s, np.where(s[:, None] > 0.0, problem.steps[piece], 0.0)
+
+
+def region_blocks(task: Task, problem: Problem) -> list[Block]:
+    """Return the sides of gates, the balls and the directions of crossing, as far as there are any."""
+    blocks = (_sides(task, problem), _balls(task, problem), _crossings(task, problem))
+    return [block for block in blocks if block is not None]
+
+
+def _chosen(task: Task, which: Callable[[KnotRegion], bool]) -> list[int]:
+    """Waypoints of some of the regions; the last of a closed lap is the first."""
+    last = task.legs if task.closed else task.legs + 1
+    return [k for k, region in task.regions.items() if k < last and which(region)]
+
+
+def _sides(task: Task, problem: Problem) -> KnotBounds | None:
+    chosen = _chosen(task, lambda region: len(region.bounds) > 0)
+    if not chosen:
+        return None
+    regions = [task.regions[k] for k in chosen]
+    waypoint = np.repeat(chosen, [len(region.bounds) for region in regions]).astype(np.intp)
+    normal = np.concatenate([region.normals for region in regions])
+    bound = np.concatenate([region.bounds for region in regions]) / task.length
+    piece, s, start = knot_places(task, problem, waypoint)
+    return KnotBounds(piece, s, normal, bound + (normal * start).sum(axis=1), bound)
+
+
+def _balls(task: Task, problem: Problem) -> KnotBalls | None:
+    chosen = np.array(_chosen(task, lambda region: bool(np.isfinite(region.radius))), dtype=np.intp)
+    if not len(chosen):
+        return None
+    radius = np.array([task.regions[int(k)].radius for k in chosen]) / task.length
+    piece, s, start = knot_places(task, problem, chosen)
+    matrix = np.broadcast_to(np.eye(task.dim), (len(chosen), task.dim, task.dim))
+    return KnotBalls(0, piece, matrix, -start, radius, np.zeros_like(start), radius, s)
+
+
+def _crossings(task: Task, problem: Problem) -> KnotBounds | None:
+    """Velocities that must not point backwards: -direction . v <= 0."""
+    chosen = np.array(_chosen(task, lambda region: region.crossing is not None), dtype=np.intp)
+    if not len(chosen):
+        return None
+    directions: FloatArray = np.array([task.regions[int(k)].crossing for k in chosen])
+    piece, s, _ = knot_places(task, problem, chosen)
+    return KnotBounds(piece, s, -directions, np.zeros(len(chosen)), np.ones(len(chosen)), 1)
