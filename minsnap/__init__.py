@@ -13,6 +13,7 @@ from minsnap.errors import MinsnapError
 if TYPE_CHECKING:
     from minsnap.certificate import Certificate, certify
     from minsnap.corridors.boxes import Boxes
+    from minsnap.corridors.gates import Ball, Gate
     from minsnap.corridors.occupancy_grid import corridor_from_grid
     from minsnap.corridors.polytopes import Polytopes
     from minsnap.corridors.room import HalfSpaces, Room
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "minsnap.corridors.boxes": ("Boxes",),
+    "minsnap.corridors.gates": ("Ball", "Gate"),
     "minsnap.certificate": ("Certificate", "certify"),
     "minsnap.corridors.tubes": ("RoundTube", "Tube"),
     "minsnap.files.setpoint_csv": ("read_csv", "write_csv"),
@@ -49,9 +51,11 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Ball",
     "Boxes",
     "Certificate",
     "FullProblem",
+    "Gate",
     "HalfSpaces",
     "Limits",
     "MinsnapError",

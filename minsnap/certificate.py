@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import check_waypoints
 from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
+from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
 from minsnap.polynomials.bernstein import differentiate
@@ -72,6 +72,9 @@ class Certificate:
         Highest order up to which derivatives are continuous at all knots, to ``EXACT`` of their size.
     utilisation : tuple of Utilisation
         How far each limit is used; empty without limits.
+    waypoint_excess : float or None
+        Largest distance outside of where a waypoint's box, ball or gate lets it pass [m], 0 inside; None without
+        waypoints.
     """
 
     ok: bool
@@ -84,14 +87,15 @@ class Certificate:
     max_snap: float
     continuity: int
     utilisation: tuple[Utilisation, ...] = ()
+    waypoint_excess: float | None = None
 
 
 def certify(
     traj: Trajectory,
-    waypoints: npt.ArrayLike | None = None,
+    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None = None,
     corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
     limits: Limits | None = None,
-    tolerance: float = 0.0,
+    tolerance: npt.ArrayLike | Ball = 0.0,
 ) -> Certificate:
     """Say what holds, exactly, of any trajectory.
 
@@ -99,14 +103,14 @@ def certify(
     ----------
     traj : Trajectory
         From ``plan`` or from anywhere else.
-    waypoints : array_like, shape (legs + 1, dim), optional
+    waypoints : array_like, shape (legs + 1, dim), or sequence with Gates among them, optional
         What it should pass through; the corridor runs between them. Its own knots unless given.
     corridor : float, array_like, Constraint or sequence of Constraint, optional
         Half-widths of a ``Tube`` [m], or constraints.
     limits : Limits, optional
         What it should not exceed.
-    tolerance : float
-        How far from its waypoints it may be [m], as planned with ``waypoint_tolerance``.
+    tolerance : float, array_like or Ball
+        How far from its waypoints it may be [m], as ``plan`` takes it for ``waypoint_tolerance``.
 
     Returns
     -------
@@ -119,21 +123,24 @@ def certify(
     """
     if not isinstance(traj, Trajectory):
         raise InputError(f"certify takes a Trajectory, not {type(traj).__name__}")
-    points = traj(traj.leg_breaks) if waypoints is None else _matching(traj, check_waypoints(waypoints))
+    placement = None if waypoints is None else _matching(traj, place(waypoints, tolerance, (), None, None, False))
+    positions = traj(traj.leg_breaks)
+    points = positions if placement is None else placement.points
     walls = [wall for constraint in as_constraints(corridor) for wall in constraint.walls(points)]
     nearest = nearest_wall(traj, walls)
-    error = None if waypoints is None else float(np.linalg.norm(traj(traj.leg_breaks) - points, axis=1).max())
+    error = None if placement is None else float(np.linalg.norm(positions - points, axis=1).max())
+    excess = None if placement is None else float(placement.outside(positions).max())
     size = float(np.abs(points).max()) or 1.0
     utilisation = () if limits is None else limits.utilisation(traj)
     ok = (
         (nearest is None or nearest.value >= 0.0)
-        and (error is None or error <= EXACT * size + tolerance * np.sqrt(traj.dim))
+        and (placement is None or excess is None or (excess <= EXACT * size and _crossed(traj, placement)))
         and all(used.fraction <= 1.0 + EXACT for used in utilisation)
     )
     speed, acceleration, jerk, snap = (traj.max_norm(order)[0] for order in (1, 2, 3, 4))
     margin = None if nearest is None else nearest.value
     return Certificate(
-        bool(ok), margin, nearest, error, speed, acceleration, jerk, snap, _continuity(traj), utilisation
+        bool(ok), margin, nearest, error, speed, acceleration, jerk, snap, _continuity(traj), utilisation, excess
     )
 
 
@@ -180,10 +187,18 @@ def _continuity(traj: Trajectory) -> int:
     return traj.degree
 
 
-def _matching(traj: Trajectory, points: FloatArray) -> FloatArray:
-    if points.shape != (traj.legs + 1, traj.dim):
+def _crossed(traj: Trajectory, placement: Placement) -> bool:
+    """Whether every gate that asks for a direction is crossed in it, to rounding."""
+    velocity = traj(traj.leg_breaks, 1)
+    size = float(np.linalg.norm(velocity, axis=1).max())
+    asked = ((k, region.crossing) for k, region in placement.regions.items() if region.crossing is not None)
+    return all(float(velocity[k] @ crossing) >= -EXACT * size for k, crossing in asked)
+
+
+def _matching(traj: Trajectory, placement: Placement) -> Placement:
+    if placement.points.shape != (traj.legs + 1, traj.dim):
         raise WaypointError(
             f"a trajectory of {traj.legs} legs and {traj.dim} coordinates has waypoints of shape "
-            f"({traj.legs + 1}, {traj.dim}), not {points.shape}"
+            f"({traj.legs + 1}, {traj.dim}), not {placement.points.shape}"
         )
-    return points
+    return placement

@@ -17,6 +17,7 @@ from minsnap.checks import (
     check_pins,
 )
 from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
@@ -36,7 +37,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 def plan(
-    waypoints: npt.ArrayLike | None,
+    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
     durations: npt.ArrayLike | None = None,
     total_time: float | None = None,
     limits: Limits | None = None,
@@ -56,7 +57,7 @@ def plan(
     progress: Progress | None = None,
     pieces: int = 1,
     room: Room | Sequence[npt.ArrayLike] | None = None,
-    waypoint_tolerance: npt.ArrayLike | None = None,
+    waypoint_tolerance: npt.ArrayLike | Ball | None = None,
     samples: int | None = None,
     certify: bool = True,
 ) -> Trajectory:
@@ -67,9 +68,10 @@ def plan(
 
     Parameters
     ----------
-    waypoints : array_like, shape (n, dim), or None
-        Positions to pass through [m], n >= 2. With None the curve passes from set to set through their overlaps; the
-        corridor is then ``Boxes`` or ``Polytopes``, and ``start`` and ``end`` give positions.
+    waypoints : array_like, shape (n, dim), sequence with Gates among them, or None
+        Positions to pass through [m], n >= 2; a ``Gate`` is passed anywhere in its opening. With None the curve
+        passes from set to set through their overlaps; the corridor is then ``Boxes`` or ``Polytopes``, and ``start``
+        and ``end`` give positions.
     durations : array_like, shape (n - 1,), optional
         Seconds a leg.
     total_time : float, optional
@@ -108,9 +110,9 @@ def plan(
         Polynomials a leg.
     room : Room or (lower, upper), optional
         Two corners of a box that holds on all legs [m], such as ``((-4, -4, 0), (4, 4, 6))``.
-    waypoint_tolerance : float or array_like, shape (n,) or (n, dim), optional
-        Half-width of the box around a waypoint within which the curve may pass [m]; one number is for the inner
-        waypoints, the ends stay pinned.
+    waypoint_tolerance : float, array_like of shape (n,) or (n, dim), or Ball, optional
+        Half-width of the box around a waypoint within which the curve may pass [m], or the ball; one number is for the
+        inner waypoints, the ends stay pinned.
     samples : int, optional
         With ``certify=False``: instants a leg at which the corridor holds, as in the thesis; 20 unless given.
     certify : bool
@@ -147,7 +149,7 @@ def plan(
         solver=check_solver(solver),
         regions=placement.regions,
     )
-    check_reach(placement, task.pins, task.walls)
+    check_reach(placement, task.pins, task.walls, task.closed)
     timing = Timing(durations, total_time, limits, split, time_weight, enforce, progress)
     timed = plan_timed(task, timing, lambda curve: curve.told(_heading(yaw, curve, closed), None), samples, certify)
     return timed.trajectory.told(timed.trajectory.yaw, _report(timed, limits, 1e3 * (perf_counter() - began)))

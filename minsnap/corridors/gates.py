@@ -51,7 +51,9 @@ class Ball:
             If their number is another.
         """
         if self.radius.ndim and self.radius.shape != (count,):
-            raise WaypointError(f"the ball has {len(self.radius)} radii: give one, or one for each of {count} waypoints")
+            raise WaypointError(
+                f"the ball has {len(self.radius)} radii: give one, or one for each of {count} waypoints"
+            )
         radii = np.array(np.broadcast_to(self.radius, count))
         if not self.radius.ndim:
             radii[[0, -1]] = 0.0
@@ -108,7 +110,9 @@ class Gate:
     ) -> None:
         middle, axis = _numbers(centre, "the centre of a gate"), _numbers(normal, "the normal of a gate")
         if middle.shape not in ((2,), (3,)) or axis.shape != middle.shape:
-            raise WaypointError(f"a gate has a centre and a normal of 3 (or 2) coordinates, not {centre!r} and {normal!r}")
+            raise WaypointError(
+                f"a gate has a centre and a normal of 3 (or 2) coordinates, not {centre!r} and {normal!r}"
+            )
         sides = [_size(width, "width"), _size(width if height is None else height, "height")]
         axis = _unit(axis, "the normal of a gate")
         half = [side / 2.0 * along for side, along in zip(sides, _sides(axis, up), strict=False)]
@@ -140,14 +144,18 @@ class Gate:
             raise WaypointError("the corners of a gate must lie in one plane")
         edges = np.roll(points, -1, axis=0) - points
         if (np.cross(edges, np.roll(edges, -1, axis=0)) @ axis <= 0.0).any():
-            raise WaypointError("the corners of a gate must go round a convex polygon, in order, none on a straight side")
+            raise WaypointError(
+                "the corners of a gate must go round a convex polygon, in order, none on a straight side"
+            )
         gate = object.__new__(cls)
         gate._fill(middle, axis, points, crossing)
         return gate
 
     def _fill(self, centre: FloatArray, normal: FloatArray, corners: FloatArray, crossing: int) -> None:
         if crossing not in (-1, 0, 1) or isinstance(crossing, bool):
-            raise WaypointError(f"the crossing of a gate is {crossing!r}: 1 along its normal, -1 against it, 0 either way")
+            raise WaypointError(
+                f"the crossing of a gate is {crossing!r}: 1 along its normal, -1 against it, 0 either way"
+            )
         for name, value in (("centre", centre), ("normal", normal), ("corners", corners)):
             value.flags.writeable = False
             object.__setattr__(self, name, value)
@@ -178,7 +186,7 @@ def without_gates(waypoints: Any) -> tuple[Any, dict[int, Gate]]:
 
 
 def _sides(axis: FloatArray, up: npt.ArrayLike | None) -> Sequence[FloatArray]:
-    """Unit vectors along the width and the height of an opening."""
+    """Return unit vectors along the width and the height of an opening."""
     if len(axis) == 2:
         return [np.array([-axis[1], axis[0]])]
     level = abs(axis[2]) > 1.0 - FLAT

@@ -57,6 +57,14 @@ class Placement:
     given: bool = True
     regions: Mapping[int, KnotRegion] = field(default_factory=dict)
 
+    def outside(self, positions: FloatArray) -> FloatArray:
+        """By how much positions (n, dim) are outside of where they may lie, (n,) [m]; 0 inside."""
+        offset = positions - self.points
+        excess = np.linalg.norm(np.maximum(np.maximum(offset - self.upper, self.lower - offset), 0.0), axis=1)
+        for knot, region in self.regions.items():
+            excess[knot] = max(region.excess(offset[knot]), 0.0)
+        return np.asarray(excess)
+
     def name(self, knot: int) -> str:
         """Say which point, box, ball or gate it is, in a message."""
         at = point_text(self.points[knot])

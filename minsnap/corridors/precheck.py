@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.checks import DERIVATIVES
+from minsnap.checks import DERIVATIVES, point_text
 from minsnap.corridors.constraint import Balls, Faces, Walls
 from minsnap.corridors.knot_regions import Placement
 from minsnap.errors import CorridorError, WaypointError
@@ -19,13 +19,14 @@ ROUNDING = 1e-14
 Pins = Mapping[int, Mapping[int, FloatArray]]
 
 
-def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> None:
+def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls], closed: bool = False) -> None:
     """Raise unless every waypoint, with its box, and every pinned derivative can be inside the walls of its legs.
 
     Raises
     ------
     CorridorError
-        If a waypoint, or the whole box around it, is outside a wall of a leg that it belongs to.
+        If a waypoint, or the whole box, ball or gate around it, is outside a wall of a leg that it belongs to, or a
+        gate's crossing leads out of all that a leg may reach.
     WaypointError
         If a pinned derivative is.
     """
@@ -36,6 +37,9 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> Non
             _check_pins(pins, wall)
     for waypoint in _doubtful(placement, walls):
         _check_box(placement, walls, waypoint)
+    faces = [wall for wall in walls if wall.order == 0 and isinstance(wall, Faces)]
+    for waypoint in placement.regions if faces else ():
+        _check_crossing(placement, faces, waypoint, closed)
 
 
 def nearest_excess(wall: Walls, point: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
@@ -123,7 +127,7 @@ def _check_box(placement: Placement, walls: Sequence[Walls], waypoint: int) -> N
             excess = _box_to_ball(balls, row, low, high)
             if excess > 0.0:
                 _refuse(placement, balls, waypoint, row, excess)
-    if not _planes_meet([wall for wall in walls if wall.order == 0 and isinstance(wall, Faces)], waypoint, low, high):
+    if not _meets(placement, [w for w in walls if w.order == 0 and isinstance(w, Faces)], waypoint):
         names = sorted({wall.name for wall in walls if wall.order == 0 and len(_rows_at(wall, waypoint))})
         raise CorridorError(
             f"{placement.name(waypoint)} has no point inside the {' and the '.join(names)} of its legs: "
@@ -149,19 +153,71 @@ def _box_to_ball(balls: Balls, row: int, low: FloatArray, high: FloatArray) -> f
     return float(np.linalg.norm(matrix @ (point - anchor)) - balls.radius[row])
 
 
-def _planes_meet(faces: Sequence[Faces], waypoint: int, low: FloatArray, high: FloatArray) -> bool:
-    """Whether some point of a box is inside all planes of a waypoint's legs."""
-    from scipy.optimize import linprog
-
-    normals, bounds = [np.zeros((0, len(low)))], [np.zeros(0)]
+def _planes_at(faces: Sequence[Faces], legs: Sequence[int], dim: int) -> tuple[FloatArray, FloatArray]:
+    """Half-spaces normal . x <= bound that hold on some legs: (m, dim) and (m,)."""
+    normals, bounds = [np.zeros((0, dim))], [np.zeros(0)]
     for wall in faces:
-        rows = _rows_at(wall, waypoint)
+        rows = np.flatnonzero(np.isin(wall.leg, legs))
         along = (wall.normal[rows] * wall.anchor[rows]).sum(axis=1)
         normals += [wall.normal[rows], -wall.normal[rows]]
         bounds += [wall.upper[rows] + along, -wall.lower[rows] - along]
     right = np.concatenate(bounds)
     kept = np.isfinite(right)
-    found: Any = linprog(
-        np.zeros(len(low)), np.concatenate(normals)[kept], right[kept], bounds=np.column_stack((low, high))
-    )
+    return np.concatenate(normals)[kept], right[kept]
+
+
+def _meets(placement: Placement, faces: Sequence[Faces], waypoint: int) -> bool:
+    """Whether some point of a waypoint's box, ball or gate is inside all planes of its legs."""
+    from scipy.optimize import linprog
+
+    point, region = placement.points[waypoint], placement.regions.get(waypoint)
+    normals, bounds = _planes_at(faces, (waypoint - 1, waypoint), len(point))
+    bounds = bounds - normals @ point
+    box = np.column_stack((placement.lower[waypoint], placement.upper[waypoint]))
+    if region is not None and np.isfinite(region.radius):
+        return _distance(normals, bounds) <= region.radius
+    flat: Any = (None, None)
+    if region is not None:
+        normals, bounds = np.concatenate((normals, region.normals)), np.concatenate((bounds, region.bounds))
+        flat = flat if region.plane is None else (region.plane[None, :], np.zeros(1))
+    found: Any = linprog(np.zeros(len(point)), normals, bounds, *flat, bounds=box)
     return bool(found.status != 2)
+
+
+def _distance(normals: FloatArray, bounds: FloatArray) -> float:
+    """Distance of the origin to the points with normals . x <= bounds; infinite where there are none.
+
+    C. L. Lawson and R. J. Hanson, "Solving least squares problems", 1974, chapter 23.
+    """
+    from scipy.optimize import nnls
+
+    if not len(bounds):
+        return 0.0
+    matrix, target = np.vstack((-normals.T, -bounds)), np.append(np.zeros(normals.shape[1]), 1.0)
+    residual = matrix @ nnls(matrix, target)[0] - target
+    return float(np.linalg.norm(residual[:-1] / residual[-1])) if abs(residual[-1]) > ROUNDING else np.inf
+
+
+def _check_crossing(placement: Placement, faces: Sequence[Faces], waypoint: int, closed: bool) -> None:
+    """Raise if a gate must be crossed into a corridor that lies wholly behind it, or out of one wholly beyond it."""
+    crossing, legs = placement.regions[waypoint].crossing, len(placement.points) - 1
+    if crossing is None:
+        return
+    before = waypoint - 1 if waypoint or not closed else legs - 1
+    for leg, side, where in ((waypoint % legs if closed else waypoint, 1.0, "behind"), (before, -1.0, "beyond")):
+        if 0 <= leg < legs and _reach(faces, leg, side * crossing, placement.points[waypoint]) <= 0.0:
+            raise CorridorError(
+                f"{placement.name(waypoint)} is crossed along {point_text(crossing)}, but all of leg {leg}'s corridor "
+                f"lies {where} it: turn its crossing round, or move it",
+                leg=leg,
+                waypoint=waypoint,
+            )
+
+
+def _reach(faces: Sequence[Faces], leg: int, direction: FloatArray, point: FloatArray) -> float:
+    """How far a leg's planes reach from a point along a direction [m]; infinite where none stands in the way."""
+    from scipy.optimize import linprog
+
+    normals, bounds = _planes_at(faces, (leg,), len(point))
+    found: Any = linprog(-direction, normals, bounds - normals @ point, bounds=(None, None))
+    return float(-found.fun) if found.status == 0 else np.inf

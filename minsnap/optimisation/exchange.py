@@ -122,7 +122,7 @@ class Exchange:
             if excess <= 0.0 and floor == 0.0 and not pending and state.optimal(self.gap):
                 break
             stalled = 0 if excess < 0.75 * best else stalled + 1
-            best = min(best, excess)
+            best = min(best, excess) if excess > 0.0 else best
             broken = state.broken(BROKEN * excess) if stalled else []
             if broken and self._replaced(broken, excess):
                 state.solve()

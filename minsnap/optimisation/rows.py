@@ -157,20 +157,19 @@ def sticking_out(
             row, s = np.concatenate((row, row[index])), np.concatenate((s, where))
         if len(row):
             rows.append(curve.rows(number, row, s))
-        if contacts is not None and len(row) and isinstance(curve.compiled.blocks[number], KnotBalls):
-            rows.append(_pressed(curve, number, row, contacts))
+        block = curve.compiled.blocks[number]
+        if contacts is not None and len(row) and isinstance(block, KnotBalls):
+            rows.append(_pressed(block, int(curve.compiled.first[number]), row, contacts))
     return rows, max((float(value.max(initial=0.0)) for _, _, value in found), default=0.0)
 
 
-def _pressed(curve: Curve, number: int, row: IntArray, contacts: Contacts) -> Rows:
+def _pressed(balls: KnotBalls, first: int, row: IntArray, contacts: Contacts) -> Rows:
     """Tangent planes of balls where their present rows press together: where the contact is if the force stays."""
-    block = curve.compiled.blocks[number]
-    force = contacts.forces(curve.compiled.first[number] + row)
+    force = contacts.forces(first + row)
     pressed = force.any(axis=1)
     row = row[pressed]
-    normal, bound = block.cuts(row, force[pressed] - block.offset[row])
-    wall, s = curve.compiled.first[number] + row, block.s[row]
-    return Rows(wall, block.piece[row], s, np.zeros(len(row), dtype=np.intp), normal, bound)
+    normal, bound = balls.cuts(row, force[pressed] - balls.offset[row])
+    return Rows(first + row, balls.piece[row], balls.s[row], np.zeros(len(row), dtype=np.intp), normal, bound)
 
 
 def _exact_peaks(values: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
