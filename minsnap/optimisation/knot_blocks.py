@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.regions import KnotRegion
 from minsnap.optimisation.constraint_blocks import Block, KnotBalls, KnotBounds
+from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
-
-if TYPE_CHECKING:
-    from minsnap.optimisation.problem import Task
 
 
 def knot_places(task: Task, problem: Problem, waypoint: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
