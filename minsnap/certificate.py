@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
+from minsnap.corridors.constraint import Constraint, Walls
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.tubes import as_constraints
@@ -151,21 +151,13 @@ def nearest_wall(traj: Trajectory, walls: Sequence[Walls]) -> Margin | None:
 
 def margin_to(traj: Trajectory, wall: Walls) -> Margin:
     """Exact least distance to one block of walls over all time."""
-    if isinstance(wall, Faces):
-        inside, row, piece = wall.polynomials(traj)
-        if not len(inside):
-            return Margin(np.inf, 0, 0.0, wall.name)
-        value, which, s = maximum(-inside)
-        return Margin(0.0 - value, int(wall.leg[row[which]]), _instant(traj, int(piece[which]), s), wall.name)
-    return _ball_margin(traj, wall)
-
-
-def _ball_margin(traj: Trajectory, wall: Balls) -> Margin:
-    excess, row, piece = wall.excess(traj)
-    _, which, s = maximum(excess * wall.radius[row, None])
-    largest = maximum(excess[which : which + 1])[0]
-    value = float(wall.radius[row[which]]) * (1.0 - float(np.sqrt(max(1.0 + 2.0 * largest, 0.0))))
-    return Margin(value, int(wall.leg[row[which]]), _instant(traj, int(piece[which]), s), wall.name)
+    cones = wall.cones
+    excess, row, piece = cones.excess(traj)
+    if not len(excess):
+        return Margin(np.inf, 0, 0.0, wall.name)
+    value, which, s = maximum(excess)
+    slack = cones.least_slack(int(row[which]), float(value))
+    return Margin(slack, int(cones.leg[row[which]]), _instant(traj, int(piece[which]), s), wall.name)
 
 
 def _instant(traj: Trajectory, piece: int, s: float) -> float:

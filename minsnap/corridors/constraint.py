@@ -1,20 +1,21 @@
 r"""Walls: the convex sets that a derivative of the curve must stay in, leg by leg.
 
-A constraint is anything with a method ``walls(waypoints)`` that returns a list of these two:
+A constraint is anything with a method ``walls(waypoints)`` that returns a list of :class:`Faces` (pairs of parallel
+planes) and :class:`Balls` (balls, cylinders and cones). Both are cases of one form, the cone
 
-* ``Faces``: :math:`lower \le n^\top (r^{(p)}(t) - a) \le upper` on a leg,
-* ``Balls``: :math:`\|M (r^{(p)}(t) - a)\|_2 \le \rho` on a leg, or with a radius that grows along a slope,
-  :math:`\rho + c^\top (r^{(p)}(t) - a)`: a cone.
+.. math:: \|A\,(r^{(p)}(t) - a)\|_2 \le \rho + s^\top (r^{(p)}(t) - a),
 
-From them the library derives both rows of the QP at any instant (a ball gives its tangent plane there) and the exact
-margin over all instants, because :math:`n^\top r` and :math:`\|M r\|^2` are polynomials on every piece.
+whose matrix has no rows for a plane and whose slope is zero for a ball. Whatever the library needs of a wall comes from
+that form, :class:`Cones`: rows of the QP (a plane, or the tangent plane at an instant), membership of points, exact
+margins over all instants, and the drawing, because both sides are polynomials on every piece.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Protocol
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -25,8 +26,72 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
+class Cones:
+    """The one form of a wall, m of them: norm of A x <= radius + slope . x, with x the derivative minus the anchor.
+
+    Parameters
+    ----------
+    leg : ndarray of int, shape (m,)
+        Which leg each belongs to.
+    matrix : ndarray, shape (m, q, dim)
+        A; q is 0 for planes.
+    anchor, slope : ndarray, shape (m, dim)
+    radius, width : ndarray, shape (m,)
+        Right-hand side at the anchor, and the positive length by which an excess is judged.
+    order : int
+        Derivative that is bounded: 0 position, 1 velocity, …
+    name : str
+        What messages call it.
+    """
+
+    leg: IntArray
+    matrix: FloatArray
+    anchor: FloatArray
+    slope: FloatArray
+    radius: FloatArray
+    width: FloatArray
+    order: int
+    name: str
+
+    @property
+    def flat(self) -> bool:
+        """Whether they are planes."""
+        return bool(self.matrix.shape[1] == 0)
+
+    def slack(self, values: FloatArray) -> FloatArray:
+        """Room that values of the derivative, shape (m or 1, k, dim), leave: (m, k), negative outside.
+
+        The distance to planes with normals of unit length and to balls and cylinders.
+        """
+        offset = values - self.anchor[:, None, :]
+        norm = np.linalg.norm(np.einsum("mkd,mqd->mkq", offset, self.matrix), axis=2)
+        return np.asarray(self.radius[:, None] + np.einsum("mkd,md->mk", offset, self.slope) - norm)
+
+    def excess(self, trajectory: Trajectory) -> tuple[FloatArray, IntArray, IntArray]:
+        """Polynomials that are positive outside: control points (r, n), rows and pieces, one for each piece of a leg.
+
+        For planes the negative slack; else half the difference of the squares of both sides, over the radius, which is
+        that to first order.
+        """
+        row, piece = _on_pieces(self.leg, trajectory.pieces)
+        points = _derivative_points(trajectory, piece, self.anchor[row], self.order)
+        radius, slope = self.radius[row, None], self.slope[row]
+        if self.flat:
+            return -radius - np.einsum("rnd,rd->rn", points, slope), row, piece
+        points = points / radius[..., None]
+        squares = squared_norm(np.einsum("rnd,rqd->rnq", points, self.matrix[row]))
+        reach = squared_norm(1.0 + np.einsum("rnd,rd->rn", points, slope)[..., None])
+        return radius * (squares - reach) / 2.0, row, piece
+
+    def least_slack(self, row: int, excess: float) -> float:
+        """Slack of one wall where its excess polynomial has this value."""
+        radius = float(self.radius[row])
+        return 0.0 - excess if self.flat else radius * (1.0 - float(np.sqrt(max(1.0 + 2.0 * excess / radius, 0.0))))
+
+
+@dataclass(frozen=True, eq=False)
 class Faces:
-    """Pairs of parallel planes, each on one leg.
+    """Pairs of parallel planes, each on one leg: lower <= n . (derivative - anchor) <= upper.
 
     Parameters
     ----------
@@ -58,27 +123,27 @@ class Faces:
     def __post_init__(self) -> None:
         _own(self)
 
-    def polynomials(self, trajectory: Trajectory) -> tuple[FloatArray, IntArray, IntArray]:
-        """Distance to each plane over each piece, positive inside: control points (r, n + 1), rows, pieces."""
-        row, piece = _on_pieces(self.leg, trajectory.pieces)
-        along = np.einsum(
-            "rnd,rd->rn", _derivative_points(trajectory, piece, self.anchor[row], self.order), self.normal[row]
-        )
-        above, below = np.isfinite(self.upper[row]), np.isfinite(self.lower[row])
-        inside = np.concatenate(((self.upper[row, None] - along)[above], (along - self.lower[row, None])[below]))
-        return inside, np.concatenate((row[above], row[below])), np.concatenate((piece[above], piece[below]))
+    @cached_property
+    def cones(self) -> Cones:
+        """Each plane that there is, upper ones first."""
+        above, below = np.flatnonzero(np.isfinite(self.upper)), np.flatnonzero(np.isfinite(self.lower))
+        row = np.concatenate((above, below))
+        slope = np.concatenate((-self.normal[above], self.normal[below]))
+        radius = np.concatenate((self.upper[above], -self.lower[below]))
+        matrix = np.zeros((len(row), 0, self.normal.shape[1]))
+        return Cones(self.leg[row], matrix, self.anchor[row], slope, radius, self.width[row], self.order, self.name)
 
 
 @dataclass(frozen=True, eq=False)
 class Balls:
-    """Balls, cylinders or disks, each on one leg.
+    """Balls, cylinders, disks or cones, each on one leg.
 
     Parameters
     ----------
     leg : array_like of int, shape (m,)
         Which leg each belongs to.
     matrix : array_like, shape (m, q, dim)
-        M: the identity for a ball, a projection for a cylinder.
+        A: the identity for a ball, a projection for a cylinder.
     anchor : array_like, shape (m, dim)
         Centre; zero for derivatives.
     radius : array_like, shape (m,)
@@ -88,7 +153,7 @@ class Balls:
     name : str
         What messages call it.
     slope : array_like, shape (m, dim), optional
-        c, by which the radius grows; a ball has none.
+        By which the radius grows: a cone; a ball has none.
     """
 
     leg: IntArray
@@ -107,20 +172,11 @@ class Balls:
         """Length by which an excess is judged: the radius."""
         return self.radius
 
-    def excess(self, trajectory: Trajectory) -> tuple[FloatArray, IntArray, IntArray]:
-        """Half the excess of the squared norm over the squared radius, in squared radii: to first order in radii.
-
-        Control points (r, 2n + 1), rows, pieces.
-        """
-        row, piece = _on_pieces(self.leg, trajectory.pieces)
-        points = _derivative_points(trajectory, piece, self.anchor[row], self.order) / self.radius[row, None, None]
-        squares = squared_norm(np.einsum("rnd,rqd->rnq", points, self.matrix[row]))
-        reach = (
-            1.0
-            if self.slope is None
-            else squared_norm(1.0 + np.einsum("rnd,rd->rn", points, self.slope[row])[..., None])
-        )
-        return (squares - reach) / 2.0, row, piece
+    @cached_property
+    def cones(self) -> Cones:
+        """The same walls with a slope, zero where there is none."""
+        slope = np.zeros(self.anchor.shape) if self.slope is None else self.slope
+        return Cones(self.leg, self.matrix, self.anchor, slope, self.radius, self.radius, self.order, self.name)
 
 
 Walls = Faces | Balls
@@ -134,7 +190,7 @@ class Constraint(Protocol):
         ...
 
 
-def _own(walls: Walls) -> None:
+def _own(walls: Any) -> None:
     for entry in fields(walls):
         value = getattr(walls, entry.name)
         if entry.name in ("order", "name") or value is None:

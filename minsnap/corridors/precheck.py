@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.checks import DERIVATIVES, point_text
-from minsnap.corridors.constraint import Balls, Faces, Walls
+from minsnap.corridors.constraint import Cones, Walls
 from minsnap.corridors.knot_regions import Placement
 from minsnap.errors import CorridorError, WaypointError
 
@@ -30,52 +30,47 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls], closed
     WaypointError
         If a pinned derivative is.
     """
-    for wall in walls:
+    cones = [wall.cones for wall in walls]
+    for wall in cones:
         if wall.order == 0:
             _check_points(placement, wall)
         else:
             _check_pins(pins, wall)
-    for waypoint in _doubtful(placement, walls):
-        _check_box(placement, walls, waypoint)
-    faces = [wall for wall in walls if wall.order == 0 and isinstance(wall, Faces)]
-    for waypoint in placement.regions if faces else ():
-        _check_crossing(placement, faces, waypoint, closed)
+    places = [wall for wall in cones if wall.order == 0]
+    for waypoint in _doubtful(placement, places):
+        _check_box(placement, places, waypoint)
+    planes = [wall for wall in places if wall.flat]
+    for waypoint in placement.regions if planes else ():
+        _check_crossing(placement, planes, waypoint, closed)
 
 
-def nearest_excess(wall: Walls, point: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+def nearest_excess(cones: Cones, point: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
     """By how much each wall is missed by the best point of a box, (m,); 0 or less where it is met.
 
     Parameters
     ----------
-    wall : Faces or Balls
+    cones : Cones
         m of them.
     point : ndarray, shape (m, dim)
         A value of the bounded derivative for each wall.
     lower, upper : ndarray, shape (m, dim)
-        Offsets within which it may vary. For balls only the point itself is looked at.
+        Offsets within which it may vary. For walls that are not planes only the point itself is looked at.
     """
-    offset = point - wall.anchor
-    if isinstance(wall, Balls):
-        mapped = np.einsum("mqd,md->mq", wall.matrix, offset)
-        reach = wall.radius if wall.slope is None else wall.radius + (wall.slope * offset).sum(axis=1)
-        return np.asarray(np.linalg.norm(mapped, axis=1) - reach)
-    along = (wall.normal * offset).sum(axis=1)
-    ends = wall.normal * lower, wall.normal * upper
-    least, most = along + np.minimum(*ends).sum(axis=1), along + np.maximum(*ends).sum(axis=1)
-    return np.asarray(np.maximum(least - wall.upper, wall.lower - most))
+    best = point + np.where(cones.slope > 0.0, upper, lower) if cones.flat else point
+    return -cones.slack(best[:, None, :])[:, 0]
 
 
-def _check_points(placement: Placement, wall: Walls) -> None:
+def _check_points(placement: Placement, wall: Cones) -> None:
     for waypoint in (wall.leg, wall.leg + 1):
         low, high = placement.lower[waypoint], placement.upper[waypoint]
         excess = nearest_excess(wall, placement.points[waypoint], low, high)
-        sure = np.ones(len(excess), dtype=np.bool_) if isinstance(wall, Faces) else ~(high > low).any(axis=1)
+        sure = wall.flat | ~(high > low).any(axis=1)
         wrong = np.flatnonzero((excess > 0.0) & sure)
         if len(wrong):
             _refuse(placement, wall, int(waypoint[wrong[0]]), int(wrong[0]), float(excess[wrong[0]]))
 
 
-def _refuse(placement: Placement, wall: Walls, waypoint: int, row: int, excess: float) -> None:
+def _refuse(placement: Placement, wall: Cones, waypoint: int, row: int, excess: float) -> None:
     what, place = placement.name(waypoint), f"the {wall.name} of leg {wall.leg[row]}"
     on_it = excess <= ROUNDING * (1.0 + float(np.abs(placement.points[waypoint]).max()))
     raise CorridorError(
@@ -87,7 +82,7 @@ def _refuse(placement: Placement, wall: Walls, waypoint: int, row: int, excess: 
     )
 
 
-def _check_pins(pins: Pins, wall: Walls) -> None:
+def _check_pins(pins: Pins, wall: Cones) -> None:
     for waypoint, state in pins.items():
         value = state.get(wall.order)
         mine = (wall.leg == waypoint) | (wall.leg == waypoint - 1)
@@ -105,30 +100,30 @@ def _check_pins(pins: Pins, wall: Walls) -> None:
             )
 
 
-def _doubtful(placement: Placement, walls: Sequence[Walls]) -> list[int]:
+def _doubtful(placement: Placement, walls: Sequence[Cones]) -> list[int]:
     """Waypoints that are free within a box and whose nominal position is outside some wall."""
     free: BoolArray = np.any(placement.upper > placement.lower, axis=1)
     if not free.any():
         return []
     outside = np.zeros_like(free)
     still = np.zeros_like(placement.points)
-    for wall in (wall for wall in walls if wall.order == 0):
+    for wall in walls:
         for waypoint in (wall.leg, wall.leg + 1):
             excess = nearest_excess(wall, placement.points[waypoint], still[waypoint], still[waypoint])
             outside[waypoint[excess > 0.0]] = True
     return [int(waypoint) for waypoint in np.flatnonzero(free & outside)]
 
 
-def _check_box(placement: Placement, walls: Sequence[Walls], waypoint: int) -> None:
+def _check_box(placement: Placement, walls: Sequence[Cones], waypoint: int) -> None:
     """Raise unless the box around a waypoint has a point inside all planes and each ball of its legs."""
     low, high = (placement.points[waypoint] + side[waypoint] for side in (placement.lower, placement.upper))
-    for balls in (wall for wall in walls if wall.order == 0 and isinstance(wall, Balls) and wall.slope is None):
-        for row in _rows_at(balls, waypoint):
-            excess = _box_to_ball(balls, row, low, high)
+    for wall in walls:
+        for row in () if wall.flat or wall.slope.any() else _rows_at(wall, waypoint):
+            excess = _box_to_ball(wall, row, low, high)
             if excess > 0.0:
-                _refuse(placement, balls, waypoint, row, excess)
-    if not _meets(placement, [w for w in walls if w.order == 0 and isinstance(w, Faces)], waypoint):
-        names = sorted({wall.name for wall in walls if wall.order == 0 and len(_rows_at(wall, waypoint))})
+                _refuse(placement, wall, waypoint, row, excess)
+    if not _meets(placement, [wall for wall in walls if wall.flat], waypoint):
+        names = sorted({wall.name for wall in walls if len(_rows_at(wall, waypoint))})
         raise CorridorError(
             f"{placement.name(waypoint)} has no point inside the {' and the '.join(names)} of its legs: "
             "move it or widen one of them",
@@ -136,11 +131,11 @@ def _check_box(placement: Placement, walls: Sequence[Walls], waypoint: int) -> N
         )
 
 
-def _rows_at(wall: Walls, waypoint: int) -> IntArray:
+def _rows_at(wall: Cones, waypoint: int) -> IntArray:
     return np.flatnonzero((wall.leg == waypoint) | (wall.leg == waypoint - 1))
 
 
-def _box_to_ball(balls: Balls, row: int, low: FloatArray, high: FloatArray) -> float:
+def _box_to_ball(balls: Cones, row: int, low: FloatArray, high: FloatArray) -> float:
     """Least excess over a ball within a box [m]."""
     from scipy.optimize import lsq_linear
 
@@ -153,25 +148,22 @@ def _box_to_ball(balls: Balls, row: int, low: FloatArray, high: FloatArray) -> f
     return float(np.linalg.norm(matrix @ (point - anchor)) - balls.radius[row])
 
 
-def _planes_at(faces: Sequence[Faces], legs: Sequence[int], dim: int) -> tuple[FloatArray, FloatArray]:
+def _planes_at(planes: Sequence[Cones], legs: Sequence[int], dim: int) -> tuple[FloatArray, FloatArray]:
     """Half-spaces normal . x <= bound that hold on some legs: (m, dim) and (m,)."""
     normals, bounds = [np.zeros((0, dim))], [np.zeros(0)]
-    for wall in faces:
-        rows = np.flatnonzero(np.isin(wall.leg, legs))
-        along = (wall.normal[rows] * wall.anchor[rows]).sum(axis=1)
-        normals += [wall.normal[rows], -wall.normal[rows]]
-        bounds += [wall.upper[rows] + along, -wall.lower[rows] - along]
-    right = np.concatenate(bounds)
-    kept = np.isfinite(right)
-    return np.concatenate(normals)[kept], right[kept]
+    for wall in planes:
+        rows = np.isin(wall.leg, legs)
+        normals.append(-wall.slope[rows])
+        bounds.append(wall.radius[rows] - (wall.slope[rows] * wall.anchor[rows]).sum(axis=1))
+    return np.concatenate(normals), np.concatenate(bounds)
 
 
-def _meets(placement: Placement, faces: Sequence[Faces], waypoint: int) -> bool:
+def _meets(placement: Placement, planes: Sequence[Cones], waypoint: int) -> bool:
     """Whether some point of a waypoint's box, ball or gate is inside all planes of its legs."""
     from scipy.optimize import linprog
 
     point, region = placement.points[waypoint], placement.regions.get(waypoint)
-    normals, bounds = _planes_at(faces, (waypoint - 1, waypoint), len(point))
+    normals, bounds = _planes_at(planes, (waypoint - 1, waypoint), len(point))
     bounds = bounds - normals @ point
     box = np.column_stack((placement.lower[waypoint], placement.upper[waypoint]))
     if region is not None and np.isfinite(region.radius):
@@ -198,14 +190,14 @@ def _distance(normals: FloatArray, bounds: FloatArray) -> float:
     return float(np.linalg.norm(residual[:-1] / residual[-1])) if abs(residual[-1]) > ROUNDING else np.inf
 
 
-def _check_crossing(placement: Placement, faces: Sequence[Faces], waypoint: int, closed: bool) -> None:
+def _check_crossing(placement: Placement, planes: Sequence[Cones], waypoint: int, closed: bool) -> None:
     """Raise if a gate must be crossed into a corridor that lies wholly behind it, or out of one wholly beyond it."""
     crossing, legs = placement.regions[waypoint].crossing, len(placement.points) - 1
     if crossing is None:
         return
     before = waypoint - 1 if waypoint or not closed else legs - 1
     for leg, side, where in ((waypoint % legs if closed else waypoint, 1.0, "behind"), (before, -1.0, "beyond")):
-        if 0 <= leg < legs and _reach(faces, leg, side * crossing, placement.points[waypoint]) <= 0.0:
+        if 0 <= leg < legs and _reach(planes, leg, side * crossing, placement.points[waypoint]) <= 0.0:
             raise CorridorError(
                 f"{placement.name(waypoint)} is crossed along {point_text(crossing)}, but all of leg {leg}'s corridor "
                 f"lies {where} it: turn its crossing round, or move it",
@@ -214,10 +206,10 @@ def _check_crossing(placement: Placement, faces: Sequence[Faces], waypoint: int,
             )
 
 
-def _reach(faces: Sequence[Faces], leg: int, direction: FloatArray, point: FloatArray) -> float:
+def _reach(planes: Sequence[Cones], leg: int, direction: FloatArray, point: FloatArray) -> float:
     """How far a leg's planes reach from a point along a direction [m]; infinite where none stands in the way."""
     from scipy.optimize import linprog
 
-    normals, bounds = _planes_at(faces, (leg,), len(point))
+    normals, bounds = _planes_at(planes, (leg,), len(point))
     found: Any = linprog(-direction, normals, bounds - normals @ point, bounds=(None, None))
     return float(-found.fun) if found.status == 0 else np.inf

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import WaypointError
 from minsnap.trajectory.samples import Samples
-
-if TYPE_CHECKING:
-    from minsnap.corridors.constraint import Walls
 
 
 @dataclass(frozen=True)
@@ -73,25 +71,11 @@ def check_membership(samples: Samples, waypoints: FloatArray, corridor: Any) -> 
 
 def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Any) -> FloatArray:
     """Return the margin of every position, shape (m, dim), in every leg: (legs, m), infinite where it has no wall."""
-    from minsnap.corridors.tubes import as_constraints
-
     margins = np.full((len(waypoints) - 1, len(position)), np.inf)
-    for walls in (wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints)):
-        if walls.order == 0:
-            np.minimum.at(margins, walls.leg, _distances(walls, position))
+    for wall in (wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints)):
+        if wall.order == 0:
+            np.minimum.at(margins, wall.cones.leg, wall.cones.slack(position[None]))
     return margins
-
-
-def _distances(walls: Walls, position: FloatArray) -> FloatArray:
-    """Return the distance of each position to each wall, shape (walls, m), positive inside."""
-    from minsnap.corridors.constraint import Faces
-
-    offset = position[None, :, :] - walls.anchor[:, None, :]
-    if isinstance(walls, Faces):
-        along = np.einsum("wmd,wd->wm", offset, walls.normal)
-        return np.asarray(np.minimum(walls.upper[:, None] - along, along - walls.lower[:, None]))
-    mapped = np.einsum("wmd,wqd->wmq", offset, walls.matrix)
-    return np.asarray(walls.radius[:, None] - np.linalg.norm(mapped, axis=2))
 
 
 def _assign(margins: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.intp]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.corridors.constraint import Balls, Faces, Walls
+from minsnap.corridors.constraint import Cones
 from minsnap.optimisation.constraint_blocks import AT_KNOTS, Block, KnotBalls, KnotBounds, Planes, Spheres
 from minsnap.optimisation.knot_blocks import knot_places, region_blocks
 from minsnap.optimisation.problem import Task
@@ -106,11 +107,9 @@ class Compiled:
 def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
     """Bring a task's walls and the bounds of its waypoints into a problem's units, pieces and origins."""
     blocks: list[Block] = []
-    for walls in task.walls:
-        if isinstance(walls, Faces):
-            blocks.append(_planes(walls, problem, units, task.pieces))
-        else:
-            blocks.append(_spheres(walls, problem, units, task.pieces))
+    for cones in (walls.cones for walls in task.walls):
+        build: Callable[[Cones, Problem, Units, int], Block] = _planes if cones.flat else _spheres
+        blocks.append(build(cones, problem, units, task.pieces))
     if problem.held.any():
         blocks.append(_knot_boxes(task, problem))
     blocks += region_blocks(task, problem)
@@ -124,26 +123,20 @@ def _repeat(leg: IntArray, pieces: int) -> tuple[IntArray, IntArray]:
     return np.repeat(np.arange(len(leg)), pieces), (leg[:, None] * pieces + np.arange(pieces)).reshape(-1)
 
 
-def _planes(faces: Faces, problem: Problem, units: Units, pieces: int) -> Planes:
-    row, piece = _repeat(faces.leg, pieces)
-    unit = units.of_order(faces.order)
-    normal, width = faces.normal[row], faces.width[row] / unit
-    offset = np.einsum("rd,rd->r", normal, _reference(faces, problem, units, row, piece))
-    sides = [(normal, faces.upper[row] / unit - offset), (-normal, offset - faces.lower[row] / unit)]
-    kept = [np.isfinite(bound) for _, bound in sides]
-    bounds = np.concatenate([bound[keep] for (_, bound), keep in zip(sides, kept, strict=True)])
-    widths = np.concatenate([width[keep] for keep in kept])
-    normals = np.concatenate([side[keep] for (side, _), keep in zip(sides, kept, strict=True)])
-    return Planes(faces.order, np.concatenate([piece[keep] for keep in kept]), normals, bounds, widths)
+def _planes(planes: Cones, problem: Problem, units: Units, pieces: int) -> Planes:
+    row, piece = _repeat(planes.leg, pieces)
+    unit, normal = units.of_order(planes.order), -planes.slope[row]
+    offset = np.einsum("rd,rd->r", normal, _reference(planes, problem, units, row, piece))
+    return Planes(planes.order, piece, normal, planes.radius[row] / unit - offset, planes.width[row] / unit)
 
 
-def _spheres(balls: Balls, problem: Problem, units: Units, pieces: int) -> Spheres:
+def _spheres(balls: Cones, problem: Problem, units: Units, pieces: int) -> Spheres:
     row, piece = _repeat(balls.leg, pieces)
-    matrix, reference = balls.matrix[row], _reference(balls, problem, units, row, piece)
-    slope = np.zeros(reference.shape) if balls.slope is None else balls.slope[row]
-    width = balls.radius[row] / units.of_order(balls.order)
+    matrix, reference, slope = balls.matrix[row], _reference(balls, problem, units, row, piece), balls.slope[row]
+    unit = units.of_order(balls.order)
     offset = np.einsum("rqd,rd->rq", matrix, reference)
-    return Spheres(balls.order, piece, matrix, offset, width + (slope * reference).sum(axis=1), slope, width)
+    radius = balls.radius[row] / unit + (slope * reference).sum(axis=1)
+    return Spheres(balls.order, piece, matrix, offset, radius, slope, balls.width[row] / unit)
 
 
 def _knot_boxes(task: Task, problem: Problem) -> KnotBounds:
@@ -164,7 +157,7 @@ def _knot_boxes(task: Task, problem: Problem) -> KnotBounds:
     )
 
 
-def _reference(walls: Walls, problem: Problem, units: Units, row: IntArray, piece: IntArray) -> FloatArray:
+def _reference(walls: Cones, problem: Problem, units: Units, row: IntArray, piece: IntArray) -> FloatArray:
     """Origin of a piece's relative control points, seen from the wall's anchor: (r, dim)."""
     if walls.order > 0:
         return -walls.anchor[row] / units.of_order(walls.order)

@@ -11,7 +11,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.checks import DERIVATIVES
-from minsnap.corridors.constraint import Faces, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.errors import CorridorError
 
 Entry = tuple[int, FloatArray, int]
@@ -97,20 +97,12 @@ def join(rows: RowCollector, durations: FloatArray, continuity: int, closed: boo
 
 def sample_planes(rows: RowCollector, walls: Walls, durations: FloatArray, instants: FloatArray) -> None:
     """Keep a leg on the right side of its planes at the instants s, shape (m,)."""
-    if not isinstance(walls, Faces):
+    planes = walls.cones
+    if not planes.flat:
         raise CorridorError(f"the {walls.name} is round and has no linear rows: use plan, or a Tube")
-    for number, leg in enumerate(walls.leg):
-        offset = float(walls.normal[number] @ walls.anchor[number])
-        for side, bound in ((1.0, walls.upper[number] + offset), (-1.0, -walls.lower[number] - offset)):
-            if np.isfinite(bound):
-                _sample_plane(rows, walls, number, side, bound, durations[leg], instants)
-
-
-def _sample_plane(
-    rows: RowCollector, walls: Faces, number: int, side: float, bound: float, duration: float, instants: FloatArray
-) -> None:
-    leg, normal = int(walls.leg[number]), side * walls.normal[number]
-    for s in instants:
-        factors = derivative_factors(rows.size, walls.order, float(s), duration)
-        entries = [(leg, normal[axis] * factors, axis) for axis in range(rows.dim) if normal[axis] != 0.0]
-        rows.add(entries, bound, f"{walls.name}, plane {number} of leg {leg} at s = {s:g}")
+    bounds = planes.radius - (planes.slope * planes.anchor).sum(axis=1)
+    for number, (leg, normal, bound) in enumerate(zip(planes.leg.tolist(), -planes.slope, bounds, strict=True)):
+        for s in instants:
+            factors = derivative_factors(rows.size, planes.order, float(s), durations[leg])
+            entries = [(leg, normal[axis] * factors, axis) for axis in range(rows.dim) if normal[axis] != 0.0]
+            rows.add(entries, bound, f"{walls.name}, plane {number} of leg {leg} at s = {s:g}")

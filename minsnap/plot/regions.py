@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from minsnap.corridors.constraint import Balls, Faces, Walls
+from minsnap.corridors.constraint import Cones
+from minsnap.corridors.half_spaces import bounding_boxes
+from minsnap.corridors.tubes import as_constraints
 
 Corridor = Any
 """What :func:`minsnap.plan` takes: half-widths [m], a Constraint, or a sequence of them."""
@@ -36,9 +36,8 @@ def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
     list of ndarray, shape (corners, dim)
         [m].
     """
-    from minsnap.corridors.tubes import as_constraints
-
-    walls = [wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints) if wall.order == 0]
+    found = (wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints))
+    walls = [wall.cones for wall in found if wall.order == 0]
     bodies: dict[bytes, FloatArray] = {}
     for leg in range(len(waypoints) - 1):
         corners = _body(walls, leg, waypoints)
@@ -60,36 +59,45 @@ def facets(corners: FloatArray) -> FloatArray:
     return np.asarray(corners[ConvexHull(corners).simplices])
 
 
-def _body(walls: Sequence[Walls], leg: int, waypoints: FloatArray) -> FloatArray:
-    from minsnap.corridors.constraint import Faces
-
+def _body(walls: Sequence[Cones], leg: int, waypoints: FloatArray) -> FloatArray:
     start, end = waypoints[leg], waypoints[leg + 1]
-    for wall in walls:
-        if not isinstance(wall, Faces) and (wall.leg == leg).any():
-            return _cylinder(wall, int(np.flatnonzero(wall.leg == leg)[0]), start, end)
-    faces = [wall for wall in walls if isinstance(wall, Faces)]
-    rows = np.vstack([_half_spaces(wall, leg) for wall in faces])
-    ends = [_ends(start, end) for wall in faces if _is_tube(wall, leg, end - start)][:1]
-    closed = np.vstack([rows, *ends])
-    return _polytope(np.vstack([closed, _far(closed, waypoints)]), (start + end) / 2.0)
+    blocks = [_half_spaces(wall, leg) for wall in walls]
+    ends = [_ends(start, end) for block in blocks if _is_tube(block, end - start)][:1]
+    rows = np.vstack([*blocks, *ends])
+    return _polytope(np.vstack([rows, _far(rows, waypoints)]), (start + end) / 2.0)
 
 
-def _half_spaces(faces: Faces, leg: int) -> FloatArray:
-    """Return rows (normal, offset) with normal . r + offset <= 0 for the leg's planes."""
-    mine = faces.leg == leg
-    normal, base = faces.normal[mine], (faces.normal[mine] * faces.anchor[mine]).sum(axis=1)
-    above = np.column_stack([normal, -base - faces.upper[mine]])
-    below = np.column_stack([-normal, base + faces.lower[mine]])
-    rows = np.vstack([above, below])
-    return np.asarray(rows[np.isfinite(rows).all(axis=1)])
+def _half_spaces(cones: Cones, leg: int) -> FloatArray:
+    """Rows (normal, offset) with normal . r + offset <= 0 of a leg's planes, and of planes tangent to what is round."""
+    parts = [np.zeros((0, cones.anchor.shape[1] + 1))]
+    for i in np.flatnonzero(cones.leg == leg):
+        across, share = _directions(cones.matrix[i])
+        normal = across - share * cones.slope[i]
+        parts.append(np.column_stack([normal, -(normal @ cones.anchor[i]) - share * cones.radius[i]]))
+    return np.vstack(parts)
 
 
-def _is_tube(faces: Faces, leg: int, step: FloatArray) -> bool:
-    """Whether pairs of planes leave a leg no way but along its direction."""
-    mine = faces.leg == leg
-    across = bool(np.abs(faces.normal[mine] @ step).max(initial=0.0) < 1e-9 * np.linalg.norm(step))
-    paired = bool(np.isfinite(faces.lower[mine]).all() and np.isfinite(faces.upper[mine]).all())
-    return across and paired and np.linalg.matrix_rank(faces.normal[mine]) == len(step) - 1
+def _directions(matrix: FloatArray) -> tuple[FloatArray, float]:
+    """Return normals d A of planes d . A x <= share (radius + slope . x); a circle's have their corners on it."""
+    _, scale, basis = np.linalg.svd(matrix)
+    rank = int((scale > 1e-9).sum())
+    if rank < 2:
+        return scale[:rank, None] * basis[:rank] * [[1.0], [-1.0]] if rank else np.zeros((1, matrix.shape[1])), 1.0
+    angle = np.linspace(0.0, 2.0 * np.pi, ROUND, endpoint=False) + np.pi / ROUND
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    if rank == 2:
+        return circle @ (scale[:2, None] * basis[:2]), float(np.cos(np.pi / ROUND))
+    height = np.linspace(-1.0, 1.0, ROUND // 2 + 1)[:, None, None]
+    sphere = np.concatenate([np.sqrt(1.0 - height**2) * circle, height + 0.0 * circle[:, :1]], axis=2)
+    return np.unique(np.round(sphere.reshape(-1, 3), 12), axis=0) @ (scale[:3, None] * basis[:3]), 1.0
+
+
+def _is_tube(rows: FloatArray, step: FloatArray) -> bool:
+    """Whether half-spaces leave a leg no way but along its direction."""
+    normals = rows[:, :-1] / np.maximum(np.linalg.norm(rows[:, :-1], axis=1, keepdims=True), 1e-300)
+    across = np.abs(normals @ step).max(initial=0.0) < 1e-9 * np.linalg.norm(step)
+    paired = (normals @ normals.T).min(axis=1, initial=0.0) < 1e-9 - 1.0
+    return bool(across and paired.all() and np.linalg.matrix_rank(normals) == len(step) - 1)
 
 
 def _ends(start: FloatArray, end: FloatArray) -> FloatArray:
@@ -100,8 +108,6 @@ def _ends(start: FloatArray, end: FloatArray) -> FloatArray:
 
 def _far(rows: FloatArray, waypoints: FloatArray) -> FloatArray:
     """Return planes a little beyond all waypoints, on the sides where half-spaces leave an axis unbounded."""
-    from minsnap.corridors.half_spaces import bounding_boxes
-
     lengths = np.linalg.norm(rows[:, :-1], axis=1, keepdims=True)
     lower, upper = bounding_boxes([(rows[:, :-1] / lengths, -rows[:, -1] / lengths[:, 0])])
     beyond = 1.0 + 0.25 * np.ptp(waypoints, axis=0).max()
@@ -127,12 +133,3 @@ def _middle(rows: FloatArray) -> FloatArray:
     cost[-1] = -1.0
     found: Any = linprog(cost, np.column_stack([rows[:, :-1], lengths]), -rows[:, -1], bounds=(None, None))
     return np.asarray(found.x[:-1])
-
-
-def _cylinder(balls: Balls, index: int, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return points on the rims of a cylinder around a leg, or on two circles of a ball."""
-    kernel = np.linalg.svd(balls.matrix[index])[2]
-    across = kernel[: len(start) - 1] if len(start) > 1 else kernel
-    angle = np.linspace(0.0, 2.0 * np.pi, ROUND, endpoint=False)
-    circle = np.column_stack([np.cos(angle), np.sin(angle)])[:, : len(across)] @ across * balls.radius[index]
-    return np.vstack([start + circle, end + circle])

@@ -28,16 +28,19 @@ def test_faces_are_distances_to_planes(order, pieces):
     normal, anchor = RANDOM.normal(size=(2, 3, 3))
     lower, upper = np.array([-1.0, -np.inf, 0.5]), np.array([np.inf, 2.0, 3.0])
     faces = Faces(leg, normal, anchor, lower, upper, np.ones(3), order)
-    inside, row, piece = faces.polynomials(traj)
-    assert len(inside) == 4 * pieces
+    planes = faces.cones
+    outside, row, piece = planes.excess(traj)
+    sides = [(1, upper[1], 1.0), (2, upper[2], 1.0), (0, lower[0], -1.0), (2, lower[2], -1.0)]
+    assert len(outside) == 4 * pieces
     s = np.linspace(0.01, 0.99, 7)
-    found = Trajectory(inside[:, :, None], np.ones(len(inside)))
+    found = Trajectory(outside[:, :, None], np.ones(len(outside)))
     for number, (r, p) in enumerate(zip(row, piece, strict=True)):
-        assert p // pieces == leg[r]
-        along = (on_piece(traj, p, order, s) - anchor[r]) @ normal[r]
-        values = found(number + s)[:, 0]
-        matches = [np.abs(values - side).max() for side in (upper[r] - along, along - lower[r])]
-        assert min(matches) <= 1e-9 * (1.0 + np.abs(along).max())
+        wall, bound, sign = sides[r]
+        assert p // pieces == leg[wall] == planes.leg[r]
+        value = on_piece(traj, p, order, s)
+        beyond = sign * ((value - anchor[wall]) @ normal[wall] - bound)
+        assert found(number + s)[:, 0] == pytest.approx(beyond, abs=1e-9 * (1.0 + np.abs(beyond).max()))
+        assert planes.slack(value[None])[r] == pytest.approx(-beyond, abs=1e-12 * (1.0 + np.abs(beyond).max()))
 
 
 @pytest.mark.parametrize("slope", (None, [(0.0, 0.0, 0.5), (0.1, -0.2, 0.0)]))
@@ -46,13 +49,13 @@ def test_balls_and_cones_are_differences_of_squares(order, slope):
     traj = random_trajectory()
     matrix, anchor = RANDOM.normal(size=(2, 2, 3)), RANDOM.normal(size=(2, 3))
     balls = Balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope)
-    excess, row, piece = balls.excess(traj)
+    excess, row, piece = balls.cones.excess(traj)
     s = np.linspace(0.01, 0.99, 7)
     found = Trajectory(excess[:, :, None], np.ones(len(excess)))
     for number, (r, p) in enumerate(zip(row, piece, strict=True)):
         offset = on_piece(traj, p, order, s) - anchor[r]
         reach = balls.radius[r] + (offset @ np.array(slope[r]) if slope else 0.0)
-        expected = (((offset @ matrix[r].T) ** 2).sum(axis=1) - reach**2) / (2.0 * balls.radius[r] ** 2)
+        expected = (((offset @ matrix[r].T) ** 2).sum(axis=1) - reach**2) / (2.0 * balls.radius[r])
         assert found(number + s)[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 

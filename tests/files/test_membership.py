@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
+from minsnap.corridors.constraint import Balls
 from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import WaypointError
 from minsnap.files.membership import check_membership, leg_margins
@@ -64,3 +65,21 @@ def test_waypoints_that_do_not_go_with_the_samples_are_refused():
         check_membership(samples((0, 0, 1), (1, 0, 1)), CORNERS[:, :2], Tube(0.3))
     with pytest.raises(WaypointError, match="1 samples"):
         check_membership(samples((0, 0, 1)), CORNERS, Tube(0.3))
+
+
+class Funnel:
+    """Within a cone around the vertical through a point: 0.2 m wide there, 0.5 m wider per metre of height."""
+
+    def walls(self, waypoints):
+        legs = len(waypoints) - 1
+        across = np.broadcast_to(np.eye(2, 3), (legs, 2, 3))
+        anchor, slope = np.tile((1.0, 2.0, 0.0), (legs, 1)), np.tile((0.0, 0.0, 0.5), (legs, 1))
+        return [Balls(np.arange(legs), across, anchor, np.full(legs, 0.2), slope=slope)]
+
+
+def test_a_cone_is_wider_where_it_is_farther_from_its_tip():
+    ends = np.array([(1.0, 2.0, 4.0), (1.0, 2.0, 0.0)])
+    flown = samples((1, 2, 4), (2.6, 2, 3), (1, 2.1, 0))
+    assert leg_margins(flown.position, ends, Funnel())[0] == pytest.approx([2.2, 0.1, 0.1])
+    assert check_membership(flown, ends, Funnel()).ok
+    assert not check_membership(samples((1, 2, 4), (2.6, 2, 2.7), (1, 2, 0)), ends, Funnel()).ok
