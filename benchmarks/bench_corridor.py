@@ -66,7 +66,7 @@ class TimeCorridor:
         return minsnap.plan(RECTANGLE, DURATIONS, corridor=width)
 
     def time_sampled(self, width):
-        return minsnap.plan(RECTANGLE, DURATIONS, corridor=width, samples=SAMPLES, certify=False)
+        return minsnap.plan(RECTANGLE, DURATIONS, corridor=width, samples=SAMPLES, corridor_method="sampled")
 
     def time_full(self, width):
         return solve_full(self.problem, "daqp")

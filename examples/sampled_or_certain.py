@@ -18,7 +18,7 @@ INSTANTS = [2, 3, 5, 8, 12, 20, 30, 50]
 def main(folder: Path) -> None:
     """Plan with more and more instants, and once for all of them."""
     given = {"durations": [4, 2, 4, 2], "corridor": 0.3}
-    sampled = [minsnap.plan(CORNERS, samples=n, certify=False, **given) for n in INSTANTS]
+    sampled = [minsnap.plan(CORNERS, samples=n, corridor_method="sampled", **given) for n in INSTANTS]
     outside = [-1000.0 * minsnap.certify(traj, corridor=0.3).corridor_margin for traj in sampled]
     certain = minsnap.plan(CORNERS, **given)
     for n, traj, millimetres in zip(INSTANTS, sampled, outside, strict=True):

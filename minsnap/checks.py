@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.errors import DegreeError, TimingError, WaypointError
+from minsnap.errors import CorridorError, DegreeError, TimingError, WaypointError
 
 DERIVATIVES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")
 DEGREES = (3, 5, 7, 9, 11)
+SAMPLES = 20
+"""Instants per polynomial at which a sampled corridor holds unless the caller says otherwise."""
 
 
 def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
@@ -103,6 +105,39 @@ def check_pieces(pieces: Any) -> int:
     if isinstance(pieces, bool) or not isinstance(pieces, (int, np.integer)) or pieces < 1:
         raise DegreeError(f"pieces is {pieces!r}: a leg has a whole number of polynomials, at least 1")
     return int(pieces)
+
+
+def check_samples(method: str, samples: Any, limited: bool) -> int | None:
+    """Return the instants per polynomial at which the corridor is kept; None for every instant.
+
+    Parameters
+    ----------
+    method : {"exact", "sampled"}
+    samples : int, optional
+        As it was passed.
+    limited : bool
+        Whether there are limits, which hold at every instant.
+    """
+    if method not in ("exact", "sampled"):
+        raise CorridorError(f"corridor_method is {method!r}: use 'exact' or 'sampled'")
+    if method == "exact":
+        if samples is not None:
+            raise CorridorError(
+                f"samples={samples!r} has no meaning where the corridor holds at every instant: "
+                "leave it out, or set corridor_method='sampled'"
+            )
+        return None
+    if limited:
+        raise CorridorError(
+            "corridor_method='sampled' does not go with limits, which hold at every instant: use 'exact'"
+        )
+    return _whole(SAMPLES if samples is None else samples)
+
+
+def _whole(samples: Any) -> int:
+    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 1:
+        raise CorridorError(f"samples is {samples!r}: give a whole number of instants per polynomial, at least 1")
+    return int(samples)
 
 
 def repeated_waypoint(points: FloatArray) -> int | None:

@@ -123,6 +123,29 @@ STATES = (
     ({"pins": {2: (1, 0, 0)}}, WaypointError, r"pins\[2\] must be a mapping"),
 )
 
+LIMITS = {"limits": minsnap.Limits(speed=3.0, acceleration=6.0)}
+ALONE = {"durations": None} | LIMITS
+
+IGNORED = (
+    ({"split": "distance"}, TimingError, "split='distance' does not go with durations"),
+    ({"split": "trapezoid"} | LIMITS, TimingError, "split='trapezoid' does not go with durations"),
+    ({"durations": None, "time_weight": 1.0, "split": "distance"}, TimingError, "does not go with time_weight"),
+    ({"enforce": "qp"}, TimingError, "enforce='qp' says how limits are kept: give limits="),
+    ({"durations": None, "total_time": 12, "enforce": "scaling"}, TimingError, "give limits="),
+    ({"enforce": "scaling"} | LIMITS, TimingError, "chooses the total time itself: leave out durations"),
+    ({"total_time": 12, "enforce": "scaling"} | ALONE, TimingError, "leave out total_time"),
+    ({"split": "distance", "enforce": "qp"} | ALONE, TimingError, "only scales time: leave out enforce='qp'"),
+    ({"enforce": "walls"} | ALONE, TimingError, "enforce is 'walls': use 'qp' or 'scaling'"),
+    ({"samples": 20}, CorridorError, "samples=20 has no meaning.*corridor_method='sampled'"),
+    ({"corridor_method": "sampled"} | ALONE, CorridorError, "does not go with limits"),
+    ({"corridor_method": "sampled"} | LIMITS, CorridorError, "does not go with limits"),
+    ({"corridor_method": "sampled", "samples": 0}, CorridorError, "samples is 0: give a whole number"),
+    ({"corridor_method": "sampled", "samples": 2.0}, CorridorError, "samples is 2.0"),
+    ({"corridor_method": "sampled", "samples": True}, CorridorError, "samples is True"),
+    ({"corridor_method": "dense"}, CorridorError, "corridor_method is 'dense': use 'exact' or 'sampled'"),
+    ({"corridor_method": "sampled", "certify": True}, CorridorError, "certify=True contradicts"),
+)
+
 REST = (
     ({"solver": "gurobi"}, UnknownSolverError, "'gurobi' is not installed.*clarabel.*daqp"),
     ({"solver": ""}, UnknownSolverError, "is not installed"),
@@ -134,7 +157,7 @@ REST = (
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "words"), (*WAYPOINTS, *TIMES, *CORRIDORS, *DEGREES, *STATES, *REST), ids=str
+    ("change", "error", "words"), (*WAYPOINTS, *TIMES, *CORRIDORS, *DEGREES, *STATES, *IGNORED, *REST), ids=str
 )
 def test_a_question_that_cannot_be_used(change, error, words):
     with pytest.raises(error, match=words) as caught:

@@ -77,6 +77,36 @@ def test_every_degree_minimises_its_own_derivative(degree):
     assert minsnap.plan(CORNERS, DURATIONS, degree=degree).report.cost == pytest.approx(costs[degree], rel=1e-9)
 
 
+def test_the_cost_is_by_default_that_of_the_derivative_minimised():
+    t, dt = np.linspace(0.0, 12.0, 240_001, retstep=True)
+    for degree, order in ((3, 2), (5, 3), (7, 4), (9, 5), (11, 6)):
+        traj = minsnap.plan(CORNERS, DURATIONS, degree=degree)
+        squares = (traj(t, order) ** 2).sum(axis=1)
+        assert traj.cost_order == order
+        assert traj.cost() == pytest.approx(squares[:-1].sum() * dt, rel=1e-3)
+        assert traj.cost() == pytest.approx(traj.report.cost, rel=1e-9)
+    assert traj.elevated(12).cost() == pytest.approx(traj.cost(4))
+
+
+def test_a_corridor_kept_at_samples_only_is_cheaper_and_leaves_it():
+    asked = {"waypoints": CORNERS, "durations": DURATIONS, "corridor": 0.3}
+    exact = minsnap.plan(**asked)
+    sampled = minsnap.plan(**asked, corridor_method="sampled")
+    assert (sampled.control_points == minsnap.plan(**asked, corridor_method="sampled", samples=20).control_points).all()
+    assert sampled.cost() < exact.cost()
+    assert minsnap.certify(exact, CORNERS, 0.3).ok
+    assert not minsnap.certify(sampled, CORNERS, 0.3).ok
+
+
+def test_certify_as_an_argument_is_deprecated_and_means_the_same():
+    asked = {"waypoints": CORNERS, "durations": DURATIONS, "corridor": 0.3}
+    for old, new in ((True, "exact"), (False, "sampled")):
+        with pytest.warns(DeprecationWarning, match=f"use corridor_method='{new}'") as seen:
+            traj = minsnap.plan(**asked, certify=old)
+        assert seen[0].filename == __file__
+        assert (traj.control_points == minsnap.plan(**asked, corridor_method=new).control_points).all()
+
+
 def test_no_neighbour_is_cheaper():
     # least cost means that no small change of inner derivatives that keeps the knots lowers it
     traj = minsnap.plan(CORNERS, DURATIONS)

@@ -9,7 +9,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
-    from minsnap.time_allocation.least_cost import Step
+    from minsnap.trajectory.report import Step
 
 INTERVAL = 0.2
 """Least time between two lines, and before the first: a quick search shows none [s]."""

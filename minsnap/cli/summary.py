@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
     ("legs", "legs", "{}"),
-    ("cost", "cost", "{:.6g} m²/s⁷"),
+    ("cost", "cost", "{:.6g}"),
     ("max_speed", "max speed", "{:.4g} m/s"),
     ("max_acceleration", "max acceleration", "{:.4g} m/s²"),
     ("max_jerk", "max jerk", "{:.4g} m/s³"),
@@ -28,6 +28,8 @@ _LINES = (
     ("output", "written", "{}"),
     ("plot", "drawn", "{}"),
 )
+
+_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 _UNITS = {
     "acceleration": "m/s²",
@@ -71,14 +73,14 @@ def summarise(
     Returns
     -------
     dict
-        duration [s], legs, cost [m^2/s^7], max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
+        duration [s], legs, cost [cost_unit], max_speed [m/s], max_acceleration [m/s^2], max_jerk [m/s^3],
         corridor_margin [m], solver, rounds, milliseconds, limits: for each, how far it is used, and where
         most; binding: those used up.
     """
     from minsnap.trajectory.trajectory import Trajectory
 
     known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-2])
-    known |= {"duration": path.duration, "limits": [], "binding": []}
+    known |= {"duration": path.duration, "cost_unit": None, "limits": [], "binding": []}
     if isinstance(path, Trajectory):
         return known | _of_trajectory(path, corridor, waypoints, limits)
     return known | _of_shape(path)
@@ -86,7 +88,7 @@ def summarise(
 
 def as_text(figures: Mapping[str, Any]) -> str:
     """Return the figures that there are, one a line."""
-    lines = [(label, form.format(figures[name])) for name, label, form in _LINES if figures.get(name) is not None]
+    lines = [(label, _line(figures, name, form)) for name, label, form in _LINES if figures.get(name) is not None]
     lines[_LIMITS_AFTER:_LIMITS_AFTER] = [
         (f"limit {used['name'].replace('_', ' ')}", _usage(used)) for used in figures["limits"]
     ]
@@ -94,6 +96,11 @@ def as_text(figures: Mapping[str, Any]) -> str:
         what = ", ".join(name.replace("_", " ") for name in figures["binding"]) or "none"
         lines.insert(_LIMITS_AFTER + len(figures["limits"]), ("limits that bind", what))
     return "\n".join(f"{label:<20}{value}" for label, value in lines)
+
+
+def _line(figures: Mapping[str, Any], name: str, form: str) -> str:
+    text = form.format(figures[name])
+    return f"{text} {figures['cost_unit']}" if name == "cost" else text
 
 
 def as_json(figures: Mapping[str, Any]) -> str:
@@ -116,6 +123,7 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, li
     return {
         "legs": path.legs,
         "cost": path.cost(),
+        "cost_unit": f"m²/s{str(2 * path.cost_order - 1).translate(_RAISED)}",
         "max_speed": certificate.max_speed,
         "max_acceleration": certificate.max_acceleration,
         "max_jerk": certificate.max_jerk,

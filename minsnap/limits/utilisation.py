@@ -11,8 +11,9 @@ from minsnap.arrays import FloatArray
 from minsnap.polynomials.bernstein import differentiate, multiply, squared_norm
 from minsnap.polynomials.extrema import maximum
 from minsnap.polynomials.ratios import largest_ratio
-from minsnap.trajectory.heading import ConstantHeading, PlannedHeading, RemappedHeading, VelocityHeading
+from minsnap.trajectory.heading import ConstantHeading, RemappedHeading, VelocityHeading
 from minsnap.trajectory.path import Heading
+from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_turn_rate

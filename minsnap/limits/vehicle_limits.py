@@ -13,7 +13,8 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.rotor_bounds import Part, heading_ranges, rotor_ranges
 from minsnap.polynomials.bernstein import differentiate, multiply, subdivide
 from minsnap.polynomials.intervals import Interval
-from minsnap.trajectory.heading import ConstantHeading, PlannedHeading, RemappedHeading
+from minsnap.trajectory.heading import ConstantHeading, RemappedHeading
+from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Utilisation
 
 if TYPE_CHECKING:

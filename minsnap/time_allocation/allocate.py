@@ -11,8 +11,18 @@ from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, searched, 
 from minsnap.time_allocation.within_limits import check_pinned_limits, kept, limited_plan, shortest_plan
 
 
-def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None, certify: bool) -> Timed:
+def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None = None) -> Timed:
     """Choose durations and solve.
+
+    Parameters
+    ----------
+    task : Task
+    timing : Timing
+        Checked.
+    finish : callable
+        Gives a curve its yaw.
+    samples : int, optional
+        Instants per polynomial at which walls hold; at every instant unless given.
 
     Raises
     ------
@@ -21,19 +31,18 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None, 
     InfeasibleError
         If nothing fits, with the reason.
     """
-    timing.check()
     limits, bounded = timing.limits, task
     if limits is not None:
         bounded = task.with_walls(limits.walls(task.waypoints))
         check_pinned_limits(task, limits)
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
-        plan = timed(solved_or_explained(bounded, durations, samples, certify), finish)
+        plan = timed(solved_or_explained(bounded, durations, samples), finish)
         return plan if limits is None else kept(plan, limits)
     refuse_repeated(task.waypoints, "give every leg a duration of its own")
     if limits is None:
         durations, search = _unlimited(task, timing)
-        return timed(solved_or_explained(task, task.piece_durations(durations), samples, certify), finish, search)
+        return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)
     if timing.total_time is None and timing.time_weight is None:
         return shortest_plan(task, bounded, timing, limits, finish)
     return limited_plan(bounded, timing, limits, finish)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
 
 from minsnap.arrays import FloatArray
@@ -14,6 +11,7 @@ from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.normalised_constraints import Rows
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import Solved, solve
+from minsnap.trajectory.report import Progress, Step
 
 SHORTEST = 1e-4
 """Least share of its first guess that a leg may get; the most is one over it."""
@@ -28,31 +26,6 @@ BARRED = 3.0
 
 PEAK_SPEED, PEAK_ACCELERATION, PEAK_JERK, PEAK_SNAP = 2.1875, 7.5132, 52.5, 840.0
 """Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """One evaluation of a search for durations.
-
-    Parameters
-    ----------
-    evaluation : int
-        Counted from 1.
-    total_time : float
-        [s].
-    value : float
-        What is minimised there: a cost, or a time [s].
-    best : float
-        The least value so far.
-    """
-
-    evaluation: int
-    total_time: float
-    value: float
-    best: float
-
-
-Progress = Callable[[Step], None]
 
 
 class Log:

@@ -28,10 +28,9 @@ from minsnap.time_allocation.least_cost import (
     PEAK_SNAP,
     PEAK_SPEED,
     Log,
-    Progress,
     leg_sums,
 )
-from minsnap.trajectory.report import Utilisation
+from minsnap.trajectory.report import Progress, Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
 CLOSE = 3e-3

@@ -15,8 +15,9 @@ from minsnap.limits.limits import Limits
 from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import Solved, solve
-from minsnap.time_allocation.least_cost import Progress, Step, check_split
+from minsnap.time_allocation.least_cost import check_split
 from minsnap.time_allocation.refusal import explain
+from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -34,7 +35,8 @@ class Timing:
     time_weight : float, optional
         Price of a second.
     enforce : str
-        How limits are kept: ``"qp"`` as walls of the QP, ``"scaling"`` by the time scale alone.
+        How limits are kept: ``"qp"`` as walls of the QP, ``"scaling"`` by the time scale alone; None for the way
+        that the split implies.
     progress : callable, optional
     """
 
@@ -43,18 +45,13 @@ class Timing:
     limits: Limits | None = None
     split: str = "optimal"
     time_weight: float | None = None
-    enforce: str = "qp"
+    enforce: str | None = None
     progress: Progress | None = None
 
     def check(self) -> None:
-        """Raise unless exactly one way of choosing durations is asked for."""
+        """Raise unless exactly one way of choosing durations is asked for, and nothing that it would ignore."""
         check_split(self.split)
-        if self.enforce not in ("qp", "scaling"):
-            raise TimingError(f"enforce is {self.enforce!r}: use 'qp' or 'scaling'")
-        if self.limits is not None and not isinstance(self.limits, Limits):
-            raise LimitError(f"limits must be a Limits, not {type(self.limits).__name__}")
-        if self.limits is not None and not self.limits.given():
-            raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
+        self._check_limits()
         names = ("durations", "total_time", "time_weight")
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) > 1:
@@ -63,6 +60,29 @@ class Timing:
             )
         if not given and self.limits is None:
             raise TimingError("no durations were asked for: give one of durations, total_time, time_weight, limits")
+        self._check_ignored(given)
+
+    def _check_limits(self) -> None:
+        if self.enforce not in (None, "qp", "scaling"):
+            raise TimingError(f"enforce is {self.enforce!r}: use 'qp' or 'scaling'")
+        if self.limits is not None and not isinstance(self.limits, Limits):
+            raise LimitError(f"limits must be a Limits, not {type(self.limits).__name__}")
+        if self.limits is not None and not self.limits.given():
+            raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
+
+    def _check_ignored(self, given: list[str]) -> None:
+        """Raise where ``split`` or ``enforce`` would have no effect; ``given`` names what else chooses durations."""
+        if self.split != "optimal" and given in (["durations"], ["time_weight"]):
+            raise TimingError(f"split={self.split!r} does not go with {given[0]}, which determines the split")
+        if self.enforce is not None and self.limits is None:
+            raise TimingError(f"enforce={self.enforce!r} says how limits are kept: give limits=, or leave it out")
+        if self.enforce == "scaling" and given:
+            raise TimingError(f"enforce='scaling' chooses the total time itself: leave out {given[0]}, or use 'qp'")
+        if self.enforce == "qp" and self.split != "optimal" and not given:
+            raise TimingError(
+                f"split={self.split!r} with limits alone only scales time: leave out enforce='qp', or use "
+                "split='optimal'"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +119,10 @@ def timed(solved: Solved, finish: Finish, search: Run | None = None, factor: flo
     return Timed(solved, finish(trajectory), solved.cost * factor ** (1 - 2 * solved.task.half), steps, interrupted)
 
 
-def solved_or_explained(task: Task, durations: FloatArray, samples: int | None = None, certify: bool = True) -> Solved:
-    """Solve, or raise the reason why nothing fits."""
+def solved_or_explained(task: Task, durations: FloatArray, samples: int | None = None) -> Solved:
+    """Solve, with walls at samples only if there are any, or raise the reason why nothing fits."""
     try:
-        return solve(task, durations, samples, certify)
+        return solve(task, durations, samples, certify=samples is None)
     except InfeasibleRowsError:
         raise explain(task, durations) from None
 

@@ -1,9 +1,8 @@
-"""Headings that follow other paths: planned, along the velocity, shifted in time, joined end to end."""
+"""Headings that follow other paths: along the velocity, shifted in time, joined end to end."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -12,32 +11,11 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import YawError
 from minsnap.trajectory.path import ConstantHeading, Heading, Path
 
-if TYPE_CHECKING:
-    from minsnap.trajectory.trajectory import Trajectory
-
 RESTING = 1e-6
 """Share of the top speed below which a path counts as resting and its heading is held."""
 
 GRID = 64
 """Instants a polynomial piece at which the turns of the velocity are counted."""
-
-
-@dataclass(frozen=True, eq=False)
-class PlannedHeading:
-    """A yaw that is itself a one-dimensional trajectory.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        Yaw [rad], dim 1, over the same interval as the path it belongs to; not wrapped.
-    """
-
-    trajectory: Trajectory
-
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
-        """Yaw or its derivative at ``t``, in the shape of ``t``."""
-        inside = np.minimum(t, self.trajectory.duration)
-        return np.asarray(self.trajectory(inside, order)[..., 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +147,6 @@ def wrap(angle: npt.ArrayLike) -> FloatArray:
 __all__ = [
     "ConstantHeading",
     "JoinedHeading",
-    "PlannedHeading",
     "RemappedHeading",
     "VelocityHeading",
     "shortest_turns",

@@ -1,12 +1,35 @@
-"""Report: how a plan was found and how far it uses its limits, attached to the trajectory it is about."""
+"""Records of a plan: how durations were searched, how far limits are used, how the plan was found."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from minsnap.time_allocation.least_cost import Step
+
+@dataclass(frozen=True)
+class Step:
+    """One evaluation of a search for durations.
+
+    Parameters
+    ----------
+    evaluation : int
+        Counted from 1.
+    total_time : float
+        Of the plan that was evaluated [s].
+    value : float
+        What the search minimises, there: a cost [m^2 / s^(2k - 1)], or a time [s].
+    best : float
+        The least value so far.
+    """
+
+    evaluation: int
+    total_time: float
+    value: float
+    best: float
+
+
+Progress = Callable[[Step], None]
+"""Called with every evaluation of a search."""
 
 
 @dataclass(frozen=True)
@@ -48,23 +71,29 @@ class Report:
     solver : str
         What solved it: ``"banded"`` for the linear system, else the name of the QP solver.
     rounds : int
-        QP solves until the certificate held; 0 without a QP.
+        QP solves until the curve was proved to be inside all walls; 0 without a QP.
     rows : int
         Inequality rows of the last QP.
     cost : float
-        Integral of the squared norm of the k-th derivative for degree 2k - 1.
+        Integral of the squared norm of the k-th derivative for degree 2k - 1 [m^2 / s^(2k - 1)].
     corridor_margin : float or None
         Least distance to a wall over all time [m]; None without a corridor.
     milliseconds : float
         Wall time of the call.
     fallback : tuple of str
-        Solvers that were tried before this one and failed.
+        Solvers that failed before this one succeeded.
     utilisation : tuple of Utilisation
         How far each limit is used; empty without limits.
     steps : tuple of Step
         The search for durations, evaluation by evaluation; empty where they were given.
     interrupted : bool
-        Whether that search was stopped by Ctrl-C; the plan is the best it had found.
+        Whether that search was stopped by Ctrl-C; the plan is the best found until then.
+    core : str
+        Which core solved the problem: ``"native"`` (compiled) or ``"python"``.
+    handed_over : str
+        Why the native core left the problem to the Python core; empty where it did not.
+    rungs : tuple of str
+        Names of the fallbacks that were needed, in their order; empty where the first attempt succeeded.
     """
 
     solver: str
@@ -77,6 +106,9 @@ class Report:
     utilisation: tuple[Utilisation, ...] = ()
     steps: tuple[Step, ...] = ()
     interrupted: bool = False
+    core: str = "python"
+    handed_over: str = ""
+    rungs: tuple[str, ...] = ()
 
     @property
     def binding(self) -> Utilisation | None:

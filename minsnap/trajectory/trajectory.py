@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
     from minsnap.trajectory.report import Report
 
+PLANNED_DEGREES = (3, 5, 7, 9, 11)
+"""Degrees of a plan: 2k - 1 minimises the k-th derivative."""
+
 JOINT = 1e-9
 """How far apart, relative to their size, the ends of two trajectories may be that are joined."""
 
@@ -121,10 +124,18 @@ class Trajectory(Path):
         values = np.einsum("mj,mjd->md", basis(self.degree - order, s), points)
         return np.asarray(values / duration[:, None] ** order) if order else values
 
-    def told(self, yaw: Heading, report: Report | None) -> Trajectory:
-        """Return the same curve with another yaw and report."""
+    def with_yaw(self, yaw: Heading) -> Trajectory:
+        """Return the same curve with another yaw and without a report."""
+        return self._twin(yaw=yaw, report=None)
+
+    def with_report(self, report: Report | None) -> Trajectory:
+        """Return the same curve with another report."""
+        return self._twin(report=report)
+
+    def _twin(self, **fields: Any) -> Trajectory:
+        """Return a copy that shares the read-only arrays, whose checks need no repetition."""
         twin = object.__new__(type(self))
-        twin.__dict__.update(self.__dict__, yaw=yaw, report=report)
+        twin.__dict__.update(self.__dict__, **fields)
         return twin
 
     def derivative(self, order: int = 1) -> Trajectory:
@@ -132,12 +143,29 @@ class Trajectory(Path):
         points = differentiate(self.control_points, check_order(order))
         return replace(self, control_points=points / self.durations[:, None, None] ** order, report=None)
 
-    def cost(self, order: int = 4) -> float:
-        r"""Integral of the squared norm of a derivative, :math:`\int \|r^{(p)}\|^2 dt`, without a factor 1/2."""
+    @property
+    def cost_order(self) -> int:
+        """Order k of the derivative that a plan of this degree minimises: degree 2k - 1; 4 (snap) for other degrees."""
+        return (self.degree + 1) // 2 if self.degree in PLANNED_DEGREES else 4
+
+    def cost(self, order: int | None = None) -> float:
+        r"""Integral of the squared norm of a derivative, :math:`\int \|r^{(p)}\|^2 dt`, without a factor 1/2.
+
+        Parameters
+        ----------
+        order : int, optional
+            p; ``cost_order`` unless given, so that the cost is the one that a plan minimises.
+
+        Returns
+        -------
+        float
+            [m^2 / s^(2p - 1)]
+        """
         return float(self.piece_costs(order).sum())
 
-    def piece_costs(self, order: int = 4) -> FloatArray:
-        """Contribution of each piece to ``cost(order)``, shape (pieces in all,)."""
+    def piece_costs(self, order: int | None = None) -> FloatArray:
+        """Contribution of each piece to ``cost(order)``, shape (pieces in all,) [m^2 / s^(2 order - 1)]."""
+        order = self.cost_order if order is None else order
         if check_order(order) > self.degree:
             return np.zeros(len(self.durations))
         points = differentiate(self.control_points, order)

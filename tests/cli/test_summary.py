@@ -31,6 +31,14 @@ def test_text_shows_limits_below_the_greatest_values(figures):
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(("degree", "unit"), ((3, "m²/s³"), (7, "m²/s⁷"), (11, "m²/s¹¹")))
+def test_the_cost_is_that_of_the_derivative_minimised_in_its_unit(degree, unit):
+    traj = minsnap.rectangle(degree=degree)
+    figures = summarise(traj)
+    assert figures["cost"] == pytest.approx(traj.report.cost) and figures["cost"] > 0.0
+    assert any(line.startswith("cost ") and line.endswith(f" {unit}") for line in as_text(figures).splitlines())
+
+
 def test_a_shape_that_is_no_polynomial_has_speeds_and_no_cost():
     found = summarise(minsnap.circle(2.0, speed=1.0))
     assert found["max_speed"] == pytest.approx(1.0)

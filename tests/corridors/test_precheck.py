@@ -1,5 +1,8 @@
 """Waypoints and pins outside what their legs must stay in are found before any solve."""
 
+from contextlib import contextmanager
+from unittest import mock
+
 import numpy as np
 import pytest
 
@@ -30,26 +33,32 @@ class Ball:
         return [Balls(np.arange(legs), identity, np.zeros((legs, dim)), np.ones(legs), name="ball")]
 
 
-@pytest.fixture(autouse=True)
-def no_solve(request, monkeypatch):
-    """Refusals come before any solve."""
-    if "refus" in request.node.name:
-        monkeypatch.setattr("minsnap.planner.solve", lambda *_: pytest.fail("solved before it was refused"))
+@contextmanager
+def refused(error, match):
+    """Expect a refusal, and no solve before it."""
+    solved = AssertionError("solved before it was refused")
+    with mock.patch("minsnap.planner.plan_timed", side_effect=solved), pytest.raises(error, match=match) as caught:
+        yield caught
+
+
+def test_refusals_are_told_from_plans_that_would_be_solved():
+    with pytest.raises(AssertionError, match="solved before"), refused(CorridorError, "outside"):
+        minsnap.plan([(0.5, 0.5), (0.2, 0.2), (1, 0.5)], [1, 1], corridor=UNIT)
 
 
 def test_pinned_waypoint_outside_its_box_is_refused_with_leg_and_distance():
-    with pytest.raises(CorridorError, match=r"waypoint 2 at \(1, 2.5\) is 1.5 m outside the box of leg 1") as caught:
+    with refused(CorridorError, r"waypoint 2 at \(1, 2.5\) is 1.5 m outside the box of leg 1") as caught:
         minsnap.plan([(0.5, 0.5), (0.2, 0.2), (1, 2.5)], [1, 1], corridor=UNIT)
     assert caught.value.waypoint == 2 and caught.value.leg == 1
 
 
 def test_waypoint_on_a_wall_that_rounding_puts_outside_is_refused_in_words():
-    with pytest.raises(CorridorError, match=r"waypoint 1 at \(4.5, 0\) lies on the half-space of leg 0, and rounding"):
+    with refused(CorridorError, r"waypoint 1 at \(4.5, 0\) lies on the half-space of leg 0, and rounding"):
         minsnap.plan([(0, 0), (4.5, 0)], [1], corridor=HalfSpaces((1, 3), 4.5))
 
 
 def test_waypoint_box_that_does_not_meet_the_corridor_is_refused():
-    with pytest.raises(CorridorError, match="box around waypoint 1 at .* is 1.3 m outside the box of leg"):
+    with refused(CorridorError, "box around waypoint 1 at .* is 1.3 m outside the box of leg"):
         minsnap.plan([(0.5, 0.5), (1, 2.5), (0, 0)], [1, 1], corridor=UNIT, waypoint_tolerance=0.2)
 
 
@@ -62,13 +71,13 @@ def test_waypoint_box_that_meets_the_corridor_serves():
 def test_waypoint_box_that_meets_each_plane_but_not_all_together_is_refused():
     wedge = Polytopes([(np.array([[1.0, 3], [-1, 3], [0, -1]]), np.array([0.0, 0.0, 3.0]))] * 2)
     points = [(0, -1), (0, 0.15), (0, -1)]
-    with pytest.raises(CorridorError, match="waypoint 1 at .* has no point inside the polytope of its legs"):
+    with refused(CorridorError, "waypoint 1 at .* has no point inside the polytope of its legs"):
         minsnap.plan(points, [1, 1], corridor=wedge, waypoint_tolerance=0.12)
     assert minsnap.plan(points, [1, 1], corridor=wedge, waypoint_tolerance=0.2).report.corridor_margin >= 0.0
 
 
 def test_waypoint_box_beside_the_corner_of_a_diamond():
-    with pytest.raises(CorridorError, match="waypoint 1 at .* outside the polytope"):
+    with refused(CorridorError, "waypoint 1 at .* outside the polytope"):
         minsnap.plan([(0, 0), (0.8, 0.8), (0, 0)], [1, 1], corridor=DIAMOND, waypoint_tolerance=0.25)
     traj = minsnap.plan([(0, 0), (0.8, 0.8), (0, 0)], [1, 1], corridor=DIAMOND, waypoint_tolerance=0.35)
     assert traj.report.corridor_margin >= 0.0
@@ -76,7 +85,7 @@ def test_waypoint_box_beside_the_corner_of_a_diamond():
 
 def test_waypoint_box_outside_a_ball_is_refused_by_its_nearest_corner():
     far = np.sqrt(2 * 0.8**2) - 1.0
-    with pytest.raises(CorridorError, match=f"is {far:.3g} m outside the ball"):
+    with refused(CorridorError, f"is {far:.3g} m outside the ball"):
         minsnap.plan([(0, 0), (1, 1), (0, 0.1)], [1, 1], corridor=Ball(), waypoint_tolerance=0.2)
 
 
@@ -92,9 +101,7 @@ def test_round_tubes_hold_their_own_waypoints():
 
 def test_velocity_pinned_beyond_a_limit_is_refused():
     points = [(0, 0), (1, 1), (2, 0)]
-    with pytest.raises(
-        WaypointError, match="the velocity pinned at waypoint 1 is 0.5 outside the speed limit of leg 0"
-    ):
+    with refused(WaypointError, "the velocity pinned at waypoint 1 is 0.5 outside the speed limit of leg 0"):
         minsnap.plan(points, [1, 1], corridor=SpeedBox(1.0), pins={1: {"velocity": (1.5, 0.0)}})
 
 
@@ -107,7 +114,7 @@ def test_velocity_pinned_within_a_limit_serves():
 def test_ends_and_overlaps_outside_the_room_are_refused_by_name():
     pair = Boxes([(0, 0), (2, 0)], [(3, 1), (5, 1)])
     ends = {"start": {"position": (0.5, 0.5)}, "end": {"position": (4.5, 0.5)}}
-    with pytest.raises(CorridorError, match=r"the position of end, \(4.5, 0.5\), is 1.5 m outside the room of leg 1"):
+    with refused(CorridorError, r"the position of end, \(4.5, 0.5\), is 1.5 m outside the room of leg 1"):
         minsnap.plan(None, [1, 1], corridor=pair, room=((0, 0), (3, 1)), **ends)
-    with pytest.raises(CorridorError, match=r"the overlap that leg 1 starts in, around .* outside the half-space"):
+    with refused(CorridorError, r"the overlap that leg 1 starts in, around .* outside the half-space"):
         minsnap.plan(None, [1, 1], corridor=[pair, HalfSpaces((1, 0), 1.5, legs=(0,))], **ends)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from minsnap.trajectory.heading import PlannedHeading
+from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 

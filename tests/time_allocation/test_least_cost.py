@@ -8,7 +8,8 @@ from tasks import REFERENCE, random_legs, task_of
 import minsnap
 from minsnap.errors import TimingError
 from minsnap.limits.limits import Limits
-from minsnap.time_allocation.least_cost import Log, Step, trapezoid_times
+from minsnap.time_allocation.least_cost import Log, trapezoid_times
+from minsnap.trajectory.report import Step
 
 
 def test_distance_split_is_in_proportion_to_the_lengths():

@@ -11,8 +11,8 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.storage.atomic import atomic_write
-from minsnap.trajectory.heading import PlannedHeading
 from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 

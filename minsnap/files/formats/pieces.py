@@ -7,8 +7,8 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError, YawError
 from minsnap.polynomials.bernstein import points_to_powers, powers_to_points
-from minsnap.trajectory.heading import PlannedHeading
 from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 YAW_TOLERANCE = 1e-3
