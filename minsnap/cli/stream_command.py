@@ -36,7 +36,12 @@ def stream(
     trigger: Annotated[
         str, typer.Option("--trigger", help="enter, mode (when the vehicle enters OFFBOARD or GUIDED) or now.")
     ] = "enter",
-    origin: Annotated[str, typer.Option("--origin", help="file, or current: start where the vehicle is.")] = "file",
+    origin: Annotated[
+        str,
+        typer.Option(
+            "--origin", help="file; current: start at the vehicle's x and y; current-height: at its height as well."
+        ),
+    ] = "file",
     max_start_distance: Annotated[
         float, typer.Option("--max-start-distance", metavar="M", help="Of the vehicle from the start; inf: blind.")
     ] = 1.0,
@@ -45,11 +50,19 @@ def stream(
     ] = 2.0,
     arm: Annotated[bool, typer.Option("--arm", help="Change the mode and arm. Never done without this.")] = False,
     land: Annotated[bool, typer.Option("--land", help="Land at the end instead of holding.")] = False,
+    on_abort: Annotated[
+        str, typer.Option("--on-abort", help="hold, land or rtl: what to do when a rule stops the flight.")
+    ] = "hold",
+    give_up: Annotated[
+        float, typer.Option("--give-up", metavar="S", help="End a hold when the vehicle is silent for so long.")
+    ] = 30.0,
     system: Annotated[int | None, typer.Option("--system", help="The vehicle's MAVLink system id.")] = None,
     signing_key: Annotated[
         Path | None, typer.Option("--signing-key", metavar="FILE", help="MAVLink 2 signing key: 32 bytes or 64 hex.")
     ] = None,
-    wait: Annotated[float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat.")] = 30.0,
+    wait: Annotated[
+        float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat, its position, and its arming.")
+    ] = 30.0,
     log: Annotated[Path | None, typer.Option("--log", metavar="FILE", help="CSV of all sent and heard.")] = None,
 ) -> int:
     """Fly a setpoint file over MAVLink, by PX4's offboard or ArduPilot's guided mode.
@@ -68,9 +81,12 @@ def stream(
         laps=laps,
         autopilot=_one_of("--autopilot", autopilot, ("auto", "px4", "ardupilot", "generic")),
         trigger=_trigger(trigger),
-        relative=_one_of("--origin", origin, ("file", "current")) == "current",
+        relative=_one_of("--origin", origin, ("file", "current", "current-height")) != "file",
+        relative_height=origin == "current-height",
         arm=arm,
         land=land,
+        on_abort=_one_of("--on-abort", on_abort, ("hold", "land", "rtl")),
+        give_up=give_up,
         rules=SafetyRules(max_start_distance=max_start_distance, abort_distance=abort_distance),
         wait=wait,
         log=log,

@@ -29,6 +29,8 @@ class Autopilot:
         Fewer setpoints a second than this make it leave the mode [Hz].
     takes_off : bool
         True when it must be told to take off before it follows setpoints.
+    after_loss : str
+        What it does when the stream ends while it follows it, unless it is set otherwise.
     """
 
     name: str
@@ -36,6 +38,7 @@ class Autopilot:
     main_mode: int | None
     lowest_rate: float
     takes_off: bool = False
+    after_loss: str = "its own failsafe acts"
 
     def follows(self, vehicle: VehicleState) -> bool:
         """Return whether the vehicle is in the mode in which it follows setpoints."""
@@ -46,11 +49,19 @@ class Autopilot:
         return command(vehicle, "MAV_CMD_DO_SET_MODE", 1.0, float(self.main_mode or 0))
 
 
+_PX4_AFTER_LOSS = (
+    "after COM_OF_LOSS_T (1 s) PX4 does what COM_OBL_RC_ACT says; without a radio control it returns to launch, and "
+    "climbs to RTL_RETURN_ALT first: indoors set COM_OBL_RC_ACT to 4 (land) or 5 (hold) before the flight"
+)
+_ARDUPILOT_AFTER_LOSS = (
+    "ArduCopter flies on at its last velocity and acceleration for GUID_TIMEOUT (3 s), then brakes and hovers in GUIDED"
+)
+
 AUTOPILOTS = {
     pilot.name: pilot
     for pilot in (
-        Autopilot("px4", "OFFBOARD", 6, 2.0),
-        Autopilot("ardupilot", "GUIDED", 4, 1.0, takes_off=True),
+        Autopilot("px4", "OFFBOARD", 6, 2.0, after_loss=_PX4_AFTER_LOSS),
+        Autopilot("ardupilot", "GUIDED", 4, 1.0, takes_off=True, after_loss=_ARDUPILOT_AFTER_LOSS),
         Autopilot("generic", "any mode", None, 2.0),
     )
 }
@@ -86,6 +97,11 @@ def arm_command(vehicle: VehicleState) -> Message:
 def land_command(vehicle: VehicleState) -> Message:
     """Land here; both stacks change into their landing mode."""
     return command(vehicle, "MAV_CMD_NAV_LAND")
+
+
+def return_command(vehicle: VehicleState) -> Message:
+    """Return to launch; both stacks change into their return mode."""
+    return command(vehicle, "MAV_CMD_NAV_RETURN_TO_LAUNCH")
 
 
 def takeoff_command(vehicle: VehicleState, height: float) -> Message:

@@ -187,6 +187,8 @@ class Link:
         if self.ignored:
             heard = ", ".join(str(system) for system in sorted({system for system, _ in self.ignored}))
             said += f"; heard only system {heard}" + ("" if self._wanted is None else ": check the system id")
+        if self.address.startswith("udpout"):
+            said += f"; a simulator that sends to a port is heard on it: try udpin{self.address[6:]}"
         if self.refused:
             said += f"; {self.refused} messages were damaged or not signed with this key"
         return said

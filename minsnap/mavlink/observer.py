@@ -17,7 +17,7 @@ from minsnap.mavlink.vehicle_state import VehicleState
 EventCallback = Callable[[str], None]
 StatusCallback = Callable[[StreamStatus], None]
 
-_INTERVAL_COMMAND = 511  # MAV_CMD_SET_MESSAGE_INTERVAL: a refusal of it is no news
+_STUBBORN = 5  # commands are repeated every second, and ArduPilot takes some only after a while
 
 
 class Observer:
@@ -78,8 +78,8 @@ class Observer:
             self._log.heartbeat(now, vehicle)
         elif kind == "STATUSTEXT":
             self.say(now, f"vehicle: {message.text}")
-        elif kind == "COMMAND_ACK" and message.result != 0 and message.command != _INTERVAL_COMMAND:
-            self.say(now, f"the vehicle refused command {message.command} (result {message.result})")
+        elif kind == "COMMAND_ACK" and vehicle.refusal is not None and vehicle.refusal.times == _STUBBORN:
+            self.say(now, f"the vehicle has refused {vehicle.refusal} {_STUBBORN} times")
 
     def _measure(self, vehicle: VehicleState, sequence: Sequence | None) -> None:
         if sequence is None:

@@ -28,6 +28,11 @@ class SafetyRules:
         heartbeats, one a second, is given ``heartbeat_timeout``.
     heartbeat_timeout : float
         Time without a heartbeat, and so without knowing the mode [s].
+    max_gap : float
+        Between two setpoints that leave here during the flight [s]. PX4 takes a stream that pauses for COM_OF_LOSS_T
+        (1 s) for lost and follows it again when it comes back, so the rest must not be flown.
+    settled_distance, settled_speed, settle_time : float
+        The flight begins when the vehicle has been this near to the start [m] and this slow [m/s] for this long [s].
 
     Raises
     ------
@@ -39,6 +44,10 @@ class SafetyRules:
     abort_distance: float = 2.0
     link_timeout: float = 1.0
     heartbeat_timeout: float = 3.0
+    max_gap: float = 0.5
+    settled_distance: float = 0.15
+    settled_speed: float = 0.2
+    settle_time: float = 1.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -66,6 +75,21 @@ class SafetyRules:
         if distance <= self.max_start_distance:
             return None
         return f"the vehicle is {distance:.2f} m from the start, more than the {self.max_start_distance:g} m allowed"
+
+    def unsettled(self, vehicle: VehicleState, start: Vector) -> str | None:
+        """Say why the vehicle does not stand at the start yet, None if it does or if nobody wants to know."""
+        if math.isinf(self.max_start_distance):
+            return None
+        distance, speed = vehicle.distance(start), vehicle.speed
+        if distance > self.settled_distance:
+            return f"the vehicle is {distance:.2f} m from the start, not within {self.settled_distance:g} m"
+        return None if speed <= self.settled_speed else f"the vehicle still moves at {speed:.2f} m/s"
+
+    def stall(self, gap: float) -> str | None:
+        """Say that the stream paused for too long before a setpoint of the flight, None if it did not."""
+        if gap <= self.max_gap:
+            return None
+        return f"no setpoint left this program for {gap:.2f} s, more than the {self.max_gap:g} s allowed"
 
     def breach(self, now: float, vehicle: VehicleState, setpoint: Vector, autopilot: Autopilot) -> str | None:
         """Say which rule a flight breaks at ``now``, None while it breaks none."""

@@ -5,10 +5,11 @@ Whatever happens, the answer is a setpoint until the vehicle has left the mode i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
-from minsnap.mavlink.autopilot import Autopilot, arm_command, land_command, takeoff_command
+from minsnap.mavlink.autopilot import Autopilot, arm_command, land_command, return_command, takeoff_command
 from minsnap.mavlink.dialect import Message
 from minsnap.mavlink.safety import FRESH, SafetyRules
 from minsnap.mavlink.setpoints import Setpoint, SetpointTable
@@ -47,6 +48,8 @@ class Conditions:
         True once the flight may begin.
     stops : int
         How often the user has asked to stop.
+    gap : float
+        Time since the slot before this was served [s].
     """
 
     slot: int
@@ -54,6 +57,7 @@ class Conditions:
     vehicle: VehicleState
     triggered: bool = True
     stops: int = 0
+    gap: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -94,10 +98,16 @@ class Sequence:
         True: the flight begins when the vehicle enters the mode, having been outside it before.
     here : tuple of 3, or None
         Where the vehicle is, for a flight relative to that; it is updated until the vehicle enters the mode.
+    height : bool
+        True: ``here`` counts with its height, else in x and y alone.
     arm, land : bool
         Change the mode and arm; land at the end.
     arm_timeout : float
         How long arming, and coming near the start, may take [s].
+    on_abort : str
+        ``hold``, ``land`` or ``rtl``: what to ask for when a rule has stopped the flight.
+    give_up : float
+        How long the vehicle may be silent before a hold ends [s].
     """
 
     def __init__(
@@ -110,21 +120,26 @@ class Sequence:
         prestream: float = 2.0,
         on_entry: bool = True,
         here: Vector | None = None,
+        height: bool = False,
         arm: bool = False,
         land: bool = False,
         arm_timeout: float = 30.0,
+        on_abort: str = "hold",
+        give_up: float = 30.0,
     ) -> None:
         self._table, self._autopilot, self._rules = table, autopilot, rules
         self._prestream_end, self._arm_deadline = start + prestream, start + prestream + arm_timeout
         self._on_entry, self._relative, self._arm, self._land = on_entry, here is not None, arm, land
+        self._height, self._on_abort, self._give_up = height, on_abort, give_up
         self.phase = Phase.PRESTREAM
         self.reason: str | None = None
-        self.completed = False
+        self.completed = self.aborted = self.gave_up = False
         self.offset: Vector = (0.0, 0.0, 0.0)
         self.setpoint = table.start
         self._first_slot = 0
         self._was_outside = False
         self._outside_since: float | None = None
+        self._settled_since: float | None = None
         self._next_command = start
         if here is not None:
             self._start_here(here)
@@ -138,9 +153,11 @@ class Sequence:
         """Return what to send in this slot, None when the flight is over and nothing more must be sent."""
         self._watch_mode(at)
         if at.stops and self.phase is not Phase.HOLDING:
-            self.hold("stopped by the user", at, where_it_is=False)
+            self._stop(at)
+        self._watch_gap(at)
         if self.phase in (Phase.PRESTREAM, Phase.READY):
             self._watch_start(at)
+            self._watch_settling(at)
         if self.phase is Phase.READY:
             self._consider_start(at)
         if self.phase is Phase.FLYING:
@@ -155,6 +172,34 @@ class Sequence:
         self.setpoint = self.setpoint.held(at.vehicle.position if fresh else None)
         self.phase, self.reason = Phase.HOLDING, reason
 
+    def abort(self, reason: str, at: Conditions) -> None:
+        """Hold because a rule is broken; a flight that has led nobody yet just ends."""
+        led = self._leads(at.vehicle)
+        self.hold(reason, at)
+        self.aborted = True
+        if not led:
+            self.phase = Phase.DONE
+
+    def _stop(self, at: Conditions) -> None:
+        led = self._leads(at.vehicle)
+        self.hold("stopped by the user", at, where_it_is=False)
+        if not led:
+            self.phase = Phase.DONE
+
+    def _leads(self, vehicle: VehicleState) -> bool:
+        """Return whether the vehicle follows our setpoints: it entered the mode while we streamed, or flies."""
+        return self.phase is Phase.FLYING or (self._was_outside and self._autopilot.follows(vehicle))
+
+    def _watch_gap(self, at: Conditions) -> None:
+        """After a pause of this program the rest is not flown: the vehicle is held where it has got to meanwhile."""
+        reason = self._rules.stall(at.gap)
+        if reason is None or self.phase not in (Phase.FLYING, Phase.HOLDING):
+            return
+        if self.phase is Phase.FLYING:
+            self.abort(reason, at)
+        else:
+            self.hold(self.reason, at)
+
     def _watch_mode(self, at: Conditions) -> None:
         if self._autopilot.follows(at.vehicle):
             self._outside_since = None
@@ -167,35 +212,54 @@ class Sequence:
             self._start_here(at.vehicle.position)
         refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=self._arm)
         if refusal is not None:
-            self.hold(refusal, at)
+            self.abort(refusal, at)
         elif self.phase is Phase.PRESTREAM and at.now >= self._prestream_end:
             self.phase = Phase.READY
 
     def _consider_start(self, at: Conditions) -> None:
         """Begin when everything allows it."""
         if self._arm and at.now > self._arm_deadline:
-            self.hold("the vehicle was not armed, in its mode and at the start in time", at)
-        elif at.triggered and self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at.vehicle):
+            self.abort(f"the vehicle was not armed, in its mode and at the start in time: {self._missing(at)}", at)
+        elif at.triggered and self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at):
             self.phase, self._first_slot = Phase.FLYING, at.slot
 
-    def _is_there(self, vehicle: VehicleState) -> bool:
-        """Return whether a vehicle that we arm has armed and come to the start; of others it is known already."""
-        if not self._arm:
-            return True
-        near = self._rules.start_refusal(vehicle, self.setpoint.position) is None
-        return near and vehicle.armed and not self._takes_off_alone(vehicle)
+    def _missing(self, at: Conditions) -> str:
+        """Say what an armed start still lacks."""
+        if at.vehicle.refusal is not None:
+            return f"it refused {at.vehicle.refusal}"
+        if not self._autopilot.follows(at.vehicle):
+            return f"it is not in {self._autopilot.mode}"
+        return self.waits_for(at.vehicle) or "it is not armed"
+
+    def waits_for(self, vehicle: VehicleState) -> str | None:
+        """Say why a vehicle that is in its mode is not let go yet, None if nothing speaks against it."""
+        return self._rules.unsettled(vehicle, self.setpoint.position)
+
+    def _is_there(self, at: Conditions) -> bool:
+        """Return whether the vehicle stands at the start, and is armed if we arm it."""
+        ready = not self._arm or (at.vehicle.armed and not self._takes_off_alone(at.vehicle))
+        return ready and self._settled_since is not None and at.now - self._settled_since >= self._settle_time
+
+    @property
+    def _settle_time(self) -> float:
+        """Without bounds on the start there is nothing to wait for."""
+        return 0.0 if math.isinf(self._rules.max_start_distance) else self._rules.settle_time
+
+    def _watch_settling(self, at: Conditions) -> None:
+        settled = self._autopilot.follows(at.vehicle) and self.waits_for(at.vehicle) is None
+        self._settled_since = (self._settled_since or at.now) if settled else None
 
     def _start_here(self, place: Vector) -> None:
         first = self._table.start
         x, y, z = (there - here for there, here in zip(place, first.position, strict=True))
-        self.offset = (x, y, z)
+        self.offset = (x, y, z if self._height else 0.0)
         self.setpoint = first.shifted(self.offset)
 
     def _advance(self, at: Conditions) -> None:
         """Go on to the setpoint that is due now, unless a rule is broken or the end is reached."""
         reason = self._rules.breach(at.now, at.vehicle, self.setpoint.position, self._autopilot)
         if reason is not None:
-            self.hold(reason, at)
+            self.abort(reason, at)
             return
         index = at.slot - self._first_slot
         self.setpoint = self._table[index].shifted(self.offset)
@@ -207,7 +271,17 @@ class Sequence:
         """Return whether nobody follows our setpoints any more, or the user insists."""
         if at.stops >= 2 or (at.stops and self._autopilot.main_mode is None):
             return True
+        if at.now - at.vehicle.heard > self._give_up:
+            self.gave_up = True
+            return True
         return self._outside_since is not None and at.now - self._outside_since >= LINGER
+
+    def hold_ends(self, at: Conditions) -> str:
+        """Say what ends a hold."""
+        command = self._wanted_command(at.vehicle)
+        asked = "" if command is None else "it has been asked to come down; "
+        refused = "" if at.vehicle.refusal is None else f"it refuses {at.vehicle.refusal}; "
+        return f"{asked}{refused}it ends when the vehicle leaves {self._autopilot.mode}, or with a second Ctrl-C"
 
     def _answer(self, at: Conditions) -> Step:
         index = at.slot - self._first_slot if self.phase is Phase.FLYING else None
@@ -232,8 +306,8 @@ class Sequence:
 
     def _wanted_command(self, vehicle: VehicleState) -> Message | None:
         following = self._autopilot.follows(vehicle)
-        if self.phase is Phase.HOLDING and self.completed and self._land and following:
-            return land_command(vehicle)
+        if self.phase is Phase.HOLDING and following:
+            return self._way_down(vehicle)
         if self.phase is not Phase.READY or not self._arm:
             return None
         if not following:
@@ -243,3 +317,9 @@ class Sequence:
         if self._takes_off_alone(vehicle):
             return takeoff_command(vehicle, -self.setpoint.position[2])
         return None
+
+    def _way_down(self, vehicle: VehicleState) -> Message | None:
+        """Return the command that ends a hold, if one was asked for; a stop by the user holds in any case."""
+        if (self.completed and self._land) or (self.aborted and self._on_abort == "land"):
+            return land_command(vehicle)
+        return return_command(vehicle) if self.aborted and self._on_abort == "rtl" else None

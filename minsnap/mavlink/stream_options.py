@@ -6,13 +6,16 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from minsnap.errors import TimingError
+from minsnap.errors import InputError, TimingError
 from minsnap.mavlink.autopilot import AUTOPILOTS
 from minsnap.mavlink.safety import SafetyRules
 from minsnap.mavlink.schedule import Lateness
 from minsnap.mavlink.sequence import Phase
 from minsnap.mavlink.setpoints import Setpoint
 from minsnap.mavlink.vehicle_state import VehicleState
+
+ON_ABORT = ("hold", "land", "rtl")
+"""What may be asked for when a rule has stopped a flight."""
 
 
 @dataclass(frozen=True)
@@ -36,17 +39,23 @@ class StreamOptions:
         A callable is asked once a slot and lets go, for good, by returning True; the vehicle must be in the mode as
         well.
     relative : bool
-        Start where the vehicle is.
+        Start where the vehicle is: its x and y are those of the first setpoint, at the source's own height.
+    relative_height : bool
+        Count the vehicle's height as well. Not with ``arm``: a vehicle on the ground has to climb first.
     arm : bool
         Change the vehicle's mode and arm it. Without it, neither is ever done.
     land : bool
         Land at the end instead of holding until stopped.
+    on_abort : str
+        When a rule has stopped the flight: ``hold`` until the mode is left, ``land``, or ``rtl`` (return to launch).
     rules : SafetyRules
         When to refuse and when to stop.
     prestream : float
         How long the start is streamed at least before the flight [s].
     wait : float
-        For the first heartbeat, and for arming [s].
+        For the first heartbeat, for the first position, and for arming [s].
+    give_up : float
+        A hold ends when the vehicle has been silent for so long [s].
     log : path or None
         Where to log.
 
@@ -54,6 +63,8 @@ class StreamOptions:
     ------
     TimingError
         If the rate is one at which the autopilot would not stay in its mode, or the prestream is shorter than 2 s.
+    InputError
+        If ``on_abort`` is unknown, ``give_up`` is not positive, or ``relative_height`` goes with ``arm``.
     """
 
     rate: float | None = None
@@ -63,16 +74,25 @@ class StreamOptions:
     autopilot: str = "auto"
     trigger: str | Callable[[], bool] = "mode"
     relative: bool = False
+    relative_height: bool = False
     arm: bool = False
     land: bool = False
+    on_abort: str = "hold"
     rules: SafetyRules = field(default_factory=SafetyRules)
     prestream: float = 2.0
     wait: float = 30.0
+    give_up: float = 30.0
     log: str | os.PathLike[str] | None = None
 
     def __post_init__(self) -> None:
         if not self.prestream >= 2.0:
             raise TimingError(f"prestream is {self.prestream} s: the autopilots want the start for at least 2 s")
+        if self.on_abort not in ON_ABORT:
+            raise InputError(f"on_abort is {self.on_abort!r}: choose {', '.join(ON_ABORT[:-1])} or {ON_ABORT[-1]}")
+        if not self.give_up > 0:
+            raise InputError(f"give_up is {self.give_up} s: it must be positive")
+        if self.relative_height and (self.arm or not self.relative):
+            raise InputError("the vehicle's height is an origin only in flight: use it with relative, not with arm")
 
     def check_rate(self, rate: float) -> None:
         """Raise TimingError if setpoints at this rate would not keep the autopilot in its mode."""

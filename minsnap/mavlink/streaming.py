@@ -5,6 +5,8 @@ The thesis's offboard bridge, with the rules of the PX4 manual's offboard mode a
 
 from __future__ import annotations
 
+import math
+
 from minsnap.errors import FlightError, LinkError
 from minsnap.mavlink.autopilot import Autopilot, get_autopilot, position_request
 from minsnap.mavlink.link import Link
@@ -13,11 +15,12 @@ from minsnap.mavlink.schedule import Clock, Schedule
 from minsnap.mavlink.sequence import Conditions, Phase, Sequence, Step
 from minsnap.mavlink.setpoints import SetpointTable, setpoint_message
 from minsnap.mavlink.stream_options import StreamOptions, StreamReport
-from minsnap.mavlink.vehicle_state import Vector
+from minsnap.mavlink.vehicle_state import Vector, VehicleState
 
 _POSITION_RATE = 20.0
-_POSITION_WAIT = 3.0
+_BLIND_WAIT = 3.0  # how long a flight that needs no position waits for one; the request is repeated so often [s]
 _GIVE_UP = 5
+_REMINDER = 10.0  # what a waiting flight waits for is said at this interval [s]
 
 
 class Streamer:
@@ -93,11 +96,19 @@ class Streamer:
         self._say(f"system {vehicle.system} answers ({autopilot.name}, {self._link.address})")
         if options.trigger == "mode" and autopilot.main_mode is None:
             raise LinkError("the vehicle's modes are not known, so entering one cannot be the trigger: use another")
-        self._link.send(position_request(vehicle, _POSITION_RATE))
-        deadline = self._clock.now() + _POSITION_WAIT
-        while self._link.vehicle.position is None and self._clock.now() < deadline:
-            self._listen(min(deadline, self._clock.now() + 0.1))
+        self._wait_for_position(vehicle)
         return autopilot
+
+    def _wait_for_position(self, vehicle: VehicleState) -> None:
+        """Wait for the first position, which a vehicle that has just booted does not report for a while."""
+        blind = math.isinf(self._options.rules.max_start_distance)
+        deadline = self._clock.now() + (_BLIND_WAIT if blind else self._options.wait)
+        request = self._clock.now()
+        while self._link.vehicle.position is None and self._clock.now() < deadline and not self._stops:
+            if self._clock.now() >= request:
+                self._link.send(position_request(vehicle, _POSITION_RATE))
+                request += _BLIND_WAIT
+            self._listen(min(deadline, self._clock.now() + 0.1))
 
     def _check_start(self) -> Vector | None:
         """Refuse what can be refused before anything is sent; return where to start from, if not from the file."""
@@ -111,7 +122,8 @@ class Streamer:
             return vehicle.position
         refusal = options.rules.start_refusal(vehicle, self._table.start.position, options.arm)
         if refusal is not None:
-            raise FlightError(f"{refusal}; nothing was sent")
+            advice = "" if vehicle.position is None else ": bring it there, or start where it is (--origin current)"
+            raise FlightError(f"{refusal}{advice}; nothing was sent")
         return None
 
     def _fly(self, autopilot: Autopilot, here: Vector | None) -> None:
@@ -126,10 +138,14 @@ class Streamer:
             prestream=options.prestream,
             on_entry=options.trigger == "mode" and not options.arm,
             here=here,
+            height=options.relative_height,
             arm=options.arm,
             land=options.land,
             arm_timeout=options.wait,
+            on_abort=options.on_abort,
+            give_up=options.give_up,
         )
+        self._autopilot, self._remind_at = autopilot, math.inf
         self._say(f"streaming the start at {self._table.rate:g} Hz")
         while not self._is_over(self._sequence):
             pass
@@ -148,26 +164,56 @@ class Streamer:
         """Receive until a slot is due and serve it; return whether the flight is over."""
         self._listen(self._schedule.due)
         late = max(0.0, self._clock.now() - self._schedule.due)
-        conditions = self._conditions(sequence)
+        conditions = self._conditions(sequence, late)
         step = sequence.step(conditions)
         if step is None:
             self._observer.announce(conditions.now, sequence)
+            self._say_what_is_left(conditions)
             return True
         self._send(step)
         self._observer.sent(conditions.now, step, late, sequence, self._link.vehicle)
+        self._remind(conditions, sequence)
         return False
+
+    def _remind(self, at: Conditions, sequence: Sequence) -> None:
+        """Say from time to time what a flight that does not move on waits for."""
+        waiting = self._waiting_for(at, sequence)
+        if waiting is None:
+            self._remind_at = math.inf
+        elif math.isinf(self._remind_at):
+            self._remind_at = at.now + _REMINDER
+        elif at.now >= self._remind_at:
+            self._remind_at += _REMINDER
+            self._say(waiting)
+
+    def _waiting_for(self, at: Conditions, sequence: Sequence) -> str | None:
+        if sequence.phase is Phase.HOLDING:
+            return f"holding: {sequence.hold_ends(at)}"
+        if sequence.phase is not Phase.READY or not at.triggered or not self._autopilot.follows(at.vehicle):
+            return None
+        reason = sequence.waits_for(at.vehicle)
+        return None if reason is None else f"waiting: {reason}"
+
+    def _say_what_is_left(self, at: Conditions) -> None:
+        """Say in what state a vehicle is left that still follows, and what its failsafe will do."""
+        if not self._autopilot.follows(at.vehicle):
+            return
+        height = "" if at.vehicle.height is None else f", {at.vehicle.height:.1f} m high"
+        armed = "armed" if at.vehicle.armed else "not armed"
+        state = f"the vehicle is left {armed}, in {self._autopilot.mode}{height}"
+        self._say(f"{state}; {self._autopilot.after_loss}" if at.vehicle.armed else state)
 
     def _listen(self, until: float) -> None:
         for message in self._link.pump(until):
             self._observer.heard(self._clock.now(), message, self._link.vehicle, self._sequence)
 
-    def _conditions(self, sequence: Sequence) -> Conditions:
+    def _conditions(self, sequence: Sequence, late: float = 0.0) -> Conditions:
         now = self._clock.now()
         slot = self._schedule.take(now)
         trigger = self._options.trigger
         if not self._triggered and callable(trigger) and sequence.phase is Phase.READY:
             self._triggered = bool(trigger())
-        return Conditions(slot, now, self._link.vehicle, self._triggered, self._stops)
+        return Conditions(slot, now, self._link.vehicle, self._triggered, self._stops, late)
 
     def _send(self, step: Step) -> None:
         if step.setpoint is not None:
@@ -190,6 +236,9 @@ class Streamer:
         if self._failures:
             raise self._failures[0]
         report = self._report()
+        if self._sequence is not None and self._sequence.gave_up:
+            silence = f"the vehicle has been silent for {self._options.give_up:g} s, so the hold was given up"
+            raise FlightError(silence if report.reason is None else f"{report.reason}; {silence}", report=report)
         if not report.completed and not self._stops:
             raise FlightError(f"the flight was stopped: {report.reason}", report=report)
         return report

@@ -17,6 +17,34 @@ _ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 
 
 @dataclass(frozen=True)
+class Refusal:
+    """A command that the vehicle did not accept.
+
+    Parameters
+    ----------
+    command : int
+        MAV_CMD.
+    result : int
+        MAV_RESULT of the last answer.
+    times : int
+        How often it was refused without being accepted in between.
+    """
+
+    command: int
+    result: int
+    times: int = 1
+
+    def __str__(self) -> str:
+        name = _COMMANDS.get(self.command, "unknown")
+        return f"command {self.command} ({name}) with result {self.result} ({_RESULTS.get(self.result, 'unknown')})"
+
+
+_COMMANDS = {176: "change the mode", 400: "arm", 22: "take off", 21: "land", 20: "return to launch"}
+_RESULTS = {1: "temporarily rejected", 2: "denied", 3: "unsupported", 4: "failed", 5: "in progress", 6: "cancelled"}
+_ACCEPTED, _IN_PROGRESS, _INTERVAL = 0, 5, 511  # a refused MAV_CMD_SET_MESSAGE_INTERVAL is of no consequence
+
+
+@dataclass(frozen=True)
 class VehicleState:
     """The last word of the vehicle on everything; times are those of the receiver's clock.
 
@@ -34,6 +62,8 @@ class VehicleState:
         LOCAL_POSITION_NED [m, m/s], None before the first.
     positioned : float
         When that came [s].
+    refusal : Refusal or None
+        The command that it refuses, None once it has accepted one.
     """
 
     system: int = 0
@@ -46,6 +76,17 @@ class VehicleState:
     position: Vector | None = None
     velocity: Vector | None = None
     positioned: float = -math.inf
+    refusal: Refusal | None = None
+
+    @property
+    def height(self) -> float | None:
+        """Height above the origin of the local frame [m], None before a position has come."""
+        return None if self.position is None else -self.position[2]
+
+    @property
+    def speed(self) -> float:
+        """Reported speed [m/s]; infinite before a position has come."""
+        return math.inf if self.velocity is None else math.hypot(*self.velocity)
 
     @property
     def armed(self) -> bool:
@@ -75,7 +116,17 @@ class VehicleState:
             velocity = (float(message.vx), float(message.vy), float(message.vz))
             if all(map(math.isfinite, position)):
                 return replace(self, heard=now, position=position, velocity=velocity, positioned=now)
+        if kind == "COMMAND_ACK" and message.command != _INTERVAL and message.result != _IN_PROGRESS:
+            return replace(self, heard=now, refusal=self._refusal(message))
         return replace(self, heard=now)
+
+    def _refusal(self, message: Message) -> Refusal | None:
+        if message.result == _ACCEPTED:
+            return None
+        before = self.refusal
+        again = before is not None and before.command == message.command
+        times = before.times + 1 if before is not None and again else 1
+        return Refusal(message.command, message.result, times)
 
     def distance(self, position: Vector) -> float:
         """Return how far the vehicle is from a position in its own local frame [m]; infinite when it does not say."""

@@ -89,7 +89,7 @@ def test_ctrl_c_holds_until_the_mode_is_left(vehicle, path):
 def test_refusals_have_their_status_and_sentence(call, path, vehicle):
     vehicle.body.position = [3.0, 0.0, -1.5]
     far = call("stream", path, "--connect", link(vehicle))
-    assert far.returncode == 1 and "3.00 m from the start, more than the 1 m allowed; nothing was sent" in far.stderr
+    assert far.returncode == 1 and "3.00 m from the start, more than the 1 m allowed: bring it there" in far.stderr
     assert call("stream", path, "--connect", "nonsense").returncode == 2
     silent = call("stream", path, "--connect", "udpin:0", "--wait", "0.3")
     assert silent.returncode == 2 and "no heartbeat of a vehicle within 0.3 s on udpin:127.0.0.1:0" in silent.stderr

@@ -7,6 +7,7 @@ import numpy as np
 from minsnap.frames import map_vectors
 from minsnap.mavlink.link import open_link
 from minsnap.mavlink.offboard import prepare
+from minsnap.mavlink.safety import SafetyRules
 from minsnap.mavlink.stream_options import StreamOptions
 from minsnap.mavlink.streaming import Streamer
 from minsnap.trajectory.samples import Samples
@@ -29,6 +30,11 @@ def in_ned(position):
     return tuple(map_vectors(position, "enu", "ned"))
 
 
+def patient_rules(**changes):
+    """Rules for a fast clock, which makes long gaps of the short ones of a busy machine."""
+    return SafetyRules(**{"max_gap": 60.0} | changes)
+
+
 PATH = excursion(8.0, reach=3.0)
 START = in_ned(PATH.position[0])
 
@@ -38,6 +44,7 @@ class Flight:
 
     def __init__(self, standin, samples, clock, link=None, signing_key=None, **options):
         self.events, self.statuses = [], []
+        options.setdefault("rules", patient_rules())
         self.options = StreamOptions(**options)
         self.link = link or open_link(f"udpout:127.0.0.1:{standin.port}", clock, signing_key=signing_key)
         table = prepare(samples, self.options)

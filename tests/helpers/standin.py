@@ -1,7 +1,10 @@
 """An autopilot that speaks real MAVLink through pymavlink's own connections, for tests without an aircraft.
 
-It behaves as PX4 or ArduPilot do where it matters to those who send setpoints: it follows them in one mode only, enters
-that mode only while they stream, and leaves it when they stop (noted in ``failsafes``).
+It behaves as PX4 or ArduPilot were seen to where it matters to those who send setpoints: it follows them in one mode
+only and enters that mode only while they stream. When they stop, PX4 leaves the mode after ``patience`` (its
+COM_OF_LOSS_T) and enters it again with the first setpoint that comes back; ArduCopter stays in its mode, flies on at
+its last velocity for ``guided_timeout`` and brakes. Both are noted in ``failsafes``. ArduCopter refuses the first
+take-off.
 """
 
 import math
@@ -15,8 +18,8 @@ from pymavlink import mavutil  # noqa: E402
 
 mavlink = mavutil.mavlink
 
-POSCTL, OFFBOARD, LAND = 3 << 16, 6 << 16, (4 << 16) | (6 << 24)
-LOITER, GUIDED, COPTER_LAND = 5, 4, 9
+POSCTL, OFFBOARD, LAND, RETURN = 3 << 16, 6 << 16, (4 << 16) | (6 << 24), (4 << 16) | (5 << 24)
+LOITER, GUIDED, COPTER_LAND, COPTER_RTL = 5, 4, 9, 6
 
 
 class PointMass:
@@ -24,6 +27,10 @@ class PointMass:
 
     def __init__(self, position=(0.0, 0.0, 0.0), lag=0.15):
         self.position, self.velocity, self.lag = list(position), [0.0, 0.0, 0.0], lag
+
+    def drift(self, dt):
+        for i in range(3):
+            self.position[i] += self.velocity[i] * dt
 
     def follow(self, setpoint, dt):
         gain = 1 - math.exp(-dt / self.lag)
@@ -49,14 +56,15 @@ class StandIn:
         self.clock = clock or time.monotonic
         self.px4 = autopilot == "px4"
         self.kind = {"px4": 12, "ardupilot": 3, "generic": 0}[autopilot]
-        modes = (OFFBOARD, POSCTL, LAND) if self.px4 else (GUIDED, LOITER, COPTER_LAND)
-        self.following, self.other, self.landing = modes
+        modes = (OFFBOARD, POSCTL, LAND, RETURN) if self.px4 else (GUIDED, LOITER, COPTER_LAND, COPTER_RTL)
+        self.following, self.other, self.landing, self.returning = modes
         self.body = body or PointMass()
         self.mode, self.armed, self.armed_at = self.other, True, -math.inf
         self.beats = self.positions = self.moves = True
         self.climbing_to = None
         self.setpoints, self.heard, self.commands, self.modes, self.failsafes = [], [], [], [], []
         self.position_rate, self.beat_period, self.patience = 20.0, 0.25, 1.0
+        self.guided_timeout, self.refused_takeoffs, self.failed = 3.0, 0 if self.px4 else 1, False
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -124,9 +132,16 @@ class StandIn:
             if kind == "SET_POSITION_TARGET_LOCAL_NED":
                 self.setpoints.append((self.clock(), message))
                 self.last_setpoint = self.clock()
+                self._resume()
                 self.first_setpoint = min(self.first_setpoint, self.clock())
             elif kind == "COMMAND_LONG":
                 self._obey(message)
+
+    def _resume(self):
+        """PX4 goes back into OFFBOARD when the stream that it lost comes back: no heartbeat shows that it was away."""
+        if self.px4 and self.failed and self.mode == self.other:
+            self.mode = self.following
+        self.failed = False
 
     def _obey(self, message):
         self.commands.append((message.command, message.param1, message.param2, message.param7))
@@ -138,10 +153,16 @@ class StandIn:
             self.mode = wanted if accepted else self.mode
         elif message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
             self.armed, self.armed_at = message.param1 == 1, self.clock()
+        elif message.command == mavlink.MAV_CMD_NAV_TAKEOFF and self.refused_takeoffs > 0:
+            self.refused_takeoffs -= 1
+            self.link.mav.command_ack_send(message.command, mavlink.MAV_RESULT_FAILED)
+            return
         elif message.command == mavlink.MAV_CMD_NAV_TAKEOFF:
             self.climbing_to = -message.param7
         elif message.command == mavlink.MAV_CMD_NAV_LAND:
             self.mode = self.landing
+        elif message.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
+            self.mode = self.returning
         self.link.mav.command_ack_send(message.command, 0 if accepted else 1)
         self._beat()
 
@@ -153,15 +174,25 @@ class StandIn:
             return
         led = self.mode == self.following and self.armed and self.last_setpoint > self.armed_at
         if led and self.setpoints and self.moves:
-            self.body.follow(self.setpoints[-1][1], dt)
-            if now - self.last_setpoint > self.patience:
-                self.failsafes.append(now)
-                self.mode = self.other
+            self._follow(now, dt)
         elif self.mode == self.landing:
             self.body.descend(dt)
             self.armed = self.armed and self.body.position[2] < -0.02
         elif self.armed:
             self.body.rest(dt)
+
+    def _follow(self, now, dt):
+        silence = now - self.last_setpoint
+        if self.px4 or silence <= self.patience:
+            self.body.follow(self.setpoints[-1][1], dt)
+        elif silence <= self.guided_timeout:
+            self.body.drift(dt)
+        else:
+            self.body.rest(dt)
+        if silence > self.patience and not self.failed:
+            self.failsafes.append(now)
+            self.failed = True
+            self.mode = self.other if self.px4 else self.mode
 
     def _climb(self, dt):
         """Take off at a metre a second; a setpoint on the way would stop it, as ArduPilot's would."""

@@ -10,18 +10,17 @@ import time
 import numpy as np
 import pytest
 from clocks import FastClock, PatientClock
-from flying import PATH, START, Flight, excursion
+from flying import PATH, START, Flight, excursion, patient_rules
 from proxy import Proxy
-from standin import POSCTL, PointMass, StandIn
+from standin import OFFBOARD, POSCTL, PointMass, StandIn
 
 from minsnap import write_csv
 from minsnap.errors import FileError, FlightError
 from minsnap.frames import map_samples
 from minsnap.mavlink.link import open_link
-from minsnap.mavlink.safety import SafetyRules
 from minsnap.mavlink.stream_log import COLUMNS
 
-LENIENT = SafetyRules(link_timeout=1e6, heartbeat_timeout=1e6, abort_distance=50.0)
+LENIENT = patient_rules(link_timeout=1e6, heartbeat_timeout=1e6, abort_distance=50.0)
 
 
 def float32_rows(samples):
@@ -110,6 +109,9 @@ def test_a_cut_cable_stops_the_flight_and_a_mended_one_finds_a_hold():
             vehicle.until(lambda v: any("link was silent" in event for event in flight.events))
             vehicle.until(lambda v: v.failsafes)
             proxy.cut = False
+            vehicle.until(lambda v: v.mode == OFFBOARD)
+            assert flight.statuses[-1].phase.value == "holding", "the stream that is back meets no rest of the flight"
+            vehicle.enter(POSCTL)
             with pytest.raises(FlightError, match="link was silent"):
                 flight.result()
 

@@ -8,16 +8,15 @@ import time
 import numpy as np
 import pytest
 from clocks import PatientClock
-from flying import Flight, excursion
+from flying import Flight, excursion, patient_rules
 from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.mavlink_direct.mavlink_direct import MavlinkDirect
 
 from minsnap.frames import map_samples
 from minsnap.mavlink.link import open_link
-from minsnap.mavlink.safety import SafetyRules
 
 NAMES = "x y z vx vy vz afx afy afz yaw yaw_rate".split()
-BLIND = SafetyRules(max_start_distance=np.inf, link_timeout=1e6, heartbeat_timeout=1e6)
+BLIND = patient_rules(max_start_distance=np.inf, link_timeout=1e6, heartbeat_timeout=1e6)
 
 
 class Receiver:

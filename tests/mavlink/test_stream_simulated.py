@@ -5,13 +5,12 @@ import csv
 import numpy as np
 import pytest
 from clocks import FastClock
-from flying import Flight, in_ned
+from flying import Flight, in_ned, patient_rules
 from quadrotor_body import QuadrotorBody
 from standin import LAND, StandIn
 
 import minsnap
 from minsnap.frames import map_vectors
-from minsnap.mavlink.safety import SafetyRules
 
 
 @pytest.mark.slow
@@ -21,7 +20,7 @@ def test_from_the_ground_round_a_planned_rectangle_and_back_to_the_ground(tmp_pa
     ground = (*in_ned(samples.position[0])[:2], 0.0)
     clock, log = FastClock(3), tmp_path / "flight.csv"
     with StandIn(clock=clock.now, body=QuadrotorBody(ground), armed=False) as vehicle:
-        rules = SafetyRules(max_start_distance=0.2, abort_distance=1.5)
+        rules = patient_rules(max_start_distance=0.2, abort_distance=1.5)
         with Flight(vehicle, samples, clock, rules=rules, arm=True, land=True, log=log) as flight:
             report = flight.result(60.0)
         assert vehicle.mode == LAND and not vehicle.failsafes

@@ -1,12 +1,11 @@
 """Whole flights against a stand-in that speaks MAVLink by pymavlink's own connections: every rule is seen to act."""
 
 import pytest
-from flying import PATH, Flight
+from flying import PATH, Flight, patient_rules
 from pilot import fly_until, places, sent, stands_still, streamed
 from standin import POSCTL
 
 from minsnap.errors import FlightError
-from minsnap.mavlink.safety import SafetyRules
 
 
 def test_a_whole_flight_waits_flies_holds_and_ends_when_the_pilot_takes_over(vehicle, clock):
@@ -114,14 +113,14 @@ def test_heartbeats_that_stop_leave_the_mode_unknown(vehicle, clock):
 
 
 def test_a_position_that_is_not_reported_any_more_stops_the_flight(vehicle, clock):
-    with Flight(vehicle, PATH, clock, rules=SafetyRules(link_timeout=1.5)) as flight:
+    with Flight(vehicle, PATH, clock, rules=patient_rules(link_timeout=1.5)) as flight:
         fly_until(flight, vehicle)
         vehicle.positions = False
         stopped(flight, vehicle, "position was not reported for 1.5 s")
 
 
 def test_a_vehicle_that_does_not_follow_is_held_where_it_is(vehicle, clock):
-    with Flight(vehicle, PATH, clock, rules=SafetyRules(abort_distance=0.5)) as flight:
+    with Flight(vehicle, PATH, clock, rules=patient_rules(abort_distance=0.5)) as flight:
         fly_until(flight, vehicle, beyond=1.0)
         vehicle.moves = False
         hold = stopped(flight, vehicle, "from its setpoint, more than the 0.5 m allowed")
