@@ -1,8 +1,8 @@
-"""The exceptions of the library: one root, one sentence each, with the evidence attached."""
+"""The exceptions of the library: one root, one sentence each, with what a program may want to know attached."""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 
 class MinsnapError(Exception):
@@ -13,19 +13,19 @@ class MinsnapError(Exception):
     message : str
         One plain sentence: where, what arrived, what to do.
     **evidence
-        Values a program may want, kept as attributes (``leg``, ``smallest_width``, …).
+        Values of the attributes that the class declares.
 
-    Attributes
-    ----------
-    exit_status : int
-        What the command line exits with: 1 when the request cannot be met, 2 on bad input.
+    Raises
+    ------
+    TypeError
+        If the class does not declare an attribute of that name.
     """
-
-    exit_status: ClassVar[int] = 2
 
     def __init__(self, message: str, **evidence: Any) -> None:
         super().__init__(message)
         for name, value in evidence.items():
+            if not hasattr(type(self), name):
+                raise TypeError(f"{type(self).__name__} declares no attribute {name!r}")
             setattr(self, name, value)
 
 
@@ -34,23 +34,65 @@ class InputError(MinsnapError, ValueError):
 
 
 class WaypointError(InputError):
-    """Waypoints, pins or end states are malformed or contradict each other."""
+    """Waypoints, pins or end states are malformed or contradict each other.
+
+    Attributes
+    ----------
+    waypoint : int or None
+        The waypoint it is about, counted from 0.
+    leg : int or None
+        The leg it is about, counted from 0.
+    """
+
+    waypoint: int | None = None
+    leg: int | None = None
 
 
 class TimingError(InputError):
-    """Durations, totals or rates are missing, malformed or contradict each other."""
+    """Durations, totals or rates are missing, malformed or contradict each other.
+
+    Attributes
+    ----------
+    leg : int or None
+        The leg it is about, counted from 0.
+    """
+
+    leg: int | None = None
 
 
 class CorridorError(InputError):
-    """A corridor is malformed, empty, or does not match its legs."""
+    """A corridor is malformed, empty, or does not match its legs.
+
+    Attributes
+    ----------
+    leg : int or None
+        The leg whose corridor it is about, counted from 0.
+    waypoint : int or None
+        The waypoint that is outside of it, counted from 0.
+    """
+
+    leg: int | None = None
+    waypoint: int | None = None
 
 
 class LimitError(InputError):
-    """A limit is malformed or contradicts another."""
+    """A limit is malformed, contradicts another, or is exceeded by a pinned state.
+
+    Attributes
+    ----------
+    waypoint : int or None
+        The waypoint whose pinned state exceeds the limit, counted from 0.
+    smallest, largest : float or None
+        The least and the greatest value that this limit may have, in its unit.
+    """
+
+    waypoint: int | None = None
+    smallest: float | None = None
+    largest: float | None = None
 
 
 class DegreeError(InputError):
-    """The degree or the continuity asked for does not exist."""
+    """The degree, the continuity or the number of pieces asked for does not exist."""
 
 
 class YawError(InputError):
@@ -62,11 +104,11 @@ class ShapeError(InputError):
 
 
 class IntervalError(InputError):
-    """A path was asked about an instant outside its interval."""
+    """A path was evaluated at an instant outside its interval."""
 
 
 class FileError(InputError):
-    """A file is missing, damaged, or does not hold what it should."""
+    """A file is missing, damaged, or does not contain what it should."""
 
 
 class FrameError(InputError):
@@ -78,7 +120,7 @@ class VehicleError(InputError):
 
 
 class LinkError(InputError):
-    """A vehicle cannot be reached, or what was asked of the link to it cannot be had.
+    """A vehicle cannot be reached, or its link does not support what was asked for.
 
     Attributes
     ----------
@@ -90,56 +132,53 @@ class LinkError(InputError):
 
 
 class FlightError(MinsnapError):
-    """A flight was refused or stopped, for a reason of safety.
+    """A flight was refused or stopped for a reason of safety.
 
     Attributes
     ----------
-    report : minsnap.mavlink.streaming.StreamReport or None
-        What had been flown until then.
+    report : minsnap.mavlink.StreamReport or None
+        What was flown until then.
     """
 
-    exit_status = 1
     report: Any = None
 
 
 class ThrustError(VehicleError):
-    """A motion asks a rotor for more, or less, thrust than it can give.
+    """A motion needs more, or less, thrust of a rotor than it can give.
 
     Attributes
     ----------
     instant : float or None
-        When it asks for the most too much, or too little [s].
+        When the thrust is furthest outside the rotor's range [s].
     excess : float or None
-        By how much a rotor's thrust is missed then [N].
+        How far it is outside then [N].
     """
 
-    exit_status = 1
     instant: float | None = None
     excess: float | None = None
 
 
 class FitError(InputError):
-    """Measurements do not determine the coefficients they are fitted with."""
+    """Measurements do not determine the coefficients of a fit."""
 
 
 class DivergenceError(MinsnapError):
-    """A simulated vehicle left every bound of flight; what was flown until then is kept.
+    """A simulated vehicle left every bound of flight.
 
     Attributes
     ----------
     instant : float or None
-        When it was stopped, seconds from the start.
-    flight : Flight or None
+        When the simulation was stopped, from the start of the flight [s].
+    flight : minsnap.simulation.Flight or None
         The flight up to that instant.
     """
 
-    exit_status = 1
     instant: float | None = None
     flight: Any = None
 
 
 class OutsideRangeWarning(UserWarning):
-    """A fitted model was evaluated outside the range it was measured in."""
+    """A fitted model was evaluated outside the range of its measurements."""
 
 
 class UnknownSolverError(InputError):
@@ -154,18 +193,21 @@ class InfeasibleError(InputError):
     leg : int or None
         The leg where it fails first, counted from 0.
     instant : float or None
-        When it fails, seconds from the start.
+        When it fails, from the start of the trajectory [s].
     smallest_width : float or None
-        The smallest half-width of that leg's corridor that would do [m].
+        The smallest half-width of that leg's corridor that has a solution [m].
+    shortest : float or None
+        The shortest total time found that has a solution [s].
+    stretch : float or None
+        Factor on all durations that has a solution.
     """
 
-    exit_status = 1
     leg: int | None = None
     instant: float | None = None
     smallest_width: float | None = None
+    shortest: float | None = None
+    stretch: float | None = None
 
 
 class SolverError(MinsnapError):
     """Every solver that was tried failed on a problem that has a solution."""
-
-    exit_status = 1

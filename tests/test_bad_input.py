@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.cli.app import exit_status
 from minsnap.errors import (
     CorridorError,
     DegreeError,
@@ -217,7 +218,7 @@ def test_bad_input_ends_with_2_and_what_cannot_be_met_with_1():
     for change, status in (({"degree": 4}, 2), ({"corridor": -1}, 2), ({"corridor": 0.02, "continuity": 4}, 1)):
         with pytest.raises(MinsnapError) as caught:
             minsnap.plan(**({"waypoints": CORNERS, "durations": DURATIONS} | change))
-        assert caught.value.exit_status == status
+        assert exit_status(caught.value) == status
 
 
 def test_the_smallest_width_is_enough_and_little_less_is_not():

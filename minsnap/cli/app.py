@@ -11,7 +11,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from minsnap.errors import MinsnapError
+from minsnap.errors import DivergenceError, FlightError, InfeasibleError, MinsnapError, SolverError, ThrustError
 
 COMMANDS = (
     "shape_commands",
@@ -26,6 +26,9 @@ COMMANDS = (
     "fit_command",
 )
 """Modules of this package that register commands with :data:`app` when imported, in the order of the help."""
+
+UNMET = (InfeasibleError, SolverError, FlightError, ThrustError, DivergenceError)
+"""Errors that mean that the request cannot be met: exit status 1. All others mean bad input: 2."""
 
 app = typer.Typer(
     add_completion=False,
@@ -97,10 +100,15 @@ def fail(message: str, status: int) -> NoReturn:
     sys.exit(status)
 
 
+def exit_status(error: MinsnapError) -> int:
+    """Return the exit status of an error: 1 where the request cannot be met, 2 for bad input."""
+    return 1 if isinstance(error, UNMET) else 2
+
+
 def _leave(error: Exception) -> NoReturn:
     """Turn an exception into its sentence and exit status; what nobody foresaw keeps its traceback."""
     if isinstance(error, MinsnapError):
-        fail(str(error), error.exit_status)
+        fail(str(error), exit_status(error))
     if isinstance(error, BrokenPipeError):
         _leave_pipe()
     if isinstance(error, OSError):

@@ -34,7 +34,7 @@ CAREFUL_ACCELERATION = 6.0
 
 
 @dataclass(frozen=True)
-class Timing:
+class TimingOptions:
     """How long a plan takes: a total time, a price of time, or the shortest within limits."""
 
     time: options.Time = None
@@ -81,7 +81,7 @@ class Timing:
 
 
 @dataclass(frozen=True)
-class Planning(Timing):
+class Planning(TimingOptions):
     """How a plan through several waypoints is made."""
 
     corridor: options.Corridor = None

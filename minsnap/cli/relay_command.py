@@ -34,8 +34,8 @@ def relay(
     """
     from minsnap.mavlink.link import open_link
     from minsnap.mavlink.schedule import Clock
+    from minsnap.mocap.opening import open_source
     from minsnap.mocap.relay import Relay
-    from minsnap.mocap.sources import open_source
 
     clock = Clock()
     link = open_link(target, clock)

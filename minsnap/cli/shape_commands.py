@@ -9,7 +9,7 @@ import typer
 from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import Altitude, Center, Climbing, Clockwise, RectanglePlanning, Timing, Turning
+from minsnap.cli.planning import Altitude, Center, Climbing, Clockwise, RectanglePlanning, TimingOptions, Turning
 from minsnap.cli.progress import searching
 
 StartAngle = Annotated[float, typer.Option("--start-angle", metavar="RAD", help="Where it begins.")]
@@ -51,7 +51,7 @@ def rect(
 @app.command()
 @grouped
 def line(
-    timing: Timing,
+    timing: TimingOptions,
     destination: Destination,
     start: Annotated[Point, typer.Option("--start", metavar="X Y Z", help="First end [m].")] = (0.0, 1.0, 1.5),
     goal: Annotated[Point, typer.Option("--goal", metavar="X Y Z", help="Other end [m].")] = (7.0, 1.0, 1.5),

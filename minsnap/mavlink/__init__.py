@@ -1,1 +1,5 @@
-"""MAVLink: setpoints streamed to a vehicle, on time, and stopped when they should be."""
+"""Setpoints sent to PX4 and ArduPilot over MAVLink."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.errors import FileError, LinkError
+from minsnap.mavlink.connection import open_transport
 from minsnap.mavlink.dialect import Message, load_dialect
 from minsnap.mavlink.schedule import Clock
-from minsnap.mavlink.transport import Peer, Transport, open_transport
+from minsnap.mavlink.transport import Peer, Transport
 from minsnap.mavlink.vehicle_state import VehicleState
 
 _GROUND_STATION, _COMPANION, _NO_AUTOPILOT, _ACTIVE = 6, 18, 8, 4

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from minsnap.mavlink.dialect import Message
-from minsnap.mavlink.sequence import Phase, Sequence, Step
+from minsnap.mavlink.sequence import Phase, Sequence, SetpointStep
 from minsnap.mavlink.setpoints import SetpointTable, vehicle_frame
 from minsnap.mavlink.stream_log import StreamLog
 from minsnap.mavlink.stream_options import StreamOptions, StreamStatus
@@ -20,7 +20,7 @@ StatusCallback = Callable[[StreamStatus], None]
 _STUBBORN = 5  # commands are repeated every second, and ArduPilot takes some only after a while
 
 
-class Observer:
+class StreamObserver:
     """Notes what happens in a flight and passes it on.
 
     Parameters
@@ -88,7 +88,7 @@ class Observer:
         if sequence.phase is Phase.FLYING and math.isfinite(self._error):
             self._errors.append(self._error)
 
-    def sent(self, now: float, step: Step, late: float, sequence: Sequence, vehicle: VehicleState) -> None:
+    def sent(self, now: float, step: SetpointStep, late: float, sequence: Sequence, vehicle: VehicleState) -> None:
         """Note a slot that was served."""
         self.flown += step.index is not None
         if self._log is not None and step.setpoint is not None:
@@ -97,7 +97,7 @@ class Observer:
         if self._on_status is not None:
             self._on_status(self._status(step, late, sequence, vehicle))
 
-    def _status(self, step: Step, late: float, sequence: Sequence, vehicle: VehicleState) -> StreamStatus:
+    def _status(self, step: SetpointStep, late: float, sequence: Sequence, vehicle: VehicleState) -> StreamStatus:
         duration = (len(self._table) - 1) / self._table.rate
         elapsed = duration if sequence.completed else 0.0
         if step.index is not None:

@@ -61,7 +61,7 @@ class Conditions:
 
 
 @dataclass(frozen=True)
-class Step:
+class SetpointStep:
     """What to send in a slot.
 
     Parameters
@@ -149,7 +149,7 @@ class Sequence:
         """True once the vehicle has been seen outside the mode: only then can it enter."""
         return self._was_outside or not self._on_entry
 
-    def step(self, at: Conditions) -> Step | None:
+    def step(self, at: Conditions) -> SetpointStep | None:
         """Return what to send in this slot, None when the flight is over and nothing more must be sent."""
         self._watch_mode(at)
         if at.stops and self.phase is not Phase.HOLDING:
@@ -283,11 +283,11 @@ class Sequence:
         refused = "" if at.vehicle.refusal is None else f"it refuses {at.vehicle.refusal}; "
         return f"{asked}{refused}it ends when the vehicle leaves {self._autopilot.mode}, or with a second Ctrl-C"
 
-    def _answer(self, at: Conditions) -> Step:
+    def _answer(self, at: Conditions) -> SetpointStep:
         index = at.slot - self._first_slot if self.phase is Phase.FLYING else None
         commands = self._commands(at)
         silent = self.phase is Phase.READY and self._takes_off_alone(at.vehicle)
-        return Step(None if silent else self.setpoint, index, commands)
+        return SetpointStep(None if silent else self.setpoint, index, commands)
 
     def _takes_off_alone(self, vehicle: VehicleState) -> bool:
         """Return whether the autopilot is climbing by itself, during which setpoints would stop it."""

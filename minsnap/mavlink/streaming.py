@@ -10,9 +10,9 @@ import math
 from minsnap.errors import FlightError, LinkError
 from minsnap.mavlink.autopilot import Autopilot, get_autopilot, position_request
 from minsnap.mavlink.link import Link
-from minsnap.mavlink.observer import EventCallback, Observer, StatusCallback
+from minsnap.mavlink.observer import EventCallback, StatusCallback, StreamObserver
 from minsnap.mavlink.schedule import Clock, Schedule
-from minsnap.mavlink.sequence import Conditions, Phase, Sequence, Step
+from minsnap.mavlink.sequence import Conditions, Phase, Sequence, SetpointStep
 from minsnap.mavlink.setpoints import SetpointTable, setpoint_message
 from minsnap.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.mavlink.vehicle_state import Vector, VehicleState
@@ -54,7 +54,7 @@ class Streamer:
     ) -> None:
         options.check_rate(table.rate)
         self._table, self._link, self._options, self._clock = table, link, options, clock
-        self._observer = Observer(table, options, clock.now(), on_event, on_status)
+        self._observer = StreamObserver(table, options, clock.now(), on_event, on_status)
         self._stops = 0
         self._triggered = not callable(options.trigger)
         self._failures: list[Exception] = []
@@ -215,7 +215,7 @@ class Streamer:
             self._triggered = bool(trigger())
         return Conditions(slot, now, self._link.vehicle, self._triggered, self._stops, late)
 
-    def _send(self, step: Step) -> None:
+    def _send(self, step: SetpointStep) -> None:
         if step.setpoint is not None:
             milliseconds = round((self._clock.now() - self._origin) * 1000)
             self._link.send(setpoint_message(step.setpoint, self._table.mask, self._link.vehicle, milliseconds))

@@ -45,56 +45,6 @@ class Transport(ABC):
         """From now on send to this peer alone, of those who may have spoken."""
 
 
-def open_transport(connection: str, baud: int = 115200) -> Transport:
-    """Open what a connection string names, in pymavlink's notation.
-
-    ================================ ================================================================
-    ``udpin:HOST:PORT``              listen for datagrams (``udp:`` and ``HOST:PORT`` mean the same)
-    ``udpout:HOST:PORT``             send datagrams there, and listen for what comes back
-    ``tcp:HOST:PORT``                connect
-    ``tcpin:HOST:PORT``              wait for a connection
-    ``serial:DEVICE[:BAUD]``         serial port (a bare ``/dev/...`` or ``COM1`` too, with ``,BAUD``)
-    ================================ ================================================================
-
-    Without a host (``udpin:14550``, ``udpin::14550``) it is the loopback address: nothing is opened to a network unless
-    an address of it, or 0.0.0.0, is given.
-
-    Parameters
-    ----------
-    connection : str
-        As above.
-    baud : int
-        Of a serial port, unless the string has one.
-
-    Raises
-    ------
-    LinkError
-        If the string cannot be understood, or the port cannot be opened.
-    ImportError
-        If a serial port is asked for and pyserial is not installed.
-    """
-    from minsnap.mavlink import _serial, _tcp, _udp
-
-    kind, _, rest = connection.partition(":")
-    if kind == "serial" or "/" in kind or kind.upper().startswith("COM"):
-        return _serial.open_port(rest if kind == "serial" else connection, baud)
-    kinds = {"udpin": _udp.UdpListener, "udp": _udp.UdpListener, "udpout": _udp.UdpSender}
-    opener = (kinds | {"tcp": _tcp.TcpClient, "tcpin": _tcp.TcpListener}).get(kind)
-    host, port = _host_and_port(connection if opener is None else rest, connection)
-    return (opener or _udp.UdpListener)(host, port)
-
-
-def _host_and_port(text: str, connection: str) -> tuple[str, int]:
-    host, _, port = text.rpartition(":")
-    if not (port.isdecimal() and int(port) < 65536) or ":" in host:
-        raise LinkError(
-            f"cannot understand the connection {connection!r}: give udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT, "
-            "tcpin:HOST:PORT or serial:DEVICE:BAUD",
-            address=connection,
-        )
-    return host or LOOPBACK, int(port)
-
-
 def port_error(address: str, error: OSError) -> LinkError:
     """Return the error for a port that cannot be opened, in one sentence."""
     if error.errno == errno.EADDRINUSE:

@@ -6,22 +6,34 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.polynomials.bernstein import basis, subdivide
-from minsnap.trajectory.trajectory import Trajectory
 
 NODES = 16
 DEPTH = 30
 
 
-def arc_length(velocity: Trajectory, tolerance: float) -> float:
-    """Integrate the norm of a velocity trajectory over its interval, to that relative tolerance."""
-    points, widths = velocity.control_points, velocity.durations
+def arc_length(points: FloatArray, widths: FloatArray, tolerance: float) -> float:
+    """Integrate the norm of a velocity, to that relative tolerance.
+
+    Parameters
+    ----------
+    points : ndarray, shape (pieces, n + 1, dim)
+        Control points of its polynomials [m/s].
+    widths : ndarray, shape (pieces,)
+        Durations [s].
+
+    Returns
+    -------
+    float
+        [m]
+    """
+    pieces = len(widths)
     coarse = _integrals(points, widths)
     total, target = 0.0, tolerance * float(coarse.sum())
     for _ in range(DEPTH):
         halves, half_widths = _halved(points), np.repeat(widths / 2.0, 2)
         fine = _integrals(halves, half_widths)
         pairs = fine.reshape(-1, 2).sum(axis=1)
-        rough = np.abs(pairs - coarse) > target / max(len(velocity.durations), 1) / 8.0
+        rough = np.abs(pairs - coarse) > target / pieces / 8.0
         total += float(pairs[~rough].sum())
         if not rough.any():
             return total

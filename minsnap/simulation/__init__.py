@@ -1,1 +1,5 @@
-"""Simulation: a quadrotor under a controller, with sensors, motors and wind."""
+"""Simulated flights: rigid-body dynamics, controllers, sensors, wind."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -13,7 +13,7 @@ from minsnap.errors import DivergenceError, TimingError
 from minsnap.simulation.controllers.controller import Command, Controller
 from minsnap.simulation.flight_record import Flight
 from minsnap.simulation.reference import ReferenceTable, tabulate
-from minsnap.simulation.sensors import Observer, Sensors
+from minsnap.simulation.sensors import Sensors, StateEstimator
 from minsnap.simulation.wind import ConstantWind, Wind
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -112,7 +112,7 @@ class _Run:
     ) -> None:
         self._body, self._pilot = RigidBody(vehicle), controller.pilot(vehicle, step)
         self._table, self._step, self._count = table, step, max(count, 1)
-        self._observer = Observer(sensors, step, self._count + 1)
+        self._observer = StateEstimator(sensors, step, self._count + 1)
         self._wind = wind.sample(self._count + 1, step)
         self._lag = _lags(vehicle.motor_time_constant, step)
         self._limits = (vehicle.rotor_speed_min, vehicle.rotor_speed_max)

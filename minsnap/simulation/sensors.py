@@ -53,7 +53,7 @@ class Sensors:
                 raise InputError(f"the pose's {name} is {value!r}: it must be 0 or more")
 
 
-class Observer:
+class StateEstimator:
     """The estimate of one flight, fed with the true state every step.
 
     Parameters

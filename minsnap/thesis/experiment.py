@@ -33,7 +33,7 @@ PUBLISHED_RMSE: dict[str, dict[str, tuple[float, float]]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class ExperimentRun:
     """One flight of a course.
 
     Parameters
@@ -60,14 +60,14 @@ class Experiment:
     Parameters
     ----------
     course : Course
-    runs : tuple of Run
+    runs : tuple of ExperimentRun
         Without compensation first, where it was flown.
     """
 
     course: Course
-    runs: tuple[Run, ...]
+    runs: tuple[ExperimentRun, ...]
 
-    def run(self, compensation: str | None) -> Run:
+    def run(self, compensation: str | None) -> ExperimentRun:
         """Return the flight with a compensation, or raise InputError if there is none."""
         for run in self.runs:
             if run.compensation == compensation:
@@ -176,8 +176,8 @@ def _share(progress: Callable[[float], None] | None, index: int, count: int) -> 
     return lambda part: progress((index + part) / count)
 
 
-def _run(flown: Course, compensation: str | None, flight: Flight) -> Run:
+def _run(flown: Course, compensation: str | None, flight: Flight) -> ExperimentRun:
     whole = compare(flown.samples, flight.samples).within(flown.start, flown.end)
     transient = whole.within(flown.start, flown.settled)
     steady = whole.within(flown.settled, flown.slowing) if flown.slowing > flown.settled else transient
-    return Run(compensation, flight, whole, transient, steady)
+    return ExperimentRun(compensation, flight, whole, transient, steady)

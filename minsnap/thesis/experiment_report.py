@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from minsnap.thesis.experiment import PUBLISHED_RMSE, Experiment, Run
+from minsnap.thesis.experiment import PUBLISHED_RMSE, Experiment, ExperimentRun
 from minsnap.tracking.comparison_table import aligned
 
 TITLES = {"line": "straight lines", "circle": "circular trajectories", "rect": "rectangular trajectories"}
@@ -53,7 +53,7 @@ def _part_table(experiment: Experiment) -> list[str]:
     return ["3-D error [m]: transient and steady state apart", aligned(rows)]
 
 
-def _baseline(experiment: Experiment) -> Run | None:
+def _baseline(experiment: Experiment) -> ExperimentRun | None:
     return next((run for run in experiment.runs if run.compensation is None), None)
 
 

@@ -1,1 +1,5 @@
-"""Tracking: how well a flight followed its reference."""
+"""How well a flight followed its reference."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

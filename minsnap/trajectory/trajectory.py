@@ -202,7 +202,7 @@ class Trajectory(Path):
         """Length of the curve [m], by adaptive Gauss-Legendre quadrature to that relative tolerance."""
         from minsnap.polynomials.quadrature import arc_length
 
-        return arc_length(self.derivative(1), tolerance)
+        return arc_length(self.derivative(1).control_points, self.durations, tolerance)
 
     def between(self, start: float, end: float) -> Trajectory:
         """Cut out [start, end] as a trajectory that begins at time 0.

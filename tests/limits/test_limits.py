@@ -5,6 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.certificate import nearest_wall
+from minsnap.cli.app import exit_status
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 
@@ -48,7 +49,7 @@ def test_what_cannot_hover_is_refused_with_the_value_that_would_do(given, attrib
     with pytest.raises(LimitError) as refused:
         Limits(**given)
     assert getattr(refused.value, attribute) == value
-    assert refused.value.exit_status == 2 and isinstance(refused.value, ValueError)
+    assert exit_status(refused.value) == 2 and isinstance(refused.value, ValueError)
 
 
 def test_only_limits_that_are_set_are_given():

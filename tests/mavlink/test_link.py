@@ -11,9 +11,9 @@ from clocks import FastClock
 from standin import StandIn, mavutil
 
 from minsnap.errors import FileError, LinkError
+from minsnap.mavlink.connection import open_transport
 from minsnap.mavlink.link import open_link, read_signing_key
 from minsnap.mavlink.schedule import Clock
-from minsnap.mavlink.transport import open_transport
 
 
 @pytest.mark.parametrize("connection", ["udpin:0", "udpin::0", "udp:127.0.0.1:0", ":0", "tcpin:0"])

@@ -7,6 +7,7 @@ import pytest
 from tasks import REFERENCE, random_legs
 
 import minsnap
+from minsnap.cli.app import exit_status
 from minsnap.errors import InfeasibleError
 
 TIMES = np.array([4.0, 2.0, 4.0, 2.0])
@@ -15,7 +16,7 @@ TIMES = np.array([4.0, 2.0, 4.0, 2.0])
 def refusal(*given, **options):
     with pytest.raises(InfeasibleError) as refused:
         minsnap.plan(*given, **options)
-    assert refused.value.exit_status == 1
+    assert exit_status(refused.value) == 1
     return refused.value
 
 

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import minsnap
+from minsnap.cli.app import exit_status
 from minsnap.errors import DivergenceError, InputError, TimingError
 from minsnap.flight import (
     CascadeController,
@@ -16,7 +17,7 @@ from minsnap.flight import (
     simulate_open_loop,
 )
 from minsnap.simulation.controllers.controller import Command
-from minsnap.simulation.sensors import Observer
+from minsnap.simulation.sensors import StateEstimator
 from minsnap.vehicle import BodyDrag, Quadrotor, RigidBody, flatness_of
 
 F330 = Quadrotor.dji_f330()
@@ -127,7 +128,7 @@ def test_the_same_seed_flies_the_same_flight() -> None:
 
 def test_without_delay_and_noise_the_estimate_is_the_truth() -> None:
     path, step = minsnap.lemniscate(ramp=0.0), 0.004
-    observer = Observer(Sensors(), step, 1000)
+    observer = StateEstimator(Sensors(), step, 1000)
     for t in step * np.arange(1000):
         known = observer.estimate([*path(t), *path(t, 1), 1.0, 0, 0, 0, 0.1, 0.2, 0.3])
     np.testing.assert_allclose(known.position, path(t), atol=1e-5)
@@ -136,7 +137,7 @@ def test_without_delay_and_noise_the_estimate_is_the_truth() -> None:
 
 
 def test_noise_is_filtered_and_does_not_pile_up() -> None:
-    observer = Observer(Sensors(noise=0.01), 0.004, 20_000)
+    observer = StateEstimator(Sensors(noise=0.01), 0.004, 20_000)
     known = np.array([observer.estimate([0.0] * 6 + [1.0] + [0.0] * 6)[:2] for _ in range(20_000)])
     assert 0.001 < known[5000:, 0].std() < 0.007, "below the 10 mm of a single pose"
     assert known[5000:, 1].std() < 0.05
@@ -182,7 +183,7 @@ def test_a_diverging_flight_stops_says_when_and_keeps_what_it_has() -> None:
     flight = caught.value.flight
     assert caught.value.instant == flight.duration < 6.0
     assert np.isfinite(flight.position).all() and len(flight) > 10
-    assert caught.value.exit_status == 1
+    assert exit_status(caught.value) == 1
 
 
 def test_rotors_that_are_asked_for_too_much_are_seen_to_saturate() -> None:

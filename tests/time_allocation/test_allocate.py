@@ -5,6 +5,7 @@ import pytest
 from tasks import REFERENCE, random_legs
 
 import minsnap
+from minsnap.cli.app import exit_status
 from minsnap.errors import InfeasibleError, LimitError, TimingError, WaypointError
 from minsnap.limits.limits import Limits
 
@@ -31,7 +32,7 @@ LIMITS = Limits(speed=3.0, acceleration=6.0)
 def test_what_cannot_be_meant_is_refused(given, said):
     with pytest.raises(TimingError, match=said) as refused:
         minsnap.plan(REFERENCE, **given)
-    assert refused.value.exit_status == 2
+    assert exit_status(refused.value) == 2
 
 
 @pytest.mark.parametrize("limits", [{"speed": 3.0}, 3.0, Limits()])

@@ -4,6 +4,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from minsnap.arrays import GRAVITY
+from minsnap.cli.app import exit_status
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.vehicle import BodyDrag, Quadrotor, RigidBody, RotorSpeedDrag, check_rotor_limits, flat_states, flatness_of
 
@@ -148,7 +149,7 @@ def test_too_much_thrust_is_named_with_its_instant(sines) -> None:
     needed = 0.9 * (200.0 + GRAVITY) / 4
     assert caught.value.instant == pytest.approx(1.3)
     assert caught.value.excess == pytest.approx(needed - 7e-6 * 1500.0**2)
-    assert caught.value.exit_status == 1
+    assert exit_status(caught.value) == 1
 
 
 def test_pulling_down_is_below_the_least_thrust() -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from minsnap.simulation.controllers.cascade_settings import CascadeSettings
 from minsnap.simulation.controllers.controller import (
     Allocator,
     Axes,
@@ -21,22 +21,19 @@ from minsnap.simulation.controllers.controller import (
 )
 from minsnap.vehicle.quadrotor import Quadrotor
 
-if TYPE_CHECKING:
-    from minsnap.simulation.controllers.cascade import CascadeController
-
 
 class CascadePilot:
     """A cascade flying one vehicle, with the integrals it remembers.
 
     Parameters
     ----------
-    controller : CascadeController
+    controller : CascadeSettings
     vehicle : Quadrotor
     step : float
         [s].
     """
 
-    def __init__(self, controller: CascadeController, vehicle: Quadrotor, step: float) -> None:
+    def __init__(self, controller: CascadeSettings, vehicle: Quadrotor, step: float) -> None:
         self._gains, self._vehicle, self._step = controller, vehicle, step
         self._every = max(1, round(1.0 / (controller.outer_rate * step)))
         self._count = 0

@@ -1,0 +1,10 @@
+from .closed_loop import simulate as simulate
+from .controllers.cascade import CascadeController as CascadeController
+from .controllers.controller import Controller as Controller
+from .controllers.feed_forward import drag_feed_forward as drag_feed_forward
+from .controllers.geometric import GeometricController as GeometricController
+from .flight_record import Flight as Flight
+from .open_loop import simulate_open_loop as simulate_open_loop
+from .sensors import Sensors as Sensors
+from .wind import ConstantWind as ConstantWind
+from .wind import DrydenWind as DrydenWind

@@ -1,0 +1,49 @@
+"""The errors: one family, exported, with every attribute declared where a reader finds it."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import minsnap
+from minsnap import errors
+
+ALL = {name: value for name, value in vars(errors).items() if getattr(value, "__module__", "") == errors.__name__}
+PACKAGE = Path(minsnap.__file__).parent
+
+
+def raised_evidence():
+    """Return (class, keyword, where) of every call of an error's class in the package."""
+    found = []
+    for path in PACKAGE.rglob("*.py"):
+        for call in (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)):
+            name = getattr(call.func, "id", getattr(call.func, "attr", None))
+            if name in ALL:
+                found += [(ALL[name], word.arg, f"{path.name}:{call.lineno}") for word in call.keywords]
+    return found
+
+
+def test_every_error_is_exported_and_of_the_family():
+    assert len(ALL) > 20
+    for name, value in ALL.items():
+        assert getattr(minsnap, name) is value
+        assert issubclass(value, minsnap.MinsnapError) or issubclass(value, Warning)
+
+
+def test_every_attribute_that_an_error_is_given_is_declared_and_documented():
+    given = raised_evidence()
+    assert (errors.InfeasibleError, "shortest") in {(kind, name) for kind, name, _ in given}
+    for kind, name, where in given:
+        assert name is None or hasattr(kind, name), where
+        assert name is None or any(name in (parent.__doc__ or "") for parent in kind.__mro__[:-3]), where
+
+
+def test_an_attribute_that_is_not_declared_is_a_mistake_of_the_program():
+    with pytest.raises(TypeError, match="TimingError declares no attribute 'width'"):
+        errors.TimingError("a sentence", width=1.0)
+
+
+def test_attributes_are_none_unless_given():
+    assert errors.InfeasibleError("a sentence").smallest_width is None
+    assert errors.InfeasibleError("a sentence", smallest_width=0.2).smallest_width == 0.2
+    assert str(errors.InfeasibleError("a sentence", leg=2)) == "a sentence"
