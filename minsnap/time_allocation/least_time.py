@@ -1,272 +1,117 @@
-r"""The shortest durations that can be flown within limits.
-
-For given durations let :math:`\tau` be the least relative relaxation of all limits that makes the problem solvable
-(one more variable in the QP).  Making every leg slower by a factor relaxes all limits by known powers of it, so one
-Newton step on :math:`\tau = 0` gives the least scale of these durations, and the multipliers give how it changes with
-each of them.  The logarithm of the scaled total is minimised by L-BFGS (scipy); a few dozen solves.
-"""
+"""The shortest plan within limits: a joint search with one piece a leg, then with more, and a certified end."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
-import numpy as np
-
-from minsnap.arrays import FloatArray
-from minsnap.errors import LimitError, SolverError
+from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.elastic import Elastic, Give, Relaxed
-from minsnap.optimisation.gradient import row_slopes
-from minsnap.optimisation.normalised_constraints import Compiled, Rows, compile_walls
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.unconstrained import unbounded_optimum
-from minsnap.time_allocation.least_cost import (
-    BARRED,
-    PEAK_ACCELERATION,
-    PEAK_JERK,
-    PEAK_SNAP,
-    PEAK_SPEED,
-    Log,
-    leg_sums,
-)
-from minsnap.trajectory.report import Progress, Utilisation
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.optimisation.solve import Solved
+from minsnap.time_allocation.certified_end import CertifiedEnd
+from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
+from minsnap.time_allocation.joint_layout import JointState
+from minsnap.time_allocation.joint_problem import JointProblem
+from minsnap.time_allocation.joint_search import VANISHING, Evaluated, JointSearch, firmer
+from minsnap.time_allocation.least_cost import Log
+from minsnap.time_allocation.refinement import divided, slowed
+from minsnap.time_allocation.refusal import explain
+from minsnap.time_allocation.time_stretch import most_used, nothing_limits
+from minsnap.time_allocation.timed import Finish, Run
+from minsnap.trajectory.report import Progress
 
-CLOSE = 3e-3
-"""Relaxation below which one Newton step gives the scale."""
+OPEN = 1e-3
+"""Excess of a limit or a wall above which the search has not found a curve that keeps it."""
 
-NEWTON_STEPS = 40
-
-FLAT = 1e-4
-"""Slope of the relaxation in the logarithm of time below which it counts as flat."""
-
-LARGEST_STEP = 0.7
-"""Of the logarithm of the time scale."""
-
-FEW_LEGS = 6
-"""Legs up to which the search is carried on to the end; with more it stops where the rest is not worth the time."""
-
-ITERATIONS = 40
-ACCURACY = 1e-6
-"""Relative change of the total at which the search ends."""
-
-LOWEST = -0.5
-"""Limits are tightened to half at most."""
-
-TOUCHING = 1e-10
-"""How far below 1 the largest utilisation may be."""
-
-CROSSING_STEPS = 100
-"""Steps in which a least thrust is looked for beyond the speed at which its vertical part is kept."""
-
-OVERUSED = 2.0
-"""Utilisation above which it does not matter by how much a limit is exceeded."""
-
-SLOWEST = 40.0
-"""Bound on the logarithm of a factor on time."""
-
-FIRST_STEP = 0.02
-"""Of the logarithm of a factor on time, from a guess."""
-
-REACH = 3.0
-"""Bound on the logarithm of a leg's factor on its first guess."""
+RAISES = 3
+"""How often the penalties are raised where the search ends outside."""
 
 
-def stop_and_go_times(lengths: FloatArray, limits: Limits) -> FloatArray:
-    """Leg durations at which the rest-to-rest profile of degree 7 along each leg keeps the limits on norms."""
-    speed, acceleration, jerk, snap = norm_limits(limits)
-    times = [
-        PEAK_SPEED * lengths / speed,
-        np.sqrt(PEAK_ACCELERATION * lengths / acceleration),
-        np.cbrt(PEAK_JERK * lengths / jerk),
-        (PEAK_SNAP * lengths / snap) ** 0.25,
-    ]
-    longest = np.max(times, axis=0)
-    return np.asarray(longest if longest.all() else np.maximum(longest, 1e-3 + lengths))
-
-
-def norm_limits(limits: Limits) -> tuple[float, float, float, float]:
-    """Speed, acceleration, jerk and snap that a motion in any direction may reach; infinite where free."""
-    speeds = (limits.speed, limits.horizontal_speed, limits.vertical_speed, limits.climb_speed, limits.descent_speed)
-    reserve = [] if limits.max_thrust is None else [(limits.max_thrust - 1.0) * limits.gravity]
-    reserve += [] if limits.min_thrust is None else [(1.0 - limits.min_thrust) * limits.gravity]
-    reserve += [] if limits.tilt is None else [limits.gravity * np.sin(limits.tilt)]
-    accelerations = (limits.acceleration, limits.horizontal_acceleration, limits.vertical_acceleration, *reserve)
-    jerks = (limits.jerk, None if limits.body_rate is None else 0.5 * limits.gravity * limits.body_rate)
-    return _least(*speeds), _least(*accelerations), _least(*jerks), _least(limits.snap)
-
-
-def _least(*values: float | None) -> float:
-    return min((value for value in values if value is not None), default=np.inf)
-
-
-class ShortestSearch:
-    """Search for the leg durations of least sum at which corridor and limits can all be kept.
+class LeastTime:
+    """One search for the shortest plan of a task within limits.
 
     Parameters
     ----------
     task : Task
-        Its walls include those of the limits.
-    first : ndarray, shape (legs,)
-        Durations to begin with [s]; their proportions matter.
+        Without walls of limits.
+    limits : Limits
+    finish : callable
+        Gives a trajectory its yaw.
     progress : callable, optional
         Called with every Step.
     """
 
-    def __init__(self, task: Task, first: FloatArray, progress: Progress | None = None) -> None:
-        self.task, self.first = task, first
-        self.units = task.units(task.piece_durations(first))
-        self.scale = 0.0
-        self.seed: Rows | None = None
-        self.best: tuple[float, FloatArray] = (np.inf, first)
+    def __init__(self, task: Task, limits: Limits, finish: Finish, progress: Progress | None = None) -> None:
+        self.task, self.limits, self.finish = task, limits, finish
+        guess = stop_and_go_times(guessed_lengths(task), limits)
+        self.problem = JointProblem(task, limits, guess)
         self.log = Log(progress)
+        self.interrupted = False
 
-    def run(self) -> FloatArray:
-        """Return the best leg durations found, shape (legs,) [s]."""
-        if self.task.legs == 1:
-            self.evaluate(np.zeros(1))
-            return self.best[1]
-        from scipy.optimize import minimize
+    def run(self) -> tuple[Solved, Run]:
+        """Return the shortest plan found, certified, and how it was found.
 
-        bounds = [(-REACH, REACH)] * self.task.legs
-        few = self.task.legs <= FEW_LEGS
-        options = {"maxiter": ITERATIONS if few else ITERATIONS // 3, "ftol": ACCURACY if few else 100.0 * ACCURACY}
-        minimize(self.evaluate, np.zeros(self.task.legs), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-        return self.best[1]
-
-    def evaluate(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
-        """Logarithm of the least total in these proportions, and its gradient."""
-        shares, scale = self.first * np.exp(logarithms), self.scale
-        try:
-            slopes = self._rescale(shares)
-        except SolverError:
-            if not np.isfinite(self.best[0]):
-                raise
-            self.scale = scale
-            return self.best[0] + BARRED, np.zeros(len(shares))
-        value = float(np.log(shares.sum()) + self.scale)
-        if value < self.best[0]:
-            self.best = (value, shares * np.exp(self.scale))
-        self.log.add(np.exp(value), np.exp(value))
-        return value, shares / shares.sum() - slopes / slopes.sum()
-
-    def _rescale(self, shares: FloatArray) -> FloatArray:
-        """Find the least scale of these proportions by Newton's method; return the slopes there.
-
-        Where a pin uses a limit up, or the durations are very long, the relaxation is flat: then time is shortened
-        until it is not.
+        Raises
+        ------
+        InfeasibleError
+            If limits or walls cannot be kept at any speed.
+        LimitError
+            If nothing limits the time.
         """
-        steep: FloatArray | None = None
-        for _ in range(NEWTON_STEPS):
-            slack, slopes = self.relaxation(shares * np.exp(self.scale))
-            total = float(slopes.sum())
-            if total > -FLAT:
-                if slack > CLOSE:
-                    self.scale += LARGEST_STEP
-                    continue
-                if steep is not None:
-                    return steep
-                self.scale -= LARGEST_STEP
-                continue
-            steep = slopes
-            self.scale += float(np.clip(-slack / total, -LARGEST_STEP, LARGEST_STEP))
-            if abs(slack) < CLOSE:
-                return slopes
-        if slack <= CLOSE and steep is None:
-            raise _nothing_limits(sorted({wall.name for wall in self.task.walls if wall.order}))
-        raise SolverError("no durations were found at which the corridor and the limits agree")
+        search = self.problem.search(1, self._tell)
+        found = self._settled(search, self._guess(search))
+        if self.task.pieces > 1 and not self.interrupted:
+            search, found = self._finer(search, found)
+        solved = CertifiedEnd(search, self.limits, self.finish).run(found)
+        if solved is None:
+            raise self._reason(search, found)
+        return solved, Run(tuple(self.log.steps), self.interrupted)
 
-    def relaxation(self, durations: FloatArray) -> tuple[float, FloatArray]:
-        r"""Return :math:`\tau` at these leg durations, and :math:`T_i \partial\tau / \partial T_i`, shape (legs,)."""
-        problem = self.task.problem(self.task.piece_durations(durations), self.units)
-        found = self._relaxed(problem)
-        rows, multipliers = found.rows, found.multipliers
-        if rows is None:
-            return LOWEST, np.zeros(len(durations))
-        self.seed = rows.source.chosen(multipliers > 1e-9 * multipliers.max(initial=1e-300))
-        slopes = row_slopes(problem, found.knots, rows, multipliers)
-        return float(found.slacks[0]), leg_sums(slopes, self.task.pieces)
+    def _tell(self, found: Evaluated) -> None:
+        unit = self.problem.units.time
+        self.log.add(found.state.total * unit, found.merit * unit)
 
-    def _relaxed(self, problem: Problem) -> Relaxed:
-        compiled = compile_walls(self.task, problem, self.units)
-        base = unbounded_optimum(problem)
-        return Elastic(problem, base, compiled, self.task.solver, give_limits(compiled), self.seed).run()
+    def _guess(self, search: JointSearch) -> JointState:
+        return stop_and_go(search.layout, self.problem.guess / self.problem.units.time)
 
+    def _settled(self, search: JointSearch, state: JointState) -> Evaluated:
+        """Search from a state, with higher penalties as long as it ends outside."""
+        found = self._run(search, state)
+        for _ in range(RAISES):
+            if self.interrupted or max(found.measured.limit, found.measured.wall) <= OPEN:
+                break
+            search.penalties = firmer(search.penalties)
+            found = self._run(search, found.state)
+        if found.state.total < VANISHING * state.total:
+            raise nothing_limits(list(self.limits.given()))
+        return found
 
-def give_limits(compiled: Compiled) -> Give:
-    """One slack for all walls on derivatives, weighted by what slowing down does: order times."""
-    order = np.concatenate([np.full(len(block.piece), block.order) for block in compiled.blocks])
-    return Give(np.where(order > 0, 0, -1), order.astype(np.float64), 1, LOWEST)
+    def _run(self, search: JointSearch, state: JointState) -> Evaluated:
+        try:
+            return search.run(state)
+        except KeyboardInterrupt:
+            self.interrupted = True
+            return search.best
 
+    def _finer(self, search: JointSearch, found: Evaluated) -> tuple[JointSearch, Evaluated]:
+        """Go on with the pieces asked for, from the same curve flown more slowly; keep what is shorter in the end."""
+        fine = self.problem.search(self.task.pieces, self._tell)
+        fine.penalties = search.penalties
+        start = divided(search.layout, found.state, fine.layout)
+        kept = fine.evaluate(start)
+        again = self._settled(fine, slowed(start))
+        return fine, min(kept, again, key=lambda entry: entry.merit)
 
-def most_used(limits: Limits, trajectory: Trajectory) -> Utilisation:
-    """Return the limit that is used most."""
-    return max(limits.utilisation(trajectory), key=lambda used: used.fraction)
-
-
-def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, precision: float = 1e-13) -> float:
-    """Factor on time at which the most used limit is just reached, none exceeded.
-
-    Parameters
-    ----------
-    guess : float
-        Where to begin.
-    precision : float
-        Of the factor's logarithm.
-
-    Raises
-    ------
-    LimitError
-        If the path uses none of the limits at any speed.
-    """
-    from scipy.optimize import brentq
-
-    def over(logarithm: float, exact: bool = False) -> float:
-        return _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), exact) - 1.0
-
-    low = high = float(np.log(guess))
-    step = FIRST_STEP
-    while over(high) > 0.0 and high < SLOWEST:
-        low, high, step = high, high + step, 2.0 * step
-    while low == high or over(low) <= 0.0:
-        low, high, step = low - step, low, 2.0 * step
-        if low < -SLOWEST:
-            raise _nothing_limits(list(limits.given()))
-    root = float(brentq(over, low, high, xtol=precision, rtol=1e-13))
-    if limits.min_thrust is not None:
-        root = _first_crossing(lambda logarithm: over(logarithm, True), root, precision)
-    while over(root, True) > TOUCHING:
-        root += precision + abs(root) * 1e-12
-    return float(np.exp(root))
-
-
-def _nothing_limits(names: Sequence[str]) -> LimitError:
-    used = " and ".join(names)
-    return LimitError(f"nothing limits the time: the path does not use {used} at any speed; add a limit")
-
-
-def _first_crossing(over: Callable[[float], float], start: float, precision: float) -> float:
-    """First root of an excess below ``start``, in steps of FIRST_STEP; ``start`` if there is none nearby."""
-    from scipy.optimize import brentq
-
-    if over(start) > -TOUCHING:
-        return start
-    for step in range(CROSSING_STEPS):
-        high, low = start - step * FIRST_STEP, start - (step + 1) * FIRST_STEP
-        if over(low) > 0.0:
-            return float(brentq(over, low, high, xtol=precision, rtol=1e-13))
-    return start
-
-
-def _most_used_safely(limits: Limits, trajectory: Trajectory, exact: bool) -> float:
-    """Largest utilisation, at most OVERUSED; unless exact, of the vertical part in place of the least thrust.
-
-    The least thrust itself is not monotone in the time scale: a path so fast that its thrust is never small keeps it
-    again.  Its vertical part is, and where that is kept the whole is.
-    """
-    fractions = [used.fraction for used in limits.utilisation(trajectory) if exact or used.name != "min_thrust"]
-    if limits.min_thrust is not None and not exact:
-        least = trajectory.extent((0.0, 0.0, 1.0), 2)[0] / limits.gravity + 1.0
-        fractions.append(limits.min_thrust / least if least > 0.0 else OVERUSED)
-    return min(max(fractions), OVERUSED)
+    def _reason(self, search: JointSearch, found: Evaluated) -> MinsnapError:
+        """Say why the search ended outside: the corridor alone, or which limit is exceeded where and by how much."""
+        durations = found.state.durations * self.problem.units.time
+        reason = explain(search.layout.task, durations)
+        if not isinstance(reason, SolverError):
+            return reason
+        used = most_used(self.limits, self.finish(search.layout.trajectory(found.state)))
+        if found.measured.limit <= OPEN and found.measured.wall <= OPEN:
+            return SolverError(f"the plan of {durations.sum():.6g} s found could not be certified: loosen a limit")
+        return InfeasibleError(
+            f"the limits cannot be kept inside the corridor at any speed found: {used.name} reaches {used.value:.6g} "
+            f"on leg {used.leg} at {used.instant:.4g} s where {used.limit:.6g} is allowed; raise it or change the path",
+            leg=used.leg,
+            instant=used.instant,
+        )

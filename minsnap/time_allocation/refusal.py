@@ -10,7 +10,7 @@ from minsnap.optimisation.elastic import Elastic
 from minsnap.optimisation.infeasibility import explain_corridor, hardest_pressed, normalised
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.least_cost import leg_sums
-from minsnap.time_allocation.least_time import ShortestSearch, give_limits
+from minsnap.time_allocation.nested_search import ShortestSearch, give_limits
 
 ROOM = 1e-4
 """Share added to a stretch of time so that it does."""

@@ -8,8 +8,9 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import TimingError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import Log, distance_split, trapezoid_times
-from minsnap.time_allocation.least_time import norm_limits, stop_and_go_times, touching_factor
+from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.time_allocation.timed import Finish, Timed, Timing, searched, solved_or_explained, timed
 
 SCALE_PRECISION = 1e-6

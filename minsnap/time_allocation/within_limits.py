@@ -13,9 +13,11 @@ from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.time_allocation.least_cost import CostSearch, priced_first_guess
-from minsnap.time_allocation.least_time import ShortestSearch, most_used, stop_and_go_times, touching_factor
+from minsnap.time_allocation.least_time import LeastTime
+from minsnap.time_allocation.nested_search import ShortestSearch, stop_and_go_times
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
+from minsnap.time_allocation.time_stretch import most_used, touching_factor
 from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, searched, solved_or_explained, timed
 from minsnap.trajectory.report import Utilisation
 
@@ -34,9 +36,8 @@ def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fin
     walled = any(wall.order for wall in bounded.walls)
     if timing.enforce == "scaling" or timing.split != "optimal" or not walled:
         return scaled_plan(task, timing, limits, finish)
-    shortest = ShortestSearch(bounded, stop_and_go_times(task.lengths, limits), timing.progress)
-    durations, search = searched(shortest)
-    return _touching(bounded, task.piece_durations(durations), limits, finish, search, shortest)
+    solved, search = LeastTime(task, limits, finish, timing.progress).run()
+    return timed(solved, finish, search)
 
 
 def _touching(

@@ -9,7 +9,7 @@ from tasks import REFERENCE, random_legs
 import minsnap
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
-from minsnap.time_allocation.least_time import most_used
+from minsnap.time_allocation.time_stretch import most_used
 from minsnap.vehicle import BodyDrag, Quadrotor, flatness_of
 
 VEHICLES = {"f330": Quadrotor.dji_f330(), "crazyflie": Quadrotor.crazyflie()}

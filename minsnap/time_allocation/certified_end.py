@@ -1,0 +1,131 @@
+"""From where the search ends to a curve that keeps every wall and every limit exactly.
+
+The search leaves excesses of a millionth of a width and of a ten-thousandth of a limit.  Steps of the same model
+towards walls and limits moved inwards by a little more than that remove them; what is left then of a limit is stretched
+away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from minsnap.limits.limits import Limits
+from minsnap.optimisation.exchange import Outcome
+from minsnap.optimisation.solve import Solved
+from minsnap.time_allocation.cone_programme import solve_programme
+from minsnap.time_allocation.joint_layout import JointLayout, JointState
+from minsnap.time_allocation.joint_model import Inwards
+from minsnap.time_allocation.joint_search import SHARES, Caution, Evaluated, JointSearch
+from minsnap.time_allocation.time_stretch import most_used, nearby_factor, touching_factor
+from minsnap.time_allocation.true_peaks import Measured
+from minsnap.trajectory.trajectory import Trajectory
+
+TRIES = 10
+"""Steps towards walls and limits moved inwards."""
+
+FLOOR, GROWTH = 2e-9, 8.0
+"""By how much they are moved at first where only rounding is left, and how that grows from step to step."""
+
+ENOUGH = 1.5
+"""Times the excess by which they are moved."""
+
+SMALL = 1e-5
+"""Excess of the limits searched for, in factors on time, that may be stretched away."""
+
+KEPT = 1e-9
+"""How far above 1 a utilisation may be."""
+
+NARROW = 129
+"""Instants a piece at which excesses are looked for."""
+
+LAST = Caution(3.0, 0.05)
+
+Finish = Callable[[Trajectory], Trajectory]
+
+
+def solved_state(layout: JointLayout, state: JointState, iterations: int) -> Solved:
+    """Wrap a state as a solved task."""
+    problem = layout.task.problem(state.durations * layout.units.time, layout.units)
+    outcome = Outcome(layout.knots(state), None, np.zeros(0), iterations, "clarabel", (), 0.0)
+    return Solved(layout.task, problem, layout.units, outcome)
+
+
+class CertifiedEnd:
+    """State of one such end.
+
+    Parameters
+    ----------
+    search : JointSearch
+    limits : Limits
+    finish : callable
+        Gives a trajectory its yaw.
+    """
+
+    def __init__(self, search: JointSearch, limits: Limits, finish: Finish) -> None:
+        self.search, self.limits, self.finish = search, limits, finish
+        self.layout, self.still = search.layout, search.layout.task.still
+        self.caution, self.inwards = LAST, Inwards()
+        self.inside: JointState | None = None
+
+    def run(self, found: Evaluated) -> Solved | None:
+        """Return a curve near the one found that is certified, barely slower; None if there is none nearby."""
+        self.search.finder.refine(NARROW)
+        state = clipped(self.layout, found.state)
+        for attempt in range(TRIES):
+            solved = solved_state(self.layout, state, self.search.iterations)
+            excess, measured = self._excess(solved), self.search.finder.measure(state)
+            small = self.still and measured.limit < SMALL
+            if solved.inside:
+                self.inside = state
+                if excess <= KEPT or small:
+                    return self._touching(state) if self.still else solved
+            least = FLOOR * GROWTH**attempt
+            limit = max(ENOUGH * measured.limit, least) if excess > KEPT and not small else 0.0
+            wall = 0.0 if solved.inside else max(ENOUGH * measured.wall, least)
+            self.inwards = Inwards(self.inwards.limit + limit, self.inwards.wall + wall)
+            state = self._closer(state, measured)
+        return self._touching(self.inside) if self.still and self.inside is not None else None
+
+    def _excess(self, solved: Solved) -> float:
+        return most_used(self.limits, self.finish(solved.trajectory)).fraction - 1.0
+
+    def _closer(self, state: JointState, measured: Measured) -> JointState:
+        """Take a step towards walls and limits moved inwards, as much of it as brings the curve closer to them."""
+        search, over = self.search, _over(measured)
+        programme = search.model(state).programme(
+            state, search.known(measured), self.caution.proximity, self.caution.reach, search.penalties, self.inwards
+        )
+        solution = solve_programme(programme)
+        if solution is None:
+            self.caution = self.caution.failed()
+            return state
+        for share in SHARES:
+            trial = clipped(self.layout, self.layout.moved(state, solution.x, share))
+            if _over(search.finder.measure(trial)) < max(over, SMALL):
+                return trial
+        self.caution = self.caution.failed()
+        return state
+
+    def _touching(self, state: JointState) -> Solved:
+        """Fly the same path at the speed at which the most used limit is just kept.
+
+        Limits that are no part of the search, such as the rate of a planned yaw, are kept by this alone.
+        """
+        curve = self.finish(self.layout.trajectory(state))
+        factor = nearby_factor(self.limits, curve) or touching_factor(self.limits, curve)
+        return solved_state(self.layout, JointState(state.scaled, state.durations * factor), self.search.iterations)
+
+
+def _over(measured: Measured) -> float:
+    return max(measured.limit, 0.0) + max(measured.wall, 0.0)
+
+
+def clipped(layout: JointLayout, state: JointState) -> JointState:
+    """Put free waypoints exactly into their boxes."""
+    task, scaled = layout.task, state.scaled.copy()
+    boxes = slice(None, None, task.pieces)
+    low, high = task.lower / layout.units.length, task.upper / layout.units.length
+    scaled[boxes, 0] = np.clip(scaled[boxes, 0], low, high)
+    return JointState(scaled, state.durations)

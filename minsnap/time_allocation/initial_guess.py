@@ -1,0 +1,51 @@
+"""Where the joint search begins: at rest at every knot, on the straight legs, no faster than limits on norms allow."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.limits.limits import Limits
+from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.joint_layout import JointLayout, JointState
+
+PEAKS = (2.1875, 7.5132, 52.5, 840.0)
+"""Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval."""
+
+SHORT = 0.3
+"""Share of the mean length below which a leg is taken to be that long: passages may coincide."""
+
+
+def norm_limits(limits: Limits) -> tuple[float, float, float, float]:
+    """Speed, acceleration, jerk and snap that a motion in any direction may reach; infinite where free."""
+    speeds = (limits.speed, limits.horizontal_speed, limits.vertical_speed, limits.climb_speed, limits.descent_speed)
+    reserve = [] if limits.max_thrust is None else [(limits.max_thrust - 1.0) * limits.gravity]
+    reserve += [] if limits.min_thrust is None else [(1.0 - limits.min_thrust) * limits.gravity]
+    reserve += [] if limits.tilt is None else [limits.gravity * np.sin(limits.tilt)]
+    accelerations = (limits.acceleration, limits.horizontal_acceleration, limits.vertical_acceleration, *reserve)
+    jerks = (limits.jerk, None if limits.body_rate is None else 0.5 * limits.gravity * limits.body_rate)
+    return _least(*speeds), _least(*accelerations), _least(*jerks), _least(limits.snap)
+
+
+def _least(*values: float | None) -> float:
+    return min((value for value in values if value is not None), default=np.inf)
+
+
+def stop_and_go_times(lengths: FloatArray, limits: Limits) -> FloatArray:
+    """Leg durations at which the rest-to-rest profile of degree 7 along each leg keeps the limits on norms."""
+    times = [
+        (peak * lengths / limit) ** (1.0 / order)
+        for order, (peak, limit) in enumerate(zip(PEAKS, norm_limits(limits), strict=True), 1)
+    ]
+    longest = np.max(times, axis=0)
+    return np.asarray(longest if longest.all() else np.maximum(longest, 1e-3 + lengths))
+
+
+def guessed_lengths(task: Task) -> FloatArray:
+    """Straight lengths of the legs, none much shorter than the others, (legs,) [m]."""
+    return np.maximum(task.lengths, SHORT * task.length)
+
+
+def stop_and_go(layout: JointLayout, durations: FloatArray) -> JointState:
+    """State at rest at every knot but for what is pinned, for piece durations (pieces in all,), normalised."""
+    return layout.state(layout.problem.values, durations)

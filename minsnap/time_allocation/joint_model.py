@@ -1,0 +1,228 @@
+r"""The cone programme of one step of the joint search, around a state.
+
+Its unknowns are changes of the scaled derivatives, relative changes of the durations, and one slack each for limits and
+for walls.  Rows hold at a grid of instants near a limit and at the peaks that are known.  The cost is the objective to
+second order, a proximal term in the units of the limits, and the positive part of the second derivative of the
+Lagrangian: what curves there is how end derivatives depend on durations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, IntArray
+from minsnap.time_allocation.cone_programme import ConeProgramme, ConeSolution, Rows
+from minsnap.time_allocation.curvature import Forces, positive_curvature
+from minsnap.time_allocation.joint_layout import NEIGHBOURS, JointLayout, JointState, end_basis, end_metric
+from minsnap.time_allocation.joint_rows import WALL, Block
+from minsnap.time_allocation.true_peaks import Peaks, scattered
+
+GRID = 17
+"""Instants a piece at which rows stand where the curve is near a limit."""
+
+LONGEST, SHORTEST = 1.0, 0.6
+"""Largest relative change of a duration in one step, longer and shorter."""
+
+SLACKS = 2
+
+PATH_METRIC = 1e-3
+"""Weight of the squared length of a change of the curve beside the squares in units of limits."""
+
+
+@dataclass(frozen=True)
+class Penalties:
+    """Price of the largest excess, as a share of the objective: of a limit in factors on time, of a wall in widths."""
+
+    limit: float = 2.0
+    wall: float = 1.0
+
+
+@dataclass(frozen=True)
+class Inwards:
+    """By how much limits (in factors on time) and walls (in widths) are moved inwards."""
+
+    limit: float = 0.0
+    wall: float = 0.0
+
+    def of(self, slack: int) -> float:
+        """Return what belongs to a slack."""
+        return self.wall if slack == WALL else self.limit
+
+
+class JointModel:
+    """Builds the programmes of one search.
+
+    Parameters
+    ----------
+    layout : JointLayout
+    blocks : sequence of Block
+    lengths : ndarray, shape (pieces in all,)
+        Typical length of each piece, normalised.
+    """
+
+    def __init__(self, layout: JointLayout, blocks: Sequence[Block], lengths: FloatArray) -> None:
+        self.layout, self.blocks, self.lengths = layout, blocks, lengths
+        self.grid = np.linspace(0.0, 1.0, GRID)
+        self.orders = 1 + max(order for block in blocks for order in block.orders)
+        self.forces: Forces | None = None
+        self._gradients: list[tuple[IntArray, FloatArray, FloatArray]] = []
+
+    @property
+    def _size(self) -> int:
+        return self.layout.size + self.layout.pieces + SLACKS
+
+    def columns(self) -> IntArray:
+        """Unknowns of every piece: its ends, the durations around it, the slacks; (pieces, width)."""
+        layout, none = self.layout, self._size
+        ends = layout.columns.reshape(layout.pieces, -1)
+        times = np.where(layout.neighbours >= 0, layout.size + layout.neighbours, none)
+        slacks = np.broadcast_to(none - SLACKS + np.arange(SLACKS), (layout.pieces, SLACKS))
+        return np.concatenate((np.where(ends >= 0, ends, none), times, slacks), axis=1)
+
+    def programme(
+        self,
+        state: JointState,
+        peaks: list[Peaks],
+        proximity: float,
+        reach: float,
+        penalties: Penalties,
+        inwards: Inwards = Inwards(),
+    ) -> ConeProgramme:
+        """Build the programme around a state.
+
+        Parameters
+        ----------
+        peaks : list of Peaks
+            Where rows must stand, by block.
+        proximity : float
+            Weight of the proximal term.
+        reach : float
+            By how much the relative changes of neighbouring durations may differ.
+        penalties : Penalties
+        inwards : Inwards
+        """
+        self._inwards = inwards
+        self._state, self._ends = state, self.layout.ends(state)
+        self._scales = self.layout.end_scales(state.durations)
+        rows = [self._block_rows(block, found) for block, found in zip(self.blocks, peaks, strict=True)]
+        rows += [*self._step_rows(reach), *self._region_rows()]
+        linear, diagonal = np.zeros(self._size), np.full(self._size, 1e-10)
+        share = state.durations / state.total
+        begin = self.layout.size
+        diagonal[begin:-SLACKS] += 0.1 * proximity * share
+        diagonal[-SLACKS:] = 1e-6
+        linear[-SLACKS:] = penalties.limit, penalties.wall
+        linear[begin:-SLACKS] = share
+        return ConeProgramme(self._size, self.columns(), self._hessian(proximity * share), diagonal, linear, rows)
+
+    def _block_rows(self, block: Block, peaks: Peaks) -> Rows:
+        """Cones of one block, at the instants of the grid near the limit and at peaks."""
+        index, s = self._instants(block, peaks)
+        piece = block.piece[index]
+        x = scattered(self.layout, self._state, self._ends, piece, s, block.orders)
+        cones = block.linearised(x, index)
+        local = np.zeros((len(index), block.size, 2 * self.layout.half, self.layout.dim))
+        for order, slope in cones.gradient.items():
+            factors = end_basis(self.layout.degree, order, s) / self._state.durations[piece, None] ** order
+            local += factors[:, None, :, None] * slope[:, :, None, :]
+        self._gradients.append((piece, local, cones.curvature))
+        slack = np.zeros((len(index), block.size, SLACKS))
+        slack[:, 0, block.slack] = block.weight
+        bound = cones.value.copy()
+        bound[:, 0] -= block.weight * self._inwards.of(block.slack)
+        return Rows(piece, -self._in_unknowns(piece, local, cones.own, slack), bound)
+
+    def _instants(self, block: Block, peaks: Peaks) -> tuple[IntArray, FloatArray]:
+        x = {p: np.matmul(end_basis(self.layout.degree, p, self.grid), self._ends) for p in block.orders}
+        x = {p: values / self._state.durations[:, None, None] ** p for p, values in x.items()}
+        row, place = np.nonzero(block.on_grid(x) > -block.band)
+        return np.concatenate((row, peaks.index)), np.concatenate((self.grid[place], peaks.s))
+
+    def _in_unknowns(self, piece: IntArray, local: FloatArray, own: FloatArray, slack: FloatArray) -> FloatArray:
+        """Rows (n, c, width) from gradients in ends (n, c, 2k, dim), in the own duration, and in the slacks."""
+        shape = local.shape[:2]
+        values = local * self._scales[piece][:, None, :, None]
+        times = np.einsum("ncjd,njdq->ncq", local, self._bends[piece])
+        times[:, :, 1] += own
+        return np.concatenate((values.reshape(*shape, local.shape[2] * local.shape[3]), times, slack), axis=2)
+
+    @property
+    def _bends(self) -> FloatArray:
+        """Derivatives of the ends in the logarithms of the durations around, (pieces, 2k, dim, 3)."""
+        return np.asarray(self._ends[:, :, :, None] * self.layout.exponents[:, :, None, :])
+
+    def _step_rows(self, reach: float) -> list[Rows]:
+        """Bounds of the durations' changes, of their differences, and of the slacks."""
+        pieces, width = self.layout.pieces, self.columns().shape[1]
+        own = width - SLACKS - 2
+        every = np.arange(pieces)
+        chain = every[self.layout.neighbours[:, 2] >= 0] if pieces > 1 else every[:0]
+        bounds = np.zeros((2 * pieces + 2 * len(chain) + SLACKS, 1, width))
+        limit = np.concatenate((np.full(pieces, LONGEST), np.full(pieces, SHORTEST), np.full(2 * len(chain), reach)))
+        bounds[:pieces, 0, own], bounds[pieces : 2 * pieces, 0, own] = 1.0, -1.0
+        first, second = slice(2 * pieces, 2 * pieces + len(chain)), slice(2 * pieces + len(chain), -SLACKS)
+        bounds[first, 0, own], bounds[first, 0, own + 1] = 1.0, -1.0
+        bounds[second, 0, own], bounds[second, 0, own + 1] = -1.0, 1.0
+        bounds[-2, 0, -2] = bounds[-1, 0, -1] = -1.0
+        piece = np.concatenate((every, every, chain, chain, np.zeros(SLACKS, dtype=np.intp)))
+        return [Rows(piece, bounds, np.append(limit, np.zeros(SLACKS))[:, None])]
+
+    def _region_rows(self) -> list[Rows]:
+        """Boxes in which the positions of knots are free."""
+        task, length, width = self.layout.task, self.layout.units.length, self.columns().shape[1]
+        waypoint, axis = np.nonzero(task.upper > task.lower)
+        if not len(waypoint):
+            return []
+        last = waypoint == task.legs
+        piece = np.where(last, waypoint * task.pieces - 1, waypoint * task.pieces)
+        lower, upper = task.lower[waypoint, axis], task.upper[waypoint, axis]
+        half = (upper - lower) / 2.0
+        slot = np.where(last, self.layout.half, 0) * self.layout.dim + axis
+        place = self._state.scaled[waypoint * task.pieces, 0, axis] * length
+        matrix = np.zeros((2 * len(waypoint), 1, width))
+        every = np.arange(len(waypoint))
+        matrix[every, 0, slot], matrix[every + len(waypoint), 0, slot] = length / half, -length / half
+        matrix[:, 0, -SLACKS + WALL] = -1.0
+        return [
+            Rows(np.tile(piece, 2), matrix, np.concatenate(((upper - place) / half, (place - lower) / half))[:, None])
+        ]
+
+    def _hessian(self, weight: FloatArray) -> FloatArray:
+        """Proximal term, objective and curvature, (pieces, width, width)."""
+        layout = self.layout
+        dim, ends, width = layout.dim, 2 * layout.half * layout.dim, self.columns().shape[1]
+        metric = self._metric() * weight[:, None, None]
+        metric *= self._scales[:, :, None] * self._scales[:, None, :]
+        whole = np.zeros((layout.pieces, width, width))
+        blocks = np.einsum("ijk,de->ijdke", metric, np.eye(dim))
+        whole[:, :ends, :ends] = blocks.reshape(layout.pieces, ends, ends)
+        if self.forces is not None:
+            bent = positive_curvature(layout, self._ends, self._scales, self.forces, self.lengths)
+            size = ends + NEIGHBOURS
+            whole[:, :size, :size] += bent
+        return whole
+
+    def _metric(self) -> FloatArray:
+        """Squares of changes of the curve in units of the limits, (pieces, 2k, 2k) in ends."""
+        degree, durations = self.layout.degree, self._state.durations
+        steep: dict[int, FloatArray] = {}
+        for block in self.blocks:
+            order, size = block.metric
+            steep[order] = np.maximum(steep.get(order, np.zeros(len(durations))), size)
+        total = PATH_METRIC * end_metric(degree, 1) / self.lengths[:, None, None] ** 2
+        for order, size in steep.items():
+            total = total + end_metric(degree, order) * ((size / durations**order) ** 2)[:, None, None]
+        return np.asarray(total)
+
+    def take_forces(self, solution: ConeSolution) -> None:
+        """Keep what the multipliers of the last programme pull at, for the curvature of the next one."""
+        layout = self.layout
+        ends, own = np.zeros((layout.pieces, 2 * layout.half, layout.dim)), np.zeros(layout.pieces)
+        for (piece, local, curvature), z in zip(self._gradients, solution.multipliers, strict=False):
+            np.add.at(ends, piece, -np.einsum("nc,ncjd->njd", z, local))
+            np.add.at(own, piece, -(z * curvature).sum(axis=1))
+        self.forces = Forces(ends, own)
+        self._gradients = []

@@ -1,0 +1,195 @@
+r"""One search for a curve and its durations: the shortest time within walls and limits, by sequential cone programmes.
+
+Every step solves a convex model of the whole problem (``joint_model``) and is accepted only if the true merit, the time
+and the price of the largest true excesses, falls by a share of what the model promised; else less of the step is tried,
+the instants at which the model was wrong are remembered, and the next step is kept shorter.  This is the exact-penalty
+method of sequential programming (R. Fletcher, "Practical Methods of Optimization", 1987) with convex cones in place of
+tangents.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.time_allocation.cone_programme import solve_programme
+from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric
+from minsnap.time_allocation.joint_model import SLACKS, JointModel, Penalties
+from minsnap.time_allocation.joint_rows import Block
+from minsnap.time_allocation.true_peaks import Measured, PeakFinder, Peaks
+
+ITERATIONS = 80
+SHARES = (1.0, 0.5, 0.25, 0.1)
+"""Of a step that are tried."""
+
+GAIN = 1e-4
+"""Relative change of the merit that counts as none; two in a row end the search."""
+
+PATIENCE = 2
+FAILURES = 6
+"""Steps in a row without descent that end the search."""
+
+REMEMBERED = 3
+"""Sets of former peaks at which rows stay."""
+
+SHORT = 0.3
+"""Share of the median length below which a piece is taken to be that long."""
+
+VANISHING = 1e-6
+"""Share of the first total below which nothing limits the time."""
+
+
+@dataclass(frozen=True)
+class Caution:
+    """How far a step may go.
+
+    Parameters
+    ----------
+    proximity : float
+        Weight of the proximal term.
+    reach : float
+        By how much the relative changes of neighbouring durations may differ.
+    """
+
+    proximity: float = 1e-2
+    reach: float = 0.2
+
+    def after(self, share: float, good: bool) -> Caution:
+        """Return what to allow after an accepted share of a step."""
+        if share == 1.0:
+            return Caution(max(0.2 * self.proximity, 1e-7), min(1.6 * self.reach, 0.8)) if good else self
+        if share == 0.5:
+            return Caution(max(2.0 * self.proximity, 1e-5), max(0.7 * self.reach, 1e-3))
+        return Caution(max(5.0 * self.proximity, 1e-4), max(0.4 * self.reach, 1e-3))
+
+    def failed(self) -> Caution:
+        """Return what to allow after a step without descent."""
+        return Caution(max(10.0 * self.proximity, 1e-3), max(0.3 * self.reach, 1e-3))
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluated:
+    """A state, its true excesses and its merit."""
+
+    state: JointState
+    measured: Measured
+    merit: float
+
+
+Told = Callable[[Evaluated], None]
+"""Called with every accepted state."""
+
+
+class JointSearch:
+    """State of one search.
+
+    Parameters
+    ----------
+    layout : JointLayout
+    blocks : sequence of Block
+        Walls and limits.
+    told : callable, optional
+        Called with every state accepted; what it raises ends the search.
+    """
+
+    def __init__(self, layout: JointLayout, blocks: Sequence[Block], told: Told | None = None) -> None:
+        self.layout, self.blocks, self.told = layout, blocks, told
+        self.finder = PeakFinder(layout, blocks)
+        self.penalties = Penalties()
+        self.memory: list[list[Peaks]] = [[] for _ in blocks]
+        self.iterations = 0
+        self._best: Evaluated | None = None
+
+    @property
+    def best(self) -> Evaluated:
+        """The state with the least merit so far; KeyboardInterrupt where there is none yet."""
+        if self._best is None:
+            raise KeyboardInterrupt
+        return self._best
+
+    def evaluate(self, state: JointState) -> Evaluated:
+        """Measure a state."""
+        found = self.finder.measure(state)
+        price = self.penalties.limit * max(found.limit, 0.0) + self.penalties.wall * max(found.wall, 0.0)
+        return Evaluated(state, found, state.total * (1.0 + price))
+
+    def run(self, state: JointState, caution: Caution = Caution(), gain: float = GAIN) -> Evaluated:
+        """Descend from a state until steps gain nothing."""
+        now, model = self.evaluate(state), self.model(state)
+        self._best = now
+        idle, fails = 0, 0
+        for _ in range(ITERATIONS):
+            promised, step = self._step(model, now, caution)
+            fails += 1
+            if step is not None and self._done(now, promised, gain):
+                break
+            share, best = (0.0, None) if step is None else self._tried(now, step, promised)
+            if best is None:
+                caution = caution.failed()
+                if fails > FAILURES:
+                    break
+                continue
+            won, fails = now.merit - best.merit, 0
+            caution = caution.after(share, won > 0.6 * promised)
+            now = self._best = best
+            if self.told is not None:
+                self.told(now)
+            idle = idle + 1 if won < gain * now.merit else 0
+            if idle >= PATIENCE or now.state.total < VANISHING * state.total:
+                break
+        return now
+
+    def model(self, state: JointState) -> JointModel:
+        """Return a model in units of the lengths of a state's pieces, none taken much shorter than most."""
+        ends = self.layout.ends(state)
+        lengths = np.sqrt(np.einsum("ijd,jk,ikd->i", ends, end_metric(self.layout.degree, 1), ends))
+        return JointModel(self.layout, self.blocks, np.asarray(np.maximum(lengths, SHORT * np.median(lengths))))
+
+    def known(self, measured: Measured) -> list[Peaks]:
+        """Return the peaks of every block that are known: present ones and remembered ones."""
+        return [found.joined(former) for found, former in zip(measured.peaks, self.memory, strict=True)]
+
+    def _done(self, now: Evaluated, promised: float, gain: float) -> bool:
+        excess = max(now.measured.limit, now.measured.wall)
+        return promised < 0.2 * gain * now.merit and excess <= gain
+
+    def _step(self, model: JointModel, now: Evaluated, caution: Caution) -> tuple[float, FloatArray | None]:
+        """Solve the model: what it promises, and the step; None where it has no solution."""
+        self.iterations += 1
+        peaks = self.known(now.measured)
+        programme = model.programme(now.state, peaks, caution.proximity, caution.reach, self.penalties)
+        solution = solve_programme(programme)
+        if solution is None:
+            return 0.0, None
+        model.take_forces(solution)
+        begin, x = self.layout.size, solution.x
+        slower = float(now.state.durations @ x[begin:-SLACKS])
+        price = self.penalties.limit * x[-2] + self.penalties.wall * x[-1]
+        return now.merit - (now.state.total * (1.0 + price) + slower), x
+
+    def _tried(self, now: Evaluated, step: FloatArray, promised: float) -> tuple[float, Evaluated | None]:
+        """Take the largest share of a step that descends enough; remember where the whole step failed."""
+        failed: Measured | None = None
+        for share in SHARES:
+            trial = self.evaluate(self.layout.moved(now.state, step, share))
+            if now.merit - trial.merit > max(0.1 * share * promised, 0.0):
+                self._remember(now.measured)
+                if failed is not None:
+                    self._remember(failed)
+                return share, trial
+            failed = failed or trial.measured
+        if failed is not None:
+            self._remember(failed)
+        return 0.0, None
+
+    def _remember(self, measured: Measured) -> None:
+        for memory, peaks in zip(self.memory, measured.peaks, strict=True):
+            memory[:] = [*memory, peaks][-REMEMBERED:]
+
+
+def firmer(penalties: Penalties) -> Penalties:
+    """Return ten times the penalties."""
+    return replace(penalties, limit=10.0 * penalties.limit, wall=10.0 * penalties.wall)

@@ -1,0 +1,99 @@
+r"""The rotors' thrusts as conditions of the joint search.
+
+Without spin about the thrust axis the angular acceleration is :math:`\|w\| / c` with
+:math:`w = s_\perp - 2 \dot c\, j_\perp / c`, wherever the body points about that axis; the rotor that has most to do
+has at most the mean thrust and the largest arm's share of the torque.  With a yaw the body axes follow from it (D.
+Mellinger and V. Kumar, ICRA 2011), as do rates and accelerations, by differentiating
+:math:`x \cdot f = y \cdot f = y \cdot h = 0`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.limits.vehicle_limits import MARGIN
+from minsnap.optimisation.units import Units
+from minsnap.time_allocation.momentary_limits import TINY, Excess, Momentary, inner, lifted, norm
+from minsnap.vehicle.quadrotor import Quadrotor
+
+
+@dataclass(frozen=True)
+class RotorRange:
+    """Least and most thrust that a rotor may be asked for [N]."""
+
+    least: float
+    most: float
+
+    @classmethod
+    def of(cls, vehicle: Quadrotor, reserve: float) -> RotorRange:
+        """Return the range that leaves a share of the room around hover to feedback, and what its proof needs."""
+        hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
+        below, above = ((1.0 - reserve) * room - MARGIN * hover for room in (hover - least, most - hover))
+        return cls(hover - below, hover + above)
+
+
+def rotor_block(vehicle: Quadrotor, reserve: float, units: Units, pieces: int, yaw: float | None) -> Momentary:
+    """Conditions on the rotors' thrusts for a constant yaw, or for none: without spin, however the body is turned."""
+    allowed = RotorRange.of(vehicle, reserve)
+    excess = unspun(vehicle, allowed) if yaw is None else with_yaw(vehicle, allowed, yaw)
+    scale = 0.25 * allowed.most / _leverage(vehicle) * vehicle.gravity
+    return Momentary(excess, (2, 3, 4), 2 if yaw is None else 8, scale, units, pieces, "rotor_thrust")
+
+
+def _leverage(vehicle: Quadrotor) -> float:
+    """Most thrust of a rotor for an angular acceleration of one about any horizontal body axis [N s^2/rad]."""
+    return float(np.linalg.norm(vehicle.inverse_mixer[:, 1:3] @ vehicle.inertia[:2, :2], axis=1).max())
+
+
+def unspun(vehicle: Quadrotor, allowed: RotorRange) -> Excess:
+    """Excess above the most and below the least thrust, the latter times the thrust per mass."""
+    share, mass, gravity = _leverage(vehicle), vehicle.mass, vehicle.gravity
+
+    def excess(x: dict[int, FloatArray]) -> FloatArray:
+        force = lifted(x[2], gravity)
+        thrust = norm(force, TINY * gravity**2)
+        axis = force / thrust[..., None]
+        pull = inner(axis, x[3])
+        across = x[3] - axis * pull[..., None]
+        turn = x[4] - axis * inner(axis, x[4])[..., None] - 2.0 * across * (pull / thrust)[..., None]
+        push = share * norm(turn, TINY * (allowed.most * gravity / share) ** 2)
+        above = (mass * thrust / 4.0 + push / thrust - allowed.most) / allowed.most
+        below = (push - (mass * thrust / 4.0 - allowed.least) * thrust) / (allowed.most * 2.0 * gravity)
+        return np.stack((above, below), axis=-1)
+
+    return excess
+
+
+def with_yaw(vehicle: Quadrotor, allowed: RotorRange, yaw: float) -> Excess:
+    """Excess of every rotor above the most thrust, then of every rotor below the least."""
+    heading = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+
+    def excess(x: dict[int, FloatArray]) -> FloatArray:
+        force = lifted(x[2], vehicle.gravity)
+        thrust = norm(force, TINY * vehicle.gravity**2)
+        rates, accelerations = _turning(force, thrust, x[3], x[4], heading)
+        torque = accelerations @ vehicle.inertia.T + np.cross(rates, rates @ vehicle.inertia.T)
+        wrench = np.concatenate(((vehicle.mass * thrust)[..., None], torque), axis=-1)
+        rotors = wrench @ vehicle.inverse_mixer.T
+        return np.concatenate((rotors - allowed.most, allowed.least - rotors), axis=-1) / allowed.most
+
+    return excess
+
+
+def _turning(
+    force: FloatArray, thrust: FloatArray, jerk: FloatArray, snap: FloatArray, heading: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Body rates and angular accelerations, each (..., 3), for a constant yaw."""
+    z, lateral = force / thrust[..., None], np.cross(force, heading)
+    y = lateral / norm(lateral)[..., None]
+    x = np.cross(y, z)
+    forward, upward, pull = inner(x, heading), inner(z, heading), inner(z, jerk) / thrust
+    p, q = -inner(y, jerk) / thrust, inner(x, jerk) / thrust
+    r = p * upward / forward
+    p_rate = r * q - 2.0 * p * pull - inner(y, snap) / thrust
+    q_rate = inner(x, snap) / thrust - r * p - 2.0 * q * pull
+    r_rate = (p * q * forward + r * q * upward + p_rate * upward) / forward
+    return np.stack((p, q, r), axis=-1), np.stack((p_rate, q_rate, r_rate), axis=-1)

@@ -1,0 +1,32 @@
+"""Durations with which a search begins."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.limits.limits import Limits
+from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
+from minsnap.time_allocation.time_stretch import most_used
+
+LIMITS = Limits(speed=3.0, acceleration=6.0)
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [LIMITS, Limits(jerk=5.0), Limits(snap=30.0), Limits(speed=0.1, acceleration=9.0, jerk=3.0, snap=70.0)],
+)
+def test_first_guess_is_the_least_at_which_each_leg_alone_keeps_the_limits(limits):
+    for length in (0.2, 3.0, 40.0):
+        (duration,) = stop_and_go_times(np.array([length]), limits)
+        fractions = [
+            most_used(limits, minsnap.plan([(0, 0, 0), (length, 0, 0)], [duration * factor])).fraction
+            for factor in (1.0, 0.999)
+        ]
+        assert fractions[0] <= 1.0 + 2e-5 < fractions[1]
+
+
+def test_limits_on_parts_bound_what_any_direction_may_do():
+    limits = Limits(speed=3.0, climb_speed=1.0, tilt=0.5, max_thrust=1.2, body_rate=2.0)
+    speed, acceleration, jerk, snap = norm_limits(limits)
+    assert speed == 1.0 and acceleration == pytest.approx(0.2 * limits.gravity) and np.isinf(snap)
+    assert jerk == pytest.approx(limits.gravity)

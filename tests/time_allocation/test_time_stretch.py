@@ -1,0 +1,36 @@
+"""The factor on time at which a limit is touched."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.limits.limits import Limits
+from minsnap.time_allocation.time_stretch import most_used, touching_factor
+
+LIMITS = Limits(speed=3.0, acceleration=6.0)
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        LIMITS,
+        Limits(jerk=4.0),
+        Limits(max_thrust=1.5),
+        Limits(tilt=0.2),
+        Limits(body_rate=1.0),
+        Limits(climb_speed=0.7),
+    ],
+)
+@pytest.mark.parametrize("scale", [0.01, 1.0, 100.0])
+def test_the_final_touch_reaches_a_limit_and_exceeds_none(limits, scale):
+    points = [(0, 0, 0), (2, 1, 3), (0, -1, 1), (3, 0, 0)]
+    path = minsnap.plan(points, scale * np.array([3.0, 2.0, 3.0]))
+    used = most_used(limits, path.stretched(touching_factor(limits, path)))
+    assert 1.0 - 1e-9 <= used.fraction <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("scale", [0.3, 1.0, 100.0])
+def test_the_final_touch_reaches_a_least_thrust(scale):
+    path = minsnap.plan([(0, 0, 0), (0, 0, 3), (0, 0, 1), (1, 0, 4)], scale * np.array([3.0, 2.0, 3.0]))
+    limits = Limits(min_thrust=0.7)
+    assert most_used(limits, path.stretched(touching_factor(limits, path))).fraction == pytest.approx(1.0, abs=1e-9)
