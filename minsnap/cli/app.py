@@ -20,6 +20,7 @@ COMMANDS = (
     "plot_command",
     "convert_command",
     "stream_command",
+    "preflight_command",
     "relay_command",
     "experiment_command",
     "compare_command",

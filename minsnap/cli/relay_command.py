@@ -21,7 +21,7 @@ def relay(
     ],
     target: Annotated[str, typer.Option("--to", metavar="LINK", help="MAVLink connection, as for stream.")],
     message: Annotated[
-        str, typer.Option("--message", help="vision (VISION_POSITION_ESTIMATE), odometry or mocap (ATT_POS_MOCAP).")
+        str, typer.Option("--message", help="vision (VISION_POSITION_ESTIMATE), odometry, odometry-mocap or mocap.")
     ] = "vision",
     frame: Annotated[str, typer.Option("--frame", help="Of the source: optitrack, flu, enu …")] = "optitrack",
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Poses a second at most.")] = 50.0,
@@ -30,7 +30,8 @@ def relay(
 ) -> int:
     """Pass motion-capture poses on to an autopilot's estimator, until Ctrl-C or the end of a file.
 
-    PX4's default estimator reads vision and odometry, not mocap. Rate and latency are told once a second.
+    PX4's default estimator fuses vision and odometry; odometry-mocap (ODOMETRY as from motion capture) and mocap
+    (ATT_POS_MOCAP) go to topics that it does not read. Rate and latency are printed once a second.
     """
     from minsnap.mavlink.link import open_link
     from minsnap.mavlink.schedule import Clock

@@ -16,7 +16,8 @@ from minsnap.mavlink.schedule import Clock, Schedule
 from minsnap.mavlink.setpoints import vehicle_frame
 from minsnap.mocap.sources import Pose, PoseSource
 
-_LOCAL_NED, _BODY_FRD, _LOCAL_FRD, _MOCAP = 1, 12, 20, 6
+_LOCAL_NED, _BODY_FRD, _LOCAL_FRD = 1, 12, 20
+_VISION, _MOCAP = 2, 6  # MAV_ESTIMATOR_TYPE
 _UNKNOWN = [math.nan] + [0.0] * 20  # a covariance whose first number is not one is unknown
 
 
@@ -33,15 +34,29 @@ def vision_message(microseconds: int, position: list[float], attitude: list[floa
 
 
 def odometry_message(microseconds: int, position: list[float], attitude: list[float], frame: str) -> Message:
-    """ODOMETRY without velocities, read by PX4's EKF2 and by ArduPilot."""
+    """ODOMETRY without velocities, as from vision: PX4 passes it on as visual odometry, which its EKF2 fuses."""
+    return _odometry(microseconds, position, attitude, frame, _VISION)
+
+
+def mocap_odometry_message(microseconds: int, position: list[float], attitude: list[float], frame: str) -> Message:
+    """ODOMETRY without velocities, as from motion capture: PX4 puts it on a topic that its EKF2 does not read."""
+    return _odometry(microseconds, position, attitude, frame, _MOCAP)
+
+
+def _odometry(microseconds: int, position: list[float], attitude: list[float], frame: str, estimator: int) -> Message:
     axes = _LOCAL_NED if frame == "ned" else _LOCAL_FRD
     unknown = [math.nan] * 6
     return load_dialect().MAVLink_odometry_message(
-        microseconds, axes, _BODY_FRD, *position, attitude, *unknown, _UNKNOWN, _UNKNOWN, 0, _MOCAP, 0
+        microseconds, axes, _BODY_FRD, *position, attitude, *unknown, _UNKNOWN, _UNKNOWN, 0, estimator, 0
     )
 
 
-MESSAGES = {"vision": vision_message, "odometry": odometry_message, "mocap": mocap_message}
+MESSAGES = {
+    "vision": vision_message,
+    "odometry": odometry_message,
+    "odometry-mocap": mocap_odometry_message,
+    "mocap": mocap_message,
+}
 """What a pose can be sent as."""
 
 
@@ -91,7 +106,7 @@ class Relay:
     clock : Clock
         The same as the link's and the source's.
     message : str
-        ``vision``, ``odometry`` or ``mocap``.
+        ``vision``, ``odometry``, ``odometry-mocap`` or ``mocap``.
     frame : str
         Of the source; poses leave in NED for compass frames, else in the room's forward-right-down.
     rate : float

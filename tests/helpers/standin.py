@@ -9,6 +9,7 @@ take-off.
 
 import math
 import os
+import struct
 import threading
 import time
 
@@ -65,6 +66,7 @@ class StandIn:
         self.setpoints, self.heard, self.commands, self.modes, self.failsafes = [], [], [], [], []
         self.position_rate, self.beat_period, self.patience = 20.0, 0.25, 1.0
         self.guided_timeout, self.refused_takeoffs, self.failed = 3.0, 0 if self.px4 else 1, False
+        self.parameters, self.written = {}, []
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -136,12 +138,30 @@ class StandIn:
                 self.first_setpoint = min(self.first_setpoint, self.clock())
             elif kind == "COMMAND_LONG":
                 self._obey(message)
+            elif kind in ("PARAM_REQUEST_READ", "PARAM_SET"):
+                self._tell(message)
 
     def _resume(self):
         """PX4 goes back into OFFBOARD when the stream that it lost comes back: no heartbeat shows that it was away."""
         if self.px4 and self.failed and self.mode == self.other:
             self.mode = self.following
         self.failed = False
+
+    def _tell(self, message):
+        """Answer for a parameter: an integer of PX4 comes as its bytes in the place of the float."""
+        name = message.param_id.rstrip("\0")
+        if name not in self.parameters:
+            return
+        bytewise = self.px4 and isinstance(self.parameters[name], int)
+        if message.get_type() == "PARAM_SET":
+            self.written.append(name)
+            raw = struct.pack("<f", message.param_value)
+            value = struct.unpack("<i", raw)[0] if bytewise else message.param_value
+            self.parameters[name] = type(self.parameters[name])(value)
+        value = self.parameters[name]
+        kind = mavlink.MAV_PARAM_TYPE_INT32 if isinstance(value, int) else mavlink.MAV_PARAM_TYPE_REAL32
+        sent = struct.unpack("<f", struct.pack("<i", value))[0] if bytewise else float(value)
+        self.link.mav.param_value_send(name.encode(), sent, kind, len(self.parameters), 0)
 
     def _obey(self, message):
         self.commands.append((message.command, message.param1, message.param2, message.param7))

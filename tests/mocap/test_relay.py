@@ -85,7 +85,9 @@ def test_odometry_names_its_frames_and_knows_no_velocity(receiver):
     message = messages[-1]
     assert (message.frame_id, message.child_frame_id) == (1, 12)
     assert (message.x, message.y, message.z) == (2.0, 1.0, -3.0)
-    assert math.isnan(message.vx) and message.estimator_type == 6
+    assert math.isnan(message.vx) and message.estimator_type == 2, "vision: PX4's EKF2 fuses it"
+    _, messages = relayed(receiver, Scripted(clock, 2), clock, message="odometry-mocap", frame="enu")
+    assert messages[-1].estimator_type == 6
     _, messages = relayed(receiver, Scripted(clock, 2), clock, message="odometry", frame="optitrack")
     assert messages[-1].frame_id == 20
 

@@ -1,0 +1,99 @@
+"""The command that holds a vehicle's parameters against a flight."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from minsnap.cli import options
+from minsnap.cli.app import app
+from minsnap.errors import InputError, LinkError
+
+if TYPE_CHECKING:
+    from minsnap.mavlink.parameters import Parameters
+    from minsnap.mavlink.preflight import Finding
+
+
+@app.command()
+def preflight(
+    connect: Annotated[
+        str,
+        typer.Option("--connect", metavar="LINK", help="udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."),
+    ],
+    file: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="Setpoint CSV that is to be flown: its speeds count.")
+    ] = None,
+    change: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter first; may be repeated.")
+    ] = None,
+    frame: options.Frame = "enu",
+    autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4 or ardupilot.")] = "auto",
+    wait: Annotated[float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat.")] = 30.0,
+    json: options.Json = False,
+) -> int:
+    """Read the parameters of a vehicle that matter to a flight, and say which do not fit it and why.
+
+    Nothing is written unless ``--set`` names it. Exit status 1 if something does not fit.
+    """
+    from minsnap.files.setpoint_csv import read_csv
+    from minsnap.mavlink.autopilot import get_autopilot
+    from minsnap.mavlink.link import open_link
+    from minsnap.mavlink.parameters import Parameters
+    from minsnap.mavlink.preflight import FlightNeeds, check_parameters, flight_needs, rule_parameters
+    from minsnap.mavlink.schedule import Clock
+
+    needs = FlightNeeds() if file is None else flight_needs(read_csv(file, frame))
+    wanted, clock = _assignments(change or []), Clock()
+    link = open_link(connect, clock)
+    try:
+        stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
+        if stack == "generic":
+            raise LinkError("the autopilot is neither PX4 nor ArduPilot: there are no rules for its parameters")
+        parameters = Parameters(link, clock)
+        _set(parameters, wanted)
+        findings = check_parameters(stack, parameters.read(rule_parameters(stack)), needs)
+    finally:
+        link.close()
+    _say(findings, json)
+    return 1 if any(finding.problem for finding in findings) else 0
+
+
+def _assignments(texts: list[str]) -> dict[str, float]:
+    """Read NAME=VALUE, before anything is sent."""
+    found = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            raise InputError(f"--set is {text!r}: give NAME=VALUE with a number, such as COM_OBL_RC_ACT=4") from None
+    return found
+
+
+def _set(parameters: Parameters, wanted: dict[str, float]) -> None:
+    for name, value in wanted.items():
+        print(f"set {parameters.write(name, value)}", file=sys.stderr)
+
+
+def _say(findings: list[Finding], json: bool) -> None:
+    if json:
+        from minsnap.cli.summary import as_json
+
+        print(as_json({finding.name: _as_dict(finding) for finding in findings}))
+        return
+    for finding in findings:
+        verdict = "not answered" if not finding.known else "does not fit" if finding.problem else "fits"
+        values = ", ".join(map(str, finding.parameters)) or finding.name
+        print(f"{verdict:13} {values}" + (f": {finding.problem}" if finding.problem else ""))
+
+
+def _as_dict(finding: Finding) -> dict[str, object]:
+    values = {parameter.name: parameter.value for parameter in finding.parameters}
+    return {
+        "parameters": values,
+        "fits": finding.problem is None if finding.known else None,
+        "problem": finding.problem,
+    }

@@ -1,0 +1,39 @@
+"""The command that holds a vehicle's parameters against a flight."""
+
+import json
+
+from flying import PATH
+from standin import StandIn
+
+from minsnap import write_csv
+
+PX4 = {
+    "COM_OF_LOSS_T": 1.0,
+    "COM_OBL_RC_ACT": 4,
+    "RTL_RETURN_ALT": 60.0,
+    "COM_RCL_EXCEPT": 4,
+    "COM_RC_IN_MODE": 0,
+    "MPC_XY_VEL_MAX": 12.0,
+    "MPC_Z_VEL_MAX_UP": 3.0,
+    "MPC_Z_VEL_MAX_DN": 1.5,
+    "MPC_TILTMAX_AIR": 45.0,
+    "EKF2_EV_CTRL": 11,
+}
+
+
+def test_the_command_says_what_does_not_fit_and_writes_what_is_named(call, tmp_path):
+    path = tmp_path / "path.csv"
+    write_csv(PATH, path)
+    with StandIn(parameters=PX4 | {"COM_OBL_RC_ACT": 3}) as vehicle:
+        link = f"udpout:127.0.0.1:{vehicle.port}"
+        first = call("preflight", path, "--connect", link)
+        assert first.returncode == 1 and "does not fit  COM_OBL_RC_ACT = 3" in first.stdout and vehicle.written == []
+        second = call("preflight", path, "--connect", link, "--set", "COM_OBL_RC_ACT=4", "--json")
+        assert second.returncode == 0 and vehicle.written == ["COM_OBL_RC_ACT"]
+        assert json.loads(second.stdout)["COM_OBL_RC_ACT"] == {
+            "parameters": {"COM_OBL_RC_ACT": 4.0, "RTL_RETURN_ALT": 60.0},
+            "fits": True,
+            "problem": None,
+        }
+        bad = call("preflight", "--connect", link, "--set", "COM_OBL_RC_ACT")
+        assert bad.returncode == 2 and "give NAME=VALUE" in bad.stderr
