@@ -11,6 +11,7 @@ from time import perf_counter
 
 import numpy.typing as npt
 
+from minsnap.arrays import GRAVITY
 from minsnap.checks import (
     check_closing,
     check_continuity,
@@ -86,9 +87,10 @@ def plan(
         Derivatives continuous at the knots; k - 1 unless given (3 for degree 7), at most 2k - 2.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
-    yaw : float, array_like of shape (n,), "velocity", optional
+    yaw : float, array_like of shape (n,), "velocity", "tilt", optional
         Constant yaw [rad]; one yaw per waypoint, joined by the shortest turns with the least integral of squared
-        angular acceleration; or along the velocity. Zero unless given.
+        angular acceleration; along the velocity; or such that the body never spins about its thrust axis. Zero unless
+        given.
     start, end : mapping, optional
         Derivatives at the ends, such as ``{"velocity": (1, 0, 0)}`` [m/s]; those up to order k - 1 that are not
         named are zero. Without waypoints also the ``"position"`` [m].
@@ -147,7 +149,7 @@ def plan(
     constraints = as_constraints(corridor) + as_room(room)
     asked = waypoints, waypoint_tolerance, start, end, pins, closed
     task = _placed(*asked, constraints, *smoothness, check_solver(solver))
-    heading = asked_heading(yaw, task.legs, task.closed)
+    heading = asked_heading(yaw, task.legs, task.closed, GRAVITY if limits is None else limits.gravity)
     timed = plan_timed(task, timing, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.with_report(_report(timed, limits, 1e3 * (perf_counter() - began)))
 

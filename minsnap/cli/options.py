@@ -49,7 +49,9 @@ Corridor = Annotated[
     str | None,
     typer.Option("--corridor", metavar="M", help="Half-width around each leg [m]: one, or one a leg with commas."),
 ]
-Yaw = Annotated[str | None, typer.Option("--yaw", help="Heading [rad], or 'velocity' to look where it flies.")]
+Yaw = Annotated[
+    str | None, typer.Option("--yaw", help="Heading [rad]; 'velocity' to look where it flies; 'tilt' not to spin.")
+]
 Degree = Annotated[int, typer.Option("--degree", help="Degree of the polynomials: 3, 5, 7, 9 or 11.")]
 Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivatives continuous at the waypoints.")]
 Pieces = Annotated[int | None, typer.Option("--pieces", help="Polynomials a leg; 1 unless given.")]
@@ -71,14 +73,14 @@ def parse_corridor(text: str | None) -> float | list[float] | None:
 
 
 def parse_yaw(text: str | None) -> float | str | None:
-    """Return an angle [rad], the word "velocity", or None.
+    """Return an angle [rad], the word "velocity" or "tilt", or None.
 
     Raises
     ------
     InputError
-        If the text is neither.
+        If the text is none of them.
     """
-    return text if text in (None, "velocity") else _number("--yaw", text)
+    return text if text in (None, "velocity", "tilt") else _number("--yaw", text)
 
 
 def given(**options: Any) -> dict[str, Any]:

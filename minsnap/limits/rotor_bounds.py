@@ -8,6 +8,8 @@ accelerations:
 .. math:: p = -y \cdot j / c, \quad q = x \cdot j / c, \quad r = (y \cdot \dot h + p\, z \cdot h) / (x \cdot h).
 
 Ranges of control points bound the derivatives on each part (convex hull), interval arithmetic what follows from them.
+Without spin (a ``TiltHeading``) x and y are known in the middle of each part, turn no faster than the thrust axis, and
+:math:`r = 0`: nothing is singular where there is thrust.
 """
 
 from __future__ import annotations
@@ -33,13 +35,16 @@ class Part:
     force, jerk, snap : Vector
         Thrust per mass and its derivatives [m/s^2], [m/s^3], [m/s^4].
     heading : tuple of 3 Vectors
-        Yaw direction and its derivatives.
+        Yaw direction and its derivatives; without spin the axes x and y, and the former again.
+    spinless : bool
+        Whether these are axes.
     """
 
     force: Vector
     jerk: Vector
     snap: Vector
     heading: tuple[Vector, Vector, Vector]
+    spinless: bool = False
 
 
 def heading_ranges(yaw: Interval, rate: Interval, acceleration: Interval) -> tuple[Vector, Vector, Vector]:
@@ -53,9 +58,31 @@ def heading_ranges(yaw: Interval, rate: Interval, acceleration: Interval) -> tup
     return straight, times(across, rate), second
 
 
+def axis_ranges(force: Vector, jerk: Vector, axes: tuple[FloatArray, FloatArray], half: FloatArray) -> list[Vector]:
+    """Ranges of body axes known in the middles of parts, (3, m) each, that turn with the thrust axis.
+
+    Parameters
+    ----------
+    force, jerk : Vector
+        Ranges on the parts.
+    axes : tuple of 2 ndarrays, shape (3, m)
+        x and y in the middle.
+    half : ndarray, shape (m,)
+        Half the lengths of the parts [s].
+    """
+    rate = (length(cross(force, jerk)) / dot(force, force)).high
+    angle = np.minimum(half * np.minimum(rate, (length(jerk) / length(force)).high), 2.0)
+    return [_around(axis, angle) for axis in axes]
+
+
+def _around(axis: FloatArray, reach: FloatArray) -> Vector:
+    x, y, z = (Interval(part - reach, part + reach).within(-1.0, 1.0) for part in axis)
+    return x, y, z
+
+
 def rotor_ranges(vehicle: Quadrotor, part: Part) -> list[Interval]:
     """Ranges of the four rotors' thrusts [N]."""
-    rates, accelerations = _turning(part)
+    rates, accelerations = _tilting(part) if part.spinless else _turning(part)
     wrench = [length(part.force).scaled(vehicle.mass), *_torques(vehicle.inertia, rates, accelerations)]
     return [_combined(row, wrench) for row in vehicle.inverse_mixer]
 
@@ -75,6 +102,17 @@ def _turning(part: Part) -> tuple[Vector, Vector]:
     known = p * q * x_heading + r * q * z_heading + dot(y, heading_turn)
     known = known + (p * dot(z, heading_rate) - r * dot(x, heading_rate)).scaled(2.0)  # type: ignore[arg-type]
     return (p, q, r), (p_rate, q_rate, (known + p_rate * z_heading) / x_heading)
+
+
+def _tilting(part: Part) -> tuple[Vector, Vector]:
+    """Ranges of body rates and angular accelerations without spin."""
+    x, y, _ = part.heading
+    lift, none = length(part.force), Interval(np.zeros_like(x[0].low), np.zeros_like(x[0].low))
+    pull = dot(along(part.force), part.jerk) / lift
+    p, q = -(dot(y, part.jerk) / lift), dot(x, part.jerk) / lift
+    p_rate = -(dot(y, part.snap) / lift) - (p * pull).scaled(2.0)
+    q_rate = dot(x, part.snap) / lift - (q * pull).scaled(2.0)
+    return (p, q, none), (p_rate, q_rate, none)
 
 
 def _torques(inertia: FloatArray, rates: Vector, accelerations: Vector) -> Vector:

@@ -15,6 +15,7 @@ from minsnap.trajectory.heading import ConstantHeading, RemappedHeading, Velocit
 from minsnap.trajectory.path import Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Utilisation
+from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_turn_rate
 
@@ -155,7 +156,7 @@ class _Measures:
         if isinstance(heading, PlannedHeading):
             value, instant = heading.trajectory.max_norm(1)
             return self._yaw_used(value * rate, limit, instant / rate, "exact")
-        if isinstance(heading, ConstantHeading):
+        if isinstance(heading, (ConstantHeading, TiltHeading)):
             return self._yaw_used(0.0, limit, 0.0, "exact")
         if isinstance(heading, VelocityHeading):
             value, instant = largest_turn_rate(self.traj)

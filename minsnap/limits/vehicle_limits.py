@@ -10,12 +10,13 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
-from minsnap.limits.rotor_bounds import Part, heading_ranges, rotor_ranges
+from minsnap.limits.rotor_bounds import Part, axis_ranges, heading_ranges, rotor_ranges
 from minsnap.polynomials.bernstein import differentiate, multiply, subdivide
 from minsnap.polynomials.intervals import Interval
 from minsnap.trajectory.heading import ConstantHeading, RemappedHeading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Utilisation
+from minsnap.trajectory.tilt_heading import TiltHeading
 
 if TYPE_CHECKING:
     from minsnap.trajectory.trajectory import Trajectory
@@ -54,7 +55,8 @@ class VehicleLimits(Limits):
         """Say how far each limit is used, and each side of the rotors' thrust limits.
 
         The rotors' ``method`` is ``"interval"`` where interval bounds prove that no thrust goes beyond the value given
-        (``MARGIN`` above the largest of many samples), ``"sampled"`` where the yaw is along the velocity.
+        (``MARGIN`` above the largest of many samples), ``"sampled"`` where the yaw is along the velocity. A heading
+        from the tilt is proved as well.
         """
         return (*super().utilisation(traj), *_rotors(self.vehicle, self.reserve, traj))
 
@@ -109,9 +111,13 @@ class _Bound:
         best = departures.argmax(axis=1)
         values = departures.max(axis=1) + MARGIN * self.hover
         method = "sampled"
-        if np.isfinite(self.turns) and np.isfinite(values).all():
+        if (self._spinless or np.isfinite(self.turns)) and np.isfinite(values).all():
             values, method = self._proved(values), "interval"
         return [(float(value), float(t[i]), method) for value, i in zip(values, best, strict=True)]
+
+    @property
+    def _spinless(self) -> bool:
+        return isinstance(self.yaw, TiltHeading) and self.yaw.gravity == self.vehicle.gravity
 
     def _sampled(self) -> tuple[FloatArray, FloatArray]:
         from minsnap.vehicle import BodyDrag, flatness_of
@@ -153,13 +159,20 @@ class _Bound:
         """Upper bounds of the departures from hover upwards and downwards, shape (2, parts)."""
         low, high = points.min(axis=2), points.max(axis=2)
         ranges = [Interval(low[:, i], high[:, i]) for i in range(9)]
-        heading = heading_ranges(*self._yaw_ranges(start + 0.5 * width, 0.5 * width))
-        part = Part(tuple(ranges[:3]), tuple(ranges[3:6]), tuple(ranges[6:]), heading)  # type: ignore[arg-type]
         with np.errstate(all="ignore"):
-            rotors = rotor_ranges(self.vehicle, part)
+            rotors = rotor_ranges(self.vehicle, self._part(ranges, start + 0.5 * width, 0.5 * width))
         above = np.max([rotor.high for rotor in rotors], axis=0) - self.hover
         below = self.hover - np.min([rotor.low for rotor in rotors], axis=0)
         return np.where(np.isnan([above, below]), np.inf, [above, below])
+
+    def _part(self, ranges: list[Interval], middle: FloatArray, half: FloatArray) -> Part:
+        """Ranges of the motion with those of the heading."""
+        force, jerk, snap = tuple(ranges[:3]), tuple(ranges[3:6]), tuple(ranges[6:])
+        if not self._spinless:
+            heading = heading_ranges(*self._yaw_ranges(middle, half))
+            return Part(force, jerk, snap, heading)  # type: ignore[arg-type]
+        x, y = axis_ranges(force, jerk, self.yaw.axes(middle)[:2], half)  # type: ignore[arg-type,attr-defined]
+        return Part(force, jerk, snap, (x, y, x), True)  # type: ignore[arg-type]
 
     def _yaw_ranges(self, middle: FloatArray, half: FloatArray) -> tuple[Interval, Interval, Interval]:
         """Ranges of yaw and its derivatives around the middle of each part, from a bound of the third one."""

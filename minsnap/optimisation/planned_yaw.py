@@ -1,4 +1,4 @@
-"""The heading that a plan is asked for: constant, along the velocity, or through one yaw per waypoint."""
+"""The heading that a plan is asked for: constant, along the velocity, from the tilt, or one yaw per waypoint."""
 
 from __future__ import annotations
 
@@ -8,45 +8,58 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.errors import YawError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.trajectory.heading import VelocityHeading, shortest_turns
+from minsnap.trajectory.heading import VelocityHeading, shortest_turns, wrap
 from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
+from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
+
+SAME = 1e-9
+"""Difference of two yaws that counts as rounding [rad]."""
 
 ChosenHeading = Callable[[Trajectory], Heading]
 """Gives a planned curve its heading."""
 
 
-def asked_heading(yaw: float | str | npt.ArrayLike | None, legs: int, closed: bool) -> ChosenHeading:
+def asked_heading(
+    yaw: float | str | npt.ArrayLike | None, legs: int, closed: bool, gravity: float = GRAVITY
+) -> ChosenHeading:
     """Check what is asked of the yaw and return what makes the heading of a curve.
 
     Parameters
     ----------
-    yaw : float, array_like of shape (legs + 1,), "velocity" or None
+    yaw : float, array_like of shape (legs + 1,), "velocity", "tilt" or None
         [rad]; zero where it is None.
     legs : int
         Of the curve.
     closed : bool
         Whether the yaw rate at the end equals that at the start.
+    gravity : float
+        For a heading from the tilt [m/s^2].
 
     Raises
     ------
     YawError
-        If the yaw is malformed.
+        If the yaw is malformed, or that at the end of a closed lap is not that at its start, but for whole turns.
     """
     if isinstance(yaw, str):
-        if yaw != "velocity":
+        if yaw not in ("velocity", "tilt"):
             raise _unknown(yaw)
-        return VelocityHeading
+        return VelocityHeading if yaw == "velocity" else lambda curve: TiltHeading(curve, gravity=gravity)
     angles = _angles(0.0 if yaw is None else yaw)
     if angles.ndim == 0:
         return lambda _: ConstantHeading(float(angles))
     if angles.shape != (legs + 1,):
         raise YawError(f"yaw has shape {angles.shape}: give one angle, or one for each of {legs + 1} waypoints")
+    if closed and abs(wrap(angles[-1] - angles[0])) > SAME:
+        raise YawError(
+            f"a closed lap begins at a yaw of {angles[0]:g} rad and ends at {angles[-1]:g} rad: give the same, but for "
+            "whole turns"
+        )
     turned = shortest_turns(angles)
     return lambda curve: PlannedHeading(smooth_yaw(turned, np.diff(curve.leg_breaks), closed))
 
@@ -80,4 +93,4 @@ def _angles(yaw: Any) -> FloatArray:
 
 
 def _unknown(yaw: Any) -> YawError:
-    return YawError(f"yaw is {yaw!r}: give an angle [rad], one per waypoint, or 'velocity'")
+    return YawError(f"yaw is {yaw!r}: give an angle [rad], one per waypoint, 'velocity' or 'tilt'")

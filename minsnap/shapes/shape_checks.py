@@ -67,13 +67,17 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
 
 
 def with_yaw(path: PhasePath, yaw: float | str) -> PhasePath:
-    """Return the path with a constant yaw [rad], or with the yaw ``"velocity"``."""
+    """Return the path with a constant yaw [rad], or with the yaw ``"velocity"`` or ``"tilt"``."""
     if yaw == "velocity":
         from minsnap.trajectory.heading import VelocityHeading
 
         return replace(path, yaw=VelocityHeading(path))
+    if yaw == "tilt":
+        from minsnap.trajectory.tilt_heading import TiltHeading
+
+        return replace(path, yaw=TiltHeading(path))
     if not _is_finite(yaw):
-        raise YawError(f"the yaw is {yaw!r}: it must be an angle in radians or 'velocity'")
+        raise YawError(f"the yaw is {yaw!r}: it must be an angle in radians, 'velocity' or 'tilt'")
     return replace(path, yaw=ConstantHeading(float(yaw)))
 
 

@@ -23,6 +23,7 @@ from minsnap.polynomials.bernstein import (
 from minsnap.polynomials.extrema import maximum
 from minsnap.trajectory.heading import JoinedHeading, RemappedHeading
 from minsnap.trajectory.path import ConstantHeading, Heading, Path, check_order
+from minsnap.trajectory.tilt_heading import TiltHeading
 
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly, PPoly
@@ -227,25 +228,25 @@ class Trajectory(Path):
             points[0], points[-1] = _restricted(points[0], low, 1.0), _restricted(points[-1], 0.0, high)
             durations[0] *= 1.0 - low
             durations[-1] *= high
-        return Trajectory(points, durations, RemappedHeading(self.yaw, float(start)))
+        return self._turned(Trajectory(points, durations), float(start))
 
     def stretched(self, factor: float) -> Trajectory:
         """Fly the same path ``factor`` times slower: the p-th derivative is divided by factor^p."""
         if not (np.isfinite(factor) and factor > 0.0):
             raise TimingError(f"time can be stretched by a positive factor, not by {factor!r}")
-        return replace(
-            self, durations=self.durations * factor, yaw=RemappedHeading(self.yaw, 0.0, 1.0 / factor), report=None
-        )
+        return self._turned(replace(self, durations=self.durations * factor, report=None), 0.0, 1.0 / factor)
 
     def reversed(self) -> Trajectory:
         """Fly the same path backwards."""
-        return replace(
-            self,
-            control_points=self.control_points[::-1, ::-1],
-            durations=self.durations[::-1],
-            yaw=RemappedHeading(self.yaw, self.duration, -1.0),
-            report=None,
-        )
+        points, durations = self.control_points[::-1, ::-1], self.durations[::-1]
+        backwards = replace(self, control_points=points, durations=durations, report=None)
+        return self._turned(backwards, self.duration, -1.0)
+
+    def _turned(self, curve: Trajectory, start: float, rate: float = 1.0) -> Trajectory:
+        """Give a curve flown on another clock the heading of this one, from an instant on."""
+        if isinstance(self.yaw, TiltHeading):
+            return curve.with_yaw(self.yaw.turned(curve, start))
+        return curve.with_yaw(RemappedHeading(self.yaw, start, rate))
 
     def elevated(self, degree: int) -> Trajectory:
         """Return the same curve written in polynomials of a higher degree."""
@@ -271,9 +272,11 @@ class Trajectory(Path):
             raise WaypointError(f"the second trajectory begins {gap} m away from where the first one ends")
         degree = max(self.degree, other.degree)
         points = np.concatenate([part.elevated(degree).control_points for part in (self, other)])
-        yaw = JoinedHeading(self.yaw, other.yaw, self.duration)
         pieces = self.pieces if self.pieces == other.pieces else 1
-        return Trajectory(points, np.concatenate([self.durations, other.durations]), yaw, pieces)
+        joined = Trajectory(points, np.concatenate([self.durations, other.durations]), pieces=pieces)
+        if isinstance(self.yaw, TiltHeading) and isinstance(other.yaw, TiltHeading):
+            return joined.with_yaw(self.yaw.turned(joined))
+        return joined.with_yaw(JoinedHeading(self.yaw, other.yaw, self.duration))
 
     def to_ppoly(self) -> PPoly:
         """Return the same curve as scipy.interpolate.PPoly: local powers of seconds, descending."""

@@ -48,7 +48,7 @@ def body_frame(motion: FlatMotion) -> tuple[Triple, BoolArray]:
     falling = lift <= FREE_FALL * GRAVITY
     singular = falling | (length <= PARALLEL * lift)
     lateral = lateral / np.where(singular, 1.0, length)
-    lateral = _signs(lateral, motion, singular) * lateral
+    lateral = lateral if motion.spinless else _signs(lateral, motion, singular) * lateral
     if singular.any():
         lateral = _hold_lateral(lateral, motion, singular)
     frame = _frame_of(lateral, motion.alpha[0])

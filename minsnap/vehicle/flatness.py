@@ -116,13 +116,13 @@ def body_rates(
         :func:`minsnap.vehicle.attitude.body_frame`).
     """
     from minsnap.vehicle.attitude import body_frame, rates_of
-    from minsnap.vehicle.motion import flat_motion
+    from minsnap.vehicle.motion import flat_motion, heading_of
 
     lift, change = np.atleast_2d(spatial(acceleration)).T, np.atleast_2d(spatial(jerk)).T
     zero = np.zeros(lift.shape[1])
     still = np.zeros_like(lift)
     turning = (zero + np.asarray(yaw, dtype=np.float64), zero + np.asarray(yaw_rate, dtype=np.float64), zero)
-    motion = flat_motion((still, lift, change, still), turning, gravity)
+    motion = flat_motion((still, lift, change, still), heading_of(turning), gravity)
     frame, singular = body_frame(motion)
     return rates_of(motion, frame, singular).T
 

@@ -23,21 +23,25 @@ class FlatMotion:
     gamma : ndarray, shape (3, m)
         Its component along ``z_B`` is the thrust per mass [m/s^2].
     heading : tuple of 3 ndarrays
-        The yaw direction ``x_C`` and its derivatives.
+        A direction that ``y_B`` is perpendicular to, and its derivatives: ``x_C`` of the yaw, or a forward axis.
+    spinless : bool
+        Whether it is a forward axis, which turns with the thrust axis and so leaves the sign of ``y_B`` no choice.
     """
 
     alpha: Triple
     beta: Triple
     gamma: FloatArray
     heading: Triple
+    spinless: bool = False
 
 
 def flat_motion(
     motion: Quadruple,
-    yaw: Triple,
+    heading: Triple,
     gravity: float = GRAVITY,
     linear: FloatArray | None = None,
     quadratic: FloatArray | None = None,
+    spinless: bool = False,
 ) -> FlatMotion:
     """Gather the vectors that fix the attitude.
 
@@ -45,12 +49,14 @@ def flat_motion(
     ----------
     motion : tuple of 4 ndarrays, shape (3, m)
         Velocity through the air, acceleration, jerk, snap, in the world frame.
-    yaw : tuple of 3 ndarrays, shape (m,)
-        Yaw and its two derivatives [rad], [rad/s], [rad/s^2].
+    heading : tuple of 3 ndarrays, shape (3, m)
+        Direction that ``y_B`` is perpendicular to and its two derivatives; of a yaw, see ``heading_of``.
     gravity : float
         [m/s^2].
     linear, quadratic : ndarray, shape (3,), or None
         Drag per mass along the body's axes, ``-(linear + |u| quadratic) u`` [1/s], [1/m]; None is no drag.
+    spinless : bool
+        Whether the heading is a forward axis.
 
     Returns
     -------
@@ -59,10 +65,10 @@ def flat_motion(
     lift = motion[1] + np.array([[0.0], [0.0], [gravity]])
     plain = (lift, motion[2], motion[3])
     if linear is None or quadratic is None:
-        return FlatMotion(plain, plain, lift, heading_of(yaw))
+        return FlatMotion(plain, plain, lift, heading, spinless)
     speed = _speed_of(motion)
     sides = [_with_drag(plain, motion, speed, linear[axis], quadratic[axis]) for axis in range(3)]
-    return FlatMotion(sides[0], sides[1], sides[2][0], heading_of(yaw))
+    return FlatMotion(sides[0], sides[1], sides[2][0], heading, spinless)
 
 
 def _speed_of(motion: Quadruple) -> Triple:

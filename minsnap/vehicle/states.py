@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from minsnap.arrays import BoolArray, FloatArray, own_arrays
 from minsnap.errors import ThrustError, VehicleError
+from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.vehicle.attitude import angular_accelerations_of, body_frame, rates_of
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.flatness import spatial
-from minsnap.vehicle.motion import FlatMotion, Quadruple, Triple, dot, flat_motion
+from minsnap.vehicle.motion import FlatMotion, Quadruple, Triple, dot, flat_motion, heading_of
 from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.rotation import quaternions
 
@@ -103,14 +104,17 @@ def flat_states(
     air = np.atleast_2d(spatial(velocity)).T - np.asarray(wind, dtype=np.float64)[:, None]
     zero = np.zeros(air.shape[1])
     turning = tuple(zero + np.asarray(value, dtype=np.float64) for value in (yaw, yaw_rate, yaw_acceleration))
-    motion = _motion(vehicle, (air, *columns), turning, _flat_drag(vehicle, drag))  # type: ignore[arg-type]
-    return _states(vehicle, motion)
+    heading = heading_of(turning)  # type: ignore[arg-type]
+    return _states(vehicle, _motion(vehicle, (air, *columns), heading, _flat_drag(vehicle, drag)))  # type: ignore[arg-type]
 
 
-def _motion(vehicle: Quadrotor, motion: Quadruple, yaw: Triple, drag: BodyDrag) -> FlatMotion:
+def _motion(
+    vehicle: Quadrotor, motion: Quadruple, heading: Triple, drag: BodyDrag, spinless: bool = False
+) -> FlatMotion:
     if drag.absent:
-        return flat_motion(motion, yaw, vehicle.gravity)
-    return flat_motion(motion, yaw, vehicle.gravity, drag.linear / vehicle.mass, drag.quadratic / vehicle.mass)
+        return flat_motion(motion, heading, vehicle.gravity, spinless=spinless)
+    linear, quadratic = drag.linear / vehicle.mass, drag.quadratic / vehicle.mass
+    return flat_motion(motion, heading, vehicle.gravity, linear, quadratic, spinless)
 
 
 def _flat_drag(vehicle: Quadrotor, drag: BodyDrag | None) -> BodyDrag:
@@ -148,7 +152,7 @@ def flatness_of(
     ----------
     vehicle : Quadrotor
     path : Path
-        Of two or three dimensions; its yaw is followed.
+        Of two or three dimensions; its yaw is followed, or the forward axis of a ``TiltHeading``.
     t : array_like, shape (m,)
         Consecutive instants [s] in [0, path.duration].
     wind, drag
@@ -160,8 +164,13 @@ def flatness_of(
     """
     instants = np.atleast_1d(np.asarray(t, dtype=np.float64))
     derivatives = [path(instants, order) for order in range(1, 5)]
-    turning = [path.yaw(instants, order) for order in range(3)]
-    return flat_states(vehicle, *derivatives, *turning, wind=wind, drag=drag)
+    if not isinstance(path.yaw, TiltHeading):
+        turning = [path.yaw(instants, order) for order in range(3)]
+        return flat_states(vehicle, *derivatives, *turning, wind=wind, drag=drag)
+    columns = [np.ascontiguousarray(spatial(value).T) for value in derivatives]
+    columns[0] = columns[0] - np.asarray(wind, dtype=np.float64)[:, None]
+    forward = path.yaw.forward(np.minimum(instants, path.duration))
+    return _states(vehicle, _motion(vehicle, tuple(columns), forward, _flat_drag(vehicle, drag), True))  # type: ignore[arg-type]
 
 
 def check_rotor_limits(vehicle: Quadrotor, states: FlatStates, t: npt.ArrayLike) -> None:

@@ -99,3 +99,26 @@ def test_a_vehicle_that_cannot_hover_is_refused():
     with pytest.raises(LimitError, match="cannot hover") as refused:
         Limits.of(dataclasses.replace(VEHICLES["f330"], mass=3.0))
     assert refused.value.smallest == 1.0
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+@pytest.mark.parametrize("seed", range(4))
+def test_rotors_without_spin_are_proved_too(seed, vehicle):
+    points, durations = random_legs(seed, 3)
+    body = VEHICLES[vehicle]
+    path = minsnap.plan(points, durations, yaw="tilt")
+    most, least = rotors(Limits.of(body, 0.0), path)
+    found = thrusts(body, path)
+    assert most.method == least.method == "interval"
+    assert found.max() <= most.value <= found.max() + 2e-3 * body.hover_thrust
+    assert found.min() >= least.value >= found.min() - 2e-3 * body.hover_thrust
+
+
+def test_without_spin_rotors_are_used_less_and_the_yaw_rate_not_at_all():
+    body = VEHICLES["f330"]
+    points = [(0, 0, 1), (3, 2, 2), (5, -2, 3), (1, -3, 1), (-2, 0, 2)]
+    limits = Limits.of(body, 0.0, yaw_rate=3.0)
+    fixed, free = (minsnap.plan(points, [0.9, 0.9, 1.0, 0.9], yaw=yaw) for yaw in (None, "tilt"))
+    assert rotors(limits, free)[0].fraction < 0.9 * rotors(limits, fixed)[0].fraction
+    turn = next(used for used in limits.utilisation(free) if used.name == "yaw_rate")
+    assert (turn.value, turn.method) == (0.0, "exact")

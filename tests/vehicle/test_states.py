@@ -3,6 +3,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+import minsnap
 from minsnap.arrays import GRAVITY
 from minsnap.cli.app import exit_status
 from minsnap.errors import ThrustError, VehicleError
@@ -170,3 +171,50 @@ def test_arrays_are_read_only(sines) -> None:
     flat = flatness_of(vehicle(), sines, [0.0, 1.0])
     with pytest.raises(ValueError):
         flat.thrust[0] = 1.0
+
+
+LEAPS = [(0, 0, 1), (3, 1, 3), (5, -2, 2), (1, -3, 1), (-2, 0, 2)]
+
+
+@pytest.mark.parametrize("times", [[1.1, 1.0, 1.2, 1.3], [0.7, 0.6, 0.75, 0.8]], ids=["banked", "upside down"])
+def test_a_heading_from_the_tilt_does_not_spin(times):
+    body = Quadrotor.dji_f330()
+    path = minsnap.plan(LEAPS, times, yaw="tilt")
+    t = np.linspace(0.0, path.duration, 2001)
+    states = flatness_of(body, path, t, drag=BodyDrag())
+    assert not states.singular.any()
+    assert states.body_rates[:, 2] == pytest.approx(0.0, abs=1e-9)
+    assert states.angular_acceleration[:, 2] == pytest.approx(0.0, abs=1e-7 * np.abs(states.angular_acceleration).max())
+    step = np.einsum("mji,mjk->mik", states.rotation[:-1], states.rotation[1:])
+    spin = (step[:, 1, 0] - step[:, 0, 1]) / 2.0 / np.diff(t)
+    assert np.abs(spin).max() < 1e-3 * np.linalg.norm(states.body_rates, axis=1).max()
+    turn = np.stack([step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0]], axis=1) / 2.0 / np.diff(t)[:, None]
+    middle = (states.body_rates[1:, :2] + states.body_rates[:-1, :2]) / 2.0
+    assert turn == pytest.approx(middle, abs=2e-3 * np.abs(middle).max())
+
+
+@pytest.mark.parametrize("drag", [BodyDrag(), BodyDrag(linear=(0.3, 0.1, 0.05))], ids=["no drag", "drag"])
+def test_a_heading_from_the_tilt_is_the_yaw_that_it_tells(drag):
+    body = Quadrotor.dji_f330()
+    path = minsnap.plan(LEAPS, [1.5, 1.4, 1.6, 1.7], yaw="tilt")
+    t = np.linspace(0.0, path.duration, 301)
+    whole = flatness_of(body, path, t, drag=drag)
+    motion = [path(t, order) for order in range(1, 5)]
+    told = flat_states(body, *motion, *(path.yaw(t, order) for order in range(3)), drag=drag)
+    far = 1e-9 if drag.absent else 0.05
+    assert whole.rotation == pytest.approx(told.rotation, abs=far)
+    assert whole.rotor_speed == pytest.approx(told.rotor_speed, rel=1e-6 if drag.absent else 0.05)
+
+
+def test_drag_leaves_a_heading_from_the_tilt_regular():
+    """Rates and accelerations with drag agree with differences of the attitude, upside down too."""
+    body = Quadrotor.dji_f330()
+    path = minsnap.plan(LEAPS, [0.7, 0.6, 0.75, 0.8], yaw="tilt")
+    t, step = np.linspace(0.01, path.duration - 0.01, 400), 1e-5
+    drag = BodyDrag(linear=(0.3, 0.1, 0.05))
+    at, ahead, back = (flatness_of(body, path, t + shift, drag=drag) for shift in (0.0, step, -step))
+    turn = np.einsum("mji,mjk->mik", back.rotation, ahead.rotation)
+    rates = np.stack([turn[:, k, j] - turn[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))], axis=1)
+    assert rates / (4.0 * step) == pytest.approx(at.body_rates, abs=1e-4 * np.abs(at.body_rates).max())
+    slope = (ahead.body_rates - back.body_rates) / (2.0 * step)
+    assert slope == pytest.approx(at.angular_acceleration, abs=1e-4 * np.abs(slope).max())
