@@ -53,7 +53,7 @@ def circle(
         Where it begins, counter-clockwise from the x axis [rad].
     clockwise : bool
         Turn clockwise seen from above.
-    yaw : float or "velocity"
+    yaw : float, "velocity" or "tilt"
         Constant heading [rad], or along the velocity.
 
     Returns
@@ -66,7 +66,7 @@ def circle(
     ShapeError
         If a measure is not a positive or finite number, or both a period and a speed are given.
     YawError
-        If the yaw is neither a number nor "velocity".
+        If the yaw is neither a number nor "velocity" nor "tilt".
 
     Examples
     --------

@@ -171,3 +171,10 @@ def test_a_circle_s_heading_turns_at_its_angular_rate():
 def test_a_malformed_yaw_is_refused(yaw, words):
     with pytest.raises(YawError, match=words):
         minsnap.plan(SQUARE, TIMES, yaw=yaw)
+
+
+def test_a_closed_lap_ends_at_the_yaw_it_began_with_but_for_whole_turns():
+    turned = minsnap.plan(SQUARE, TIMES, closed=True, yaw=np.linspace(0.2, 0.2 + 2.0 * np.pi, 5))
+    assert turned.yaw(turned.duration) - turned.yaw(0.0) == pytest.approx(2.0 * np.pi)
+    with pytest.raises(YawError, match="begins at a yaw of 0 rad and ends at 1 rad"):
+        minsnap.plan(SQUARE, TIMES, closed=True, yaw=[0.0, 0.5, 1.0, 1.0, 1.0])
