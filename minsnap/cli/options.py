@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from math import radians
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from minsnap.errors import InputError
+from minsnap.limits.kinds import KINDS, Kind
 
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="FILE", help="Setpoint CSV to write; - is standard output.")
@@ -28,22 +30,29 @@ TimeWeight = Annotated[
     float | None,
     typer.Option("--time-weight", metavar="W", help="Least cost + W * time, instead of a duration [cost/s]."),
 ]
-MaxSpeed = Annotated[float | None, typer.Option("--max-speed", metavar="M/S", help="Shortest time within [m/s].")]
-MaxAcceleration = Annotated[
-    float | None, typer.Option("--max-acceleration", metavar="M/S2", help="Shortest time within [m/s^2].")
-]
-MaxJerk = Annotated[float | None, typer.Option("--max-jerk", metavar="M/S3", help="Shortest time within [m/s^3].")]
-MaxSnap = Annotated[float | None, typer.Option("--max-snap", metavar="M/S4", help="Shortest time within [m/s^4].")]
-MaxThrust = Annotated[
-    float | None, typer.Option("--max-thrust", metavar="RATIO", help="Shortest time within, over the weight.")
-]
-MaxTilt = Annotated[float | None, typer.Option("--max-tilt", metavar="DEG", help="Shortest time within [degrees].")]
-MaxBodyRate = Annotated[
-    float | None, typer.Option("--max-body-rate", metavar="RAD/S", help="Roll and pitch: shortest time within [rad/s].")
-]
-MaxYawRate = Annotated[
-    float | None, typer.Option("--max-yaw-rate", metavar="RAD/S", help="Shortest time within [rad/s].")
-]
+
+
+def limit_fields() -> list[tuple[str, Any, None]]:
+    """Return the options of limits as fields of a dataclass: name, type as typer reads it, default."""
+    return [(option_field(kind), _limit_option(kind), None) for kind in KINDS if kind.option]
+
+
+def option_field(kind: Kind) -> str:
+    """Return the name of the field that holds the option of a limit."""
+    return kind.option.lstrip("-").replace("-", "_")
+
+
+def given_limits(options: Any) -> dict[str, Any]:
+    """Return the limits that were given among options, by name, in the units of the library."""
+    values = {kind: getattr(options, option_field(kind)) for kind in KINDS if kind.option}
+    return {kind.name: radians(value) if kind.degrees else value for kind, value in values.items() if value is not None}
+
+
+def _limit_option(kind: Kind) -> Any:
+    metavar = "RATIO" if kind.unit == "of the weight" else kind.typed_unit.upper().replace("^", "")
+    what = f"Shortest time within [{kind.typed_unit}]."
+    return Annotated[float | None, typer.Option(kind.option, metavar=metavar, help=what)]
+
 
 Corridor = Annotated[
     str | None,

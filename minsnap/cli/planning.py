@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from math import radians
+from dataclasses import asdict, dataclass, make_dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -34,19 +33,25 @@ CAREFUL_ACCELERATION = 6.0
 
 
 @dataclass(frozen=True)
-class TimingOptions:
-    """How long a plan takes: a total time, a price of time, or the shortest within limits."""
+class Span:
+    """How long a plan takes, as a time or as its price."""
 
     time: options.Time = None
     time_weight: options.TimeWeight = None
-    max_speed: options.MaxSpeed = None
-    max_acceleration: options.MaxAcceleration = None
-    max_jerk: options.MaxJerk = None
-    max_snap: options.MaxSnap = None
-    max_thrust: options.MaxThrust = None
-    max_tilt: options.MaxTilt = None
-    max_body_rate: options.MaxBodyRate = None
-    max_yaw_rate: options.MaxYawRate = None
+
+
+if TYPE_CHECKING:
+
+    class LimitOptions(Span):
+        """One option for each limit of :data:`minsnap.limits.kinds.KINDS`."""
+else:
+    LimitOptions = make_dataclass("LimitOptions", options.limit_fields(), bases=(Span,), frozen=True)
+
+
+@dataclass(frozen=True)
+class TimingOptions(LimitOptions):
+    """How long a plan takes: a total time, a price of time, or the shortest within limits."""
+
     split: options.Split = None
     pieces: options.Pieces = None
     yaw: options.Yaw = None
@@ -58,16 +63,7 @@ class TimingOptions:
     @property
     def limits(self) -> Limits | None:
         """The limits given, or None."""
-        chosen = options.given(
-            speed=self.max_speed,
-            acceleration=self.max_acceleration,
-            jerk=self.max_jerk,
-            snap=self.max_snap,
-            max_thrust=self.max_thrust,
-            tilt=None if self.max_tilt is None else radians(self.max_tilt),
-            body_rate=self.max_body_rate,
-            yaw_rate=self.max_yaw_rate,
-        )
+        chosen = options.given_limits(self)
         if not chosen:
             return None
         from minsnap.limits.limits import Limits

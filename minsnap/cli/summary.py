@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from minsnap.limits.kinds import KIND
+
 if TYPE_CHECKING:
     import numpy.typing as npt
 
@@ -30,21 +32,6 @@ _LINES = (
 )
 
 _RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-_UNITS = {
-    "acceleration": "m/s²",
-    "horizontal_acceleration": "m/s²",
-    "vertical_acceleration": "m/s²",
-    "jerk": "m/s³",
-    "snap": "m/s⁴",
-    "max_thrust": "of the weight",
-    "min_thrust": "of the weight",
-    "tilt": "rad",
-    "body_rate": "rad/s",
-    "yaw_rate": "rad/s",
-    "rotor_thrust": "of the range",
-}
-"""Units of limits; the others are speeds."""
 
 BINDING = 0.999
 """Share of a limit from which it binds."""
@@ -90,10 +77,10 @@ def as_text(figures: Mapping[str, Any]) -> str:
     """Return the figures that there are, one a line."""
     lines = [(label, _line(figures, name, form)) for name, label, form in _LINES if figures.get(name) is not None]
     lines[_LIMITS_AFTER:_LIMITS_AFTER] = [
-        (f"limit {used['name'].replace('_', ' ')}", _usage(used)) for used in figures["limits"]
+        (f"limit {KIND[used['name']].label}", _usage(used)) for used in figures["limits"]
     ]
     if figures["limits"]:
-        what = ", ".join(name.replace("_", " ") for name in figures["binding"]) or "none"
+        what = ", ".join(KIND[name].label for name in figures["binding"]) or "none"
         lines.insert(_LIMITS_AFTER + len(figures["limits"]), ("limits that bind", what))
     return "\n".join(f"{label:<20}{value}" for label, value in lines)
 
@@ -111,7 +98,7 @@ def as_json(figures: Mapping[str, Any]) -> str:
 def _usage(used: Mapping[str, Any]) -> str:
     """Return how far a limit is used: the one that binds is at 100 %."""
     share, value, limit = 100.0 * used["fraction"], used["value"], used["limit"]
-    amount = f"{value:.4g} of {limit:.4g} {_UNITS.get(used['name'], 'm/s')}"
+    amount = f"{value:.4g} of {limit:.4g} {KIND[used['name']].unit}"
     return f"{share:.2f} %, {amount}, on leg {used['leg']} at {used['instant']:.4g} s"
 
 

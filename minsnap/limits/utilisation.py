@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from typing import Protocol
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.polynomials.bernstein import differentiate, multiply, squared_norm
-from minsnap.polynomials.extrema import maximum
-from minsnap.polynomials.ratios import largest_ratio
+from minsnap.limits.kinds import KIND, Kind
+from minsnap.limits.measures import MEASURES, Found, Motion, exact_motion
 from minsnap.trajectory.heading import ConstantHeading, RemappedHeading, VelocityHeading
 from minsnap.trajectory.path import Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
@@ -19,27 +18,32 @@ from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_turn_rate
 
-if TYPE_CHECKING:
-    from minsnap.limits.limits import Limits
-
-
-VANISHING = 1e-20
-"""Squared thrust, over gravity squared, below which its direction is lost and the body rate infinite."""
-
 YAW_RATE = 200
 """Samples a leg of a yaw rate that is not a polynomial."""
 
 
-Found = tuple[float, int, float]
-"""Value, piece and place on [0, 1]."""
+class Given(Protocol):
+    """Limits, as far as they are measured here."""
+
+    @property
+    def norm(self) -> str:
+        """Norm of speed to snap."""
+
+    @property
+    def gravity(self) -> float:
+        """[m/s^2]."""
+
+    def given(self) -> dict[str, float]:
+        """Return the limits that are set, by name."""
 
 
-def measure_all(limits: Limits, traj: Trajectory) -> tuple[Utilisation, ...]:
+def measure_all(limits: Given, traj: Trajectory) -> tuple[Utilisation, ...]:
     """Measure every limit that is set, in the order of its fields."""
-    return tuple(_Measures(limits, traj).all())
+    motion = exact_motion(traj, limits.norm, limits.gravity)
+    return tuple(_Measures(limits, traj, motion).all())
 
 
-def measure_state(limits: Limits, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
+def measure_state(limits: Given, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
     """Measure a single instant.
 
     Parameters
@@ -49,103 +53,29 @@ def measure_state(limits: Limits, derivatives: Mapping[int, FloatArray], dim: in
     dim : int
     """
     instant = Trajectory(np.zeros((1, 1, dim)), np.ones(1))
-    known = {order: derivatives.get(order, np.zeros(dim)).reshape(1, 1, dim) for order in range(1, 5)}
-    return tuple(_Measures(limits, instant, known).all())
+    motion = Motion(lambda order: derivatives.get(order, np.zeros(dim)).reshape(1, 1, dim), limits.norm, limits.gravity)
+    return tuple(_Measures(limits, instant, motion).all())
 
 
 class _Measures:
-    """Derivatives of one trajectory, computed once, and the measures taken from them."""
+    """What is measured of one trajectory, limit by limit."""
 
-    def __init__(self, limits: Limits, traj: Trajectory, known: dict[int, FloatArray] | None = None) -> None:
-        self.limits, self.traj = limits, traj
-        self._cache = known or {}
+    def __init__(self, limits: Given, traj: Trajectory, motion: Motion) -> None:
+        self.limits, self.traj, self.motion = limits, traj, motion
 
     def all(self) -> Iterator[Utilisation]:
         """Go through the limits that are set."""
-        takers: dict[str, Callable[[], Found]] = {
-            **{
-                name: self._normed(order)
-                for name, order in (("speed", 1), ("acceleration", 2), ("jerk", 3), ("snap", 4))
-            },
-            "horizontal_speed": lambda: self._norm(self._order(1)[..., :2]),
-            "horizontal_acceleration": lambda: self._norm(self._order(2)[..., :2]),
-            "climb_speed": lambda: maximum(self._order(1)[..., 2]),
-            "descent_speed": lambda: maximum(-self._order(1)[..., 2]),
-            "vertical_speed": lambda: self._absolute(self._order(1)[..., 2:]),
-            "vertical_acceleration": lambda: self._absolute(self._order(2)[..., 2:]),
-            "max_thrust": lambda: self._scaled(self._norm(self._thrust()), 1.0 / self.limits.gravity),
-            "min_thrust": self._least_thrust,
-            "tilt": self._tilt,
-            "body_rate": self._body_rate,
-        }
         for name, limit in self.limits.given().items():
-            yield self._yaw_rate(limit) if name == "yaw_rate" else self._used(name, limit, takers[name]())
+            kind = KIND[name]
+            if kind.measure == "yaw_rate":
+                yield self._yaw_rate(limit)
+            else:
+                yield self._used(kind, limit, MEASURES[kind.measure].largest(self.motion, kind.order))
 
-    def _used(self, name: str, limit: float, found: Found) -> Utilisation:
+    def _used(self, kind: Kind, limit: float, found: Found) -> Utilisation:
         value, piece, s = found
-        fraction = limit / value if name == "min_thrust" and value > 0.0 else value / limit
-        if name == "min_thrust" and value <= 0.0:
-            fraction = np.inf
         instant = float(self.traj.breaks[piece] + s * self.traj.durations[piece])
-        return Utilisation(name, value, limit, float(max(fraction, 0.0)), piece // self.traj.pieces, instant)
-
-    def _order(self, order: int) -> FloatArray:
-        if order not in self._cache:
-            points = differentiate(self.traj.control_points, order)
-            self._cache[order] = points / self.traj.durations[:, None, None] ** order
-        return self._cache[order]
-
-    def _thrust(self) -> FloatArray:
-        thrust = self._order(2).copy()
-        thrust[..., 2] += self.limits.gravity
-        return thrust
-
-    def _normed(self, order: int) -> Callable[[], Found]:
-        take = self._norm if self.limits.norm == "euclidean" else self._absolute
-        return lambda: take(self._order(order))
-
-    def _norm(self, points: FloatArray) -> Found:
-        size = float(np.abs(points).max()) or 1.0
-        value, piece, s = maximum(squared_norm(points / size))
-        return size * float(np.sqrt(max(value, 0.0))), piece, s
-
-    def _absolute(self, points: FloatArray) -> Found:
-        both = np.concatenate((points, -points), axis=2).transpose(0, 2, 1)
-        value, row, s = maximum(both.reshape(-1, points.shape[1]))
-        return value, row // both.shape[1], s
-
-    def _scaled(self, found: Found, factor: float) -> Found:
-        return found[0] * factor, found[1], found[2]
-
-    def _least_thrust(self) -> Found:
-        value, piece, s = maximum(-squared_norm(self._thrust() / self.limits.gravity))
-        return float(np.sqrt(max(-value, 0.0))), piece, s
-
-    def _tilt(self) -> Found:
-        """Largest angle of the thrust to the vertical; its tangent is a quotient while the thrust points up."""
-        thrust = self._thrust() / self.limits.gravity
-        lowest, piece, s = maximum(-thrust[..., 2])
-        if lowest >= 0.0:
-            return np.pi / 2.0 if lowest == 0.0 else np.pi, piece, s
-        value, piece, s = largest_ratio(squared_norm(thrust[..., :2]), squared_norm(thrust[..., 2:]))
-        return float(np.arctan(np.sqrt(max(value, 0.0)))), piece, s
-
-    def _body_rate(self) -> Found:
-        """Largest rate at which the thrust direction turns: |j x f|^2 over |f|^4, f over g for scale."""
-        thrust = self._thrust() / self.limits.gravity
-        jerk = self._order(3) / self.limits.gravity
-        square = squared_norm(thrust)
-        highest, piece, s = maximum(-square)
-        if highest >= -VANISHING:
-            return np.inf, piece, s
-        cross = [
-            multiply(jerk[..., a], thrust[..., b]) - multiply(jerk[..., b], thrust[..., a])
-            for a, b in ((1, 2), (2, 0), (0, 1))
-        ]
-        top = sum(multiply(part, part) for part in cross)
-        bottom = multiply(square, square)
-        value, piece, s = largest_ratio(_elevated(np.asarray(top), bottom.shape[1]), bottom)
-        return float(np.sqrt(max(value, 0.0))), piece, s
+        return Utilisation(kind.name, value, limit, used_share(kind, value, limit), piece // self.traj.pieces, instant)
 
     def _yaw_rate(self, limit: float) -> Utilisation:
         heading: Heading = self.traj.yaw
@@ -172,6 +102,8 @@ class _Measures:
         return Utilisation("yaw_rate", value, limit, value / limit, leg, instant, method)
 
 
-def _elevated(points: FloatArray, size: int) -> FloatArray:
-    """Write the same scalar polynomials with ``size`` control points."""
-    return multiply(points, np.ones((len(points), size - points.shape[1] + 1)))
+def used_share(kind: Kind, value: float, limit: float) -> float:
+    """Share of a limit that a value uses: 1 is fully used, of a lower bound too."""
+    if not kind.least:
+        return float(max(value / limit, 0.0))
+    return float(limit / value) if value > 0.0 else float(np.inf)

@@ -47,10 +47,6 @@ class VehicleLimits(Limits):
     vehicle: Any = None
     reserve: float = 0.0
 
-    def given(self) -> dict[str, float]:
-        """Return the limits that are set, by name."""
-        return {name: value for name, value in super().given().items() if name not in ("vehicle", "reserve")}
-
     def utilisation(self, traj: Trajectory) -> tuple[Utilisation, ...]:
         """Say how far each limit is used, and each side of the rotors' thrust limits.
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import InputError
+from minsnap.limits.kinds import KIND, Kind
+from minsnap.limits.limits import Limits
+from minsnap.limits.measures import MEASURES, Motion, sampled_motion
 from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, dense_samples, new_axes
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -16,7 +18,6 @@ from minsnap.trajectory.samples import Samples
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from minsnap.limits.limits import Limits
     from minsnap.trajectory.trajectory import Trajectory
 
 WIDTHS = (1.6, 1.6, 1.6, 1.6, 0.9, 0.9, 0.9, 0.9)
@@ -48,7 +49,7 @@ def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = Non
     axes = new_axes() if ax is None else ax
     for i, (name, share) in enumerate(curves.items()):
         color, linestyle = (AXIS_STYLES[i % 4][key] for key in ("color", "linestyle"))
-        label, width = name.replace("_", " "), WIDTHS[i % len(WIDTHS)]
+        label, width = KIND[name].label, WIDTHS[i % len(WIDTHS)]
         axes.plot(samples.t, 100.0 * share, label=label, color=color, linestyle=linestyle, linewidth=width)
     axes.axhline(100.0, color=LIMIT_COLOUR, linewidth=1.0, linestyle=(0, (5, 3)))
     axes.set_xlabel("time [s]")
@@ -70,55 +71,21 @@ def utilisation_curves(samples: Samples, limits: Limits) -> dict[str, FloatArray
     given = limits.given()
     if not given:
         raise InputError("no limit is set: there is nothing to draw")
-    measures = _measures(samples, limits)
+    motion = sampled_motion(samples, limits.norm, limits.gravity)
     try:
-        values = {name: measures[name]() for name in given}
+        values = {name: _values(KIND[name], samples, motion) for name in given}
     except (TypeError, IndexError):
         raise InputError(f"the samples lack a derivative or a coordinate that {', '.join(given)} need") from None
-    return {
-        name: given[name] / value if name == "min_thrust" else value / given[name] for name, value in values.items()
-    }
+    return {name: given[name] / value if KIND[name].least else value / given[name] for name, value in values.items()}
 
 
-def _measures(samples: Samples, limits: Limits) -> dict[str, Callable[[], Any]]:
-    """Return a function for each limit that gives what it bounds, shape (m,)."""
-    from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
-
-    def size(values: FloatArray | None) -> FloatArray:
-        vectors = _there(values)
-        if limits.norm == "axis":
-            return np.asarray(np.abs(vectors).max(axis=1))
-        return np.asarray(np.linalg.norm(vectors, axis=1))
-
-    def level(values: FloatArray | None) -> FloatArray:
-        return np.asarray(np.linalg.norm(_there(values)[:, :2], axis=1))
-
-    def thrust() -> FloatArray:
-        return np.asarray(specific_thrust(_there(samples.acceleration), limits.gravity) / limits.gravity)
-
-    return {
-        "speed": lambda: size(samples.velocity),
-        "acceleration": lambda: size(samples.acceleration),
-        "jerk": lambda: size(samples.jerk),
-        "snap": lambda: size(samples.snap),
-        "horizontal_speed": lambda: level(samples.velocity),
-        "horizontal_acceleration": lambda: level(samples.acceleration),
-        "climb_speed": lambda: np.maximum(_there(samples.velocity)[:, 2], 0.0),
-        "descent_speed": lambda: np.maximum(-_there(samples.velocity)[:, 2], 0.0),
-        "vertical_speed": lambda: np.abs(_there(samples.velocity)[:, 2]),
-        "vertical_acceleration": lambda: np.abs(_there(samples.acceleration)[:, 2]),
-        "max_thrust": thrust,
-        "min_thrust": thrust,
-        "tilt": lambda: tilt(_there(samples.acceleration), limits.gravity),
-        "body_rate": lambda: tilt_rate(_there(samples.acceleration), _there(samples.jerk), limits.gravity),
-        "yaw_rate": lambda: np.abs(_there(samples.yaw_rate)),
-    }
-
-
-def _there(values: FloatArray | None) -> FloatArray:
-    if values is None:
-        raise TypeError("a quantity that the samples do not have")
-    return values
+def _values(kind: Kind, samples: Samples, motion: Motion) -> FloatArray:
+    """Return what a limit bounds at every sample, shape (m,)."""
+    if kind.measure != "yaw_rate":
+        return MEASURES[kind.measure].sampled(motion, kind.order)
+    if samples.yaw_rate is None:
+        raise TypeError("samples without a yaw rate")
+    return np.abs(samples.yaw_rate)
 
 
 def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:

@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import InputError
+from minsnap.limits.kinds import KINDS
 from minsnap.plot.style import (
     AXIS_STYLES,
     LIMIT_COLOUR,
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.axes import Axes
 
-LIMIT_NAMES = {1: "speed", 2: "acceleration", 3: "jerk", 4: "snap"}
+LIMIT_NAMES = {kind.order: kind.name for kind in KINDS if kind.measure == "norm"}
+"""Limits that are lines beside a norm, by the order of the derivative."""
 
 
 def plot_profiles(

@@ -1,0 +1,83 @@
+"""The table of limits: everything that is said of a limit somewhere in the library is said here.
+
+A row gives a limit its name, unit and option of the command line, and names what it measures
+(:data:`minsnap.limits.measures.MEASURES`). From a row and its measure come the walls of the QP, the exact maximum over
+all time, the curve in figures, the line of a summary and the option of the commands that plan. To add a limit, add a
+row here and a field of the same name to :class:`~minsnap.limits.limits.Limits`; if it measures something new, also a
+measure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of limit.
+
+    Parameters
+    ----------
+    name : str
+        The field of ``Limits``.
+    unit : str
+        Of the limit, as a summary prints it.
+    measure : str
+        What is measured: a name of :data:`~minsnap.limits.measures.MEASURES`.
+    order : int
+        Derivative that is measured; 0 where the measure takes several.
+    option : str
+        Option of the command line; empty for those that have none.
+    degrees : bool
+        Whether the option takes degrees.
+    spatial : bool
+        Whether it needs three coordinates, z up.
+    least : bool
+        Whether it is a lower bound.
+    """
+
+    name: str
+    unit: str
+    measure: str
+    order: int = 0
+    option: str = ""
+    degrees: bool = False
+    spatial: bool = True
+    least: bool = False
+
+    @property
+    def label(self) -> str:
+        """The name as figures and summaries show it."""
+        return self.name.replace("_", " ")
+
+    @property
+    def typed_unit(self) -> str:
+        """Unit of the option, in ASCII."""
+        return "degrees" if self.degrees else self.unit.translate(_ASCII)
+
+
+_ASCII = str.maketrans({"²": "^2", "³": "^3", "⁴": "^4"})
+
+KINDS = (
+    Kind("speed", "m/s", "norm", 1, "--max-speed", spatial=False),
+    Kind("acceleration", "m/s²", "norm", 2, "--max-acceleration", spatial=False),
+    Kind("jerk", "m/s³", "norm", 3, "--max-jerk", spatial=False),
+    Kind("snap", "m/s⁴", "norm", 4, "--max-snap", spatial=False),
+    Kind("horizontal_speed", "m/s", "horizontal", 1, "--max-horizontal-speed"),
+    Kind("horizontal_acceleration", "m/s²", "horizontal", 2, "--max-horizontal-acceleration"),
+    Kind("climb_speed", "m/s", "upwards", 1, "--max-climb-speed"),
+    Kind("descent_speed", "m/s", "downwards", 1, "--max-descent-speed"),
+    Kind("vertical_speed", "m/s", "vertical", 1, "--max-vertical-speed"),
+    Kind("vertical_acceleration", "m/s²", "vertical", 2, "--max-vertical-acceleration"),
+    Kind("max_thrust", "of the weight", "thrust", option="--max-thrust"),
+    Kind("min_thrust", "of the weight", "least_thrust", option="--min-thrust", least=True),
+    Kind("tilt", "rad", "tilt", option="--max-tilt", degrees=True),
+    Kind("body_rate", "rad/s", "body_rate", option="--max-body-rate"),
+    Kind("yaw_rate", "rad/s", "yaw_rate", option="--max-yaw-rate", spatial=False),
+    Kind("rotor_thrust", "N", "rotors"),
+    Kind("min_rotor_thrust", "N", "rotors", least=True),
+)
+"""In the order of the fields of ``Limits``; the thrusts of rotors are limits of :meth:`Limits.of` alone."""
+
+KIND = {kind.name: kind for kind in KINDS}
+"""By name."""

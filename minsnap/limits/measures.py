@@ -1,0 +1,258 @@
+r"""What limits measure, each in three ways: exactly over all time, at samples, and as walls of the QP.
+
+With gravity g up against :math:`e_3`, :math:`f = \ddot r + g e_3` is the thrust per mass (D. Mellinger and V. Kumar,
+ICRA 2011): its norm over g is the thrust-to-weight ratio, its angle to the vertical the tilt, and
+:math:`\|\dddot r \times f\| / \|f\|^2` the rate at which the thrust direction turns, the roll and pitch body rate.
+All are polynomials or quotients of polynomials on every piece, so all maxima are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.constraint import Balls, Faces, Walls
+from minsnap.polynomials.bernstein import differentiate, multiply, squared_norm
+from minsnap.polynomials.extrema import maximum
+from minsnap.polynomials.ratios import largest_ratio
+from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.trajectory import Trajectory
+
+UPWARD = 0.999
+"""Share of gravity by which a path with a limit on tilt may accelerate downwards: its thrust points up."""
+
+VANISHING = 1e-20
+"""Squared thrust, over gravity squared, below which its direction is lost and the body rate infinite."""
+
+Found = tuple[float, int, float]
+"""Largest value, its piece, and its place on [0, 1]."""
+
+
+class Motion:
+    """Derivatives of position, computed once each: control points of all pieces, or values at samples.
+
+    Parameters
+    ----------
+    order : callable
+        Gives a derivative, shape (..., dim).
+    norm : {"euclidean", "axis"}
+        Of speed, acceleration, jerk and snap.
+    gravity : float
+        [m/s^2].
+    """
+
+    def __init__(self, order: Callable[[int], FloatArray], norm: str, gravity: float) -> None:
+        self.order, self.norm, self.gravity = cache(order), norm, gravity
+
+    def thrust(self) -> FloatArray:
+        """Thrust over weight."""
+        return np.asarray(self.order(2) / self.gravity + np.array([0.0, 0.0, 1.0]))
+
+
+def exact_motion(traj: Trajectory, norm: str, gravity: float) -> Motion:
+    """Return control points of a trajectory's derivatives, (pieces, n + 1, dim)."""
+
+    def order(number: int) -> FloatArray:
+        points = differentiate(traj.control_points, number)
+        return np.asarray(points / traj.durations[:, None, None] ** number)
+
+    return Motion(order, norm, gravity)
+
+
+def sampled_motion(samples: Samples, norm: str, gravity: float) -> Motion:
+    """Return derivatives at samples, (m, dim); asking for one that there is not raises TypeError."""
+    names = ("position", "velocity", "acceleration", "jerk", "snap")
+    return Motion(lambda number: _there(getattr(samples, names[number])), norm, gravity)
+
+
+class Extent(NamedTuple):
+    """Size of the walls to build."""
+
+    legs: int
+    dim: int
+
+
+class Measure(Protocol):
+    """What a limit measures."""
+
+    def largest(self, motion: Motion, order: int) -> Found:
+        """Return the largest value over all time (the smallest of a lower bound)."""
+        ...
+
+    def sampled(self, motion: Motion, order: int) -> FloatArray:
+        """Return the values at samples, shape (m,)."""
+        ...
+
+    def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
+        """Return the limit as convex sets; none where it is not convex."""
+        ...
+
+
+class _Norm:
+    """Euclidean norm of a derivative, or of its first coordinates; of each axis where the limits say so."""
+
+    def __init__(self, columns: int | None = None) -> None:
+        self.columns = columns
+
+    def largest(self, motion: Motion, order: int) -> Found:
+        points = motion.order(order)[..., : self.columns]
+        return _largest_component(points) if self._by_axis(motion.norm) else _largest_norm(points)
+
+    def sampled(self, motion: Motion, order: int) -> FloatArray:
+        values = motion.order(order)[:, : self.columns]
+        return np.asarray(np.abs(values).max(axis=1) if self._by_axis(motion.norm) else np.linalg.norm(values, axis=1))
+
+    def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
+        if self._by_axis(norm):
+            return [_faces(extent, axis, (-limit, limit), order, name) for axis in np.eye(extent.dim)]
+        return [_ball(extent, np.eye(self.columns or extent.dim, extent.dim), limit, order, name)]
+
+    def _by_axis(self, norm: str) -> bool:
+        return norm == "axis" and self.columns is None
+
+
+class _Vertical:
+    """The last coordinate of a derivative: upwards (1), downwards (-1) or both ways (0)."""
+
+    def __init__(self, sign: int) -> None:
+        self.sign = sign
+
+    def largest(self, motion: Motion, order: int) -> Found:
+        points = motion.order(order)[..., 2:]
+        return maximum(self.sign * points[..., 0]) if self.sign else _largest_component(points)
+
+    def sampled(self, motion: Motion, order: int) -> FloatArray:
+        values = motion.order(order)[:, 2]
+        return np.asarray(np.maximum(self.sign * values, 0.0) if self.sign else np.abs(values))
+
+    def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
+        lower, upper = (-np.inf if self.sign > 0 else -limit), (np.inf if self.sign < 0 else limit)
+        return [_faces(extent, np.eye(extent.dim)[-1], (lower, upper), order, name)]
+
+
+class _Thrust:
+    """Thrust over weight: a ball around free fall; of a least thrust its vertical part, which is enough."""
+
+    def __init__(self, least: bool = False) -> None:
+        self.least = least
+
+    def largest(self, motion: Motion, order: int) -> Found:
+        if not self.least:
+            return _largest_norm(motion.thrust())
+        value, piece, s = maximum(-squared_norm(motion.thrust()))
+        return float(np.sqrt(max(-value, 0.0))), piece, s
+
+    def sampled(self, motion: Motion, order: int) -> FloatArray:
+        return np.asarray(np.linalg.norm(motion.thrust(), axis=1))
+
+    def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
+        if self.least:
+            return [_faces(extent, np.eye(3)[2], ((limit - 1.0) * gravity, np.inf), 2, name)]
+        return [_ball(extent, np.eye(3), limit * gravity, 2, name, anchor=(0.0, 0.0, -gravity))]
+
+
+class _Tilt:
+    """Angle of the thrust to the vertical; its tangent is a quotient of polynomials while the thrust points up.
+
+    The walls are a cone that opens upwards from free fall, and a half-space that holds its upper half alone.
+    """
+
+    def largest(self, motion: Motion, order: int) -> Found:
+        thrust = motion.thrust()
+        lowest, piece, s = maximum(-thrust[..., 2])
+        if lowest >= 0.0:
+            return np.pi / 2.0 if lowest == 0.0 else np.pi, piece, s
+        value, piece, s = largest_ratio(squared_norm(thrust[..., :2]), squared_norm(thrust[..., 2:]))
+        return float(np.arctan(np.sqrt(max(value, 0.0)))), piece, s
+
+    def sampled(self, motion: Motion, order: int) -> FloatArray:
+        thrust = motion.thrust()
+        return np.asarray(np.arctan2(np.linalg.norm(thrust[:, :2], axis=1), thrust[:, 2]))
+
+    def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
+        slope = float(np.tan(limit))
+        up = _faces(extent, np.eye(3)[2], (-UPWARD * gravity, np.inf), 2, name)
+        return [up, _ball(extent, np.eye(2, 3), slope * gravity, 2, name, slope=(0.0, 0.0, slope))]
+
+
+class _BodyRate:
+    """Rate at which the thrust direction turns, squared |j x f|^2 over |f|^4; not convex, so kept by the time scale."""
+
+    def largest(self, motion: Motion, order: int) -> Found:
+        thrust, jerk = motion.thrust(), motion.order(3) / motion.gravity
+        square = squared_norm(thrust)
+        highest, piece, s = maximum(-square)
+        if highest >= -VANISHING:
+            return np.inf, piece, s
+        cross = [
+            multiply(jerk[..., a], thrust[..., b]) - multiply(jerk[..., b], thrust[..., a])
+            for a, b in ((1, 2), (2, 0), (0, 1))
+        ]
+        top, bottom = sum(multiply(part, part) for part in cross), multiply(square, square)
+        value, piece, s = largest_ratio(_elevated(np.asarray(top), bottom.shape[1]), bottom)
+        return float(np.sqrt(max(value, 0.0))), piece, s
+
+    def sampled(self, motion: Motion, order: int) -> FloatArray:
+        thrust, jerk = motion.thrust(), motion.order(3) / motion.gravity
+        return np.asarray(np.linalg.norm(np.cross(jerk, thrust), axis=1) / (thrust * thrust).sum(axis=1))
+
+    def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
+        return []
+
+
+MEASURES: dict[str, Measure] = {
+    "norm": _Norm(),
+    "horizontal": _Norm(2),
+    "upwards": _Vertical(1),
+    "downwards": _Vertical(-1),
+    "vertical": _Vertical(0),
+    "thrust": _Thrust(),
+    "least_thrust": _Thrust(least=True),
+    "tilt": _Tilt(),
+    "body_rate": _BodyRate(),
+}
+"""By name; the yaw rate, which is no function of the position, is measured where limits are."""
+
+
+def _largest_norm(points: FloatArray) -> Found:
+    size = float(np.abs(points).max()) or 1.0
+    value, piece, s = maximum(squared_norm(points / size))
+    return size * float(np.sqrt(max(value, 0.0))), piece, s
+
+
+def _largest_component(points: FloatArray) -> Found:
+    both = np.concatenate((points, -points), axis=2).transpose(0, 2, 1)
+    value, row, s = maximum(both.reshape(-1, points.shape[1]))
+    return value, row // both.shape[1], s
+
+
+def _ball(
+    extent: Extent, matrix: FloatArray, radius: float, order: int, name: str, anchor: Any = None, slope: Any = None
+) -> Balls:
+    legs = extent.legs
+    anchors = np.broadcast_to(np.zeros(extent.dim) if anchor is None else np.array(anchor), (legs, extent.dim))
+    slopes = None if slope is None else np.broadcast_to(np.array(slope), (legs, extent.dim))
+    matrices = np.broadcast_to(matrix, (legs, *matrix.shape))
+    return Balls(np.arange(legs), matrices, anchors, np.full(legs, radius), order, name, slopes)
+
+
+def _faces(extent: Extent, normal: FloatArray, bounds: tuple[float, float], order: int, name: str) -> Faces:
+    zeros = np.zeros((extent.legs, extent.dim))
+    width = min(abs(bound) for bound in bounds if np.isfinite(bound))
+    lower, upper, widths = (np.full(extent.legs, value) for value in (*bounds, width))
+    return Faces(np.arange(extent.legs), zeros + normal, zeros, lower, upper, widths, order, name)
+
+
+def _elevated(points: FloatArray, size: int) -> FloatArray:
+    """Write the same scalar polynomials with ``size`` control points."""
+    return multiply(points, np.ones((len(points), size - points.shape[1] + 1)))
+
+
+def _there(values: FloatArray | None) -> FloatArray:
+    if values is None:
+        raise TypeError("a quantity that the samples do not have")
+    return values
