@@ -1,22 +1,31 @@
-"""certify: what holds of a trajectory at every instant, whoever made it."""
+"""certify: what holds of a trajectory at every instant, whoever made it.
+
+Everything is judged from the stored numbers, with running error bounds on the very operations done: a margin is never
+more than the exact one, a greatest speed never less.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from fractions import Fraction
 from math import perm
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Constraint, Walls
+from minsnap.corridors.exact_margins import margin_holds, norm_holds
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.knot_regions import Placement, place
+from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
+from minsnap.native import certificate as native
 from minsnap.polynomials.bernstein import differentiate
-from minsnap.polynomials.extrema import maximum
+from minsnap.polynomials.enclosures import UNIT
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -24,50 +33,28 @@ if TYPE_CHECKING:
     from minsnap.trajectory.report import Utilisation
 
 EXACT = 1e-9
-"""Error, relative to the size of the curve, below which a waypoint counts as met and a limit as kept."""
+"""Error, relative to the extent of the curve, below which a waypoint counts as met and a limit as kept."""
 
-ROUNDING = 4.0 * float(np.finfo(np.float64).eps)
-"""Error of a control point, relative to the largest, that differentiation magnifies."""
-
-
-@dataclass(frozen=True)
-class Margin:
-    """How far a trajectory stays from a wall, at the place where it comes nearest.
-
-    Parameters
-    ----------
-    value : float
-        Least distance to the wall, in the wall's unit; negative outside.
-    leg : int
-        Leg where it comes nearest.
-    instant : float
-        When [s].
-    name : str
-        Which constraint.
-    """
-
-    value: float
-    leg: int
-    instant: float
-    name: str
+ROUNDING = 8.0 * UNIT
+"""Error of a stored position, relative to the largest."""
 
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What holds of a trajectory over all time, exact to rounding.
+    """What holds of a trajectory over all time: proved, and exact to rounding.
 
     Parameters
     ----------
     ok : bool
         Everything that was asked holds.
     corridor_margin : float or None
-        Least distance to a wall [m], negative outside; None if no corridor was asked about.
+        Least distance to a wall [m], negative outside; None if no corridor was asked about. The exact one is not less.
     nearest : Margin or None
         Where that is.
     waypoint_error : float or None
-        Largest distance to a waypoint at its instant [m]; None without waypoints.
+        Largest distance to a waypoint at its instant [m], on either side of its knot; None without waypoints.
     max_speed, max_acceleration, max_jerk, max_snap : float
-        Largest Euclidean norms over all time.
+        Largest Euclidean norms over all time. The exact ones are not more.
     continuity : int
         Highest order up to which derivatives are continuous at all knots, to ``EXACT`` of their size.
     utilisation : tuple of Utilisation
@@ -75,6 +62,12 @@ class Certificate:
     waypoint_excess : float or None
         Largest distance outside of where a waypoint's box, ball or gate lets it pass [m], 0 inside; None without
         waypoints.
+    trajectory : Trajectory
+        What it is about.
+    walls : tuple of Walls
+        What it was to stay inside.
+    waypoints : ndarray, shape (legs + 1, dim), or None
+        What it was to pass through, or near [m].
     """
 
     ok: bool
@@ -86,8 +79,36 @@ class Certificate:
     max_jerk: float
     max_snap: float
     continuity: int
-    utilisation: tuple[Utilisation, ...] = ()
-    waypoint_excess: float | None = None
+    utilisation: tuple[Utilisation, ...]
+    waypoint_excess: float | None
+    trajectory: Trajectory = field(repr=False)
+    walls: tuple[Walls, ...] = field(repr=False)
+    waypoints: FloatArray | None = field(repr=False)
+
+    def verify(self) -> bool:
+        """Prove margin, greatest norms and waypoint error again, in exact rational arithmetic of the stored numbers.
+
+        Slow: some milliseconds a leg and wall. False means that a figure does not hold, or that the curve touches it
+        at an instant that no halving reaches.
+        """
+        norms = (self.max_speed, self.max_acceleration, self.max_jerk, self.max_snap)
+        margin = self.corridor_margin
+        return (
+            (margin is None or all(margin_holds(self.trajectory, wall, margin) for wall in self.walls))
+            and all(norm_holds(self.trajectory, order, norm) for order, norm in enumerate(norms, 1))
+            and self._waypoints_hold()
+        )
+
+    def _waypoints_hold(self) -> bool:
+        if self.waypoints is None or self.waypoint_error is None:
+            return True
+        square = Fraction(self.waypoint_error) ** 2
+        pairs = zip(_knot_positions(self.trajectory).tolist(), [self.waypoints.tolist()] * 2, strict=True)
+        return all(
+            sum((Fraction(a) - Fraction(b)) ** 2 for a, b in zip(position, point, strict=True)) <= square
+            for positions, points in pairs
+            for position, point in zip(positions, points, strict=True)
+        )
 
 
 def certify(
@@ -124,44 +145,54 @@ def certify(
     if not isinstance(traj, Trajectory):
         raise InputError(f"certify takes a Trajectory, not {type(traj).__name__}")
     placement = None if waypoints is None else _matching(traj, place(waypoints, tolerance, (), None, None, False))
-    positions = traj(traj.leg_breaks)
-    points = positions if placement is None else placement.points
-    walls = [wall for constraint in as_constraints(corridor) for wall in constraint.walls(points)]
+    points = _knot_positions(traj)[1] if placement is None else placement.points
+    walls = tuple(wall for constraint in as_constraints(corridor) for wall in constraint.walls(points))
     nearest = nearest_wall(traj, walls)
-    error = None if placement is None else float(np.linalg.norm(positions - points, axis=1).max())
-    excess = None if placement is None else float(placement.outside(positions).max())
-    size = float(np.abs(points).max()) or 1.0
+    error, excess, met = (None, None, True) if placement is None else _passing(traj, placement)
     utilisation = () if limits is None else limits.utilisation(traj)
-    ok = (
-        (nearest is None or nearest.value >= 0.0)
-        and (placement is None or excess is None or (excess <= EXACT * size and _crossed(traj, placement)))
-        and all(used.fraction <= 1.0 + EXACT for used in utilisation)
-    )
-    speed, acceleration, jerk, snap = (traj.max_norm(order)[0] for order in (1, 2, 3, 4))
-    margin = None if nearest is None else nearest.value
+    inside = nearest is None or nearest.value >= 0.0
+    speed, acceleration, jerk, snap = (norm for norm, _ in traj.max_norms((1, 2, 3, 4)))
     return Certificate(
-        bool(ok), margin, nearest, error, speed, acceleration, jerk, snap, _continuity(traj), utilisation, excess
+        inside and met and all(used.fraction <= 1.0 + EXACT for used in utilisation),
+        None if nearest is None else nearest.value,
+        nearest,
+        error,
+        speed,
+        acceleration,
+        jerk,
+        snap,
+        continuity(traj),
+        utilisation,
+        excess,
+        traj,
+        walls,
+        None if placement is None else placement.points,
     )
 
 
-def nearest_wall(traj: Trajectory, walls: Sequence[Walls]) -> Margin | None:
-    """Exact least distance to the walls over all time; None where there are none."""
-    return min((margin_to(traj, wall) for wall in walls if len(wall.leg)), key=lambda m: m.value, default=None)
+def _knot_positions(traj: Trajectory) -> FloatArray:
+    """Positions at the waypoints' instants where a leg ends and where one starts: (2, legs + 1, dim)."""
+    starts, ends = traj.control_points[:: traj.pieces, 0], traj.control_points[traj.pieces - 1 :: traj.pieces, -1]
+    return np.stack((np.concatenate((starts[:1], ends)), np.concatenate((starts, ends[-1:]))))
 
 
-def margin_to(traj: Trajectory, wall: Walls) -> Margin:
-    """Exact least distance to one block of walls over all time."""
-    cones = wall.cones
-    excess, row, piece = cones.excess(traj)
-    if not len(excess):
-        return Margin(np.inf, 0, 0.0, wall.name)
-    value, which, s = maximum(excess)
-    slack = cones.least_slack(int(row[which]), float(value))
-    return Margin(slack, int(cones.leg[row[which]]), _instant(traj, int(piece[which]), s), wall.name)
+def _passing(traj: Trajectory, placement: Placement) -> tuple[float, float, bool]:
+    """Largest distance to a waypoint, to where it lets the curve pass, and whether all are met.
+
+    What counts as met is measured from the first waypoint, so that it does not depend on where the origin is, but for
+    the rounding of stored positions.
+    """
+    positions, points = _knot_positions(traj), placement.points
+    distance = np.sqrt(((positions - points) ** 2).sum(axis=2)).max() * (1.0 + (traj.dim + 8) * UNIT)
+    excess = max(float(placement.outside(side).max()) for side in positions)
+    allowed = EXACT * np.abs(points - points[0]).max() + ROUNDING * np.abs(points).max()
+    return float(distance), excess, bool(excess <= allowed) and _crossed(traj, placement)
 
 
-def _instant(traj: Trajectory, piece: int, s: float) -> float:
-    return float(traj.breaks[piece] + s * traj.durations[piece])
+def continuity(traj: Trajectory) -> int:
+    """Highest order up to which both sides of every knot agree, but for the rounding of their control points."""
+    found = native.continuity(traj.control_points, traj.durations, EXACT, ROUNDING)
+    return _continuity(traj) if found is None else found
 
 
 def _continuity(traj: Trajectory) -> int:
@@ -181,9 +212,10 @@ def _continuity(traj: Trajectory) -> int:
 
 def _crossed(traj: Trajectory, placement: Placement) -> bool:
     """Whether every gate that asks for a direction is crossed in it, to rounding."""
-    velocity = traj(traj.leg_breaks, 1)
-    size = float(np.linalg.norm(velocity, axis=1).max())
-    asked = ((k, region.crossing) for k, region in placement.regions.items() if region.crossing is not None)
+    asked = [(k, region.crossing) for k, region in placement.regions.items() if region.crossing is not None]
+    if not asked:
+        return True
+    velocity, size = traj(traj.leg_breaks, 1), traj.max_norm(1)[0]
     return all(float(velocity[k] @ crossing) >= -EXACT * size for k, crossing in asked)
 
 

@@ -8,7 +8,7 @@ from oracles.curves import offsets
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 import minsnap
-from minsnap.certificate import nearest_wall
+from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import CorridorError, InputError, WaypointError
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import CorridorError
-from minsnap.polynomials.bernstein import differentiate, squared_norm
+from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -67,26 +67,38 @@ class Cones:
         norm = np.linalg.norm(np.einsum("mkd,mqd->mkq", offset, self.matrix), axis=2)
         return np.asarray(self.radius[:, None] + np.einsum("mkd,md->mk", offset, self.slope) - norm)
 
-    def excess(self, trajectory: Trajectory) -> tuple[FloatArray, IntArray, IntArray]:
+    def excess(self, trajectory: Trajectory) -> tuple[Enclosure, IntArray, IntArray]:
         """Polynomials that are positive outside: control points (r, n), rows and pieces, one for each piece of a leg.
 
-        For planes the negative slack; else half the difference of the squares of both sides, over the radius, which is
-        that to first order.
+        For planes the negative slack; else the difference of the squares of both sides, where ``reach`` is positive.
         """
-        row, piece = _on_pieces(self.leg, trajectory.pieces)
-        points = _derivative_points(trajectory, piece, self.anchor[row], self.order)
-        radius, slope = self.radius[row, None], self.slope[row]
+        curve, row, piece = self._on_pieces(trajectory)
         if self.flat:
-            return -radius - np.einsum("rnd,rd->rn", points, slope), row, piece
-        points = points / radius[..., None]
-        squares = squared_norm(np.einsum("rnd,rqd->rnq", points, self.matrix[row]))
-        reach = squared_norm(1.0 + np.einsum("rnd,rd->rn", points, slope)[..., None])
-        return radius * (squares - reach) / 2.0, row, piece
+            return curve.along(-self.slope[row]).minus(self.radius[row, None]), row, piece
+        return self._squares(curve, row).less(self._reach(curve, row).squared_norm()), row, piece
 
-    def least_slack(self, row: int, excess: float) -> float:
-        """Slack of one wall where its excess polynomial has this value."""
-        radius = float(self.radius[row])
-        return 0.0 - excess if self.flat else radius * (1.0 - float(np.sqrt(max(1.0 + 2.0 * excess / radius, 0.0))))
+    def squares(self, trajectory: Trajectory) -> tuple[Enclosure, IntArray, IntArray]:
+        """Square of the left side over each piece: control points (r, 2n + 1), rows, pieces."""
+        curve, row, piece = self._on_pieces(trajectory)
+        return self._squares(curve, row), row, piece
+
+    def reach(self, trajectory: Trajectory) -> Enclosure:
+        """Right side over each piece: control points (r, n + 1)."""
+        curve, row, _ = self._on_pieces(trajectory)
+        return self._reach(curve, row).component(0)
+
+    def _squares(self, curve: Enclosure, row: IntArray) -> Enclosure:
+        return curve.mapped(self.matrix[row]).squared_norm()
+
+    def _reach(self, curve: Enclosure, row: IntArray) -> Enclosure:
+        return curve.mapped(self.slope[row, None]).minus(-self.radius[row, None, None])
+
+    def _on_pieces(self, trajectory: Trajectory) -> tuple[Enclosure, IntArray, IntArray]:
+        """Repeat each wall on every piece of its leg: the derivative from its anchor, indices of wall and piece."""
+        row = np.repeat(np.arange(len(self.leg)), trajectory.pieces)
+        piece = np.add.outer(self.leg * trajectory.pieces, np.arange(trajectory.pieces)).reshape(-1)
+        points, durations = trajectory.control_points[piece], trajectory.durations[piece]
+        return derivative(points, durations, self.order).minus(self.anchor[row][:, None, :]), row, piece
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,16 +212,3 @@ def _own(walls: Any) -> None:
             raise CorridorError(f"the {entry.name} of a wall of the {walls.name} is not a number")
         array.flags.writeable = False
         object.__setattr__(walls, entry.name, array)
-
-
-def _on_pieces(leg: IntArray, pieces: int) -> tuple[IntArray, IntArray]:
-    """Repeat each wall on every piece of its leg: index of the wall and of the piece."""
-    row = np.repeat(np.arange(len(leg)), pieces)
-    piece = np.add.outer(leg * pieces, np.arange(pieces)).reshape(-1)
-    return row, piece
-
-
-def _derivative_points(trajectory: Trajectory, piece: IntArray, anchor: FloatArray, order: int) -> FloatArray:
-    points = trajectory.control_points[piece] - anchor[:, None, :] if order == 0 else trajectory.control_points[piece]
-    points = differentiate(points, order) / trajectory.durations[piece, None, None] ** order
-    return points if order == 0 else points - anchor[:, None, :]

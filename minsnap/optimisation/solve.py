@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.certificate import Margin, margin_to
+from minsnap.corridors.margins import Margin, margin_to
 from minsnap.errors import CorridorError, SolverError
 from minsnap.optimisation.exchange import GAP, Exchange, Outcome
 from minsnap.optimisation.master_qp import InfeasibleRowsError
@@ -23,6 +23,9 @@ from minsnap.trajectory.trajectory import Trajectory
 
 TOUCHING = 1e-9
 """Distance to a wall, in its widths, below which a straight leg touches it."""
+
+NOISE = 1e-13
+"""Share of the largest derivative of its order below which one is rounding, where that decides what is inside."""
 
 TRIES = 5
 """How often the walls are moved inwards again when rounding left the curve outside."""
@@ -146,10 +149,11 @@ def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -
 def _insisted(task: Task, problem: Problem, units: Units, exchange: Exchange) -> Solved:
     """Run the exchange, and again with proofs and then with walls moved inwards while rounding leaves it outside."""
     last: list[Solved] = []
+    asked: list[Outcome] = []
 
     def inside(outcome: Outcome) -> bool:
-        if not last or last[-1].outcome is not outcome:
-            last[:] = [Solved(task, problem, units, outcome)]
+        if not asked or asked[-1] is not outcome:
+            asked[:], last[:] = [outcome], [_quietest(Solved(task, problem, units, outcome))]
         return last[-1].inside
 
     for _ in range(TRIES):
@@ -159,6 +163,16 @@ def _insisted(task: Task, problem: Problem, units: Units, exchange: Exchange) ->
     else:
         inside(exchange.run(inside))
     return last[-1]
+
+
+def _quietest(solved: Solved) -> Solved:
+    """Set derivatives that are rounding alone to zero where that brings a curve inside: it slides along a wall."""
+    if solved.inside:
+        return solved
+    knots = solved.outcome.knots
+    quiet = np.where(np.abs(knots) > NOISE * np.abs(knots).max(axis=(0, 2), keepdims=True), knots, 0.0)
+    other = replace(solved, outcome=replace(solved.outcome, knots=quiet))
+    return other if other.inside else solved
 
 
 def _no_room(task: Task, problem: Problem, compiled: Compiled) -> SolverError | CorridorError:

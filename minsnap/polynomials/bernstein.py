@@ -216,12 +216,33 @@ def squared_norm(points: FloatArray) -> FloatArray:
 
 
 @cache
-def _subdivision(degree: int, parts: int) -> FloatArray:
-    """Stacked matrices from control points on [0, 1] to those on each of ``parts`` equal subintervals."""
-    stacked: Rational = []
+def subdivision(degree: int, parts: int) -> FloatArray:
+    """Stacked matrices from control points on [0, 1] to those on each of ``parts`` equal subintervals.
+
+    Row i of the part from a / m to (a + 1) / m holds the coefficients of z^0, z^1, ... in
+    (m - a + a z)^(n - i) (m - a - 1 + (a + 1) z)^i / m^n, by blossoming; integers, rounded once.
+
+    Returns
+    -------
+    ndarray, shape (parts * (degree + 1), degree + 1)
+        Every row is a convex combination.
+    """
+    whole = parts**degree
+    rows = []
     for part in range(parts):
-        stacked += restriction(degree, Fraction(part, parts), Fraction(part + 1, parts))
-    return _rounded(stacked)
+        low, high = _linear_powers(parts, part, degree), _linear_powers(parts, part + 1, degree)
+        rows += [[value / whole for value in np.convolve(low[degree - i], high[i])] for i in range(degree + 1)]
+    matrix = np.array(rows)
+    matrix.flags.writeable = False
+    return matrix
+
+
+def _linear_powers(parts: int, part: int, degree: int) -> list[np.ndarray[Any, Any]]:
+    """Coefficients of (parts - part + part z)^i for i up to the degree, in integers of any size."""
+    return [
+        np.array([comb(i, j) * part**j * (parts - part) ** (i - j) for j in range(i + 1)], dtype=object)
+        for i in range(degree + 1)
+    ]
 
 
 def restriction(degree: int, low: Any, high: Any) -> list[list[Any]]:
@@ -248,7 +269,7 @@ def restriction(degree: int, low: Any, high: Any) -> list[list[Any]]:
 def subdivide(points: FloatArray, parts: int) -> FloatArray:
     """Split scalar polynomials into equal parts: (m, n + 1) to (m, parts, n + 1)."""
     degree = points.shape[1] - 1
-    return (points @ _subdivision(degree, parts).T).reshape(len(points), parts, degree + 1)
+    return (points @ subdivision(degree, parts).T).reshape(len(points), parts, degree + 1)
 
 
 def multiply(left: FloatArray, right: FloatArray) -> FloatArray:

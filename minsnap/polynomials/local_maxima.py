@@ -15,9 +15,6 @@ NEAR = 0.05
 
 Between grid points 1/(4n) apart a polynomial of degree n rises by less than 0.04 of its range."""
 
-CLIMB = 3
-"""Newton steps from the middle to the top of a concave polynomial."""
-
 STEPS = 2
 """Newton steps after the one from the grid point."""
 
@@ -75,20 +72,6 @@ def peaks(points: FloatArray, above: float) -> tuple[IntArray, FloatArray, Float
     s, value = _refine(points[row], grid, values, row, column)
     kept = value > above
     return may[row[kept]], s[kept], value[kept]
-
-
-def top(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Highest places of concave polynomials (m, n + 1) that rise and fall: where, values, slopes left there."""
-    degree = points.shape[1] - 1
-    taylor = np.matmul(_expansions(degree)[2 * degree], points[:, :, None]).reshape(len(points), 3, degree + 1)
-    step = np.zeros(len(points))
-    for _ in range(CLIMB):
-        local = _at(taylor, step)
-        step = _within(step + _newton(local[:, 1], local[:, 2]), -0.5, 0.5)
-    # far from the middle a high degree's expansion loses digits: what is reported comes from convex combinations
-    s, rises = step + 0.5, np.diff(points, axis=1)
-    value = np.einsum("rj,rj->r", basis(degree, s), points)
-    return s, value, degree * np.einsum("rj,rj->r", basis(degree - 1, s), rises)
 
 
 def _summits(values: FloatArray, floor: FloatArray) -> tuple[IntArray, IntArray]:

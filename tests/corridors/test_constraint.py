@@ -32,9 +32,9 @@ def test_faces_are_distances_to_planes(order, pieces):
     planes = faces.cones
     outside, row, piece = planes.excess(traj)
     sides = [(1, upper[1], 1.0), (2, upper[2], 1.0), (0, lower[0], -1.0), (2, lower[2], -1.0)]
-    assert len(outside) == 4 * pieces
+    assert len(row) == 4 * pieces and (outside.errors <= 1e-12 * np.abs(outside.points).max()).all()
     s = np.linspace(0.01, 0.99, 7)
-    found = Trajectory(outside[:, :, None], np.ones(len(outside)))
+    found = Trajectory(outside.points[:, :, None], np.ones(len(row)))
     for number, (r, p) in enumerate(zip(row, piece, strict=True)):
         wall, bound, sign = sides[r]
         assert p // pieces == leg[wall] == planes.leg[r]
@@ -52,11 +52,11 @@ def test_balls_and_cones_are_differences_of_squares(order, slope):
     balls = Balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope)
     excess, row, piece = balls.cones.excess(traj)
     s = np.linspace(0.01, 0.99, 7)
-    found = Trajectory(excess[:, :, None], np.ones(len(excess)))
+    found = Trajectory(excess.points[:, :, None], np.ones(len(row)))
     for number, (r, p) in enumerate(zip(row, piece, strict=True)):
         offset = on_piece(traj, p, order, s) - anchor[r]
         reach = balls.radius[r] + (offset @ np.array(slope[r]) if slope else 0.0)
-        expected = (((offset @ matrix[r].T) ** 2).sum(axis=1) - reach**2) / (2.0 * balls.radius[r])
+        expected = ((offset @ matrix[r].T) ** 2).sum(axis=1) - reach**2
         assert found(number + s)[:, 0] == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 

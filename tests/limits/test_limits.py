@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.certificate import nearest_wall
 from minsnap.cli.app import exit_status
+from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tasks import random_legs, task_of
 
-from minsnap.certificate import nearest_wall
+from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.tubes import Tube
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.elastic import Elastic, Give

@@ -1,0 +1,67 @@
+"""Margins proved again, in exact rational arithmetic of the stored numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+from minsnap.corridors.constraint import Cones, Walls
+from minsnap.polynomials.rationals import (
+    Curve,
+    Scalar,
+    along,
+    derivative,
+    exact,
+    is_never_negative,
+    relative,
+    squared_norm,
+)
+from minsnap.trajectory.trajectory import Trajectory
+
+
+def margin_holds(traj: Trajectory, wall: Walls, margin: float) -> bool:
+    """Whether a trajectory is proved to stay that far from a block of walls over all time."""
+    cones = wall.cones
+    if margin == float("inf"):
+        return not len(cones.leg)
+    return all(is_never_negative(p) for p in (_planes if cones.flat else _rounds)(traj, cones, Fraction(margin)))
+
+
+def norm_holds(traj: Trajectory, order: int, largest: float) -> bool:
+    """Whether the norm of a derivative is proved never to exceed a value."""
+    square = Fraction(largest) ** 2
+    return all(
+        is_never_negative([square - value for value in squared_norm(_derivative(traj, piece, order))])
+        for piece in range(len(traj.durations))
+    )
+
+
+def _derivative(traj: Trajectory, piece: int, order: int) -> Curve:
+    return derivative(exact(traj.control_points[piece]), Fraction(float(traj.durations[piece])), order)
+
+
+def _on_pieces(traj: Trajectory, cones: Cones) -> Iterator[tuple[int, Curve]]:
+    """Go through each wall on each piece of its leg: the wall and the derivative relative to its anchor."""
+    for row, leg in enumerate(cones.leg.tolist()):
+        for piece in range(leg * traj.pieces, (leg + 1) * traj.pieces):
+            yield row, relative(_derivative(traj, piece, cones.order), cones.anchor[row])
+
+
+def _planes(traj: Trajectory, cones: Cones, margin: Fraction) -> Iterator[Scalar]:
+    """Distances to planes, less the margin."""
+    for row, curve in _on_pieces(traj, cones):
+        left = Fraction(float(cones.radius[row])) - margin
+        yield [left + value for value in along(curve, cones.slope[row])]
+
+
+def _rounds(traj: Trajectory, cones: Cones, margin: Fraction) -> Iterator[Scalar]:
+    """Squared radii less the margin, less squared norms; for cones less what the radius grows by, and the reach."""
+    for row, curve in _on_pieces(traj, cones):
+        radius = Fraction(float(cones.radius[row]))
+        square = squared_norm([along(curve, normal) for normal in cones.matrix[row]])
+        yield [radius - margin]
+        reach = [radius + value for value in along(curve, cones.slope[row])]
+        if cones.slope.any():
+            yield [value - margin for value in reach]
+        grown = squared_norm([reach])
+        yield [(radius - margin) ** 2 - radius**2 + a - b for a, b in zip(grown, square, strict=True)]

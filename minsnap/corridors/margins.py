@@ -1,0 +1,116 @@
+"""Margins: how near a trajectory comes to walls over all time, never more than it really keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, IntArray
+from minsnap.corridors.constraint import Cones, Faces, Walls
+from minsnap.native import certificate as native
+from minsnap.polynomials.enclosures import UNIT
+from minsnap.polynomials.extrema import maxima, maximum
+from minsnap.trajectory.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Margin:
+    """How far a trajectory stays from a wall, at the place where it comes nearest.
+
+    Parameters
+    ----------
+    value : float
+        Least distance to the wall, in the wall's unit; negative outside. The exact distance between the stored
+        numbers is not less, and more by rounding alone.
+    leg : int
+        Leg where it comes nearest.
+    instant : float
+        When [s].
+    name : str
+        Which constraint.
+    """
+
+    value: float
+    leg: int
+    instant: float
+    name: str
+
+
+def nearest_wall(traj: Trajectory, walls: Sequence[Walls]) -> Margin | None:
+    """Proved least distance to the walls over all time; None where there are none."""
+    return min((margin_to(traj, wall) for wall in walls if len(wall.leg)), key=lambda m: m.value, default=None)
+
+
+def margin_to(traj: Trajectory, wall: Walls) -> Margin:
+    """Proved least distance to one block of walls over all time."""
+    found = _native_excess(traj, wall)
+    if found is not None:
+        return _margin(traj, wall, found)
+    cones = wall.cones
+    slacks, row, piece, where = (_flat_slacks if cones.flat else _round_slacks)(traj, cones)
+    if not len(row):
+        return Margin(np.inf, 0, 0.0, wall.name)
+    which = int(np.argmin(slacks))
+    instant = _instant(traj, int(piece[which]), float(where[which]))
+    return Margin(float(slacks[which]), int(cones.leg[row[which]]), instant, wall.name)
+
+
+def _native_excess(traj: Trajectory, wall: Walls) -> native.Extremum | None:
+    curve = traj.control_points, traj.durations, traj.pieces, wall.leg
+    if isinstance(wall, Faces):
+        return native.face_excess(*curve, (wall.normal, wall.anchor, wall.lower, wall.upper), wall.order)
+    if wall.slope is None:
+        return native.ball_excess(*curve, (wall.matrix, wall.anchor, wall.radius), wall.order)
+    return None
+
+
+Slacks = tuple[FloatArray, IntArray, IntArray, FloatArray]
+"""Least slacks, and of each the wall, the piece, and where on [0, 1] it is."""
+
+
+def _flat_slacks(traj: Trajectory, cones: Cones) -> Slacks:
+    """Least distance to all planes; one entry, or none."""
+    excess, row, piece = cones.excess(traj)
+    if not len(row):
+        return np.zeros(0), row, piece, np.zeros(0)
+    bound, which, s = maximum(excess.points, excess.errors)
+    return np.array([0.0 - bound]), row[[which]], piece[[which]], np.array([s])
+
+
+def _round_slacks(traj: Trajectory, cones: Cones) -> Slacks:
+    """Least distances to balls, radius - norm, or to cones, radius - sqrt(radius^2 + excess)."""
+    ball = not cones.slope.any()
+    polynomials, row, piece = cones.squares(traj) if ball else cones.excess(traj)
+    highest = maxima(polynomials.points, polynomials.errors)
+    radius = cones.radius[row]
+    slacks = _ball_slacks(radius, highest.bounds) if ball else _cone_slacks(radius, highest.bounds)
+    if not ball:  # the other half of a double cone has the same squares
+        reach = cones.reach(traj)
+        slacks = np.minimum(slacks, -maxima(-reach.points, reach.errors).bounds)
+    return slacks, row, piece, highest.where
+
+
+def _ball_slacks(radius: FloatArray, squares: FloatArray) -> FloatArray:
+    distance = radius - np.sqrt(np.maximum(squares, 0.0)) * (1.0 + 4.0 * UNIT)
+    return np.asarray(distance - UNIT * np.abs(distance))
+
+
+def _cone_slacks(radius: FloatArray, excess: FloatArray) -> FloatArray:
+    square = radius**2 + excess + 4.0 * UNIT * (radius**2 + np.abs(excess))
+    slacks = -excess / (radius + np.sqrt(np.maximum(square, 0.0)))
+    return np.asarray(slacks - 8.0 * UNIT * np.abs(slacks))
+
+
+def _margin(traj: Trajectory, wall: Walls, found: native.Extremum) -> Margin:
+    """Margin from the native core's greatest excess."""
+    if found.bound == -np.inf:
+        return Margin(np.inf, 0, 0.0, wall.name)
+    row, part = divmod(found.row, traj.pieces)
+    leg = int(wall.leg[row])
+    return Margin(0.0 - found.bound, leg, _instant(traj, leg * traj.pieces + part, found.where), wall.name)
+
+
+def _instant(traj: Trajectory, piece: int, s: float) -> float:
+    return float(traj.breaks[piece] + s * traj.durations[piece])

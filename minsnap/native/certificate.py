@@ -1,0 +1,219 @@
+"""What holds of polynomials and trajectories over all time, in the native core.
+
+Every function returns None where the Python core has to answer: there is no native one, or the request is outside what
+it takes.  Bounds are proved, with running error bounds; local maxima are exact to working precision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from ctypes import c_double, c_int64, c_void_p
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, IntArray
+from minsnap.native.library import Entry, address
+from minsnap.native.status import Status
+
+_MAXIMA = Entry("minsnap_maxima", *[c_int64] * 3, *[c_void_p] * 4)
+_NORMS = Entry("minsnap_largest_norms", *[c_int64] * 3, *[c_void_p] * 2, c_int64, *[c_void_p] * 3)
+_FACES = Entry(
+    "minsnap_face_excess", *[c_int64] * 3, *[c_void_p] * 2, *[c_int64] * 2, *[c_void_p] * 5, c_int64, *[c_void_p] * 2
+)
+_BALL_TYPES = (*[c_int64] * 3, *[c_void_p] * 2, *[c_int64] * 2, c_void_p, c_int64, *[c_void_p] * 3, c_int64)
+_BALLS = Entry("minsnap_ball_excess", *_BALL_TYPES, *[c_void_p] * 2)
+_CONTINUITY = Entry("minsnap_continuity", *[c_int64] * 3, *[c_void_p] * 2, *[c_double] * 2, c_void_p)
+_SUMMITS = Entry("minsnap_local_maxima", *[c_int64] * 2, c_void_p, c_double, c_int64, *[c_void_p] * 4)
+
+
+class Extremum(NamedTuple):
+    """A proved maximum: attained at least, never exceeded, by which row and where on [0, 1]."""
+
+    attained: float
+    bound: float
+    row: int
+    where: float
+
+
+def maxima(
+    points: FloatArray, errors: FloatArray | None = None, groups: int = 1
+) -> tuple[FloatArray, FloatArray, IntArray, FloatArray] | None:
+    """Proved maxima of polynomials on [0, 1], of each group of equally many that stand together.
+
+    Parameters
+    ----------
+    points : ndarray, shape (m, n + 1)
+        Bernstein control points.
+    errors : ndarray, shape (m, n + 1), optional
+        How far each may be off; zero unless given.
+    groups : int
+        Number of groups, a divisor of m; m for the maximum of each polynomial.
+
+    Returns
+    -------
+    values, bounds : ndarray, shape (groups,)
+        What is attained and what is never exceeded.
+    rows : ndarray of int, shape (groups,)
+        Which polynomial attains it.
+    where : ndarray, shape (groups,)
+        Where on [0, 1].
+    """
+    call = _MAXIMA.function()
+    if call is None:
+        return None
+    points, known = _floats(points), None if errors is None else address(_floats(errors))
+    values, rows = np.empty((groups, 3)), np.empty(groups, dtype=np.int64)
+    count = len(points) // groups
+    if call(groups, count, points.shape[1] - 1, address(points), known, address(values), address(rows)):
+        return None
+    return values[:, 0], values[:, 1], rows, values[:, 2]
+
+
+def local_maxima(points: FloatArray, level: float = -np.inf) -> tuple[IntArray, FloatArray, FloatArray] | None:
+    """All local maxima on [0, 1], those at the ends too, of polynomials (m, n + 1) that are higher than a level.
+
+    Returns
+    -------
+    row : ndarray of int, shape (p,)
+        Which polynomial; ascending.
+    s : ndarray, shape (p,)
+        Where on [0, 1], ascending for each polynomial.
+    value : ndarray, shape (p,)
+        How high, to working precision.
+    """
+    call = _SUMMITS.function()
+    if call is None:
+        return None
+    points = _floats(points)
+    rows, degree = len(points), points.shape[1] - 1
+    capacity = rows * (degree // 2 + 2)
+    row, s, value = np.empty(capacity, dtype=np.int64), np.empty(capacity), np.empty(capacity)
+    found = np.zeros(1, dtype=np.int64)
+    arrays = [address(array) for array in (row, s, value, found)]
+    if call(rows, degree, address(points), level, capacity, *arrays):
+        return None
+    return row[: found[0]], s[: found[0]], value[: found[0]]
+
+
+def largest_norms(points: FloatArray, durations: FloatArray, orders: Sequence[int]) -> list[Extremum] | None:
+    """Proved maxima of the squared Euclidean norms of derivatives, their row being the piece.
+
+    Parameters
+    ----------
+    points : ndarray, shape (pieces, n + 1, dim)
+        Control points [m].
+    durations : ndarray, shape (pieces,)
+        [s].
+    orders : sequence of int
+        Ascending.
+    """
+    call = _NORMS.function()
+    if call is None:
+        return None
+    wanted = np.array(orders, dtype=np.int64)
+    values, piece = np.empty((len(wanted), 3)), np.empty(len(wanted), dtype=np.int64)
+    shape = _shape(points)
+    points, durations = _floats(points), _floats(durations)
+    ends = address(wanted), address(values), address(piece)
+    if call(*shape, address(points), address(durations), len(wanted), *ends):
+        return None
+    return [Extremum(a, b, int(i), s) for (a, b, s), i in zip(values.tolist(), piece, strict=True)]
+
+
+def face_excess(
+    points: FloatArray,
+    durations: FloatArray,
+    pieces: int,
+    leg: IntArray,
+    planes: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    order: int,
+) -> Extremum | None:
+    """Proved greatest excess over pairs of planes, each on the pieces of its leg.
+
+    Parameters
+    ----------
+    points, durations
+        Of the trajectory; see ``largest_norms``.
+    pieces : int
+        Polynomials a leg.
+    leg : ndarray of int, shape (m,)
+    planes : tuple of ndarray
+        Normals (m, dim), anchors (m, dim), lower and upper bounds (m,).
+    order : int
+        Derivative that is bounded.
+
+    Returns
+    -------
+    Extremum
+        The row counts pieces within walls: wall times ``pieces`` plus piece of the leg.
+    """
+    call = _FACES.function()
+    if call is None:
+        return None
+    return _excess(call, points, durations, pieces, leg, [], planes, order)
+
+
+def ball_excess(
+    points: FloatArray,
+    durations: FloatArray,
+    pieces: int,
+    leg: IntArray,
+    balls: tuple[FloatArray, FloatArray, FloatArray],
+    order: int,
+) -> Extremum | None:
+    """Proved greatest excess of norms over radii, each ball on the pieces of its leg.
+
+    Parameters
+    ----------
+    balls : tuple of ndarray
+        Matrices (m, q, dim), anchors (m, dim), radii (m,).
+
+    The others and the result are those of ``face_excess``.
+    """
+    call = _BALLS.function()
+    if call is None:
+        return None
+    return _excess(call, points, durations, pieces, leg, [balls[0].shape[1]], balls, order)
+
+
+def continuity(points: FloatArray, durations: FloatArray, exact: float, rounding: float) -> int | None:
+    """Highest order up to which both sides of every knot agree; see ``minsnap.certificate``."""
+    call = _CONTINUITY.function()
+    if call is None:
+        return None
+    found = np.zeros(1, dtype=np.int64)
+    shape = _shape(points)
+    points, durations = _floats(points), _floats(durations)
+    if call(*shape, address(points), address(durations), exact, rounding, address(found)):
+        return None
+    return int(found[0])
+
+
+def _excess(
+    call: Any,
+    points: FloatArray,
+    durations: FloatArray,
+    pieces: int,
+    leg: IntArray,
+    sizes: list[int],
+    walls: Sequence[FloatArray],
+    order: int,
+) -> Extremum | None:
+    values, row = np.empty(3), np.empty(1, dtype=np.int64)
+    kept = [_floats(points), _floats(durations), np.ascontiguousarray(leg, dtype=np.int64), *map(_floats, walls)]
+    where = [address(array) for array in kept]
+    shape, ends = _shape(points), (address(values), address(row))
+    status = call(*shape, *where[:2], pieces, len(leg), where[2], *sizes, *where[3:], order, *ends)
+    if status != Status.DONE:
+        return None
+    return Extremum(float(values[0]), float(values[1]), int(row[0]), float(values[2]))
+
+
+def _shape(points: FloatArray) -> tuple[int, int, int]:
+    """Return pieces, degree and dim."""
+    return points.shape[0], points.shape[1] - 1, points.shape[2]
+
+
+def _floats(array: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(array, dtype=np.float64)
