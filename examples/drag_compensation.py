@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 import minsnap
 from minsnap.flight import GeometricController, simulate
-from minsnap.vehicle import Quadrotor, consistent_parasitic_drag, published_drag
+from minsnap.thesis import consistent_parasitic_drag, published_drag
+from minsnap.vehicle import Quadrotor
 
 
 def main(folder: Path) -> None:

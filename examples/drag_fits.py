@@ -11,17 +11,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from minsnap.thesis import PUBLISHED_PARASITIC, PUBLISHED_PROPELLER, consistent_parasitic_drag, fit_drag, published_drag
 from minsnap.thesis.fit_figures import plot_coefficient_fit, plot_surface
-from minsnap.vehicle import (
-    PUBLISHED_PARASITIC,
-    PUBLISHED_PROPELLER,
-    RPM,
-    Quadrotor,
-    consistent_parasitic_drag,
-    fit_drag,
-    fit_thrust_coefficient,
-    published_drag,
-)
+from minsnap.vehicle import RPM, Quadrotor, fit_thrust_coefficient
 
 NOISE = np.random.default_rng(2020)
 

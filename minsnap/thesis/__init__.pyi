@@ -1,5 +1,16 @@
+from .consistent import consistent_parasitic_drag as consistent_parasitic_drag
+from .consistent import consistent_r_squared as consistent_r_squared
+from .consistent import consistent_rotor_drag as consistent_rotor_drag
+from .drag_fits import DragFit as DragFit
+from .drag_fits import fit_consistent_drag as fit_consistent_drag
+from .drag_fits import fit_drag as fit_drag
 from .experiment import Experiment as Experiment
 from .experiment import run_experiment as run_experiment
 from .experiment_course import Course as Course
 from .experiment_course import course as course
 from .experiment_plot import plot_experiment as plot_experiment
+from .published import PUBLISHED_PARASITIC as PUBLISHED_PARASITIC
+from .published import PUBLISHED_PARASITIC_LINEAR as PUBLISHED_PARASITIC_LINEAR
+from .published import PUBLISHED_PARASITIC_REDUCED as PUBLISHED_PARASITIC_REDUCED
+from .published import PUBLISHED_PROPELLER as PUBLISHED_PROPELLER
+from .published import published_drag as published_drag

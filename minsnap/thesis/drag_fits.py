@@ -18,9 +18,9 @@ from minsnap.thesis.published import (
     PUBLISHED_PARASITIC_REDUCED,
     PUBLISHED_PROPELLER,
 )
-from minsnap.thesis.surface import Surface
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.rotor_fit import columns, explained
+from minsnap.vehicle.surface import Surface
 
 Table = str | os.PathLike[str] | Mapping[str, npt.ArrayLike]
 

@@ -10,9 +10,8 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.errors import FitError
 from minsnap.plot.style import AXIS_STYLES, new_axes
-from minsnap.thesis.published import RPM
-from minsnap.thesis.surface import Surface
 from minsnap.vehicle.rotor_fit import CoefficientFit
+from minsnap.vehicle.surface import RPM, Surface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

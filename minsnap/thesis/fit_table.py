@@ -12,9 +12,8 @@ from minsnap.arrays import FloatArray, own_arrays
 from minsnap.errors import FitError
 from minsnap.thesis.consistent import consistent_terms
 from minsnap.thesis.drag_fits import FORMS, DragFit, drag_columns, fit_consistent_drag, fit_drag, read_columns
-from minsnap.thesis.published import RPM
-from minsnap.thesis.surface import Range, Surface
 from minsnap.vehicle.rotor_fit import CoefficientFit, fit_thrust_coefficient, fit_torque_coefficient
+from minsnap.vehicle.surface import RPM, Range, Surface
 
 _BENCH = {"thrust": fit_thrust_coefficient, "torque": fit_torque_coefficient}
 
@@ -80,7 +79,7 @@ def fit_table(path: str | os.PathLike[str], form: str) -> TableFit:
     ----------
     path : str or path
         With a header: ``speed_rpm`` and ``thrust`` [N] or ``torque`` [N m] for those forms, and the columns of
-        :func:`minsnap.vehicle.fit_drag` for the others.
+        :func:`minsnap.thesis.fit_drag` for the others.
     form : str
         ``thrust``, ``torque``, ``consistent`` or one of the drag forms of the thesis.
 

@@ -3,23 +3,16 @@
 Source: *Effect of Incorporating Aerodynamic Drag Model on Trajectory Tracking Performance of DJI F330 Quadcopter*
 (Arizona State University), sections 3.3 and 3.4. Angles are in degrees and rotor speeds in revolutions a minute there.
 The parasitic fit starts at 7 m/s: below 4.7 m/s its reduced forms are negative, that is, they push forward, and no form
-is zero at rest. They are kept as printed for comparison; :func:`minsnap.vehicle.consistent_parasitic_drag` is the model
+is zero at rest. They are kept as printed for comparison; :func:`minsnap.thesis.consistent_parasitic_drag` is the model
 to fly with.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
-from minsnap.thesis.surface import Surface
-
-RPM = 2.0 * math.pi / 60.0
-"""One revolution a minute [rad/s]."""
+from minsnap.errors import VehicleError
+from minsnap.vehicle.surface import Surface, SurfaceDrag
 
 _TUNNEL = {"pitch_deg": (-20.0, 20.0), "velocity": (7.0, 28.0)}
 
@@ -62,44 +55,8 @@ PUBLISHED_PROPELLER = Surface(
 """Drag of one propeller from pitch, velocity and rotor speed (section 3.4.2)."""
 
 
-@dataclass(frozen=True, eq=False)
-class SurfaceDrag:
-    """A published surface as a force: its value with the sign turned, along x and along y of the body.
-
-    The thesis measured drag along x only and used it along y too, by symmetry; nothing acts along z. Velocities of
-    either sign are put into the polynomial as they are. Evaluating the force does not warn outside the measured range,
-    since flight always is; calling the surface does.
-
-    Parameters
-    ----------
-    surface : Surface
-        One of the published ones, or a fit of the same variables.
-    count : int
-        How many such bodies there are: 1 airframe, 4 propellers.
-    """
-
-    surface: Surface
-    count: int = 1
-
-    def force(
-        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
-    ) -> FloatArray:
-        """Return the force in the body frame, shape (..., 3) [N]; rotor speeds enter by their mean."""
-        v = np.asarray(velocity, dtype=np.float64)
-        speeds = np.asarray(rotor_speed, dtype=np.float64)
-        mean = speeds if speeds.ndim == 0 else speeds.mean(axis=-1)
-        force = np.zeros(v.shape)
-        for axis in (0, 1):
-            known = {"pitch_deg": np.degrees(pitch), "velocity": v[..., axis], "speed_rpm": mean / RPM}
-            terms = self.surface.terms(*(known[name] for name in self.surface.variables))
-            force[..., axis] = -self.count * (terms @ self.surface.coefficients)
-        return force
-
-
 def published_drag(name: str = "linear") -> SurfaceDrag:
     """Return a published model as a force: ``surface``, ``reduced``, ``linear`` or ``propeller``."""
-    from minsnap.errors import VehicleError
-
     models = {
         "surface": SurfaceDrag(PUBLISHED_PARASITIC),
         "reduced": SurfaceDrag(PUBLISHED_PARASITIC_REDUCED),

@@ -7,10 +7,17 @@ import math
 import numpy as np
 
 from minsnap.arrays import GRAVITY, FloatArray
-from minsnap.thesis.consistent import consistent_parasitic_drag, consistent_rotor_drag
-from minsnap.thesis.published import RPM
-from minsnap.vehicle.drag import RotorSpeedDrag
+from minsnap.vehicle.drag import BodyDrag, RotorSpeedDrag
 from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle.surface import RPM
+
+F330_AIRFRAME = BodyDrag(
+    (0.0, 0.0, 0.18878475695173547), (0.007699517888496992, 0.007699517888496992, 0.009931995378002222)
+)
+"""Drag of the F330's airframe [N s/m], [N s^2/m^2]: :func:`minsnap.thesis.consistent_parasitic_drag` derives it."""
+
+F330_ROTORS = BodyDrag((0.165728, 0.165728, 0.0))
+"""Drag of its four propellers [N s/m]: :func:`minsnap.thesis.consistent_rotor_drag` derives it."""
 
 
 def dji_f330() -> Quadrotor:
@@ -38,7 +45,7 @@ def dji_f330() -> Quadrotor:
         rotor_speed_max=9500.0 * RPM,
         rotor_speed_min=1200.0 * RPM,
         layout="x",
-        drag=consistent_parasitic_drag() + consistent_rotor_drag(),
+        drag=F330_AIRFRAME + F330_ROTORS,
         motor_time_constant=0.04,
         name="DJI F330",
     )

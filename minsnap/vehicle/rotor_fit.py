@@ -1,4 +1,4 @@
-"""Coefficients of a rotor from bench measurements, with their uncertainty (section 4.6 of the thesis)."""
+"""Coefficients of a rotor from bench measurements, with their uncertainty by least squares."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, own_arrays
 from minsnap.errors import FitError
-from minsnap.thesis.surface import Range, warn_outside
+from minsnap.vehicle.surface import Range, warn_outside
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,19 +6,19 @@ import os
 from dataclasses import fields
 from typing import Any
 
+import numpy as np
+
 from minsnap.errors import VehicleError
-from minsnap.thesis.published import SurfaceDrag, published_drag
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag
 from minsnap.vehicle.quadrotor import Quadrotor
-
-_PUBLISHED = ("surface", "reduced", "linear", "propeller")
+from minsnap.vehicle.surface import Surface, SurfaceDrag
 
 
 def read_vehicle(path: str | os.PathLike[str]) -> Quadrotor:
     """Read a vehicle from YAML.
 
-    ``drag`` is a mapping with ``linear`` and ``quadratic``, with ``per_rotor_speed``, or with ``published`` and the
-    name of one of the published models.
+    ``drag`` is a mapping with ``linear`` and ``quadratic``, with ``per_rotor_speed``, or with ``surface``: a mapping of
+    the fields of :class:`~minsnap.vehicle.Surface`, and ``count``, how many such bodies there are.
 
     Raises
     ------
@@ -79,13 +79,25 @@ def description_of(vehicle: Quadrotor) -> dict[str, Any]:
 
 def _drag_from(given: Any) -> Drag:
     match given:
-        case {"published": name, **rest} if not rest:
-            return published_drag(name)
+        case {"surface": dict(surface), **rest} if rest.keys() <= {"count"}:
+            return _surface_from(surface, rest.get("count", 1))
         case {"per_rotor_speed": coefficient, **rest} if not rest:
             return RotorSpeedDrag(coefficient)
         case dict() if set(given) <= {"linear", "quadratic"}:
             return BodyDrag(**given)
-    raise VehicleError(f"drag is {given!r}: give linear and quadratic, per_rotor_speed, or published")
+    raise VehicleError(f"drag is {given!r}: give linear and quadratic, per_rotor_speed, or surface")
+
+
+def _surface_from(given: dict[str, Any], count: Any) -> Drag:
+    try:
+        values = dict(given)
+        values |= {"variables": tuple(given["variables"]), "exponents": tuple(tuple(e) for e in given["exponents"])}
+        values["measured"] = {name: (low, high) for name, (low, high) in given.get("measured", {}).items()}
+        drag = SurfaceDrag(Surface(**values), int(count))
+        drag.force(np.ones(3))
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise VehicleError(f"the surface of the drag is malformed ({error}): give the fields of Surface") from None
+    return drag
 
 
 def _describe(drag: Drag) -> dict[str, Any]:
@@ -95,7 +107,12 @@ def _describe(drag: Drag) -> dict[str, Any]:
         case RotorSpeedDrag():
             return {"per_rotor_speed": drag.coefficient.tolist()}
         case SurfaceDrag():
-            names = [name for name in _PUBLISHED if published_drag(name).surface is drag.surface]
-            if names:
-                return {"published": names[0]}
+            surface = {entry.name: getattr(drag.surface, entry.name) for entry in fields(Surface)}
+            surface |= {
+                "variables": list(drag.surface.variables),
+                "exponents": [list(e) for e in drag.surface.exponents],
+            }
+            surface |= {"coefficients": drag.surface.coefficients.tolist()}
+            surface |= {"measured": {name: list(span) for name, span in drag.surface.measured.items()}}
+            return {"surface": surface, "count": drag.count}
     raise VehicleError(f"drag of kind {type(drag).__name__} has no description: set it in Python")

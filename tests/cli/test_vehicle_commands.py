@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.vehicle import PUBLISHED_PARASITIC, RPM, Quadrotor
+from minsnap.thesis import PUBLISHED_PARASITIC
+from minsnap.vehicle import RPM, Quadrotor
 
 
 def test_the_experiment_prints_the_table_and_draws_the_figure(call, tmp_path) -> None:

@@ -7,7 +7,8 @@ import pytest
 import minsnap
 from minsnap.errors import VehicleError
 from minsnap.simulation.rotorpy import RotorPyTrajectory, from_rotorpy, hover_drag, reorder_rotors
-from minsnap.vehicle import BodyDrag, RigidBody, SumOfDrags, flatness_of, published_drag
+from minsnap.thesis import published_drag
+from minsnap.vehicle import BodyDrag, RigidBody, SumOfDrags, flatness_of
 
 pytest.importorskip("rotorpy", reason="the simulator of the extra sim")
 

@@ -2,22 +2,17 @@ import numpy as np
 import pytest
 
 from minsnap.errors import FitError, OutsideRangeWarning, VehicleError
-from minsnap.vehicle import (
+from minsnap.thesis import (
     PUBLISHED_PARASITIC,
     PUBLISHED_PARASITIC_LINEAR,
     PUBLISHED_PARASITIC_REDUCED,
     PUBLISHED_PROPELLER,
-    RPM,
-    BodyDrag,
-    Drag,
-    RotorSpeedDrag,
-    SumOfDrags,
     consistent_parasitic_drag,
     consistent_r_squared,
     consistent_rotor_drag,
-    linear_rotor_drag,
     published_drag,
 )
+from minsnap.vehicle import RPM, BodyDrag, Drag, RotorSpeedDrag, SumOfDrags, linear_rotor_drag
 
 
 def parasitic(pitch, v):

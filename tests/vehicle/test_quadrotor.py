@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from minsnap.errors import FileError, VehicleError
-from minsnap.vehicle import RPM, BodyDrag, Quadrotor, RotorSpeedDrag, SumOfDrags, published_drag, read_vehicle
+from minsnap.thesis import published_drag
+from minsnap.vehicle import RPM, BodyDrag, Quadrotor, RotorSpeedDrag, SumOfDrags, read_vehicle
 from minsnap.vehicle.yaml import vehicle_from
 
 GOOD = {
@@ -144,10 +145,14 @@ def test_a_drag_without_description_is_not_written(tmp_path) -> None:
     [
         {"linear": [1, 2]},
         {"linear": [1, 2, -3]},
-        {"published": "fast"},
+        {"surface": {"name": "mine", "variables": ["velocity"], "coefficients": [1.0]}},
+        {"surface": {"name": "mine", "variables": ["velocity"], "exponents": [[0, 1]], "coefficients": [1.0]}},
+        {"surface": {"name": "mine", "variables": ["velocity"], "exponents": [[0], [1]], "coefficients": [1.0]}},
+        {"surface": {"name": "mine", "variables": ["humidity"], "exponents": [[1]], "coefficients": [1.0]}},
         {"lift": 1},
         3.0,
-        {"published": "linear", "x": 1},
+        {"published": "linear"},
+        {"per_rotor_speed": [1e-7, 1e-7, 0], "x": 1},
     ],
 )
 def test_bad_drags_in_descriptions_are_named(drag: object) -> None:

@@ -2,16 +2,8 @@ import numpy as np
 import pytest
 
 from minsnap.errors import FileError, FitError, OutsideRangeWarning
-from minsnap.vehicle import (
-    PUBLISHED_PARASITIC,
-    PUBLISHED_PROPELLER,
-    RPM,
-    Quadrotor,
-    fit_consistent_drag,
-    fit_drag,
-    fit_thrust_coefficient,
-    fit_torque_coefficient,
-)
+from minsnap.thesis import PUBLISHED_PARASITIC, PUBLISHED_PROPELLER, fit_consistent_drag, fit_drag
+from minsnap.vehicle import RPM, Quadrotor, fit_thrust_coefficient, fit_torque_coefficient
 
 
 def bench(seed: int, noise: float = 0.05) -> tuple[np.ndarray, np.ndarray, float]:

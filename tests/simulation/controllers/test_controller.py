@@ -11,7 +11,8 @@ from minsnap.flight import CascadeController, GeometricController, drag_feed_for
 from minsnap.simulation.controllers.cascade_pilot import heading_axes
 from minsnap.simulation.controllers.controller import Allocator, Estimate, Reference
 from minsnap.simulation.controllers.geometric import desired_axes
-from minsnap.vehicle import BodyDrag, Quadrotor, flat_states, flatness_of, published_drag
+from minsnap.thesis import published_drag
+from minsnap.vehicle import BodyDrag, Quadrotor, flat_states, flatness_of
 
 F330 = Quadrotor.dji_f330()
 LEVEL = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

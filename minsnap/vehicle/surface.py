@@ -1,7 +1,8 @@
-"""Polynomial surfaces of drag as measured in a wind tunnel: their coefficients, what they were measured on, values."""
+"""Polynomial surfaces of drag as a wind tunnel measures them, their measured range, and their force in flight."""
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass, field
 
@@ -12,6 +13,10 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import FitError, OutsideRangeWarning
 
 Range = tuple[float, float]
+"""Least and greatest value measured."""
+
+RPM = 2.0 * math.pi / 60.0
+"""One revolution a minute [rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +83,40 @@ class Surface:
         if wrong:
             raise FitError(f"{self.name} takes {', '.join(self.variables)}: check {', '.join(wrong)}")
         return [np.asarray(values[name], dtype=np.float64) for name in self.variables]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceDrag:
+    """A surface as a force: its value with the sign turned, along x and along y of the body; nothing acts along z.
+
+    A tunnel measures drag along x; along y it is the same by symmetry. Velocities of either sign are put into the
+    polynomial as they are. Evaluating the force does not warn outside the measured range,
+    since flight always is; calling the surface does.
+
+    Parameters
+    ----------
+    surface : Surface
+        Of ``pitch_deg``, ``velocity`` and ``speed_rpm``, or some of them.
+    count : int
+        How many such bodies there are: 1 airframe, 4 propellers.
+    """
+
+    surface: Surface
+    count: int = 1
+
+    def force(
+        self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
+    ) -> FloatArray:
+        """Return the force in the body frame, shape (..., 3) [N]; rotor speeds enter by their mean."""
+        v = np.asarray(velocity, dtype=np.float64)
+        speeds = np.asarray(rotor_speed, dtype=np.float64)
+        mean = speeds if speeds.ndim == 0 else speeds.mean(axis=-1)
+        force = np.zeros(v.shape)
+        for axis in (0, 1):
+            known = {"pitch_deg": np.degrees(pitch), "velocity": v[..., axis], "speed_rpm": mean / RPM}
+            terms = self.surface.terms(*(known[name] for name in self.surface.variables))
+            force[..., axis] = -self.count * (terms @ self.surface.coefficients)
+        return force
 
 
 def warn_outside(model: str, name: str, values: FloatArray, measured: Range | None) -> None:
