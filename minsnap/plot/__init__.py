@@ -4,5 +4,15 @@ from minsnap.plot.figures import plot_overview, save_figure
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.limit_use import plot_convergence, plot_utilisation
 from minsnap.plot.profiles import plot_profiles
+from minsnap.plot.race import plot_race, plot_rotors
 
-__all__ = ["plot_convergence", "plot_overview", "plot_path", "plot_profiles", "plot_utilisation", "save_figure"]
+__all__ = [
+    "plot_convergence",
+    "plot_overview",
+    "plot_path",
+    "plot_profiles",
+    "plot_race",
+    "plot_rotors",
+    "plot_utilisation",
+    "save_figure",
+]

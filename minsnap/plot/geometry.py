@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
+from minsnap.corridors.gates import Ball, Gate
 from minsnap.errors import InputError
+from minsnap.plot.openings import Waypoints, draw_balls, draw_gates, draw_waypoints, nominal_points
 from minsnap.plot.regions import Corridor, facets, leg_bodies, outline
+from minsnap.plot.speed_colour import draw_coloured
 from minsnap.plot.style import (
     CORRIDOR_COLOUR,
     CORRIDOR_EDGE,
@@ -34,7 +38,9 @@ def plot_path(
     *,
     view: str = "xy",
     corridor: Corridor | None = None,
-    waypoints: npt.ArrayLike | None = None,
+    waypoints: Waypoints | None = None,
+    tolerance: npt.ArrayLike | Ball | None = None,
+    colour_by: str | None = None,
 ) -> Axes:
     """Draw the curve of a path, its direction, and what it was planned through.
 
@@ -48,8 +54,12 @@ def plot_path(
         ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
     corridor : Constraint, sequence of Constraint, or array_like, optional
         What :func:`minsnap.plan` was given; drawn as one body a leg.
-    waypoints : array_like, shape (n, dim), optional
-        [m]; those of a planned trajectory unless given.
+    waypoints : array_like, shape (n, dim), or sequence with Gates among them, optional
+        [m]; those of a planned trajectory unless given. Gates are drawn as outlines.
+    tolerance : Ball, optional
+        What :func:`minsnap.plan` was given as ``waypoint_tolerance``; drawn as circles. Boxes are not drawn.
+    colour_by : {"speed"}, optional
+        Colour the curve by its speed, with a scale beside it.
 
     Returns
     -------
@@ -58,17 +68,24 @@ def plot_path(
     Raises
     ------
     InputError
-        If the view is unknown or needs coordinates that the path does not have.
+        If the view is unknown or needs coordinates that the path does not have, or the colour is of nothing known.
     """
     samples = dense_samples(path)
     chosen = _coordinates(view, samples.dim)
     axes = new_axes("3d" if view == "3d" else None) if ax is None else ax
-    points = _waypoints(path, waypoints)
+    points, gates = _waypoints(path, waypoints)
     if corridor is not None and points is not None:
         _draw_corridor(axes, corridor, points, chosen)
-    _draw_curve(axes, samples.position[:, chosen])
+    if colour_by is None:
+        _draw_curve(axes, samples.position[:, chosen])
+    else:
+        draw_coloured(axes, samples, chosen, colour_by)
+        _draw_ends(axes, samples.position[:, chosen])
     if points is not None:
-        axes.plot(*points[:, chosen].T, "o", color="black", markersize=4, label="waypoints", zorder=4)
+        draw_waypoints(axes, np.delete(points, list(gates), axis=0), chosen)
+        draw_gates(axes, list(gates.values()), chosen)
+        if isinstance(tolerance, Ball):
+            draw_balls(axes, points, tolerance, gates, chosen)
     _finish(axes, chosen, samples.dim)
     return axes
 
@@ -81,11 +98,11 @@ def _coordinates(view: str, dim: int) -> list[int]:
     return list(VIEWS[view])
 
 
-def _waypoints(path: Path | Samples, given: npt.ArrayLike | None) -> FloatArray | None:
+def _waypoints(path: Path | Samples, given: Waypoints | None) -> tuple[FloatArray | None, Mapping[int, Gate]]:
     if given is not None:
-        return np.asarray(given, dtype=np.float64)
+        return nominal_points(given)
     breaks = getattr(path, "leg_breaks", None)
-    return None if breaks is None or isinstance(path, Samples) else path(breaks)
+    return (None if breaks is None or isinstance(path, Samples) else path(breaks)), {}
 
 
 def _draw_corridor(ax: Axes, corridor: Corridor, waypoints: FloatArray, chosen: list[int]) -> None:
@@ -107,6 +124,11 @@ def _draw_corridor(ax: Axes, corridor: Corridor, waypoints: FloatArray, chosen: 
 
 def _draw_curve(ax: Axes, points: FloatArray) -> None:
     ax.plot(*points.T, color=PATH_COLOUR, linewidth=1.8, label="path", zorder=3)
+    _draw_ends(ax, points)
+
+
+def _draw_ends(ax: Axes, points: FloatArray) -> None:
+    """Mark start, end and the direction on the way."""
     ax.plot(*points[:1].T, marker="^", color=PATH_COLOUR, markersize=9, linestyle="none", label="start", zorder=5)
     end: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": PATH_COLOUR, "markersize": 6}
     ax.plot(*points[-1:].T, linestyle="none", marker="s", label="end", zorder=6, **end)

@@ -1,0 +1,105 @@
+"""Races: the path coloured by its speed, and what it asks of every rotor below."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import InputError
+from minsnap.plot.geometry import plot_path
+from minsnap.plot.openings import Waypoints
+from minsnap.plot.regions import Corridor
+from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, POINTS, new_axes
+from minsnap.trajectory.path import Path
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from minsnap.vehicle import Quadrotor
+
+
+def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
+    """Draw the thrust that a path asks of every rotor against time, and the limits of it.
+
+    Parameters
+    ----------
+    path : Path
+        dim 2 or 3; with its heading. Drag is left out, as in ``Limits.of``.
+    vehicle : Quadrotor
+    ax : matplotlib axes, optional
+        Where to draw; a new figure unless given.
+
+    Returns
+    -------
+    matplotlib axes
+    """
+    axes = new_axes() if ax is None else ax
+    t, thrusts = _rotor_thrusts(path, vehicle)
+    for number, values in enumerate(thrusts.T):
+        style: dict[str, Any] = AXIS_STYLES[number % len(AXIS_STYLES)]
+        axes.plot(t, values, label=f"rotor {number + 1}", linewidth=1.1, **style)
+    for number, limit in enumerate(vehicle.rotor_thrust_limits):
+        dashes: dict[str, Any] = {"color": LIMIT_COLOUR, "linewidth": 1.0, "linestyle": (0, (5, 3))}
+        axes.axhline(limit, label=None if number else "limits", **dashes)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("thrust [N]")
+    axes.set_xlim(0.0, path.duration)
+    axes.grid(True, alpha=0.3)
+    axes.legend(ncols=5, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, frameon=False)
+    return axes
+
+
+def plot_race(
+    path: Path,
+    vehicle: Quadrotor,
+    figure: Figure | None = None,
+    *,
+    view: str = "xy",
+    corridor: Corridor | None = None,
+    waypoints: Waypoints | None = None,
+    tolerance: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw a path coloured by its speed, and the thrust of every rotor below.
+
+    Parameters
+    ----------
+    path : Path
+        dim 2 or 3.
+    vehicle : Quadrotor
+    figure : matplotlib Figure, optional
+        Where to draw; a new one, that no window shows, unless given.
+    view, corridor, waypoints, tolerance
+        As :func:`plot_path` takes them.
+    title : str, optional
+        Written above.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    from matplotlib.figure import Figure
+
+    drawn = Figure(figsize=(9.0, 9.0), layout="constrained") if figure is None else figure
+    above, below = np.asarray(drawn.subfigures(2, 1, height_ratios=(2.4, 1.0)))
+    plane = above.add_subplot(projection="3d" if view == "3d" else None)
+    how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}
+    plot_path(path, plane, view=view, colour_by="speed", **how)
+    plot_rotors(path, vehicle, below.add_subplot())
+    if title:
+        drawn.suptitle(title)
+    return drawn
+
+
+def _rotor_thrusts(path: Path, vehicle: Quadrotor) -> tuple[FloatArray, FloatArray]:
+    """Instants (m,) [s] and thrusts (m, 4) [N]."""
+    from minsnap.vehicle import BodyDrag, flatness_of
+
+    if path.dim not in (2, 3):
+        raise InputError(f"rotors need a path of two or three coordinates, this one has {path.dim}")
+    t = np.linspace(0.0, path.duration, 3 * POINTS)
+    speed = flatness_of(vehicle, path, t, drag=BodyDrag()).rotor_speed
+    return t, np.asarray(vehicle.thrust_coefficient * speed * np.abs(speed))
