@@ -27,6 +27,7 @@ from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError
+from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.planned_yaw import asked_heading
 from minsnap.optimisation.problem import Task
@@ -151,7 +152,7 @@ def plan(
     task = _placed(*asked, constraints, *smoothness, check_solver(solver))
     heading = asked_heading(yaw, task.legs, task.closed, GRAVITY if limits is None else limits.gravity)
     timed = plan_timed(task, timing, lambda curve: curve.with_yaw(heading(curve)), instants)
-    return timed.trajectory.with_report(_report(timed, limits, 1e3 * (perf_counter() - began)))
+    return timed.trajectory.with_report(_report(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
 
 
 def _named_method(corridor_method: str, certify: bool | None) -> str:
@@ -188,7 +189,7 @@ def _placed(
     return Task(points, lower, upper, pinned, half, continuity, lap, pieces, walls, solver, placement.regions)
 
 
-def _report(timed: Timed, limits: Limits | None, milliseconds: float) -> Report:
+def _report(timed: Timed, limits: Limits | None, unasked: bool, milliseconds: float) -> Report:
     outcome = timed.solved.outcome
     return Report(
         solver=outcome.solver,
@@ -201,4 +202,5 @@ def _report(timed: Timed, limits: Limits | None, milliseconds: float) -> Report:
         utilisation=() if limits is None else limits.utilisation(timed.trajectory),
         steps=timed.steps,
         interrupted=timed.interrupted,
+        notes=fixed_yaw_notes(limits, timed.trajectory) if unasked else (),
     )

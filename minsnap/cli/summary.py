@@ -27,6 +27,7 @@ _LINES = (
     ("rounds", "rounds", "{}"),
     ("milliseconds", "planned in", "{:.1f} ms"),
     ("interrupted", "interrupted", "{} (the best plan found until then)"),
+    ("note", "note", "{}"),
     ("output", "written", "{}"),
     ("plot", "drawn", "{}"),
 )
@@ -121,6 +122,7 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, li
         "rounds": report.rounds if report else None,
         "milliseconds": report.milliseconds if report else None,
         "interrupted": "yes" if report and report.interrupted else None,
+        "note": "; ".join(report.notes) if report and report.notes else None,
     }
 
 

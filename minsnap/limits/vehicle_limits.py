@@ -74,7 +74,7 @@ def limits_of(vehicle: Quadrotor, reserve: float, **others: Any) -> VehicleLimit
 def _rotors(vehicle: Quadrotor, reserve: float, traj: Trajectory) -> list[Utilisation]:
     """How far the room of a rotor's thrust above and below hover is used."""
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
-    found = _Bound(vehicle, traj).run()
+    found = RotorBound(vehicle, traj).run()
     return [
         _used(traj, "rotor_thrust", hover + (1.0 - reserve) * (most - hover), 1.0, hover, found[0]),
         _used(traj, "min_rotor_thrust", hover - (1.0 - reserve) * (hover - least), -1.0, hover, found[1]),
@@ -93,7 +93,7 @@ def _used(traj: Trajectory, name: str, limit: float, side: float, hover: float, 
     return Utilisation(name, hover + side * excess, limit, fraction, leg, instant, method)
 
 
-class _Bound:
+class RotorBound:
     """Largest departures of the rotors' thrusts from hover, sampled and then proved."""
 
     def __init__(self, vehicle: Quadrotor, traj: Trajectory) -> None:
@@ -103,7 +103,7 @@ class _Bound:
 
     def run(self) -> list[Found]:
         """Return the departures upwards and downwards."""
-        t, departures = self._sampled()
+        t, departures = self.sampled()
         best = departures.argmax(axis=1)
         values = departures.max(axis=1) + MARGIN * self.hover
         method = "sampled"
@@ -115,7 +115,8 @@ class _Bound:
     def _spinless(self) -> bool:
         return isinstance(self.yaw, TiltHeading) and self.yaw.gravity == self.vehicle.gravity
 
-    def _sampled(self) -> tuple[FloatArray, FloatArray]:
+    def sampled(self) -> tuple[FloatArray, FloatArray]:
+        """Return many instants (m,) [s] and there the largest departures upwards and downwards, (2, m) [N]."""
         from minsnap.vehicle import BodyDrag, flatness_of
 
         inner = np.linspace(0.0, 1.0, GRID, endpoint=False)

@@ -56,7 +56,7 @@ def draw_balls(ax: Axes, points: FloatArray, ball: Ball, gates: Mapping[int, Gat
 
 
 def _rings(dim: int) -> list[FloatArray]:
-    """Unit circles in the plane, or one for each pair of axes in space."""
+    """Return unit circles: one in the plane, one for each pair of axes in space."""
     angle = np.linspace(0.0, 2.0 * np.pi, AROUND + 1)
     flat = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     if dim == 2:

@@ -38,11 +38,11 @@ def draw_coloured(ax: Axes, samples: Samples, chosen: list[int], by: str) -> Non
     space.add_collection(lines) if len(chosen) == 2 else space.add_collection3d(lines)
     ax.update_datalim(points[:, :2])
     ax.autoscale_view()
-    ax.figure.colorbar(lines, ax=ax, label="speed [m/s]", shrink=0.8, pad=0.02)
+    ax.figure.colorbar(lines, ax=ax, label="speed [m/s]", shrink=0.8, pad=0.02 if len(chosen) == 2 else 0.12)
 
 
 def _collection(dim: int, segments: Any) -> Any:
-    how: dict[str, Any] = {"cmap": PALETTE, "linewidth": 2.6, "label": "path", "zorder": 3, "capstyle": "round"}
+    how: dict[str, Any] = {"cmap": PALETTE, "linewidth": 2.6, "zorder": 3, "capstyle": "round"}
     if dim == 2:
         from matplotlib.collections import LineCollection
 

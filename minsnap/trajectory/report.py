@@ -94,6 +94,8 @@ class Report:
         Why the native core left the problem to the Python core; empty where it did not.
     rungs : tuple of str
         Names of the fallbacks that were needed, in their order; empty where the first attempt succeeded.
+    notes : tuple of str
+        Sentences about what the request costs and need not.
     """
 
     solver: str
@@ -109,6 +111,7 @@ class Report:
     core: str = "python"
     handed_over: str = ""
     rungs: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def binding(self) -> Utilisation | None:

@@ -1,0 +1,45 @@
+"""What a fixed heading costs the rotors, for those who did not ask for one."""
+
+from __future__ import annotations
+
+from minsnap.limits.limits import Limits
+from minsnap.limits.vehicle_limits import RotorBound, VehicleLimits
+from minsnap.trajectory.tilt_heading import TiltHeading
+from minsnap.trajectory.trajectory import Trajectory
+
+NOTICEABLE = 0.01
+"""Share of the rotors' room below which what a heading costs is not worth a sentence."""
+
+
+def fixed_yaw_notes(limits: Limits | None, traj: Trajectory) -> tuple[str, ...]:
+    """Say how much less of the rotors' room the same curve would use without spin; nothing where it is no matter.
+
+    Parameters
+    ----------
+    limits : Limits or None
+        Of a vehicle, or there is nothing to say.
+    traj : Trajectory
+        With the heading that it was given.
+
+    Returns
+    -------
+    tuple of str
+        One sentence, or none.
+    """
+    if not isinstance(limits, VehicleLimits):
+        return ()
+    fixed, free = (_used(limits, curve) for curve in (traj, traj.with_yaw(TiltHeading(traj, gravity=limits.gravity))))
+    if fixed - free <= NOTICEABLE:
+        return ()
+    return (
+        "no yaw was asked for, so it is fixed, and every banked turn takes torque about the thrust axis: the rotors "
+        f"use {100.0 * fixed:.3g} % of their room on this curve, and with yaw='tilt' it would be {100.0 * free:.3g} %",
+    )
+
+
+def _used(limits: VehicleLimits, traj: Trajectory) -> float:
+    """Share of a rotor's room above or below hover that is used most, at many instants."""
+    vehicle, hover = limits.vehicle, limits.vehicle.hover_thrust
+    above, below = RotorBound(vehicle, traj).sampled()[1].max(axis=1)
+    least, most = vehicle.rotor_thrust_limits
+    return float(max(above / (most - hover), below / (hover - least)) / (1.0 - limits.reserve))
