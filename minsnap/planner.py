@@ -203,4 +203,6 @@ def _report(timed: Timed, limits: Limits | None, unasked: bool, milliseconds: fl
         steps=timed.steps,
         interrupted=timed.interrupted,
         notes=fixed_yaw_notes(limits, timed.trajectory) if unasked else (),
+        core=outcome.core,
+        handed_over=outcome.handed_over,
     )

@@ -9,6 +9,7 @@ import pytest
 from oracles.curves import jumps
 
 import minsnap
+from minsnap.native.library import core, using
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 DURATIONS = [4.0, 2.0, 4.0, 2.0]
@@ -190,8 +191,16 @@ def test_a_tolerance_of_one_waypoint_moves_that_one_alone():
     assert traj.cost() < minsnap.plan(CORNERS, DURATIONS).cost()
 
 
-def test_the_report_tells_how_it_was_found():
+def test_the_report_tells_which_core_answered():
     report = minsnap.plan(CORNERS, DURATIONS, corridor=0.3).report
+    assert report.core == core().name
+    assert report.handed_over == core().reason
+    assert report.cost == pytest.approx(1557.005, rel=1e-5)
+
+
+def test_the_report_tells_how_it_was_found():
+    with using("python"):
+        report = minsnap.plan(CORNERS, DURATIONS, corridor=0.3).report
     assert report.solver == "daqp"
     assert report.fallback == ()
     assert report.rounds > 1

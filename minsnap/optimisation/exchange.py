@@ -71,6 +71,12 @@ class Outcome:
         Solvers that failed on the way.
     excess : float
         Largest excess over a true wall, in its widths; 0 or less when inside.
+    core : str
+        Which core found it, ``"native"`` or ``"python"``.
+    handed_over : str
+        Why the native core did not; empty where it did or was not asked.
+    points : ndarray, shape (pieces, 2k, dim), or None
+        Control points that were proved to be inside [m]; None where they follow from ``knots``.
     """
 
     knots: FloatArray
@@ -80,6 +86,9 @@ class Outcome:
     solver: str
     fallback: tuple[str, ...]
     excess: float
+    core: str = "python"
+    handed_over: str = ""
+    points: FloatArray | None = None
 
 
 Proof = Callable[[Outcome], bool]

@@ -10,12 +10,15 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.corridors.margins import Margin, margin_to
 from minsnap.errors import CorridorError, SolverError
+from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.exchange import GAP, Exchange, Outcome
 from minsnap.optimisation.master_qp import InfeasibleRowsError
+from minsnap.optimisation.native_solve import solve_natively
 from minsnap.optimisation.normalised_constraints import Compiled, Rows, compile_walls
 from minsnap.optimisation.preconditioning import EXTENDED
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.rows import rows_in_unknowns
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.extrema import maxima
@@ -26,6 +29,9 @@ TOUCHING = 1e-9
 
 NOISE = 1e-13
 """Share of the largest derivative of its order below which one is rounding, where that decides what is inside."""
+
+NATIVE = "native"
+"""What reports call the native core, as a core and as a solver."""
 
 TRIES = 5
 """How often the walls are moved inwards again when rounding left the curve outside."""
@@ -57,7 +63,9 @@ class Solved:
     @cached_property
     def trajectory(self) -> Trajectory:
         """The curve in metres and seconds."""
-        points = self.problem.control_points(self.outcome.knots, self.task.positions, self.units.length)
+        points = self.outcome.points
+        if points is None:
+            points = self.problem.control_points(self.outcome.knots, self.task.positions, self.units.length)
         points.flags.writeable = False
         durations = self.problem.durations * self.units.time
         return Trajectory(points, durations, pieces=self.task.pieces)
@@ -111,6 +119,40 @@ def solve(
     """
     units = units or task.units(durations)
     problem = task.problem(durations, units)
+    if not certify or not task.constrained:
+        return _solved_in_python(task, problem, units, samples, certify, seed, gap, prove)
+    answer = solve_natively(task, durations, units, gap)
+    if isinstance(answer, CorridorAnswer):
+        return Solved(task, problem, units, _native_outcome(task, problem, units, answer))
+    found = _solved_in_python(task, problem, units, samples, certify, seed, gap, prove)
+    return replace(found, outcome=replace(found.outcome, handed_over=answer))
+
+
+def _native_outcome(task: Task, problem: Problem, units: Units, answer: CorridorAnswer) -> Outcome:
+    """Wrap a native answer, its contacts as rows."""
+    compiled = compile_walls(task, problem, units)
+    block = np.searchsorted(compiled.first, answer.wall, side="right") - 1
+    order, points, rows = np.argsort(block, kind="stable"), problem.relative_points(answer.knots), None
+    for number in np.unique(block):
+        chosen = order[block[order] == number]
+        index = answer.wall[chosen] - compiled.first[number]
+        found = compiled.rows(problem, points, int(number), index, answer.s[chosen])
+        rows = found if rows is None else rows.joined(found)
+    known = None if rows is None else rows_in_unknowns(problem, problem.plain_ends(answer.knots), compiled, rows)
+    multipliers = answer.multiplier[order]
+    return Outcome(answer.knots, known, multipliers, answer.rounds, NATIVE, (), 0.0, NATIVE, "", answer.points)
+
+
+def _solved_in_python(
+    task: Task,
+    problem: Problem,
+    units: Units,
+    samples: int | None,
+    certify: bool,
+    seed: Rows | None,
+    gap: float,
+    prove: bool,
+) -> Solved:
     base = unbounded_optimum(problem)
     if not task.constrained and not (problem.jumps and task.pins):
         return Solved(task, problem, units, Outcome(base, None, np.zeros(0), 0, "banded", (), 0.0))

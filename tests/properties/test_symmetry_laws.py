@@ -123,4 +123,4 @@ def test_a_wider_corridor_costs_no_more(asked, factor):
 def test_a_corridor_that_touches_nothing_changes_nothing(asked):
     free = minsnap.plan(**asked)
     asked["corridor"] = 1.01 * np.abs(positions(free)).max() + 10.0 * extent(asked) + 1e3
-    agree(positions(minsnap.plan(**asked)), positions(free), extent(asked), within=1e-12)
+    agree(positions(minsnap.plan(**asked)), positions(free), extent(asked), within=1e-10)

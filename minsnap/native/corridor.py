@@ -1,0 +1,146 @@
+"""Certified corridors in native code: least cost inside walls that hold at every instant, with a proof and a bound."""
+
+from __future__ import annotations
+
+from ctypes import c_double, c_int64, c_void_p
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.native.library import Entry, address
+from minsnap.native.status import Status
+
+_SOLVE = Entry(
+    "minsnap_corridor",
+    *(c_int64, c_int64, c_int64, c_int64, c_double, c_double, c_void_p, c_void_p, c_void_p, c_void_p),
+    *(c_int64, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
+    *(c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """Walls ``normal . (r^(order)(t) - anchor) <= bound``, m of them, each on one piece; C-contiguous arrays.
+
+    Parameters
+    ----------
+    piece, order : ndarray of int64, shape (m,)
+        Where, and which derivative.
+    normal, anchor : ndarray, shape (m, dim)
+    bound, width : ndarray, shape (m,)
+        Right-hand side, and the positive length by which an excess is judged, both [m/s^order].
+    when : ndarray of int64, shape (m,), or None
+        -1 for every instant of the piece, 0 for its start, 1 for its end; None is -1 for all.
+    """
+
+    piece: IntArray
+    order: IntArray
+    normal: FloatArray
+    anchor: FloatArray
+    bound: FloatArray
+    width: FloatArray
+    when: IntArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class CorridorQuestion:
+    """A chain of pieces through nominal positions, and the walls it must stay inside.
+
+    Parameters
+    ----------
+    half : int
+        k of degree 2k - 1.
+    positions : ndarray, shape (pieces + 1, dim)
+        Nominal positions of the knots [m].
+    durations : ndarray, shape (pieces,)
+        [s].
+    walls : Planes
+    length, time : float
+        What normalised lengths and times are worth [m], [s]; typical ones of the question.
+    pinned : ndarray of bool, shape (pieces + 1, k, dim), or None
+        Which derivatives 0 … k - 1 are given at the knots; None: all positions, and all derivatives at both ends.
+    values : ndarray, shape (pieces + 1, k, dim), or None
+        Their values, for positions the deviation from the nominal one [m/s^order]; None: zero.
+    closed : bool
+        The last knot is the first; its entries are not read.
+    """
+
+    half: int
+    positions: FloatArray
+    durations: FloatArray
+    walls: Planes
+    length: float
+    time: float
+    pinned: BoolArray | None = None
+    values: FloatArray | None = None
+    closed: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class CorridorAnswer:
+    """What the native core returned; all but ``status`` and ``attempts`` hold only if the status is ``DONE``.
+
+    Parameters
+    ----------
+    status : Status
+    points : ndarray, shape (pieces, 2k, dim)
+        Control points that are proved to be inside every wall [m].
+    knots : ndarray, shape (pieces + 1, k, dim)
+        Derivatives at the knots, normalised, of positions the deviation.
+    wall : ndarray of int64, shape (r,)
+        Walls that the curve touches, one for each contact.
+    s : ndarray, shape (r,)
+        Where on their pieces.
+    multiplier : ndarray, shape (r,)
+        By how much the normalised cost falls for each normalised unit by which the bound of that wall grows there.
+    cost, bound : float
+        Normalised cost, and a lower bound of the cost of every curve inside the walls, computed from the multipliers.
+    share : float
+        Share of their widths by which walls were moved inwards to leave room for the proof.
+    rounds : int
+    attempts : int
+        1: double precision was enough; 2: the longest floating type was used.
+    """
+
+    status: Status
+    points: FloatArray
+    knots: FloatArray
+    wall: IntArray
+    s: FloatArray
+    multiplier: FloatArray
+    cost: float
+    bound: float
+    share: float
+    rounds: int
+    attempts: int
+
+
+def solve_corridor(question: CorridorQuestion, gap: float = 1e-6) -> CorridorAnswer | None:
+    """Solve a question, giving away at most a share ``gap`` of the cost; None where the Python core is in use."""
+    function = _SOLVE.function()
+    if function is None:
+        return None
+    pieces, dim, half = len(question.durations), question.positions.shape[1], question.half
+    most = pieces * half * dim + 2
+    points, knots = np.empty((pieces, 2 * half, dim)), np.empty((pieces + 1, half, dim))
+    wall, rows, figures = np.empty(most, dtype=np.int64), np.empty((2, most)), np.zeros(6)
+    status = function(
+        *(half, pieces, dim, question.closed, question.length, question.time),
+        *map(_pointer, (question.positions, question.durations, question.pinned, question.values)),
+        *_wall_arguments(question.walls),
+        *(gap, *map(address, (points, knots, wall, rows[0], rows[1], figures))),
+    )
+    cost, bound, share, count, rounds, attempts = figures.tolist()
+    used = slice(0, int(count))
+    active = wall[used], rows[0, used], rows[1, used]
+    return CorridorAnswer(Status(status), points, knots, *active, cost, bound, share, int(rounds), int(attempts))
+
+
+def _wall_arguments(walls: Planes) -> tuple[object, ...]:
+    arrays = (walls.piece, walls.order, walls.normal, walls.anchor, walls.bound, walls.width, walls.when)
+    return (len(walls.piece), *map(_pointer, arrays))
+
+
+def _pointer(array: FloatArray | IntArray | BoolArray | None) -> object:
+    return None if array is None else address(array)

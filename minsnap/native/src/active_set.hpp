@@ -1,0 +1,303 @@
+// A dual active set for the least-distance problem min |z|^2 subject to a_k . z <= b_k, where z are the deviations from
+// the optimum without walls in coordinates that make the cost a sum of squares.
+//
+// D. Goldfarb and A. Idnani, "A numerically stable dual method for solving strictly convex quadratic programs",
+// Mathematical Programming 27, 1983. Rows have unit length; z = -sum mu_k a_k at every step, mu >= 0. The values of rows
+// are taken from the current curve, and only increments go through the triangular factor: values from z itself are off
+// by the condition of that factor.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "orthogonal.hpp"
+#include "square_root.hpp"
+#include "walls.hpp"
+
+namespace minsnap {
+
+template <class Real>
+struct Row {
+    int wall, slot;
+    Real s;
+    Real limit;       // of n.r, the wall moved inwards
+    Real norm;        // length of the row in z before it is made one
+    Real value;       // of n.r on the curve as last placed
+    Real multiplier;  // for the row of unit length and the cost without 1/2, halved
+    Reach reach;
+};
+
+enum class Entered { added, kept_already, infeasible, stalled };
+
+template <class Real, int Half>
+class ActiveSet {
+public:
+    ActiveSet(Chain<Real, Half> &chain, const Buffer<Wall<Real>> &walls, const SquareRoot<Real, Half> *const *factors)
+        : chain_(chain), walls_(walls), factors_(factors) {}
+
+    [[nodiscard]] bool allocate() {
+        if (!lay_out()) return false;
+        const std::size_t n = layout_.entries, most = n + 2;
+        return rows_.allocate(most) && vectors_.allocate(most * n + 1) && free_.allocate(most) &&
+               z_.allocate(n + 1) && step_.allocate(n + 1) && rest_.allocate(n + 1) && along_.allocate(most) &&
+               factor_.allocate(layout_.entries) && orthogonal_.allocate(layout_, int(n) + 1);
+    }
+
+    void clear() {
+        for (int i = 0; i < layout_.entries; ++i) z_[i] = step_[i] = 0;
+        forget();
+    }
+
+    int count() const { return count_; }
+    Row<Real> &row(int k) { return rows_[k]; }
+    const Row<Real> &row(int k) const { return rows_[k]; }
+    const Layout &layout() const { return layout_; }
+    Orthogonal<Real> &orthogonal() { return orthogonal_; }
+    Real squared_distance() const { return dot(z_.data(), z_.data(), layout_.entries); }
+
+    // Make a row the candidate: it stands behind the active ones. False if the unknowns cannot change its value.
+    bool propose(int wall, Real s, Real share) {
+        if (count_ > layout_.entries) return false;
+        Row<Real> &row = rows_[count_];
+        row = {};
+        row.wall = wall, row.s = s, row.slot = free_[count_];
+        row.limit = walls_[wall].bound - share * give_at(walls_[wall], s);
+        Real *const a = own_vector(count_);
+        row.reach = whiten(wall, s, 0, a);
+        row.norm = std::sqrt(orthogonal_.inner(a, row.reach, a, row.reach));
+        if (!(row.norm > 0)) return false;
+        for (int i = 0; i < layout_.entries; ++i) a[i] /= row.norm;
+        measure(row);
+        return true;
+    }
+
+    // Value of a row on the curve, the steps not yet placed included.
+    Real value(int k) const {
+        const Row<Real> &row = rows_[k];
+        return row.value + row.norm * orthogonal_.inner(vector(k), row.reach, step_.data(), everywhere());
+    }
+
+    // Take the candidate in, dropping rows that give way to it.
+    Entered enter() {
+        Real taken = 0;
+        for (int turn = 0; turn < 4 * layout_.entries + 40; ++turn) {
+            const Real violation = (value(count_) - rows_[count_].limit) / rows_[count_].norm;
+            if (violation <= 0 && turn == 0) return Entered::kept_already;
+            std::memcpy(rest_.data(), vector(count_), sizeof(Real) * layout_.entries);
+            Reach reach = rows_[count_].reach;
+            const Real squared = orthogonal_.project(rest_.data(), reach, along_.data());
+            const bool independent = squared > dependence() && count_ < layout_.entries;
+            const Real full = independent ? largest(violation, Real(0)) / squared : infinity();
+            std::memcpy(factor_.data(), along_.data(), sizeof(Real) * count_);
+            orthogonal_.solve(factor_.data());
+            Real partial = infinity();
+            const int gives_way = first_to_vanish(partial);
+            const Real length = smallest(full, partial);
+            if (!(length < infinity())) return Entered::infeasible;
+            for (int k = 0; k < count_; ++k) rows_[k].multiplier -= length * factor_[k];
+            if (independent) move(-length, rest_.data(), reach);
+            taken += length;
+            if (full <= partial) {
+                orthogonal_.append(rest_.data(), reach, squared, along_.data());
+                rows_[count_++].multiplier = taken;
+                return Entered::added;
+            }
+            remove(gives_way);
+        }
+        return Entered::stalled;
+    }
+
+    // Bring the curve to where the steps lead, and measure all rows on it.
+    void place() {
+        for (int axis = 0; axis < layout_.dim; ++axis) {
+            Real *const x = step_.data() + layout_.offset[axis];
+            factors_[axis]->backward(x);
+            factors_[axis]->add(chain_, axis, x);
+        }
+        for (int i = 0; i < layout_.entries; ++i) step_[i] = 0;
+        chain_.place();
+        for (int k = 0; k < count_; ++k) measure(rows_[k]);
+    }
+
+    // Refine until the active rows hold with equality on the curve itself.
+    void settle() {
+        Real before = infinity();
+        for (int pass = 0; pass < 5; ++pass) {
+            Real worst = 0;
+            for (int k = 0; k < count_; ++k) {
+                const Real residual = rows_[k].value - rows_[k].limit;
+                worst = largest(worst, std::fabs(residual) / walls_[rows_[k].wall].width);
+                along_[k] = residual / rows_[k].norm;
+            }
+            if (worst < fine() || !(worst < before / 2)) return;
+            before = worst;
+            orthogonal_.solve_transposed(along_.data());
+            orthogonal_.subtract(z_.data(), along_.data());
+            orthogonal_.subtract(step_.data(), along_.data());
+            orthogonal_.solve(along_.data());
+            for (int k = 0; k < count_; ++k) rows_[k].multiplier += along_[k];
+            place();
+        }
+    }
+
+    // Rows with a negative multiplier leave, the worst first, with their share of z. False if that does not end.
+    bool drop_negative() {
+        for (int turn = 0; turn <= layout_.entries + 1; ++turn) {
+            int worst = -1;
+            for (int k = 0; k < count_; ++k)
+                if (rows_[k].multiplier < (worst < 0 ? Real(0) : rows_[worst].multiplier)) worst = k;
+            if (worst < 0) return true;
+            move(rows_[worst].multiplier, vector(worst), rows_[worst].reach);
+            remove(worst);
+            place();
+            settle();
+        }
+        return false;
+    }
+
+    // Replace all rows by others, given by wall, s and multiplier. False if they are dependent.
+    bool replace(const Row<Real> *others, int count, Real share) {
+        for (int i = 0; i < layout_.entries; ++i) step_[i] = step_[i] - z_[i], z_[i] = 0;
+        forget();
+        bool independent = true;
+        for (int k = 0; k < count && independent; ++k) {
+            if (!propose(others[k].wall, others[k].s, share)) continue;
+            independent = join(others[k].multiplier);
+        }
+        place();
+        if (!independent) return false;
+        settle();
+        return drop_negative();
+    }
+
+    // Give all rows the limits of walls moved inwards by a share of their widths, and solve again.
+    bool tighten(Real share) {
+        for (int k = 0; k < count_; ++k) {
+            const Wall<Real> &wall = walls_[rows_[k].wall];
+            rows_[k].limit = wall.bound - share * give_at(wall, rows_[k].s);
+        }
+        settle();
+        return drop_negative();
+    }
+
+    // What the cost rises by for each share of their widths that the walls move inwards.
+    Real slope() const {
+        Real total = 0;
+        for (int k = 0; k < count_; ++k) {
+            const Row<Real> &row = rows_[k];
+            total += 2 * row.multiplier / row.norm * give_at(walls_[row.wall], row.s);
+        }
+        return total;
+    }
+
+    // The row of the ``further``-th derivative in s of a wall at s, whitened: what it reaches.
+    Reach whiten(int wall, Real s, int further, Real *a) {
+        const Wall<Real> &own = walls_[wall];
+        Real factors[max_points];
+        row_factors(chain_.size, *chain_.tables, chain_.durations[own.piece], own.order + further, s, factors);
+        for (int i = 0; i < layout_.entries; ++i) a[i] = 0;
+        int known = -1;
+        for (int axis = 0; axis < layout_.dim; ++axis) {
+            if (!(own.axes >> axis & 1U)) continue;
+            Real *const out = a + layout_.offset[axis];
+            const int from = layout_.first(axis, own.piece) - layout_.offset[axis];
+            const int length = factors_[axis]->unknowns();
+            if (known >= 0 && factors_[known] == factors_[axis]) {
+                const Real ratio = own.normal[axis] / own.normal[known];
+                const Real *const same = a + layout_.offset[known];
+                for (int i = from; i < length; ++i) out[i] = ratio * same[i];
+                continue;
+            }
+            factors_[axis]->forward(own.piece, factors, out);
+            Real scale = own.normal[axis];
+            for (int q = 0; q < further; ++q) scale *= chain_.durations[own.piece];
+            for (int i = from; i < length; ++i) out[i] *= scale;
+            known = axis;
+        }
+        return {own.axes, own.piece};
+    }
+
+    const Real *vector(int k) const { return &vectors_[std::size_t(rows_[k].slot) * layout_.entries]; }
+
+private:
+    static Real infinity() { return std::numeric_limits<Real>::infinity(); }
+    static Real epsilon() { return std::numeric_limits<Real>::epsilon(); }
+    static Real dependence() { return Real(1e-18) * (epsilon() / Real(2.2e-16)); }  // of a squared length
+    static Real fine() { return Real(1e-11) * (epsilon() / Real(2.2e-16)); }        // residual, in widths
+    static Reach everywhere() { return {~0U, 0}; }
+    Real *own_vector(int k) { return &vectors_[std::size_t(rows_[k].slot) * layout_.entries]; }
+
+    bool lay_out() {
+        layout_.dim = chain_.dim, layout_.pieces = chain_.pieces;
+        if (!layout_.begin.allocate(std::size_t(chain_.dim) * chain_.pieces)) return false;
+        layout_.offset[0] = 0;
+        for (int axis = 0; axis < chain_.dim; ++axis) {
+            layout_.offset[axis + 1] = layout_.offset[axis] + factors_[axis]->unknowns();
+            for (int piece = 0; piece < chain_.pieces; ++piece)
+                layout_.begin[std::size_t(axis) * chain_.pieces + piece] =
+                    layout_.offset[axis] + factors_[axis]->start(piece);
+        }
+        layout_.entries = layout_.offset[chain_.dim];
+        return true;
+    }
+
+    void forget() {
+        count_ = 0;
+        orthogonal_.clear();
+        for (int i = 0; i < layout_.entries + 2; ++i) free_[i] = i, rows_[i] = {};
+    }
+
+    void measure(Row<Real> &row) const {
+        Real points[max_points];
+        const int degree = along_normal(chain_, chain_.points.data(), walls_[row.wall], points);
+        row.value = jet_at(points, degree, row.s).value;
+    }
+
+    void move(Real length, const Real *direction, Reach reach) {
+        orthogonal_.add(z_.data(), length, direction, reach);
+        orthogonal_.add(step_.data(), length, direction, reach);
+    }
+
+    int first_to_vanish(Real &length) const {
+        int first = -1;
+        for (int k = 0; k < count_; ++k)
+            if (factor_[k] > 0 && rows_[k].multiplier < length * factor_[k]) {
+                length = largest(rows_[k].multiplier, Real(0)) / factor_[k];
+                first = k;
+            }
+        return first;
+    }
+
+    // Add the candidate with a given multiplier, whatever its value.
+    bool join(Real multiplier) {
+        std::memcpy(rest_.data(), vector(count_), sizeof(Real) * layout_.entries);
+        Reach reach = rows_[count_].reach;
+        const Real squared = orthogonal_.project(rest_.data(), reach, along_.data());
+        if (!(squared > dependence())) return false;
+        move(-multiplier, vector(count_), rows_[count_].reach);
+        orthogonal_.append(rest_.data(), reach, squared, along_.data());
+        rows_[count_++].multiplier = multiplier;
+        return true;
+    }
+
+    // Take an active row out; the candidate moves up with the rows behind it.
+    void remove(int k) {
+        const int slot = rows_[k].slot;
+        orthogonal_.remove(k);
+        for (int j = k; j < count_; ++j) rows_[j] = rows_[j + 1];
+        free_[count_ - 1] = free_[count_];  // the candidate's place
+        free_[count_--] = slot;
+    }
+
+    Chain<Real, Half> &chain_;
+    const Buffer<Wall<Real>> &walls_;
+    const SquareRoot<Real, Half> *const *factors_;  // one for each coordinate
+    Layout layout_;
+    Orthogonal<Real> orthogonal_;
+    Buffer<Row<Real>> rows_;
+    Buffer<Real> vectors_, z_, step_, rest_, along_, factor_;
+    Buffer<int> free_;
+    int count_ = 0;
+};
+
+}  // namespace minsnap

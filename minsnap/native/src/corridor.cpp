@@ -1,0 +1,96 @@
+// Entry point for certified corridors of a few tens of pieces.
+#include <cmath>
+#include <cstdint>
+
+#include "exchange.hpp"
+#include "export.hpp"
+
+namespace minsnap {
+namespace {
+
+constexpr std::int64_t most_pieces = 64, most_walls = 20'000;
+
+bool all_finite(const double *values, std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i)
+        if (!std::isfinite(values[i])) return false;
+    return true;
+}
+
+bool all_positive(const double *values, std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i)
+        if (!(values[i] > 0.0 && std::isfinite(values[i]))) return false;
+    return true;
+}
+
+bool all_within(const std::int64_t *values, std::int64_t count, std::int64_t lowest, std::int64_t highest) {
+    for (std::int64_t i = 0; i < count; ++i)
+        if (values[i] < lowest || values[i] > highest) return false;
+    return true;
+}
+
+bool sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls) {
+    return half >= 2 && half <= max_half && pieces >= 1 && pieces <= most_pieces && dim >= 1 && dim <= max_dim &&
+           walls >= 0 && walls <= most_walls;
+}
+
+bool walls_fit(const Request &given) {
+    const GivenWalls &walls = given.walls;
+    return all_within(walls.piece, walls.count, 0, given.pieces - 1) &&
+           all_within(walls.order, walls.count, 0, 2 * given.half - 2) &&
+           (walls.when == nullptr || all_within(walls.when, walls.count, -1, 1));
+}
+
+bool numbers_fit(const Request &given) {
+    const GivenWalls &walls = given.walls;
+    const double units[] = {given.length, given.time, given.gap};
+    const std::int64_t knots = given.pieces + 1;
+    return all_positive(units, 3) && all_finite(given.positions, knots * given.dim) &&
+           all_positive(given.durations, given.pieces) &&
+           (given.values == nullptr || all_finite(given.values, knots * given.half * given.dim)) &&
+           all_finite(walls.normal, walls.count * given.dim) && all_finite(walls.anchor, walls.count * given.dim) &&
+           all_finite(walls.bound, walls.count) && all_positive(walls.width, walls.count);
+}
+
+template <class Real, int Half>
+Status solve(const Request &given, Answer &answer) {
+    Exchange<Real, Half> exchange(given);
+    return exchange.solve(answer);
+}
+
+// In double precision; where that does not end with a proof, once more in the longest floating type there is.
+Status solve_twice(const Request &given, Answer &answer, std::int64_t &attempts) {
+    attempts = 1;
+    const Status status = given.half == 4 ? solve<double, 4>(given, answer) : solve<double, 0>(given, answer);
+    if (status == Status::done || status == Status::no_memory || status == Status::infeasible) return status;
+    attempts = 2;
+    return solve<long double, 0>(given, answer);
+}
+
+}  // namespace
+}  // namespace minsnap
+
+// Least cost inside walls that hold at every instant, proved. Sizes as in request.hpp, walls.hpp and exchange.hpp;
+// ``pinned``, ``values`` and ``when`` may be null. figures (6,): cost, lower bound, share of widths moved, rows, rounds,
+// attempts.
+MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pieces, std::int64_t dim,
+                                             std::int64_t closed, double length, double time, const double *positions,
+                                             const double *durations, const std::uint8_t *pinned, const double *values,
+                                             std::int64_t walls, const std::int64_t *piece, const std::int64_t *order,
+                                             const double *normal, const double *anchor, const double *bound,
+                                             const double *width, const std::int64_t *when, double gap, double *points,
+                                             double *knots, std::int64_t *row_wall, double *row_s,
+                                             double *row_multiplier, double *figures) {
+    using namespace minsnap;
+    if (!sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
+    const Request given = {int(half), int(pieces), int(dim), closed != 0, length, time, positions, durations, pinned,
+                           values, {walls, piece, order, normal, anchor, bound, width, when}, gap};
+    if (!walls_fit(given)) return std::int32_t(Status::bad_size);
+    if (!numbers_fit(given)) return std::int32_t(Status::bad_number);
+    Answer answer = {points, knots, row_wall, row_s, row_multiplier, 0.0, 0.0, 0.0, 0, 0};
+    std::int64_t attempts = 0;
+    const Status status = solve_twice(given, answer, attempts);
+    const double values_out[] = {answer.cost, answer.bound, answer.share, double(answer.rows), double(answer.rounds),
+                                 double(attempts)};
+    for (int i = 0; i < 6; ++i) figures[i] = values_out[i];
+    return std::int32_t(status);
+}

@@ -1,0 +1,293 @@
+// The certified optimum inside walls that hold at every instant: an exchange inside a dual active set.
+//
+// The dual active set starts at the optimum without walls and takes in the most violated rows; here rows are the instants
+// where the curve sticks out. Near the end the walls are moved inwards by a share of their widths that costs less than
+// the gap allows, and the control points that are returned are proved to be inside the true walls. The dual bound is
+// computed from the multipliers and the optimum without walls alone.
+#pragma once
+
+#include <algorithm>
+
+#include "contacts.hpp"
+#include "peaks.hpp"
+#include "proof.hpp"
+#include "request.hpp"
+
+namespace minsnap {
+
+// What is written for the caller; normalised units but for the control points.
+struct Answer {
+    double *points;                  // (pieces, 2k, dim) [m]
+    double *knots;                   // (pieces + 1, k, dim)
+    std::int64_t *wall;              // (pieces * k * dim + 2,): the active rows' walls,
+    double *s, *multiplier;          // their instants, and by how much the cost falls for each unit of their bounds
+    double cost, bound, share;       // of the curve; a lower bound of any cost; share of the widths moved inwards
+    std::int64_t rows, rounds;
+};
+
+template <class Real, int Half>
+class Exchange {
+public:
+    explicit Exchange(const Request &given)
+        : given_(given), chain(given.half), active(chain, walls_, factor_of_), contacts_(chain, walls_, active) {}
+
+    // Solve; what is written holds if the status is ``done``.
+    Status solve(Answer &answer) {
+        Status status = prepare();
+        if (status == Status::done) status = iterate(answer.points);
+        answer.rounds = rounds_;
+        return status == Status::done ? finish(answer) : status;
+    }
+
+private:
+    const Request &given_;
+    Buffer<Wall<Real>> walls_;
+    SquareRoot<Real, Half> factors_[max_dim];
+    const SquareRoot<Real, Half> *factor_of_[max_dim] = {};
+
+public:
+    Chain<Real, Half> chain;
+    ActiveSet<Real, Half> active;
+
+private:
+    static constexpr int most_rounds = 300, most_tries = 8;
+
+    Status prepare() {
+        if (!chain.allocate(given_.pieces, given_.dim, given_.closed)) return Status::no_memory;
+        if (!walls_.allocate(given_.walls.count + 1)) return Status::no_memory;
+        load_chain(given_, chain);
+        for (std::int64_t index = 0; index < given_.walls.count; ++index) {
+            const Status status = load_wall(given_, chain, index, walls_[index]);
+            if (status != Status::done) return status;
+        }
+        const Status status = factorise();
+        if (status != Status::done) return status;
+        most_peaks_ = 8 * given_.walls.count + 8;
+        if (!active.allocate() || !contacts_.allocate() || !peaks_.allocate(most_peaks_)) return Status::no_memory;
+        return start();
+    }
+
+    // One factor for all coordinates that are pinned alike.
+    Status factorise() {
+        free_cost_ = 0;
+        bool done[max_dim] = {};
+        for (int axis = 0; axis < chain.dim; ++axis) {
+            if (done[axis]) continue;
+            int axes[max_dim], count = 0;
+            for (int other = axis; other < chain.dim; ++other)
+                if (!done[other] && pinned_alike(axis, other)) axes[count++] = other, done[other] = true;
+            SquareRoot<Real, Half> &factor = factors_[axis];
+            if (!factor.allocate(chain)) return Status::no_memory;
+            const Status status = factor.factorise(chain, axes, count);
+            if (status != Status::done) return status;
+            free_cost_ += factor.rest();
+            if (!scratch_.allocate(factor.unknowns() + 1)) return Status::no_memory;
+            for (int i = 0; i < count; ++i) {
+                factor_of_[axes[i]] = &factor;
+                factor.optimum(i, scratch_.data());
+                factor.add(chain, axes[i], scratch_.data());
+            }
+        }
+        return Status::done;
+    }
+
+    bool pinned_alike(int axis, int other) const {
+        if (axis == other) return true;
+        const std::size_t states = std::size_t(chain.pieces + (chain.closed ? 0 : 1)) * chain.size.half();
+        for (std::size_t i = 0; i < states; ++i)
+            if (chain.pinned[i * chain.dim + axis] != chain.pinned[i * chain.dim + other]) return false;
+        return true;
+    }
+
+    Status start() {
+        const std::size_t count = std::size_t(chain.pieces) * chain.dim * chain.size.points();
+        if (!free_points_.allocate(count)) return Status::no_memory;
+        chain.place();
+        std::memcpy(free_points_.data(), chain.points.data(), sizeof(Real) * count);
+        active.clear();
+        return Status::done;
+    }
+
+    Status iterate(double *points) {
+        for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
+            find_peaks();
+            if (share_ == 0 && worst_ <= affordable() / 2) {
+                if (active.count() == 0 && peak_count_ == 0 && proved(points)) return Status::done;
+                share_ = Real(0.66) * affordable();
+                if (!active.tighten(share_)) return Status::no_progress;
+                find_peaks();
+            }
+            if (share_ > 0 && worst_ <= Real(0.7) * share_) {
+                if (proved(points)) return Status::done;
+                if (++tries_ > most_tries) return Status::not_proved;
+                add_failures();
+                if (peak_count_ == 0) return Status::not_proved;
+                pause_ = largest(pause_, 2);
+            }
+            if (pause_ == 0 && near_rows() && moved()) continue;
+            if (pause_ > 0) --pause_;
+            const Status status = take_in();
+            if (status != Status::done) return status;
+        }
+        return Status::no_progress;
+    }
+
+    // By how large a share of their widths walls may move inwards.
+    Real affordable() const {
+        const Real cost = free_cost_ + active.squared_distance(), slope = active.slope();
+        const Real most = Real(1e-3);
+        return slope > 0 ? smallest(Real(given_.gap) * cost / (Real(1.5) * slope), most) : most;
+    }
+
+    void find_peaks() {
+        peak_count_ = 0, worst_ = 0;
+        for (int wall = 0; wall < int(given_.walls.count); ++wall) {
+            Real excess[max_points];
+            const int degree = excess_over(wall, excess);
+            const Real floor = Real(1e-13) * walls_[wall].width;
+            const When when = walls_[wall].when;
+            if (when == When::always)
+                peaks_of(excess, degree, floor, [&](Real s, Real value) { note(wall, s, value); });
+            else if (excess[when == When::start ? 0 : degree] > floor)
+                note(wall, Real(int(when)), excess[when == When::start ? 0 : degree]);
+        }
+    }
+
+    // Control points of the excess over a wall moved inwards; returns their degree.
+    int excess_over(int wall, Real *excess) const {
+        const int degree = along_normal(chain, chain.points.data(), walls_[wall], excess);
+        subtract_bound(walls_[wall], share_, degree, excess);
+        return degree;
+    }
+
+    void note(int wall, Real s, Real value) {
+        const Real excess = value / unit_at(walls_[wall], s);
+        worst_ = largest(worst_, excess);
+        if (peak_count_ < most_peaks_) peaks_[peak_count_++] = {wall, s, excess};
+    }
+
+    // Prove the control points to be returned; the instants where that failed are kept.
+    bool proved(double *points) {
+        write_points(given_, chain, points);
+        failure_count_ = 0;
+        bool all = true;
+        const int count = chain.size.points();
+        for (std::int64_t wall = 0; wall < given_.walls.count; ++wall) {
+            double where = 0.0;
+            if (wall_kept(given_.walls, wall, points, count, chain.dim, given_.durations, where)) continue;
+            all = false;
+            if (failure_count_ < most_failures) failures_[failure_count_++] = {int(wall), Real(where), 0};
+        }
+        return all;
+    }
+
+    // The instants where the proof failed become peaks, where the curve is beyond the walls moved inwards.
+    void add_failures() {
+        for (int i = 0; i < failure_count_; ++i) {
+            Real excess[max_points];
+            const int degree = excess_over(failures_[i].wall, excess);
+            const Real value = jet_at(excess, degree, failures_[i].s).value;
+            if (value > 0) note(failures_[i].wall, failures_[i].s, value);
+        }
+    }
+
+    // Whether every peak that matters lies near an active row.
+    bool near_rows() const {
+        if (active.count() == 0 || worst_ >= Real(0.5)) return false;
+        for (int i = 0; i < peak_count_; ++i) {
+            if (peaks_[i].excess < Real(0.3) * worst_) continue;
+            bool near = false;
+            for (int k = 0; k < active.count() && !near; ++k) {
+                const Row<Real> &row = active.row(k);
+                near = row.wall == peaks_[i].wall && std::fabs(row.s - peaks_[i].s) < Real(0.3);
+            }
+            if (!near) return false;
+        }
+        return peak_count_ > 0;
+    }
+
+    // Move the rows to the contacts; if that does not halve the excess, come back.
+    bool moved() {
+        const Real before = worst_;
+        contacts_.remember();
+        if (contacts_.merge(share_) && contacts_.step(share_)) {
+            find_peaks();
+            if (worst_ < before / 2) return true;
+        }
+        contacts_.come_back(share_);
+        find_peaks();
+        pause_ = 3;
+        return false;
+    }
+
+    // Take in the peaks, worst first, each that is still violated when its turn comes.
+    Status take_in() {
+        std::sort(peaks_.data(), peaks_.data() + peak_count_,
+                  [](const Peak<Real> &a, const Peak<Real> &b) { return a.excess > b.excess; });
+        bool any = false;
+        for (int i = 0; i < peak_count_; ++i) {
+            const Peak<Real> &peak = peaks_[i];
+            if (any && peak.excess < Real(0.05) * worst_) break;
+            if (!active.propose(peak.wall, peak.s, share_)) continue;
+            const Real left = active.value(active.count()) - active.row(active.count()).limit;
+            if (left < peak.excess / 2 * unit_at(walls_[peak.wall], peak.s)) continue;
+            const Entered entered = active.enter();
+            if (entered == Entered::stalled) return Status::no_progress;
+            any = any || entered == Entered::added;
+            infeasible_ = entered == Entered::infeasible;
+        }
+        if (!any) return infeasible_ ? Status::infeasible : Status::no_progress;
+        active.place();
+        active.settle();
+        return active.drop_negative() ? Status::done : Status::no_progress;
+    }
+
+    // The cost of the curve, and apart from it the bound that the multipliers prove; they must agree.
+    Status finish(Answer &answer) {
+        const Real cost = chain.cost(), bound = dual_bound();
+        answer.cost = double(cost), answer.bound = double(bound), answer.share = double(share_);
+        answer.rows = active.count();
+        for (int k = 0; k < active.count(); ++k) {
+            const Row<Real> &row = active.row(k);
+            answer.wall[k] = row.wall, answer.s[k] = double(row.s);
+            answer.multiplier[k] = double(2 * largest(row.multiplier, Real(0)) / row.norm);
+        }
+        const std::size_t state = std::size_t(chain.size.half()) * chain.dim;
+        for (int knot = 0; knot <= chain.pieces; ++knot)
+            for (std::size_t i = 0; i < state; ++i)
+                answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
+        return std::fabs(cost - bound) <= Real(given_.gap) * cost ? Status::done : Status::not_proved;
+    }
+
+    // The least value of cost + 2 sum mu (n.r - b) over all curves is J0 - |sum mu a|^2 + 2 sum mu (n.r0 - b), where J0
+    // and r0 belong to the optimum without walls. It bounds every cost for any mu >= 0, wherever they come from.
+    Real dual_bound() {
+        const int entries = active.layout().entries;
+        if (!scratch_.allocate(entries + 1)) return -std::numeric_limits<Real>::infinity();
+        for (int i = 0; i < entries; ++i) scratch_[i] = 0;
+        Real linear = 0, points[max_points];
+        for (int k = 0; k < active.count(); ++k) {
+            const Row<Real> &row = active.row(k);
+            const Wall<Real> &wall = walls_[row.wall];
+            const Real multiplier = largest(row.multiplier, Real(0));
+            const int degree = along_normal(chain, free_points_.data(), wall, points);
+            linear += multiplier / row.norm * (jet_at(points, degree, row.s).value - wall.bound);
+            active.orthogonal().add(scratch_.data(), multiplier, active.vector(k), row.reach);
+        }
+        return free_cost_ - dot(scratch_.data(), scratch_.data(), entries) + 2 * linear;
+    }
+
+    static constexpr int most_failures = 64;
+
+    Contacts<Real, Half> contacts_;
+    Buffer<Peak<Real>> peaks_;
+    Buffer<Real> scratch_, free_points_;
+    Peak<Real> failures_[most_failures];
+    Real free_cost_ = 0, share_ = 0, worst_ = 0;
+    std::int64_t most_peaks_ = 0, peak_count_ = 0;
+    int failure_count_ = 0, pause_ = 0, tries_ = 0;
+    bool infeasible_ = false;
+    int rounds_ = 0;
+};
+
+}  // namespace minsnap

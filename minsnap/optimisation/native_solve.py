@@ -1,0 +1,95 @@
+"""Asks the native core for the curve of a task, where it does that kind of task, and says why where it does not."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, IntArray
+from minsnap.corridors.constraint import Cones
+from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, Planes, solve_corridor
+from minsnap.native.library import core
+from minsnap.native.status import Status
+from minsnap.optimisation.problem import Task
+from minsnap.optimisation.units import Units
+
+MOST_PIECES = 64
+"""Pieces up to which the native core solves a corridor as a whole."""
+
+
+def solve_natively(task: Task, durations: FloatArray, units: Units, gap: float) -> CorridorAnswer | str:
+    """Return a proved answer for piece durations (pieces in all,) [s], or the reason why there is none."""
+    reason = core().reason or _unsupported(task, len(durations))
+    if reason:
+        return reason
+    positions, pinned = np.ascontiguousarray(task.positions), np.ascontiguousarray(~task.free)
+    known = (pinned, _pinned_values(task), task.closed)
+    question = CorridorQuestion(
+        task.half, positions, np.ascontiguousarray(durations), native_walls(task), units.length, units.time, *known
+    )
+    answer = solve_corridor(question, gap)
+    if answer is None:
+        return core().reason
+    return answer if answer.status is Status.DONE else answer.status.reason
+
+
+def _unsupported(task: Task, pieces: int) -> str:
+    """Why the native core is not asked; empty if it is."""
+    if task.solver != "auto":
+        return f"the solver {task.solver} was asked for"
+    if task.regions:
+        return "the native core does not do waypoints in balls and gates"
+    if task.continuity != task.half - 1:
+        return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
+    if not all(walls.cones.flat for walls in task.walls):
+        return "the native core does not do round walls"
+    if pieces > MOST_PIECES:
+        return f"the native core solves corridors of up to {MOST_PIECES} pieces, not {pieces}"
+    return ""
+
+
+def native_walls(task: Task) -> Planes:
+    """Walls of a task in the order of ``compile_walls``: those of its constraints, then the boxes of its waypoints."""
+    blocks = [_wall_planes(walls.cones, task.pieces) for walls in task.walls]
+    if task.held.any():
+        blocks.append(_waypoint_planes(task))
+    names = ("piece", "order", "normal", "anchor", "bound", "width")
+    piece, order, *parts = (np.concatenate([getattr(block, name) for block in blocks]) for name in names)
+    normal, anchor, bound, width = parts
+    when = None
+    if task.held.any():
+        when = np.concatenate([np.full(len(b.piece), -1) if b.when is None else b.when for b in blocks])
+    return Planes(piece, order, normal, anchor, bound, width, when)
+
+
+def _wall_planes(cones: Cones, pieces: int) -> Planes:
+    leg, row = cones.leg, np.arange(len(cones.leg))
+    if pieces > 1:
+        leg, row = (leg[:, None] * pieces + np.arange(pieces)).reshape(-1), np.repeat(row, pieces)
+    order = np.full(len(leg), cones.order)
+    return Planes(leg, order, -cones.slope[row], cones.anchor[row], cones.radius[row], cones.width[row])
+
+
+def _waypoint_planes(task: Task) -> Planes:
+    """Two planes for each coordinate of a waypoint that may vary within bounds, at the knot only."""
+    waypoint, axis = np.nonzero(task.upper > task.lower)
+    if task.closed:
+        waypoint, axis = waypoint[waypoint < task.legs], axis[waypoint < task.legs]
+    knot = waypoint * task.pieces
+    last = knot == task.legs * task.pieces
+    upper, lower = task.upper[waypoint, axis], task.lower[waypoint, axis]
+    normal = np.eye(task.dim)[axis]
+    twice: list[IntArray] = [np.tile(values, 2) for values in (knot - last, np.zeros_like(knot), last.astype(np.intp))]
+    anchor, width = np.tile(task.positions[knot], (2, 1)), np.tile((upper - lower) / 2.0, 2)
+    bound = np.concatenate((upper, -lower))
+    return Planes(twice[0], twice[1], np.concatenate((normal, -normal)), anchor, bound, width, twice[2])
+
+
+def _pinned_values(task: Task) -> FloatArray | None:
+    """Return the derivatives pinned at the knots (pieces + 1, k, dim); None where all are zero."""
+    if task.still:
+        return None
+    values = np.zeros((len(task.positions), task.half, task.dim))
+    for waypoint, state in task.pins.items():
+        for order, value in state.items():
+            values[waypoint * task.pieces, order] = value
+    return values

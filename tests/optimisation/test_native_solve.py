@@ -1,0 +1,108 @@
+"""Plans by the native core against the same plans by the Python core, and what is handed over."""
+
+import numpy as np
+import pytest
+from helpers.tasks import REFERENCE
+
+import minsnap
+from minsnap.native.library import core, using
+
+DURATIONS = (4.0, 2.0, 4.0, 2.0)
+ROOM = ((-0.2, -0.2, 0.8), (8.2, 4.2, 1.2))
+
+pytestmark = pytest.mark.skipif(core().library is None, reason="there is no native core")
+
+
+def random_problem(seed):
+    """Waypoints, durations and half-widths: 1 to 8 legs of 0.5 to 8 m in 2 or 3 dimensions, 5 cm to 1 m wide."""
+    random = np.random.default_rng(seed)
+    legs, dim = int(random.integers(1, 9)), int(random.integers(2, 4))
+    steps = random.normal(size=(legs, dim))
+    steps *= (random.uniform(0.5, 8.0, legs) / np.linalg.norm(steps, axis=1))[:, None]
+    points = np.concatenate((np.zeros((1, dim)), np.cumsum(steps, axis=0))) + random.normal(size=dim)
+    durations = np.linalg.norm(steps, axis=1) * random.uniform(0.5, 2.0, legs)
+    return points, durations, random.uniform(0.05, 1.0, legs)
+
+
+def compare(points, durations, **others):
+    """The native cost is within 1e-6 of the least cost J*, the Python one now and then 1e-5 above it.
+
+    For a convex set and the optimum x* in it, J(x - x*) <= J(x) - J*, so J(x - y) <= (1e-3 + 5.5e-3)^2 J*:
+    the curves are close, too.
+    """
+    native = minsnap.plan(points, durations, **others)
+    assert native.report.core == "native", native.report.handed_over
+    with using("python"):
+        python = minsnap.plan(points, durations, **others)
+    assert python.report.core == "python"
+    assert -1e-6 <= python.report.cost / native.report.cost - 1.0 <= 3e-5
+    difference = minsnap.Trajectory(native.control_points - python.control_points, native.durations, native.pieces)
+    assert difference.cost() <= 4.3e-5 * native.cost()
+    assert native.report.corridor_margin >= 0.0
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_tubes_cost_the_same_as_in_python(seed):
+    points, durations, widths = random_problem(seed)
+    compare(points, durations, corridor=widths)
+
+
+@pytest.mark.parametrize(
+    "others",
+    [
+        {"degree": 3},
+        {"degree": 5},
+        {"degree": 9},
+        {"degree": 11},
+        {"pieces": 2},
+        {"closed": True},
+        {"closed": True, "pieces": 3},
+        {"waypoint_tolerance": 0.2},
+        {"room": ROOM},
+        {"start": {"velocity": (1.0, 0.2, 0.0)}, "end": {"acceleration": (0.0, 0.0, 0.5)}},
+        {"pins": {2: {"velocity": (0.0, 1.0, 0.0)}}},
+    ],
+)
+def test_every_kind_of_task_costs_the_same_as_in_python(others):
+    compare(REFERENCE, DURATIONS, corridor=0.3, **others)
+
+
+def test_boxes_and_polytopes_cost_the_same_as_in_python():
+    lower, upper = [(-1, -1), (3, -1), (3, 3)], [(4, 1), (5, 4), (9, 5)]
+    compare([(0, 0), (4, 0), (4, 4), (8, 4)], (4.0, 4.0, 4.0), corridor=minsnap.Boxes(lower, upper))
+    normals = np.concatenate((np.eye(2), -np.eye(2)))
+    sets = [(normals, np.concatenate((u, -np.array(b)))) for b, u in zip(lower, upper, strict=True)]
+    compare([(0, 0), (4, 0), (4, 4), (8, 4)], (4.0, 4.0, 4.0), corridor=minsnap.Polytopes(sets))
+
+
+def test_a_start_on_the_floor_is_planned_natively():
+    points = np.array([(0.0, 0.0, 0.0), (4.0, 0.0, 1.0), (4.0, 4.0, 0.0)])
+    compare(points, (4.0, 4.0), room=((-1.0, -1.0, 0.0), (5.0, 5.0, 2.0)))
+
+
+@pytest.mark.parametrize(
+    ("others", "reason"),
+    [
+        ({"corridor": 0.3, "solver": "daqp"}, "daqp"),
+        ({"corridor": minsnap.RoundTube(0.3)}, "round"),
+        ({"corridor": 0.3, "continuity": 4}, "continuous"),
+        ({"corridor": 0.3, "waypoint_tolerance": minsnap.Ball(0.1)}, "balls"),
+    ],
+)
+def test_what_is_handed_over_says_why(others, reason):
+    report = minsnap.plan(REFERENCE, DURATIONS, **others).report
+    assert report.core == "python"
+    assert reason in report.handed_over
+
+
+def test_an_infeasible_corridor_is_explained_by_the_python_core():
+    with pytest.raises(minsnap.errors.InfeasibleError, match="leg"):
+        minsnap.plan(REFERENCE, DURATIONS, corridor=0.01, start={"velocity": (0.0, 3.0, 0.0)})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(8))
+def test_many_random_tubes_cost_the_same_as_in_python(part):
+    for seed in range(1000 + 125 * part, 1125 + 125 * part):
+        points, durations, widths = random_problem(seed)
+        compare(points, durations, corridor=widths)
