@@ -5,15 +5,17 @@ from __future__ import annotations
 import sys
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.tracking.comparison import Comparison
+    from minsnap.files.logs.flight_log import FlightLog
+    from minsnap.tracking.log_comparison import ComparedFlight
     from minsnap.trajectory.samples import Samples
 
 
@@ -21,41 +23,101 @@ if TYPE_CHECKING:
 def compare(
     reference: Annotated[Path, typer.Argument(metavar="REFERENCE", help="Setpoint CSV, or a log to take it from.")],
     flights: Annotated[
-        list[Path], typer.Argument(metavar="FLIGHT...", help="CSV, ULog (.ulg) or dataflash log (.bin).")
+        list[Path], typer.Argument(metavar="FLIGHT...", help="CSV, ULog (.ulg), dataflash log (.bin), log of a stream.")
     ],
     align: Annotated[
-        bool, typer.Option("--align", help="Find the offset between the clocks first, as logs need.")
+        bool,
+        typer.Option("--align", help="For flights without setpoints: find the clocks' offset, and lose the lateness."),
     ] = False,
     max_delay: Annotated[float, typer.Option("--max-delay", metavar="S", help="Longest delay looked for [s].")] = 2.0,
     frame: Annotated[str, typer.Option("--frame", help="Axes of CSV files: enu, ned, flu, frd or optitrack.")] = "enu",
+    waypoints: Annotated[
+        Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
+    ] = None,
+    corridor: options.Corridor = None,
+    max_speed: Annotated[
+        float | None, typer.Option("--max-speed", metavar="M/S", help="Compare speeds with it.")
+    ] = None,
     plot: options.Plot = None,
     json: options.Json = False,
 ) -> None:
-    """Compare flights with what they were to fly: error per axis, delay, error in shape apart from error in time."""
-    from minsnap.tracking import comparison as tracking
+    """Compare flights with what they were to fly: error per axis, along and across the path, and lateness.
 
-    wanted, flown = _read(reference, flights, frame)
-    found = {name: tracking.compare(wanted, flight, align=align, max_delay=max_delay) for name, flight in flown.items()}
+    The flights of a log are found where its own setpoints follow the file: climb and landing do not count, and the
+    vehicle's lateness stays an error.
+    """
+    if (waypoints is None) != (corridor is None):
+        raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
+    found = _compared(reference, flights, frame, align, max_delay)
+    kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in found.items()}
     if plot is not None:
         from minsnap.plot.figures import save_figure
-        from minsnap.tracking.tracking_plot import plot_tracking
+        from minsnap.tracking.comparison_plot import plot_comparison
 
-        moved = {name: tracking.moved(flight, found[name].offset) for name, flight in flown.items()}
-        save_figure(plot_tracking(wanted, moved), plot)
-    _say(found, json)
+        save_figure(plot_comparison(found), plot)
+    _say(found, kept, json)
 
 
-def _read(reference: Path, flights: list[Path], frame: str) -> tuple[Samples, dict[str, Samples]]:
-    """Read all files; what is damaged in a log is said on standard error."""
-    from minsnap.files.flights import load_flight, load_reference
+def _compared(
+    reference: Path, paths: list[Path], frame: str, align: bool, max_delay: float
+) -> dict[str, ComparedFlight]:
+    """Read and compare all files; what is damaged in a log is said on standard error."""
+    from minsnap.files.flights import load_reference
 
+    found: dict[str, ComparedFlight] = {}
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         wanted = load_reference(reference, frame)
-        flown = {_name(path, flights): load_flight(path, frame) for path in flights}
+        for path in paths:
+            flights = _flights(wanted, path, reference, frame, align, max_delay)
+            for number, one in enumerate(flights, 1):
+                found[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
     for warning in caught:
         print(f"minsnap: {warning.message}", file=sys.stderr)
-    return wanted, flown
+    return found
+
+
+def _flights(
+    wanted: Samples, path: Path, reference: Path, frame: str, align: bool, max_delay: float
+) -> list[ComparedFlight]:
+    """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
+    from minsnap.files.flights import load_flight, load_log
+    from minsnap.tracking.comparison import compare as compare_samples
+    from minsnap.tracking.comparison import moved
+    from minsnap.tracking.log_comparison import ComparedFlight, compare_in_log
+
+    log = None if path == reference else load_log(path)
+    if log is not None and log.reference is not None and log.flight is not None:
+        return compare_in_log(wanted, log.reference, log.flight, max_delay)
+    _refuse_unknown_clock(path, log, align)
+    flight = load_flight(path, frame)
+    comparison = compare_samples(wanted, flight, align=align, max_delay=max_delay)
+    return [ComparedFlight(comparison, wanted, moved(flight, comparison.offset))]
+
+
+def _refuse_unknown_clock(path: Path, log: FlightLog | None, align: bool) -> None:
+    if log is not None and log.flight is not None and not align:
+        raise InputError(
+            f"{path} holds no setpoints, so when the flight began is not known: log them, or give --align, "
+            "which takes the vehicle's lateness for a part of the clocks' offset"
+        )
+
+
+def _kept(flight: Samples, waypoints: Path | None, corridor: str | None, max_speed: float | None) -> dict[str, Any]:
+    """Return how a flight kept the corridor and the speed it was to keep."""
+    import numpy as np
+
+    kept: dict[str, Any] = {}
+    if waypoints is not None:
+        from minsnap.files.membership import check_membership
+        from minsnap.files.waypoints import read_waypoints
+
+        inside = check_membership(flight, read_waypoints(waypoints).points, options.parse_corridor(corridor))
+        kept["corridor_margin"] = inside.margin
+    if max_speed is not None and flight.velocity is not None:
+        kept["max_speed"] = float(np.linalg.norm(flight.velocity, axis=1).max())
+        kept["max_speed_allowed"] = max_speed
+    return kept
 
 
 def _name(path: Path, flights: list[Path]) -> str:
@@ -64,12 +126,32 @@ def _name(path: Path, flights: list[Path]) -> str:
     return path.name if len(alike) == 1 else str(path)
 
 
-def _say(found: dict[str, Comparison], json: bool) -> None:
+def _say(found: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], json: bool) -> None:
     if json:
         from minsnap.cli.summary import as_json
 
-        print(as_json({name: comparison.as_dict() for name, comparison in found.items()}))
-    else:
-        from minsnap.tracking.comparison_table import comparison_text
+        print(as_json({name: one.comparison.as_dict() | _place(one) | kept[name] for name, one in found.items()}))
+        return
+    from minsnap.tracking.comparison_table import comparison_text
 
-        print(comparison_text(found))
+    print(comparison_text({name: one.comparison for name, one in found.items()}))
+    for name, one in found.items():
+        for remark in [*one.remarks(), *_kept_in_words(kept[name])]:
+            print(f"{name}: {remark}")
+
+
+def _place(one: ComparedFlight) -> dict[str, Any]:
+    """Return where in the log a flight is, and what is remarkable about it."""
+    place = one.place
+    where = {} if place is None else {"log_start": place.start, "clock_rate": place.rate, "shift": place.shift.tolist()}
+    return where | {"remarks": one.remarks()}
+
+
+def _kept_in_words(kept: dict[str, Any]) -> list[str]:
+    said = []
+    if "corridor_margin" in kept:
+        margin = kept["corridor_margin"]
+        said.append(f"{abs(margin):.3f} m {'inside' if margin >= 0 else 'outside'} the corridor where it was worst")
+    if "max_speed" in kept:
+        said.append(f"at most {kept['max_speed']:.2f} m/s, {kept['max_speed_allowed']:g} m/s allowed")
+    return said

@@ -1,4 +1,4 @@
-"""Flights from files: setpoint CSV, PX4's ULog, ArduPilot's dataflash log; told apart by their ending."""
+"""Flights from files: setpoint CSV, PX4's ULog, ArduPilot's dataflash log, the log of a stream."""
 
 from __future__ import annotations
 
@@ -52,28 +52,45 @@ def load_reference(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
     return _load(path, "reference", frame)
 
 
-def _load(path: str | os.PathLike[str], part: str, frame: str) -> Samples:
+def load_log(path: str | os.PathLike[str]) -> FlightLog | None:
+    """Read a flight log: a ULog, a dataflash log, or the log of a stream; None for a table of samples.
+
+    Warns and raises as :func:`load_flight`.
+    """
     ending = Path(path).suffix.lower()
     if ending == ".csv":
-        from minsnap.files.setpoint_csv import read_csv
+        from minsnap.files.logs.stream_log_file import is_stream_log, read_stream_log
 
-        return read_csv(path, frame)
+        return read_stream_log(path) if is_stream_log(path) else None
     if ending == ".ulg":
         from minsnap.files.logs.ulog import read_ulog
 
-        return _part(read_ulog(path), part, path)
+        return _warned(read_ulog(path))
     if ending == ".bin":
         from minsnap.files.logs.dataflash import read_dataflash
 
-        return _part(read_dataflash(path), part, path)
+        return _warned(read_dataflash(path))
     raise FileError(f"{path} is no flight by its ending: it must be one of {', '.join(ENDINGS)}")
 
 
-def _part(log: FlightLog, part: str, path: str | os.PathLike[str]) -> Samples:
-    """Return the reference or the flight of a log, or say that it holds none; warn of damage."""
-    samples: Samples | None = getattr(log, part)
+def _warned(log: FlightLog) -> FlightLog:
     if log.damage is not None:
         warnings.warn(log.damage, stacklevel=4)
+    return log
+
+
+def _load(path: str | os.PathLike[str], part: str, frame: str) -> Samples:
+    log = load_log(path)
+    if log is not None:
+        return _part(log, part, path)
+    from minsnap.files.setpoint_csv import read_csv
+
+    return read_csv(path, frame)
+
+
+def _part(log: FlightLog, part: str, path: str | os.PathLike[str]) -> Samples:
+    """Return the reference or the flight of a log, or say that it holds none."""
+    samples: Samples | None = getattr(log, part)
     if samples is None:
         raise FileError(
             f"{path} holds no {'setpoints' if part == 'reference' else 'position'}: log them, or give a CSV"

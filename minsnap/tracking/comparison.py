@@ -10,7 +10,7 @@ import numpy as np
 from minsnap.arrays import FloatArray, own_arrays
 from minsnap.errors import InputError
 from minsnap.tracking.delay import estimate_delay
-from minsnap.tracking.reference_curve import distance_to_curve, position_at
+from minsnap.tracking.reference_curve import direction_at, distance_to_curve, position_at
 from minsnap.trajectory.samples import Samples
 
 MAX_DELAY = 2.0
@@ -31,6 +31,8 @@ class Comparison:
         Position less the reference of ``delay`` before: what is left when the flight's lateness is taken off [m].
     path_error : ndarray, shape (m,)
         Distance to the reference's curve, whatever the time [m].
+    direction : ndarray, shape (m, dim)
+        Unit vector along the reference's velocity at these instants; zero where it is slower than 0.05 m/s.
     delay : float
         By how much the flight is late, by cross-correlation [s]; negative if it is early.
     offset : float
@@ -41,6 +43,7 @@ class Comparison:
     error: FloatArray
     late_error: FloatArray
     path_error: FloatArray
+    direction: FloatArray
     delay: float
     offset: float = 0.0
 
@@ -61,6 +64,36 @@ class Comparison:
     def max_error(self) -> float:
         """Greatest distance to the reference at the same instant [m]."""
         return float(np.sqrt(np.max(np.sum(self.error**2, axis=1))))
+
+    @property
+    def along(self) -> FloatArray:
+        """Error along the path, shape (m,) [m]: negative behind the reference."""
+        return np.asarray((self.error * self.direction).sum(axis=1))
+
+    @property
+    def across(self) -> FloatArray:
+        """Length of the error that is not along the path, shape (m,) [m]."""
+        return np.asarray(np.linalg.norm(self.error - self.along[:, None] * self.direction, axis=1))
+
+    @property
+    def along_rmse(self) -> float:
+        """Root mean square of the error along the path [m]."""
+        return float(np.sqrt(np.mean(self.along**2)))
+
+    @property
+    def across_rmse(self) -> float:
+        """Root mean square of the error across the path [m]."""
+        return float(np.sqrt(np.mean(self.across**2)))
+
+    @property
+    def worst_instant(self) -> float:
+        """When the distance to the reference at the same instant is greatest [s]."""
+        return float(self.t[np.argmax(np.sum(self.error**2, axis=1))])
+
+    @property
+    def constant_offset(self) -> FloatArray:
+        """Median error of each axis, shape (dim,) [m]: large where origin or frame differ."""
+        return np.asarray(np.median(self.error, axis=0))
 
     @property
     def late_rmse_3d(self) -> float:
@@ -93,7 +126,7 @@ class Comparison:
         kept = (self.t >= start) & (self.t <= end)
         if not kept.any():
             raise InputError(f"nothing was flown between {start} and {end} s: it is {self.t[0]:g} to {self.t[-1]:g} s")
-        parts = (self.t[kept], self.error[kept], self.late_error[kept], self.path_error[kept])
+        parts = (self.t[kept], self.error[kept], self.late_error[kept], self.path_error[kept], self.direction[kept])
         return Comparison(*parts, self.delay, self.offset)
 
     def as_dict(self) -> dict[str, Any]:
@@ -103,6 +136,10 @@ class Comparison:
             "rmse": {axis: float(value) for axis, value in zip(axes, self.rmse, strict=False)},
             "rmse_3d": self.rmse_3d,
             "max_error": self.max_error,
+            "worst_instant": self.worst_instant,
+            "along_rmse": self.along_rmse,
+            "across_rmse": self.across_rmse,
+            "constant_offset": [float(value) for value in self.constant_offset],
             "delay": self.delay,
             "rmse_3d_without_delay": self.late_rmse_3d,
             "path_rmse": self.path_rmse,
@@ -144,7 +181,8 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
     delay = estimate_delay(reference, Samples(t, position), max_delay)
     error = position - position_at(reference, t)
     late = position - position_at(reference, t - delay)
-    return Comparison(t, error, late, distance_to_curve(position, reference), delay, offset)
+    curve = distance_to_curve(position, reference)
+    return Comparison(t, error, late, curve, direction_at(reference, t), delay, offset)
 
 
 def _common(reference: Samples, flight: Samples, offset: float) -> tuple[FloatArray, FloatArray]:

@@ -7,6 +7,8 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.trajectory.samples import Samples
 
+_SLOW = 0.05
+"""Speed below which a velocity has no direction [m/s]."""
 _DENSITY = 16
 """Chords a sample for the distance to a curve whose velocity is known."""
 _CHORDS = 10_000
@@ -31,6 +33,24 @@ def position_at(samples: Samples, t: FloatArray) -> FloatArray:
     from scipy.interpolate import CubicHermiteSpline
 
     return np.asarray(CubicHermiteSpline(samples.t, samples.position, samples.velocity)(inside))
+
+
+def direction_at(samples: Samples, t: FloatArray) -> FloatArray:
+    """Return unit vectors along the velocity between samples, shape (m, dim); zero where it is slower than 0.05 m/s.
+
+    Parameters
+    ----------
+    samples : Samples
+        Their velocity, or the differences of their positions.
+    t : ndarray, shape (m,)
+        Instants in the samples' own time [s].
+    """
+    velocity = samples.velocity
+    if velocity is None:
+        velocity = np.gradient(samples.position, samples.t, axis=0) if len(samples) > 1 else 0.0 * samples.position
+    there = np.stack([np.interp(t, samples.t, column) for column in velocity.T], axis=-1)
+    speed = np.linalg.norm(there, axis=1, keepdims=True)
+    return np.asarray(np.where(speed < _SLOW, 0.0, there / np.maximum(speed, _SLOW)))
 
 
 def distance_to_curve(points: FloatArray, samples: Samples) -> FloatArray:

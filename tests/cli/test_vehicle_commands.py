@@ -122,7 +122,9 @@ def test_compare_takes_logs_and_says_what_is_damaged(call, log, tmp_path) -> Non
     found = json.loads(call("compare", "plan.csv", "flight.ulg", "--align", "--json").stdout)["flight.ulg"]
     assert found["rmse_3d"] < 2e-3
     (tmp_path / "cut.ulg").write_bytes(log[:-5])
-    done = call("compare", "plan.csv", "cut.ulg", "--json")
+    done = call("compare", "plan.csv", "cut.ulg")
+    assert done.returncode == 2 and "holds no setpoints, so when the flight began is not known" in done.stderr
+    done = call("compare", "plan.csv", "cut.ulg", "--align", "--json")
     assert done.returncode == 0 and "cut.ulg" in done.stderr and "could be read" in done.stderr
     done = call("compare", "flight.ulg", "plan.csv")
     assert done.returncode == 2 and "holds no setpoints" in done.stderr

@@ -57,13 +57,16 @@ class Track:
     yaw_rate: FloatArray | None = None
 
 
-def flight_log(reference: Track | None, flight: Track | None, damage: str | None) -> FlightLog:
-    """Put the tracks on one clock that starts with the first of them, and into z-up world axes."""
+def flight_log(reference: Track | None, flight: Track | None, damage: str | None, frame: str = "ned") -> FlightLog:
+    """Put the tracks on one clock that starts with the first of them, and into z-up world axes.
+
+    Their frame is ``ned``, or ``frd`` for a room's, which is mapped to its forward-left-up.
+    """
     clean = [None if track is None else _cleaned(track) for track in (reference, flight)]
     starts = [track.t[0] for track in clean if track is not None]
     start = float(min(starts)) if starts else 0.0
     told = None if damage is None else f"{damage}; {_what_was_read(*clean)}"
-    asked, flown = (None if track is None else _samples(track, start) for track in clean)
+    asked, flown = (None if track is None else _samples(track, start, frame) for track in clean)
     return FlightLog(asked, flown, start, told)
 
 
@@ -83,12 +86,12 @@ def _controlled(values: FloatArray | None, good: npt.NDArray[np.bool_]) -> Float
     return kept if kept is not None and np.isfinite(kept).all() else None
 
 
-def _samples(track: Track, start: float) -> Samples:
+def _samples(track: Track, start: float, frame: str) -> Samples:
     yaw = None if track.yaw is None else np.unwrap(track.yaw)
     samples = Samples(
         track.t - start, track.position, track.velocity, track.acceleration, yaw=yaw, yaw_rate=track.yaw_rate
     )
-    return map_samples(samples, "ned", "enu")
+    return map_samples(samples, frame, "enu" if frame == "ned" else "flu")
 
 
 def _what_was_read(reference: Track | None, flight: Track | None) -> str:

@@ -1,0 +1,79 @@
+"""The log of ``minsnap stream``: setpoints as sent and positions as heard, in the vehicle's local z-down frame."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import FileError
+from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
+from minsnap.storage.text import read_text
+
+START = "time,kind,"
+"""How the first line of such a log begins."""
+
+_PLACE, _SPEED, _PULL = ("x", "y", "z"), ("vx", "vy", "vz"), ("ax", "ay", "az")
+
+Row = Mapping[str, str]
+
+
+def is_stream_log(path: str | os.PathLike[str]) -> bool:
+    """Return whether a file begins like the log of a stream; a file that cannot be read does not."""
+    try:
+        with open(path, encoding="utf-8", errors="replace") as file:
+            return file.readline().startswith(START)
+    except OSError:
+        return False
+
+
+def read_stream_log(path: str | os.PathLike[str]) -> FlightLog:
+    """Read the log of ``minsnap stream``.
+
+    Parameters
+    ----------
+    path : str or path
+        What ``--log`` wrote; a last line that was cut off is left out.
+
+    Returns
+    -------
+    FlightLog
+        Its reference are the setpoints that were sent, those before and after the flight included.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is no such log, or names no frame.
+    """
+    lines = read_text(path).splitlines()
+    if not lines or not lines[0].startswith(START):
+        raise FileError(f"{path} is no log of a stream: its first line does not begin with {START}")
+    names = lines[0].split(",")
+    rows = [dict(zip(names, cells, strict=True)) for cells in csv.reader(lines[1:]) if len(cells) == len(names)]
+    frame = next((row["text"][6:] for row in rows if row.get("text", "").startswith("frame=")), None)
+    if frame not in ("ned", "frd"):
+        raise FileError(f"{path} does not say in which frame it is")
+    sent = [row for row in rows if row["kind"] == "setpoint"]
+    heard = [row for row in rows if row["kind"] == "position" and row["x"]]
+    try:
+        return flight_log(_track(sent, True), _track(heard, False), None, frame)
+    except ValueError:
+        raise FileError(f"{path} holds what is not a number") from None
+
+
+def _track(rows: Sequence[Row], heading: bool) -> Track | None:
+    if not rows:
+        return None
+    t = _columns(rows, ("time",))[:, 0]
+    place, speed = _columns(rows, _PLACE), _columns(rows, _SPEED)
+    if not heading:
+        return Track(t, place, speed)
+    yaw = _columns(rows, ("yaw", "yaw_rate"))
+    return Track(t, place, speed, _columns(rows, _PULL), yaw[:, 0], yaw[:, 1])
+
+
+def _columns(rows: Sequence[Row], names: Sequence[str]) -> FloatArray:
+    return np.array([[float(row[name]) for name in names] for row in rows], dtype=np.float64)

@@ -1,0 +1,75 @@
+"""The figure of a comparison: the path from above, each coordinate against time, and the error along and across."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from minsnap.plot.style import AXIS_STYLES, coordinate_name
+from minsnap.tracking.log_comparison import ComparedFlight
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_STYLES: tuple[dict[str, Any], ...] = AXIS_STYLES
+_WANTED: dict[str, Any] = {"color": "#000000", "linewidth": 1.0}
+
+
+def plot_comparison(flights: Mapping[str, ComparedFlight]) -> Figure:
+    """Draw flights beside what was to be flown, with their errors against time.
+
+    Parameters
+    ----------
+    flights : mapping of str to ComparedFlight
+        By the name that the legend shows.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from matplotlib import pyplot
+
+    dim = next(iter(flights.values())).reference.dim
+    figure = pyplot.figure(figsize=(11.5, 2.0 + 1.6 * (dim + 1)), layout="constrained")
+    grid = figure.add_gridspec(dim + 1, 2, width_ratios=(1.0, 1.3))
+    plane = figure.add_subplot(grid[:, 0])
+    _draw_plane(plane, flights)
+    rows = [figure.add_subplot(grid[row, 1]) for row in range(dim + 1)]
+    for axis, ax in enumerate(rows[:-1]):
+        _draw_coordinate(ax, flights, axis, dim)
+    _draw_error(rows[-1], flights)
+    for ax in rows:
+        ax.grid(alpha=0.3)
+        ax.sharex(rows[-1])
+        ax.tick_params(labelbottom=ax is rows[-1])
+    rows[-1].set_xlabel("time [s]")
+    figure.legend(*plane.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    return figure
+
+
+def _draw_plane(ax: Axes, flights: Mapping[str, ComparedFlight]) -> None:
+    for index, (name, one) in enumerate(flights.items()):
+        ax.plot(*one.reference.position.T[:2], label="to be flown" if index == 0 else None, **_WANTED)
+        ax.plot(*one.flight.position.T[:2], label=name, **_STYLES[index % len(_STYLES)])
+    ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", adjustable="datalim")
+    ax.grid(alpha=0.3)
+
+
+def _draw_coordinate(ax: Axes, flights: Mapping[str, ComparedFlight], axis: int, dim: int) -> None:
+    for index, one in enumerate(flights.values()):
+        ax.plot(one.reference.t, one.reference.position[:, axis], **_WANTED)
+        ax.plot(one.flight.t, one.flight.position[:, axis], **_STYLES[index % len(_STYLES)])
+    ax.set_ylabel(f"{coordinate_name(axis, dim)} [m]")
+
+
+def _draw_error(ax: Axes, flights: Mapping[str, ComparedFlight]) -> None:
+    """Draw the error along the path (full lines) and across it (dotted)."""
+    for index, one in enumerate(flights.values()):
+        colour = _STYLES[index % len(_STYLES)]["color"]
+        ax.plot(one.comparison.t, one.comparison.along, color=colour, label="along" if index == 0 else None)
+        ax.plot(
+            one.comparison.t, one.comparison.across, color=colour, linestyle=":", label="across" if index == 0 else None
+        )
+    ax.set_ylabel("error [m]")
+    ax.legend(loc="upper right", ncols=2, fontsize="small", frameon=False)
