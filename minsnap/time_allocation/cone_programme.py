@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
+from minsnap.native.cone_programme import solve_chain
+from minsnap.time_allocation.joint_layout import Chain
 
 ACCURACY = 1e-7
 """Gap and residuals, relative to the cost, at which the solver stops."""
@@ -53,6 +55,8 @@ class ConeProgramme:
     diagonal, linear : ndarray, shape (size,)
         Further Hessian, positive; and q.
     rows : sequence of Rows
+    chain : Chain
+        Order in which the unknowns of a piece are neighbours.
     """
 
     size: int
@@ -61,6 +65,7 @@ class ConeProgramme:
     diagonal: FloatArray
     linear: FloatArray
     rows: Sequence[Rows]
+    chain: Chain
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +77,39 @@ class ConeSolution:
 
 
 def solve_programme(programme: ConeProgramme) -> ConeSolution | None:
+    """Solve by the native core, or else by Clarabel; None where both find no solution."""
+    found = solve_natively(programme)
+    return found if found is not None else solve_by_clarabel(programme)
+
+
+def solve_natively(programme: ConeProgramme) -> ConeSolution | None:
+    """Solve by the native core; None where it is not in use or finds no solution."""
+    place, groups = programme.chain.place, programme.rows
+    unknown = np.argsort(place[:-1])
+    row_piece = np.concatenate([np.repeat(group.piece, group.bound.shape[1]) for group in groups])
+    cone_piece = np.concatenate([group.piece for group in groups])
+    cone_size = np.concatenate([np.full(len(group.piece), group.bound.shape[1]) for group in groups])
+    order, cones = np.argsort(row_piece, kind="stable"), np.argsort(cone_piece, kind="stable")
+    matrix = np.concatenate([group.matrix.reshape(-1, group.matrix.shape[2]) for group in groups])[order]
+    bound = np.concatenate([group.bound.reshape(-1) for group in groups])
+    found = solve_chain(
+        programme.chain.border,
+        place[programme.columns],
+        (programme.hessian, programme.diagonal[unknown], programme.linear[unknown]),
+        (cone_piece[cones], cone_size[cones]),
+        (matrix, bound[order]),
+        ACCURACY,
+    )
+    if found is None:
+        return None
+    multipliers = np.empty(len(order))
+    multipliers[order] = found[1]
+    ends = np.cumsum([group.bound.size for group in groups])[:-1]
+    parts = [part.reshape(group.bound.shape) for group, part in zip(groups, np.split(multipliers, ends), strict=True)]
+    return ConeSolution(found[0][place[:-1]], parts)
+
+
+def solve_by_clarabel(programme: ConeProgramme) -> ConeSolution | None:
     """Solve by Clarabel; None where it finds no solution."""
     import clarabel
 

@@ -24,6 +24,26 @@ NEIGHBOURS = 3
 """Durations that the ends of a piece depend on: of the piece before, its own, of the piece after."""
 
 
+SLACKS = 2
+"""Unknowns after the derivatives and the durations: one slack for limits, one for walls."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Order of unknowns along a chain of pieces.
+
+    Parameters
+    ----------
+    place : ndarray of int, shape (unknowns + 1,)
+        Place of every unknown, and of none at the end.
+    border : int
+        The last so many may meet all others.
+    """
+
+    place: IntArray
+    border: int
+
+
 @dataclass(frozen=True, eq=False)
 class JointState:
     """A curve and its durations, normalised.
@@ -121,6 +141,21 @@ class JointLayout:
         powers[:, self.half :, 1] -= left[1:, slots.end]
         powers[:, self.half :, 2] -= right[1:, slots.end]
         return powers
+
+    @cached_property
+    def chain(self) -> Chain:
+        """Order of the unknowns in which those of a piece stand close together."""
+        durations = self.size + np.arange(self.pieces)
+        last = self.size + self.pieces + np.arange(SLACKS)
+        knots = [np.unique(columns[columns >= 0]) for columns in self.problem.columns[: self.pieces + 1]]
+        around = [knots[0], durations[:1], durations[-1:]] if self.task.closed else []
+        border = np.unique(np.concatenate([*around, last]))
+        parts = [part for k in range(self.pieces) for part in (knots[k], durations[k : k + 1])]
+        inner = np.concatenate([*parts, knots[-1]])
+        inner = inner[~np.isin(inner, border)]
+        place = np.empty(self.size + self.pieces + SLACKS + 1, dtype=np.int64)
+        place[np.concatenate((inner, border, [len(place) - 1]))] = np.arange(len(place))
+        return Chain(place, len(border))
 
     def knot_scales(self, durations: FloatArray) -> FloatArray:
         """Factor from physical to scaled derivatives at every knot, (knots, slots)."""

@@ -16,7 +16,7 @@ import numpy as np
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.time_allocation.cone_programme import ConeProgramme, ConeSolution, Rows
 from minsnap.time_allocation.curvature import Forces, positive_curvature
-from minsnap.time_allocation.joint_layout import NEIGHBOURS, JointLayout, JointState, end_basis, end_metric
+from minsnap.time_allocation.joint_layout import NEIGHBOURS, SLACKS, JointLayout, JointState, end_basis, end_metric
 from minsnap.time_allocation.joint_rows import WALL, Block
 from minsnap.time_allocation.true_peaks import Peaks, scattered
 
@@ -25,8 +25,6 @@ GRID = 17
 
 LONGEST, SHORTEST = 1.0, 0.6
 """Largest relative change of a duration in one step, longer and shorter."""
-
-SLACKS = 2
 
 PATH_METRIC = 1e-3
 """Weight of the squared length of a change of the curve beside the squares in units of limits."""
@@ -116,7 +114,9 @@ class JointModel:
         diagonal[-SLACKS:] = 1e-6
         linear[-SLACKS:] = penalties.limit, penalties.wall
         linear[begin:-SLACKS] = share
-        return ConeProgramme(self._size, self.columns(), self._hessian(proximity * share), diagonal, linear, rows)
+        return ConeProgramme(
+            self._size, self.columns(), self._hessian(proximity * share), diagonal, linear, rows, self.layout.chain
+        )
 
     def _block_rows(self, block: Block, peaks: Peaks) -> Rows:
         """Cones of one block, at the instants of the grid near the limit and at peaks."""

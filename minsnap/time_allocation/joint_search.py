@@ -16,8 +16,8 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.time_allocation.cone_programme import solve_programme
-from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric
-from minsnap.time_allocation.joint_model import SLACKS, JointModel, Penalties
+from minsnap.time_allocation.joint_layout import SLACKS, JointLayout, JointState, end_metric
+from minsnap.time_allocation.joint_model import JointModel, Penalties
 from minsnap.time_allocation.joint_rows import Block
 from minsnap.time_allocation.true_peaks import Measured, PeakFinder, Peaks
 
