@@ -67,12 +67,13 @@ class CertifiedEnd:
         self.search, self.limits, self.finish = search, limits, finish
         self.layout, self.still = search.layout, search.layout.task.still
         self.caution, self.inwards = LAST, Inwards()
+        self._clipped = search.finder.regions.clipped
         self.inside: JointState | None = None
 
     def run(self, found: Evaluated) -> Solved | None:
         """Return a curve near the one found that is certified, barely slower; None if there is none nearby."""
         self.search.finder.refine(NARROW)
-        state = clipped(self.layout, found.state)
+        state = self._clipped(found.state)
         for attempt in range(TRIES):
             solved = solved_state(self.layout, state, self.search.iterations)
             excess, measured = self._excess(solved), self.search.finder.measure(state)
@@ -102,7 +103,7 @@ class CertifiedEnd:
             self.caution = self.caution.failed()
             return state
         for share in SHARES:
-            trial = clipped(self.layout, self.layout.moved(state, solution.x, share))
+            trial = self._clipped(self.layout.moved(state, solution.x, share))
             if _over(search.finder.measure(trial)) < max(over, SMALL):
                 return trial
         self.caution = self.caution.failed()
@@ -120,12 +121,3 @@ class CertifiedEnd:
 
 def _over(measured: Measured) -> float:
     return max(measured.limit, 0.0) + max(measured.wall, 0.0)
-
-
-def clipped(layout: JointLayout, state: JointState) -> JointState:
-    """Put free waypoints exactly into their boxes."""
-    task, scaled = layout.task, state.scaled.copy()
-    boxes = slice(None, None, task.pieces)
-    low, high = task.lower / layout.units.length, task.upper / layout.units.length
-    scaled[boxes, 0] = np.clip(scaled[boxes, 0], low, high)
-    return JointState(scaled, state.durations)

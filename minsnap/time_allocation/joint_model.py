@@ -17,6 +17,7 @@ from minsnap.arrays import FloatArray, IntArray
 from minsnap.time_allocation.cone_programme import ConeProgramme, ConeSolution, Rows
 from minsnap.time_allocation.curvature import Forces, positive_curvature
 from minsnap.time_allocation.joint_layout import NEIGHBOURS, SLACKS, JointLayout, JointState, end_basis, end_metric
+from minsnap.time_allocation.joint_regions import JointRegions
 from minsnap.time_allocation.joint_rows import WALL, Block
 from minsnap.time_allocation.true_peaks import Peaks, scattered
 
@@ -63,6 +64,7 @@ class JointModel:
 
     def __init__(self, layout: JointLayout, blocks: Sequence[Block], lengths: FloatArray) -> None:
         self.layout, self.blocks, self.lengths = layout, blocks, lengths
+        self.regions = JointRegions(layout)
         self.grid = np.linspace(0.0, 1.0, GRID)
         self.orders = 1 + max(order for block in blocks for order in block.orders)
         self.forces: Forces | None = None
@@ -106,7 +108,7 @@ class JointModel:
         self._state, self._ends = state, self.layout.ends(state)
         self._scales = self.layout.end_scales(state.durations)
         rows = [self._block_rows(block, found) for block, found in zip(self.blocks, peaks, strict=True)]
-        rows += [*self._step_rows(reach), *self._region_rows()]
+        rows += [*self._step_rows(reach), *self.regions.rows(state, self.columns().shape[1], inwards.wall)]
         linear, diagonal = np.zeros(self._size), np.full(self._size, 1e-10)
         share = state.durations / state.total
         begin = self.layout.size
@@ -169,26 +171,6 @@ class JointModel:
         bounds[-2, 0, -2] = bounds[-1, 0, -1] = -1.0
         piece = np.concatenate((every, every, chain, chain, np.zeros(SLACKS, dtype=np.intp)))
         return [Rows(piece, bounds, np.append(limit, np.zeros(SLACKS))[:, None])]
-
-    def _region_rows(self) -> list[Rows]:
-        """Boxes in which the positions of knots are free."""
-        task, length, width = self.layout.task, self.layout.units.length, self.columns().shape[1]
-        waypoint, axis = np.nonzero(task.upper > task.lower)
-        if not len(waypoint):
-            return []
-        last = waypoint == task.legs
-        piece = np.where(last, waypoint * task.pieces - 1, waypoint * task.pieces)
-        lower, upper = task.lower[waypoint, axis], task.upper[waypoint, axis]
-        half = (upper - lower) / 2.0
-        slot = np.where(last, self.layout.half, 0) * self.layout.dim + axis
-        place = self._state.scaled[waypoint * task.pieces, 0, axis] * length
-        matrix = np.zeros((2 * len(waypoint), 1, width))
-        every = np.arange(len(waypoint))
-        matrix[every, 0, slot], matrix[every + len(waypoint), 0, slot] = length / half, -length / half
-        matrix[:, 0, -SLACKS + WALL] = -1.0
-        return [
-            Rows(np.tile(piece, 2), matrix, np.concatenate(((upper - place) / half, (place - lower) / half))[:, None])
-        ]
 
     def _hessian(self, weight: FloatArray) -> FloatArray:
         """Proximal term, objective and curvature, (pieces, width, width)."""

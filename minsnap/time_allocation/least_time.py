@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import Solved
 from minsnap.time_allocation.certified_end import CertifiedEnd
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
-from minsnap.time_allocation.joint_layout import JointState
+from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_problem import JointProblem
 from minsnap.time_allocation.joint_search import VANISHING, Evaluated, JointSearch, firmer
 from minsnap.time_allocation.least_cost import Log
@@ -16,6 +19,7 @@ from minsnap.time_allocation.refinement import divided, slowed
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits
 from minsnap.time_allocation.timed import Finish, Run
+from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.report import Progress
 
 OPEN = 1e-3
@@ -42,7 +46,7 @@ class LeastTime:
     def __init__(self, task: Task, limits: Limits, finish: Finish, progress: Progress | None = None) -> None:
         self.task, self.limits, self.finish = task, limits, finish
         guess = stop_and_go_times(guessed_lengths(task), limits)
-        self.problem = JointProblem(task, limits, guess)
+        self.problem = JointProblem(task, limits, guess, self._yaw(guess))
         self.log = Log(progress)
         self.interrupted = False
 
@@ -64,6 +68,12 @@ class LeastTime:
         if solved is None:
             raise self._reason(search, found)
         return solved, Run(tuple(self.log.steps), self.interrupted)
+
+    def _yaw(self, guess: FloatArray) -> float | None:
+        """Yaw that the rotors' thrusts are limited for: a constant one, or None where the body does not spin."""
+        layout = JointLayout(replace(self.task, pieces=1), self.task.units(guess))
+        heading = self.finish(layout.trajectory(stop_and_go(layout, guess / layout.units.time))).yaw
+        return heading.angle if isinstance(heading, ConstantHeading) else None
 
     def _tell(self, found: Evaluated) -> None:
         unit = self.problem.units.time

@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_basis
+from minsnap.time_allocation.joint_regions import JointRegions
 from minsnap.time_allocation.joint_rows import WALL, Block
 
 GRID = 33
@@ -90,7 +91,7 @@ class PeakFinder:
     """
 
     def __init__(self, layout: JointLayout, blocks: Sequence[Block]) -> None:
-        self.layout, self.blocks = layout, blocks
+        self.layout, self.blocks, self.regions = layout, blocks, JointRegions(layout)
         self.grid = np.linspace(0.0, 1.0, GRID)
         self.orders = 1 + max(order for block in blocks for order in block.orders)
 
@@ -116,15 +117,17 @@ class PeakFinder:
             peaks.append(found)
             tops[k] = max(best / block.weight, -1.0)
             places.append(place)
-        return self._summary(tops, peaks, places)
+        return self._summary(tops, peaks, places, self.regions.excess(state))
 
-    def _summary(self, tops: FloatArray, peaks: list[Peaks], places: list[tuple[int, float]]) -> Measured:
+    def _summary(
+        self, tops: FloatArray, peaks: list[Peaks], places: list[tuple[int, float]], outside: float
+    ) -> Measured:
         wall = np.array([block.slack == WALL for block in self.blocks])
         limits = np.where(wall, -2.0, tops)
         worst = int(limits.argmax())
         return Measured(
             float(max(limits.max(), -1.0)),
-            float(max(np.where(wall, tops, -1.0).max(), -1.0)),
+            float(max(np.where(wall, tops, -1.0).max(), outside)),
             peaks,
             (worst, *places[worst]),
         )
