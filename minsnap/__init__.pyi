@@ -45,6 +45,8 @@ from .plot import plot_convergence as plot_convergence
 from .plot import plot_overview as plot_overview
 from .plot import plot_path as plot_path
 from .plot import plot_profiles as plot_profiles
+from .plot import plot_race as plot_race
+from .plot import plot_rotors as plot_rotors
 from .plot import plot_utilisation as plot_utilisation
 from .shapes import circle as circle
 from .shapes import helix as helix

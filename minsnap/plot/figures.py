@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from minsnap.errors import FileError
 from minsnap.plot.geometry import plot_path
+from minsnap.plot.outlines import Corridor
 from minsnap.plot.profiles import available_orders, plot_profiles
-from minsnap.plot.regions import Corridor
 from minsnap.plot.style import dense_samples
 from minsnap.storage.atomic import atomic_write
 from minsnap.trajectory.path import Path

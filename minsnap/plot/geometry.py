@@ -12,7 +12,7 @@ from minsnap.arrays import FloatArray
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.errors import InputError
 from minsnap.plot.openings import Waypoints, draw_balls, draw_gates, draw_waypoints, nominal_points
-from minsnap.plot.regions import Corridor, facets, leg_bodies, outline
+from minsnap.plot.outlines import Corridor, facets, leg_bodies, outline
 from minsnap.plot.speed_colour import draw_coloured
 from minsnap.plot.style import (
     CORRIDOR_COLOUR,

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.thesis.drag_fits import fit_consistent_drag
 from minsnap.thesis.published import PUBLISHED_PARASITIC, PUBLISHED_PROPELLER
 from minsnap.vehicle.drag import BodyDrag, linear_rotor_drag
 
@@ -49,17 +49,9 @@ def consistent_rotor_drag() -> BodyDrag:
     return linear_rotor_drag(4.0 * slope, 4.0 * slope)
 
 
-def consistent_terms(pitch_deg: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Return what multiplies the linear x, linear z, quadratic x, quadratic z coefficients along the wind, (m, 4)."""
-    along, up = np.cos(np.radians(pitch_deg)) ** 2, np.sin(np.radians(pitch_deg)) ** 2
-    return np.stack([velocity * along, velocity * up, velocity**2 * along, velocity**2 * up], axis=-1)
-
-
 @cache
 def _refit() -> tuple[BodyDrag, float]:
     """Fit the consistent model to the published surface on a grid over its measured range."""
-    from minsnap.thesis.drag_fits import fit_consistent_drag
-
     low, high = PUBLISHED_PARASITIC.measured["pitch_deg"]
     slow, fast = PUBLISHED_PARASITIC.measured["velocity"]
     pitch, speed = np.meshgrid(np.linspace(low, high, _PITCHES), np.linspace(slow, fast, _VELOCITIES))

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, own_arrays
 from minsnap.errors import FitError
-from minsnap.thesis.consistent import consistent_terms
 from minsnap.thesis.published import (
     PUBLISHED_PARASITIC,
     PUBLISHED_PARASITIC_LINEAR,
@@ -127,6 +126,12 @@ def fit_consistent_drag(table: Table) -> tuple[BodyDrag, float]:
     model = BodyDrag((linear_x, linear_x, linear_z), (quadratic_x, quadratic_x, quadratic_z))
     residuals = data["drag"] - design @ np.array([linear_x, linear_z, quadratic_x, quadratic_z])
     return model, explained(data["drag"], residuals)
+
+
+def consistent_terms(pitch_deg: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Return what multiplies the linear x, linear z, quadratic x, quadratic z coefficients along the wind, (m, 4)."""
+    along, up = np.cos(np.radians(pitch_deg)) ** 2, np.sin(np.radians(pitch_deg)) ** 2
+    return np.stack([velocity * along, velocity * up, velocity**2 * along, velocity**2 * up], axis=-1)
 
 
 def drag_columns(table: Table, name: str, variables: tuple[str, ...], least: int) -> dict[str, FloatArray]:

@@ -10,8 +10,15 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, own_arrays
 from minsnap.errors import FitError
-from minsnap.thesis.consistent import consistent_terms
-from minsnap.thesis.drag_fits import FORMS, DragFit, drag_columns, fit_consistent_drag, fit_drag, read_columns
+from minsnap.thesis.drag_fits import (
+    FORMS,
+    DragFit,
+    consistent_terms,
+    drag_columns,
+    fit_consistent_drag,
+    fit_drag,
+    read_columns,
+)
 from minsnap.vehicle.rotor_fit import CoefficientFit, fit_thrust_coefficient, fit_torque_coefficient
 from minsnap.vehicle.surface import RPM, Range, Surface
 

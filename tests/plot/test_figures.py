@@ -16,7 +16,7 @@ from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits
 from minsnap.plot import plot_convergence, plot_overview, plot_path, plot_profiles, plot_utilisation, save_figure
-from minsnap.plot.regions import leg_bodies, outline
+from minsnap.plot.outlines import leg_bodies, outline
 from minsnap.trajectory.samples import Samples
 
 SQUARE = np.array([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])

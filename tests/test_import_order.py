@@ -1,0 +1,139 @@
+"""The rooms of docs/architecture.rst: every import goes to a room above, and names are not used twice."""
+
+import ast
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "minsnap"
+TABLE = ".. the order of imports\n\n::\n\n"
+
+KNOWN_ARROWS = frozenset({("vehicle", "thesis")})
+"""Rooms between which imports that run back are still to be mended."""
+
+KNOWN_CIRCLES = frozenset({"limits", "vehicle"})
+"""Rooms in which modules still import each other in a circle."""
+
+
+def table() -> list[str]:
+    """Return the rooms in their order: the first word of every line of the table in docs/architecture.rst."""
+    text = (ROOT / "docs" / "architecture.rst").read_text()
+    lines = text[text.index(TABLE) + len(TABLE) :].split("\n\n", 1)[0].splitlines()
+    return [line.split()[0] for line in lines if not line.startswith(10 * " ")]
+
+
+def modules(package: Path) -> dict[str, Path]:
+    """Return the modules of a package by name; a folder's name stands for its ``__init__``."""
+    found = {}
+    for path in sorted(package.rglob("*.py")):
+        parts = path.relative_to(package.parent).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def imported(path: Path, known: dict[str, Path]) -> set[str]:
+    """Return the modules of the package that a file imports, for types and inside functions too."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{path}: relative import"
+            found |= {f"{node.module}.{alias.name}" for alias in node.names} | {str(node.module)}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    found &= set(known)
+    return {name for name in found if not any(other.startswith(f"{name}.") for other in found)}
+
+
+def room_of(module: str) -> str:
+    """Return the room of a module: the second part of its name, nothing for the package itself."""
+    return module.split(".")[1] if "." in module else ""
+
+
+def arrows_back(package: Path, order: list[str]) -> set[tuple[str, str]]:
+    """Return the imports that go to a room below, or to the package itself."""
+    known, place = modules(package), {room: index for index, room in enumerate(order)}
+    pairs = {(name, target) for name, path in known.items() if "." in name for target in imported(path, known)}
+    return {
+        (name, target)
+        for name, target in pairs
+        if not room_of(target) or place[room_of(target)] > place.get(room_of(name), len(order))
+    }
+
+
+def circle(package: Path, without: frozenset[str] = frozenset()) -> list[str]:
+    """Return modules that import each other in a circle, or nothing."""
+    known = {name: path for name, path in modules(package).items() if room_of(name) not in without}
+    try:
+        TopologicalSorter({name: imported(path, known) for name, path in known.items()}).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def names_used_twice(names: list[tuple[str, str]]) -> dict[str, list[str]]:
+    """Return the names that stand in several places, with these places."""
+    places: dict[str, list[str]] = {}
+    for name, place in names:
+        places.setdefault(name, []).append(place)
+    return {name: where for name, where in places.items() if len(where) > 1}
+
+
+def test_the_table_names_every_room_once():
+    rooms = {room_of(name) for name in modules(PACKAGE)} - {"", "__main__"}
+    assert sorted(table()) == sorted(rooms)
+
+
+def test_every_import_goes_to_a_room_above():
+    found = arrows_back(PACKAGE, table())
+    known = {pair for pair in found if (room_of(pair[0]), room_of(pair[1])) in KNOWN_ARROWS}
+    assert found - known == set()
+    assert len({(room_of(name), room_of(target)) for name, target in known}) == len(KNOWN_ARROWS), "shorten the list"
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    assert circle(PACKAGE, KNOWN_CIRCLES) == []
+    for room in KNOWN_CIRCLES:
+        assert circle(PACKAGE, KNOWN_CIRCLES - {room}), f"{room} has no circle any more: shorten the list"
+
+
+def test_no_two_modules_share_a_name():
+    names = [(path.stem, name) for name, path in modules(PACKAGE).items() if path.stem != "__init__"]
+    assert names_used_twice(names) == {}
+
+
+def test_no_two_classes_share_a_name():
+    names = [
+        (node.name, module)
+        for module, path in modules(PACKAGE).items()
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ClassDef)
+    ]
+    assert names_used_twice(names) == {}
+
+
+WAYS = (
+    "from house.upper.first import x\n",
+    "from house.upper import first\n",
+    "import house.upper.first\n",
+    "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from house.upper import first\n",
+    "def work():\n    from house.upper.first import x\n    return x\n",
+)
+
+
+@pytest.mark.parametrize("code", WAYS)
+def test_every_way_of_importing_is_seen(tmp_path, code):
+    house = tmp_path / "house"
+    for room, text in (("lower", code), ("upper", "x = 1\n")):
+        (house / room).mkdir(parents=True)
+        (house / room / "__init__.py").touch()
+        (house / room / "first.py").write_text(text)
+    (house / "__init__.py").touch()
+    found = {("house.lower.first", "house.upper.first")}
+    assert arrows_back(house, ["lower", "upper"]) == found
+    assert arrows_back(house, ["upper", "lower"]) == set()
+    assert circle(house) == []
+    (house / "upper" / "first.py").write_text("from house.lower.first import work\n")
+    assert set(circle(house)) == {"house.lower.first", "house.upper.first"}
+    assert circle(house, frozenset({"upper"})) == []
