@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from minsnap.errors import LinkError
-from minsnap.mavlink.transport import Peer, Transport
+from minsnap.mavlink.link_transport import Peer, Transport
 
 
 class SerialPort(Transport):

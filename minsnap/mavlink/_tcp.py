@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 
 from minsnap.errors import LinkError
-from minsnap.mavlink.transport import Peer, Transport, port_error
+from minsnap.mavlink.link_transport import Peer, Transport, port_error
 
 _RETRY_AFTER = 0.5
 _UNDERWAY = (errno.EINPROGRESS, errno.EALREADY)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 from collections.abc import Sequence
 
-from minsnap.mavlink.transport import LOOPBACK, Peer, Transport, port_error, resolve
+from minsnap.mavlink.link_transport import LOOPBACK, Peer, Transport, port_error, resolve
 
 
 class UdpListener(Transport):

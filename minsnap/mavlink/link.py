@@ -12,8 +12,8 @@ from typing import Any
 from minsnap.errors import FileError, LinkError
 from minsnap.mavlink.connection import open_transport
 from minsnap.mavlink.dialect import Message, load_dialect
+from minsnap.mavlink.link_transport import Peer, Transport
 from minsnap.mavlink.schedule import Clock
-from minsnap.mavlink.transport import Peer, Transport
 from minsnap.mavlink.vehicle_state import VehicleState
 
 _GROUND_STATION, _COMPANION, _NO_AUTOPILOT, _ACTIVE = 6, 18, 8, 4
@@ -211,7 +211,7 @@ def open_link(
     source_system: int = 245,
     signing_key: bytes | str | os.PathLike[str] | None = None,
 ) -> Link:
-    """Open a connection string as a link; see :func:`~minsnap.mavlink.transport.open_transport`.
+    """Open a connection string as a link; see :func:`~minsnap.mavlink.link_transport.open_transport`.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ def stream(
     source : Path, Samples or path of a setpoint CSV
         In z-up world axes; a file in the frame of the options.
     connect : str or Link
-        A connection string (:func:`~minsnap.mavlink.transport.open_transport`), or an open link, which stays open.
+        A connection string (:func:`~minsnap.mavlink.link_transport.open_transport`), or an open link, which stays open.
     options : StreamOptions, optional
         How; every field of it may be given as a keyword of its own.
     clock : Clock, optional
