@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from minsnap.errors import LinkError
-from minsnap.mavlink.link_transport import Peer, Transport
+from minsnap.mavlink.link_transport import LinkTransport, Peer
 
 
-class SerialPort(Transport):
+class SerialPort(LinkTransport):
     """``serial``: a device and its baud rate, through pyserial."""
 
     def __init__(self, device: str, baud: int) -> None:

@@ -8,13 +8,13 @@ import time
 from collections.abc import Sequence
 
 from minsnap.errors import LinkError
-from minsnap.mavlink.link_transport import Peer, Transport, port_error
+from minsnap.mavlink.link_transport import LinkTransport, Peer, port_error
 
 _RETRY_AFTER = 0.5
 _UNDERWAY = (errno.EINPROGRESS, errno.EALREADY)
 
 
-class _Stream(Transport):
+class _Stream(LinkTransport):
     """What both sides share: a connection that may be gone, and bytes of a message that did not fit yet."""
 
     def __init__(self, address: str) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import socket
 from collections.abc import Sequence
 
-from minsnap.mavlink.link_transport import LOOPBACK, Peer, Transport, port_error, resolve
+from minsnap.mavlink.link_transport import LOOPBACK, LinkTransport, Peer, port_error, resolve
 
 
-class UdpListener(Transport):
+class UdpListener(LinkTransport):
     """``udpin``: bound to a port; sends to those who have spoken, and once the vehicle is chosen to it alone."""
 
     def __init__(self, host: str, port: int) -> None:
@@ -38,7 +38,7 @@ class UdpListener(Transport):
         self._socket.close()
 
 
-class UdpSender(Transport):
+class UdpSender(LinkTransport):
     """``udpout``: sends to one address from a port of its own, and listens there."""
 
     def __init__(self, host: str, port: int) -> None:

@@ -6,10 +6,10 @@ from minsnap.errors import LinkError
 from minsnap.mavlink._serial import open_port
 from minsnap.mavlink._tcp import TcpClient, TcpListener
 from minsnap.mavlink._udp import UdpListener, UdpSender
-from minsnap.mavlink.link_transport import LOOPBACK, Transport
+from minsnap.mavlink.link_transport import LOOPBACK, LinkTransport
 
 
-def open_transport(connection: str, baud: int = 115200) -> Transport:
+def open_transport(connection: str, baud: int = 115200) -> LinkTransport:
     """Open what a connection string names, in pymavlink's notation.
 
     ================================ ================================================================

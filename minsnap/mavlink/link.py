@@ -12,7 +12,7 @@ from typing import Any
 from minsnap.errors import FileError, LinkError
 from minsnap.mavlink.connection import open_transport
 from minsnap.mavlink.dialect import Message, load_dialect
-from minsnap.mavlink.link_transport import Peer, Transport
+from minsnap.mavlink.link_transport import LinkTransport, Peer
 from minsnap.mavlink.schedule import Clock
 from minsnap.mavlink.vehicle_state import VehicleState
 
@@ -24,7 +24,7 @@ class Link:
 
     Parameters
     ----------
-    transport : Transport
+    transport : LinkTransport
         Where bytes go.
     clock : Clock
         Whose time everything is.
@@ -47,7 +47,7 @@ class Link:
 
     def __init__(
         self,
-        transport: Transport,
+        transport: LinkTransport,
         clock: Clock,
         system: int | None = None,
         source_system: int = 245,

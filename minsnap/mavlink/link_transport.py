@@ -14,7 +14,7 @@ LOOPBACK = "127.0.0.1"
 Peer = Any
 
 
-class Transport(ABC):
+class LinkTransport(ABC):
     """Bytes to and from whoever is at the other end.
 
     Attributes
