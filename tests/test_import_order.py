@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "minsnap"
 TABLE = ".. the order of imports\n\n::\n\n"
 
-KNOWN_ARROWS = frozenset({("vehicle", "thesis")})
+KNOWN_ARROWS: frozenset[tuple[str, str]] = frozenset()
 """Rooms between which imports that run back are still to be mended."""
 
 KNOWN_CIRCLES = frozenset({"limits", "vehicle"})
@@ -102,7 +102,11 @@ def test_no_modules_import_each_other_in_a_circle():
 
 
 def test_no_two_modules_share_a_name():
-    names = [(path.stem, name) for name, path in modules(PACKAGE).items() if path.stem != "__init__"]
+    names = [
+        (path.stem, name)
+        for name, path in modules(PACKAGE).items()
+        if path.stem != "__init__" and room_of(name) != "native"  # there a module is named after what it computes
+    ]
     assert names_used_twice(names) == {}
 
 
