@@ -13,7 +13,7 @@ from minsnap.optimisation.normalised_constraints import Rows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import RowSet
 from minsnap.optimisation.solve import Solved
-from minsnap.polynomials.bernstein import ends_gram
+from minsnap.polynomials.bernstein import ends_to_highest, gram_root
 
 
 def cost_gradient(solved: Solved) -> FloatArray:
@@ -39,15 +39,14 @@ def row_slopes(problem: Problem, knots: FloatArray, rows: RowSet, multipliers: F
 
 
 def _cost_slopes(problem: Problem, knots: FloatArray) -> FloatArray:
-    """T dc/dT of every piece at fixed knot derivatives."""
+    """T dc/dT of every piece at fixed knot derivatives, from the same squares as the cost."""
     k = problem.half
-    ends = problem.piece_ends(knots)
-    ends[:, k] -= ends[:, 0]
-    ends[:, 0] = 0.0
-    forces = np.matmul(ends_gram(problem.degree), ends)
+    ends = problem.moved_ends(knots)
     orders = np.tile(np.arange(k), 2)[:, None]
-    density = (ends * forces * ((1.0 - 2.0 * k) + 2.0 * orders)).sum(axis=(1, 2))
-    return np.asarray(density * problem.durations ** (1.0 - 2.0 * k))
+    root, highest = gram_root(k - 1), ends_to_highest(problem.degree)
+    value = np.matmul(root, np.matmul(highest, ends))
+    slope = np.matmul(root, np.matmul(highest, ((1.0 - 2.0 * k) + 2.0 * orders) * ends))
+    return np.asarray((value * slope).sum(axis=(1, 2)) * problem.durations ** (1.0 - 2.0 * k))
 
 
 def _row_values(problem: Problem, knots: FloatArray, rows: Rows, used: np.ndarray) -> FloatArray:

@@ -18,7 +18,15 @@ from functools import cache, cached_property
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.polynomials.bernstein import basis, derivative_basis_map, ends_gram, ends_to_points, rising_powers
+from minsnap.polynomials.bernstein import (
+    basis,
+    derivative_basis_map,
+    ends_gram,
+    ends_to_highest,
+    ends_to_points,
+    gram_root,
+    rising_powers,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,12 +205,20 @@ class Problem:
         return points
 
     def cost(self, knots: FloatArray) -> float:
-        """Return the integral of the squared norm of the k-th derivative, normalised."""
+        """Return the integral of the squared norm of the k-th derivative, normalised: a sum of squares."""
+        roots = np.matmul(gram_root(self.half - 1), self.highest(knots))
+        return float((roots * roots).sum(axis=(1, 2)) @ self.durations ** (1.0 - 2.0 * self.half))
+
+    def highest(self, knots: FloatArray) -> FloatArray:
+        """Control points of the k-th derivative of every piece on its unit interval: (pieces, k, dim)."""
+        return np.asarray(np.matmul(ends_to_highest(self.degree), self.moved_ends(knots)))
+
+    def moved_ends(self, knots: FloatArray) -> FloatArray:
+        """Scaled end derivatives of every piece, positions relative to its start: (pieces, 2k, dim)."""
         ends = self.piece_ends(knots)
-        ends[:, self.half :] -= ends[:, :1] * (np.arange(self.half) == 0)[:, None]
+        ends[:, self.half] -= ends[:, 0]
         ends[:, 0] = 0.0
-        squares = (ends * np.matmul(ends_gram(self.degree), ends)).sum(axis=(1, 2))
-        return float(squares @ self.durations ** (1.0 - 2.0 * self.half))
+        return ends
 
     def gradient(self, knots: FloatArray) -> FloatArray:
         """Half the gradient of the cost in the knot values: (knots, slots, dim)."""

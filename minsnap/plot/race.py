@@ -10,7 +10,7 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import InputError
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.openings import Waypoints
-from minsnap.plot.regions import Corridor
+from minsnap.plot.outlines import Corridor
 from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, POINTS, new_axes
 from minsnap.trajectory.path import Path
 

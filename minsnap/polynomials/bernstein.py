@@ -126,6 +126,26 @@ def ends_gram(degree: int) -> FloatArray:
 
 
 @cache
+def ends_to_highest(degree: int) -> FloatArray:
+    """Matrix from end derivatives to the control points of the k-th derivative, degree 2k - 1: shape (k, 2k)."""
+    half = (degree + 1) // 2
+    return _rounded(_product(_difference(degree, half), _exact_ends_map(degree)))
+
+
+@cache
+def gram_root(degree: int) -> FloatArray:
+    r"""Upper triangular R with :math:`\int_0^1 x(s)^2\,ds = |R p|^2` for control points p.
+
+    Returns
+    -------
+    R : ndarray, shape (degree + 1, degree + 1)
+    """
+    root = np.array(np.linalg.cholesky(gram(degree, 0)).T, dtype=np.float64)
+    root.flags.writeable = False
+    return root
+
+
+@cache
 def points_to_powers(degree: int) -> FloatArray:
     """Matrix from control points to the coefficients of 1, s, s², …: shape (degree + 1, degree + 1)."""
     return _rounded(
@@ -191,6 +211,21 @@ def differentiate(points: FloatArray, order: int) -> FloatArray:
             return np.zeros_like(points)
         points = degree * (points[..., 1:, :] - points[..., :-1, :])
     return points
+
+
+def careful_differences(points: FloatArray, order: int) -> FloatArray:
+    """Differences of that order of control points (…, n + 1, dim), as if computed exactly and rounded once.
+
+    Each carries the rounding of those before along (D. E. Knuth, "The Art of Computer Programming", vol. 2, theorem
+    4.2.2B), so that small differences of large numbers keep their digits.
+    """
+    rounding = np.zeros_like(points)
+    for _ in range(order):
+        a, b = points[..., :-1, :], points[..., 1:, :]
+        points = b - a
+        back = b - points
+        rounding = np.diff(rounding, axis=-2) + ((b - (points + back)) - (a - back))
+    return np.asarray(points + rounding)
 
 
 @cache

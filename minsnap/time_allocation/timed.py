@@ -94,16 +94,19 @@ class Timed:
     solved : Solved
     trajectory : Trajectory
         Stretched where limits asked for it, with its yaw.
-    cost : float
     steps : tuple of Step
     interrupted : bool
     """
 
     solved: Solved
     trajectory: Trajectory
-    cost: float
     steps: tuple[Step, ...] = ()
     interrupted: bool = False
+
+    @property
+    def cost(self) -> float:
+        """Integral of the squared norm of the k-th derivative of the trajectory as it is."""
+        return self.trajectory.cost(self.solved.task.half)
 
 
 Finish = Callable[[Trajectory], Trajectory]
@@ -116,7 +119,7 @@ def timed(solved: Solved, finish: Finish, search: Run | None = None, factor: flo
     if factor != 1.0:
         trajectory = trajectory.stretched(factor)
     steps, interrupted = (tuple(search.steps), search.interrupted) if search else ((), False)
-    return Timed(solved, finish(trajectory), solved.cost * factor ** (1 - 2 * solved.task.half), steps, interrupted)
+    return Timed(solved, finish(trajectory), steps, interrupted)
 
 
 def solved_or_explained(task: Task, durations: FloatArray, samples: int | None = None) -> Solved:

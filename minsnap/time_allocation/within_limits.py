@@ -126,7 +126,7 @@ def kept(found: Timed, limits: Limits, stretchable: bool = False) -> Timed:
     factor = touching_factor(limits, found.trajectory)
     if stretchable:
         curve = found.trajectory.stretched(factor)
-        return replace(found, trajectory=curve, cost=found.cost * factor ** (1 - 2 * task.half))
+        return replace(found, trajectory=curve)
     raise InfeasibleError(
         f"{message}; {total * factor:.6g} s would do in these proportions",
         leg=used.leg,

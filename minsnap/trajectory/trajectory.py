@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from math import perm
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +15,9 @@ from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.certificate import largest_norms
 from minsnap.polynomials.bernstein import (
     basis,
+    careful_differences,
     differentiate,
-    gram,
+    gram_root,
     points_to_powers,
     powers_to_points,
     restriction,
@@ -170,9 +172,9 @@ class Trajectory(Path):
         order = self.cost_order if order is None else order
         if check_order(order) > self.degree:
             return np.zeros(len(self.durations))
-        points = differentiate(self.control_points, order)
-        squares = (points * np.matmul(gram(self.degree - order, 0), points)).sum(axis=(1, 2))
-        return np.asarray(squares * self.durations ** (1.0 - 2.0 * order))
+        differences = perm(self.degree, order) * careful_differences(self.control_points, order)
+        roots = np.matmul(gram_root(self.degree - order), differences)
+        return np.asarray((roots * roots).sum(axis=(1, 2)) * self.durations ** (1.0 - 2.0 * order))
 
     def max_norm(self, order: int = 0) -> tuple[float, float]:
         """Maximum over time of the Euclidean norm of a derivative, and the instant where it is attained.

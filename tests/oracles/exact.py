@@ -161,3 +161,23 @@ def ends_to_points(degree):
     ]
     C = ends_to_powers(degree)
     return [[sum(row[i] * C[i][b] for i in range(degree + 1)) for b in range(degree + 1)] for row in to_points]
+
+
+def curve_cost(control_points, durations, order):
+    """Integral of the squared norm of a derivative of pieces as they are stored, exactly: (pieces, n + 1, dim)."""
+    degree = np.shape(control_points)[1] - 1
+    left = degree - order
+    gram = [
+        [Fraction(comb(left, i) * comb(left, j), (2 * left + 1) * comb(2 * left, i + j)) for j in range(left + 1)]
+        for i in range(left + 1)
+    ]
+    total = Fraction(0)
+    for piece, duration in zip(control_points, durations, strict=True):
+        for axis in np.asarray(piece).T.tolist():
+            values = [Fraction(value) for value in axis]
+            for _ in range(order):
+                values = [b - a for a, b in zip(values, values[1:], strict=False)]
+            values = [perm(degree, order) * value for value in values]
+            pairs = sum(a * b * gram[i][j] for i, a in enumerate(values) for j, b in enumerate(values))
+            total += pairs * Fraction(float(duration)) ** (1 - 2 * order)
+    return total
