@@ -16,6 +16,15 @@ GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
 
 
+def owned(values: npt.ArrayLike) -> FloatArray:
+    """Return a read-only float64 array: a copy, unless it is already one that nobody can write to."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.flags.writeable or array.base is not None:
+        array = array.copy()
+        array.flags.writeable = False
+    return array
+
+
 def own_arrays(value: Any) -> None:
     """Replace every array field of a frozen dataclass by a read-only copy; called from ``__post_init__``."""
     for field in fields(value):

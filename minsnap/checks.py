@@ -17,6 +17,16 @@ SAMPLES = 20
 """Instants per polynomial at which a sampled corridor holds unless the caller says otherwise."""
 
 
+def is_number(value: Any) -> bool:
+    """Whether a value is a finite number: an integer or a float of Python or NumPy, not a bool."""
+    return isinstance(value, (int, float, np.number)) and not isinstance(value, bool) and bool(np.isfinite(value))
+
+
+def is_whole(value: Any) -> bool:
+    """Whether a value is a whole number: an integer of Python or NumPy, not a bool."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
 def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
     """Return waypoints as a read-only array (n, dim), n >= 2, finite."""
     try:
@@ -75,7 +85,7 @@ def check_weight(weight: Any) -> float:
 
 def check_degree(degree: Any) -> int:
     """Return k for degree 2k - 1, or raise DegreeError."""
-    if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or int(degree) not in DEGREES:
+    if not is_whole(degree) or int(degree) not in DEGREES:
         raise DegreeError(f"degree is {degree!r}: it must be odd, from 3 to 11 (7 minimises snap)")
     return (int(degree) + 1) // 2
 
@@ -84,11 +94,7 @@ def check_continuity(continuity: Any, half: int) -> int:
     """Return the continuity, k - 1 where none is given; at most degree - 1."""
     if continuity is None:
         return half - 1
-    if (
-        isinstance(continuity, bool)
-        or not isinstance(continuity, (int, np.integer))
-        or not 0 <= continuity <= 2 * half - 2
-    ):
+    if not is_whole(continuity) or not 0 <= continuity <= 2 * half - 2:
         raise DegreeError(
             f"continuity is {continuity!r}: pieces of degree {2 * half - 1} can share derivatives 0 to {2 * half - 2} "
             "at their knots"
@@ -102,7 +108,7 @@ def check_continuity(continuity: Any, half: int) -> int:
 
 def check_pieces(pieces: Any) -> int:
     """Return the number of polynomials a leg, a whole number of at least 1."""
-    if isinstance(pieces, bool) or not isinstance(pieces, (int, np.integer)) or pieces < 1:
+    if not is_whole(pieces) or pieces < 1:
         raise DegreeError(f"pieces is {pieces!r}: a leg has a whole number of polynomials, at least 1")
     return int(pieces)
 
@@ -135,7 +141,7 @@ def check_samples(method: str, samples: Any, limited: bool) -> int | None:
 
 
 def _whole(samples: Any) -> int:
-    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 1:
+    if not is_whole(samples) or samples < 1:
         raise CorridorError(f"samples is {samples!r}: give a whole number of instants per polynomial, at least 1")
     return int(samples)
 
@@ -176,7 +182,7 @@ def check_pins(
         raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
     collected: dict[int, dict[int, FloatArray]] = {}
     for index, state in (pins or {}).items():
-        if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not 0 <= index <= last:
+        if not is_whole(index) or not 0 <= index <= last:
             raise WaypointError(f"pins name waypoint {index!r}: there are waypoints 0 to {last}")
         if index in (0, last):
             raise WaypointError(f"pins name waypoint {index}, an end of the trajectory: use start= or end=")

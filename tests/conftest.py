@@ -1,6 +1,7 @@
-"""How hypothesis runs: the same examples every time under continuous integration, new ones elsewhere."""
+"""How hypothesis runs, the same examples every time under continuous integration; and how interrupts arrive."""
 
 import os
+import signal
 
 from hypothesis import HealthCheck, settings
 
@@ -8,3 +9,7 @@ COMMON = {"deadline": None, "max_examples": 30, "suppress_health_check": [Health
 settings.register_profile("local", print_blob=True, **COMMON)
 settings.register_profile("ci", derandomize=True, **COMMON)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
+
+# A shell starts what it runs in the background with interrupts ignored, and processes pass that on to those they start:
+# the tests that interrupt a process would wait for ever.
+signal.signal(signal.SIGINT, signal.default_int_handler)

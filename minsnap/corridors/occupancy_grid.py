@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import BoolArray, FloatArray
-from minsnap.checks import check_waypoints
+from minsnap.checks import check_waypoints, is_number
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.grid_boxes import grown, inflated, pruned
 from minsnap.corridors.grid_path import connected, visited
@@ -121,10 +121,6 @@ def _vector(value: npt.ArrayLike, dim: int, name: str) -> FloatArray:
 
 
 def _margin(clearance: Any) -> float:
-    if (
-        isinstance(clearance, bool)
-        or not isinstance(clearance, (int, float, np.number))
-        or not 0.0 <= clearance < np.inf
-    ):
+    if not is_number(clearance) or clearance < 0.0:
         raise CorridorError(f"the clearance is {clearance!r}: it is a distance, 0 or more and finite [m]")
     return float(clearance)

@@ -18,7 +18,15 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_closing, check_continuity, check_degree, check_durations, check_pins, check_waypoints
+from minsnap.checks import (
+    check_closing,
+    check_continuity,
+    check_degree,
+    check_durations,
+    check_pins,
+    check_waypoints,
+    is_whole,
+)
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError, WaypointError
@@ -193,6 +201,6 @@ def _cost(durations: FloatArray, dim: int, half: int) -> Any:
 
 
 def _instants(samples: Any) -> FloatArray:
-    if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 0:
+    if not is_whole(samples) or samples < 0:
         raise CorridorError(f"samples is {samples!r}: it must be a whole number of instants a leg, 0 or more")
-    return np.arange(1, samples + 1) / (samples + 1)
+    return np.asarray(np.arange(1, samples + 1) / (samples + 1))

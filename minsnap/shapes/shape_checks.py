@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from numbers import Real
 
+from minsnap.checks import is_number
 from minsnap.errors import ShapeError, YawError
 from minsnap.shapes.phase import PhaseLaw, PhasePath
 from minsnap.trajectory.path import ConstantHeading
@@ -14,7 +14,7 @@ from minsnap.trajectory.path import ConstantHeading
 
 def check_positive(name: str, value: float, unit: str) -> float:
     """Return ``value``, or raise ShapeError unless it is a positive finite number."""
-    if not (_is_finite(value) and value > 0):
+    if not (is_number(value) and value > 0):
         raise ShapeError(f"the {name} is {value!r}: it must be a positive number of {unit}")
     return float(value)
 
@@ -25,14 +25,14 @@ def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ..
         point = tuple(value)
     except TypeError:
         point = ()
-    if len(point) != size or not all(_is_finite(c) for c in point):
+    if len(point) != size or not all(is_number(c) for c in point):
         raise ShapeError(f"the {name} is {value!r}: it must be {size} finite numbers of metres")
     return tuple(float(c) for c in point)
 
 
 def check_finite(name: str, value: float, unit: str) -> float:
     """Return ``value``, or raise ShapeError unless it is a finite number."""
-    if not _is_finite(value):
+    if not is_number(value):
         raise ShapeError(f"the {name} is {value!r}: it must be a finite number of {unit}")
     return float(value)
 
@@ -58,7 +58,7 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
             f"both a period ({period!r} s) and a speed ({speed!r} m/s) were given: one follows from the other"
         )
     angle = 2.0 * math.pi * check_positive("number of laps", laps, "laps")
-    if not (_is_finite(ramp) and 0.0 <= ramp <= angle / 2.0):
+    if not (is_number(ramp) and 0.0 <= ramp <= angle / 2.0):
         raise ShapeError(f"the ramp is {ramp!r} rad: it must be between 0 and {angle / 2.0:.6g}, half of the way round")
     if speed is not None:
         return PhaseLaw(check_positive("speed", speed, "metres a second") / reach, angle, float(ramp))
@@ -76,10 +76,6 @@ def with_yaw(path: PhasePath, yaw: float | str) -> PhasePath:
         from minsnap.trajectory.tilt_heading import TiltHeading
 
         return replace(path, yaw=TiltHeading(path))
-    if not _is_finite(yaw):
+    if not is_number(yaw):
         raise YawError(f"the yaw is {yaw!r}: it must be an angle in radians, 'velocity' or 'tilt'")
     return replace(path, yaw=ConstantHeading(float(yaw)))
-
-
-def _is_finite(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import is_whole
 from minsnap.errors import ShapeError, TimingError
 from minsnap.shapes.shape_checks import check_finite, check_point, check_positive
 
@@ -146,8 +147,7 @@ def _corners(width: float, length: float, altitude: float, center: Sequence[floa
 
 
 def _check_count(name: str, value: int, least: int, most: int | None) -> int:
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not whole or value < least or (most is not None and value > most):
+    if not is_whole(value) or value < least or (most is not None and value > most):
         span = f"from {least} to {most}" if most is not None else f"from {least} on"
         raise ShapeError(f"the {name} is {value!r}: it must be a whole number {span}")
     return int(value)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import is_whole
 from minsnap.errors import InputError
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -75,7 +76,7 @@ def course(name: str, repetitions: int = 10, *, literal: bool = True, rate: floa
     """
     if name not in _COURSES:
         raise InputError(f"no course is called {name!r}: choose from {', '.join(_COURSES)}")
-    if isinstance(repetitions, bool) or not isinstance(repetitions, int) or repetitions < 1:
+    if not is_whole(repetitions) or repetitions < 1:
         raise InputError(f"the repetitions are {repetitions!r}: give a whole number from 1")
     return _framed(name, _COURSES[name](repetitions, literal, rate), repetitions, name == "circle" and not literal)
 

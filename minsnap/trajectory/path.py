@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import is_whole
 from minsnap.errors import IntervalError, TimingError
 from minsnap.trajectory.samples import Samples
 
@@ -139,6 +140,6 @@ def check_instants(t: FloatArray, duration: float) -> None:
 
 def check_order(order: int) -> int:
     """Return the derivative order as an int, or raise IntervalError if it is not a whole number >= 0."""
-    if not isinstance(order, (int, np.integer)) or isinstance(order, bool) or order < 0:
+    if not is_whole(order) or order < 0:
         raise IntervalError(f"order is {order!r}: the order of a derivative is a whole number, 0 or more")
     return int(order)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-import numpy as np
-
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, owned
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +38,7 @@ class Samples:
         for field in fields(self):
             value = getattr(self, field.name)
             if value is not None:
-                owned = np.array(value, dtype=np.float64)
-                owned.flags.writeable = False
-                object.__setattr__(self, field.name, owned)
+                object.__setattr__(self, field.name, owned(value))
 
     def __len__(self) -> int:
         return len(self.t)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, owned
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.certificate import largest_norms
 from minsnap.polynomials.bernstein import (
@@ -76,8 +76,8 @@ class Trajectory(Path):
     breaks: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        points = _owned(self.control_points)
-        durations = _owned(self.durations)
+        points = owned(self.control_points)
+        durations = owned(self.durations)
         if points.ndim != 3 or 0 in points.shape or not np.isfinite(points).all():
             raise WaypointError(
                 f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}"
@@ -338,15 +338,6 @@ def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
 def _norm_of(square: float) -> float:
     """Square root, not below the exact one."""
     return float(np.sqrt(max(square, 0.0))) * (1.0 + 4.0 * UNIT)
-
-
-def _owned(values: npt.ArrayLike) -> FloatArray:
-    """Return a read-only float64 array: a copy, unless it is already one that nobody can write to."""
-    array = np.asarray(values, dtype=np.float64)
-    if array.flags.writeable or array.base is not None:
-        array = array.copy()
-        array.flags.writeable = False
-    return array
 
 
 def _restricted(points: FloatArray, low: float, high: float) -> FloatArray:
