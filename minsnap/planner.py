@@ -9,10 +9,12 @@ import warnings
 from collections.abc import Mapping, Sequence
 from time import perf_counter
 
+import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import GRAVITY
 from minsnap.checks import (
+    DEGREES,
     check_closing,
     check_continuity,
     check_degree,
@@ -29,12 +31,13 @@ from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError
 from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
+from minsnap.native.unconstrained import resting_optimum
 from minsnap.optimisation.planned_yaw import asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.qp import check_solver
 from minsnap.time_allocation.allocate import plan_timed
 from minsnap.time_allocation.timed import Timed, Timing
-from minsnap.trajectory.report import Progress, Report
+from minsnap.trajectory.report import LinearSystem, Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -142,6 +145,12 @@ def plan(
         If every solver failed on a problem that has a solution.
     """
     began = perf_counter()
+    further = total_time, limits, corridor, continuity, yaw, start, end, pins, time_weight, enforce, progress, room
+    finer = waypoint_tolerance, samples, certify
+    if _all_none(further) and _all_none(finer) and _usual(closed, solver, split, pieces, corridor_method):
+        quick = _at_rest(waypoints, durations, degree, began)
+        if quick is not None:
+            return quick
     timing = Timing(durations, total_time, limits, split, time_weight, enforce, progress)
     timing.check()
     instants = check_samples(_named_method(corridor_method, certify), samples, limits is not None)
@@ -153,6 +162,45 @@ def plan(
     heading = asked_heading(yaw, task.legs, task.closed, GRAVITY if limits is None else limits.gravity)
     timed = plan_timed(task, timing, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.with_report(_report(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
+
+
+def _all_none(values: tuple[object, ...]) -> bool:
+    """Whether all are None; ``count`` and ``in`` will not do, since arrays compare entry by entry."""
+    for value in values:
+        if value is not None:
+            return False
+    return True
+
+
+def _usual(closed: bool, solver: str, split: str, pieces: int, corridor_method: str) -> bool:
+    """Whether these arguments have their defaults."""
+    plain = closed is False and type(pieces) is int and pieces == 1
+    return plain and solver == "auto" and split == "optimal" and corridor_method == "exact"
+
+
+def _at_rest(
+    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
+    durations: npt.ArrayLike | None,
+    degree: int,
+    began: float,
+) -> Trajectory | None:
+    """Plan from rest to rest with given durations and nothing else, by the native core.
+
+    None where anything is unusual: the checks that follow name what is wrong, and the Python core solves the rest.
+    """
+    if type(degree) is not int or degree not in DEGREES or durations is None:
+        return None
+    try:
+        points = np.array(waypoints, dtype=np.float64, order="C")
+        times = np.array(durations, dtype=np.float64, order="C")
+    except (TypeError, ValueError):
+        return None
+    if points.ndim != 2 or times.ndim != 1 or not 1 <= len(times) == len(points) - 1 or not points.shape[1]:
+        return None
+    found = resting_optimum(points, times, (degree + 1) // 2)
+    if not isinstance(found, tuple):
+        return None
+    return Trajectory.solved(found[0], times, found[1], LinearSystem(began, perf_counter(), "native"))
 
 
 def _named_method(corridor_method: str, certify: bool | None) -> str:

@@ -29,7 +29,7 @@ STAMP = HERE / "_core.txt"
 COMPILERS = ("c++", "g++", "clang++")
 FLAGS = (
     *("-std=c++17", "-O3", "-fPIC", "-fvisibility=hidden", "-fno-exceptions", "-fno-rtti"),
-    *("-fno-math-errno", "-ffp-contract=off", "-Wall", "-Wextra", "-pthread"),
+    *("-fno-math-errno", "-ffp-contract=off", "-Wall", "-Wextra", "-Wno-psabi", "-pthread"),
 )
 """Without contraction every machine rounds alike; the results do not depend on which instructions a processor has."""
 

@@ -30,7 +30,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
 from minsnap.errors import MinsnapError
 from minsnap.native.build import LIBRARY, STAMP
@@ -124,12 +124,18 @@ def _chosen(choice: str) -> Core:
 @contextmanager
 def using(choice: str) -> Iterator[Core]:
     """Use another core for a while, in all threads: ``with using("python"):``, for comparisons."""
-    before = _Choice.core
-    _Choice.core = _chosen(choice)
+    before, chosen = _Choice.core, _chosen(choice)
+    _choose(chosen)
     try:
-        yield _Choice.core
+        yield chosen
     finally:
-        _Choice.core = before
+        _choose(before)
+
+
+def _choose(chosen: Core | None) -> None:
+    _Choice.core = chosen
+    for entry in Entry.every:
+        entry.ready = None
 
 
 class Entry:
@@ -139,33 +145,41 @@ class Entry:
     ----------
     name : str
     *types
-        ctypes of the arguments.
+        ctypes of the arguments; without them callers pass ctypes values, and integers of 32 bits.
+
+    Attributes
+    ----------
+    ready : callable or None
+        The function once it was looked up, for callers in a hurry: ``entry.ready or entry.function()``.
     """
+
+    __slots__ = ("name", "ready", "types")
+    every: ClassVar[list[Entry]] = []
 
     def __init__(self, name: str, *types: Any) -> None:
         self.name = name
         self.types = types
-        self._function: Function | None = None
+        self.ready: Function | None = None
+        Entry.every.append(self)
 
     def function(self) -> Function | None:
         """Return the function, or None where the Python core is in use."""
         library = core().library
-        if library is None:
-            return None
-        if self._function is None:
+        if library is not None and self.ready is None:
             found = getattr(library, self.name)
-            found.argtypes, found.restype = self.types, ctypes.c_int32
-            self._function = found
-        return self._function
+            found.argtypes, found.restype = self.types or None, ctypes.c_int32
+            self.ready = found
+        return self.ready
 
 
-_Bytes = ctypes.c_char * 1
+writable: Callable[[Any], Any] = (ctypes.c_char * 1).from_buffer
+"""Address of the first value of a C-contiguous array that is writable and not empty, as ctypes passes it fastest."""
 
 
-def address(array: Any) -> int | ctypes.Array[ctypes.c_char]:
-    """Return the address of the first value of a C-contiguous array, in the form that costs least to pass."""
+def address(array: Any) -> Any:
+    """Return the address of the first value of any C-contiguous array, in the form that costs least to pass."""
     try:
-        return _Bytes.from_buffer(array)
+        return writable(array)
     except (TypeError, ValueError):  # read-only, or empty
         return int(array.ctypes.data)
 

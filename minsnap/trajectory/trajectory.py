@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import perm
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray, owned
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.certificate import largest_norms
+from minsnap.native.evaluation import Evaluator
 from minsnap.polynomials.bernstein import (
     basis,
     careful_differences,
@@ -31,7 +33,7 @@ from minsnap.trajectory.tilt_heading import TiltHeading
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly, PPoly
 
-    from minsnap.trajectory.report import Report
+    from minsnap.trajectory.report import LinearSystem, Report
 
 PLANNED_DEGREES = (3, 5, 7, 9, 11)
 """Degrees of a plan: 2k - 1 minimises the k-th derivative."""
@@ -117,6 +119,23 @@ class Trajectory(Path):
     def __repr__(self) -> str:
         return f"Trajectory(legs={self.legs}, duration={self.duration:g} s, dim={self.dim}, degree={self.degree})"
 
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Position, or a derivative of it, at any instants; see ``Path``."""
+        if type(order) is int and order >= 0:
+            values = self._native.one(t, order) if isinstance(t, float) else self._native.many(t, order)
+            if values is not None:
+                return values
+        return super().__call__(t, order)
+
+    @cached_property
+    def _native(self) -> Evaluator:
+        """What evaluates the curve in the native core; whatever that refuses is left to ``Path`` and ``_evaluate``."""
+        return Evaluator(self.control_points, self.durations, self.breaks)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out addresses, which mean nothing in another process."""
+        return {name: value for name, value in self.__dict__.items() if name != "_native"}
+
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         if order > self.degree:
             return np.zeros((len(t), self.dim))
@@ -127,6 +146,24 @@ class Trajectory(Path):
         points = differentiate(self.control_points[piece], order)
         values = np.einsum("mj,mjd->md", basis(self.degree - order, s), points)
         return np.asarray(values / duration[:, None] ** order) if order else values
+
+    @classmethod
+    def solved(cls, points: FloatArray, durations: FloatArray, breaks: FloatArray, how: LinearSystem) -> Trajectory:
+        """Wrap what a core has just made of checked input, without checking it again; it keeps the arrays themselves.
+
+        Parameters
+        ----------
+        points : ndarray, shape (legs, degree + 1, dim)
+        durations : ndarray, shape (legs,)
+        breaks : ndarray, shape (legs + 1,)
+        how : LinearSystem
+            From which the report is made when it is asked for.
+        """
+        for array in (points, durations, breaks):
+            array.setflags(write=False)
+        curve = object.__new__(cls)
+        curve.__dict__.update(control_points=points, durations=durations, breaks=breaks, _how=how)
+        return curve
 
     def with_yaw(self, yaw: Heading) -> Trajectory:
         """Return the same curve with another yaw and without a report."""
@@ -323,6 +360,21 @@ class Trajectory(Path):
     def from_bpoly(cls, bpoly: BPoly, yaw: Heading | None = None) -> Trajectory:
         """Take over a scipy.interpolate.BPoly of one trailing dimension; its first break becomes time 0."""
         return cls(_trailing_dim(bpoly.c).transpose(1, 0, 2), np.diff(bpoly.x), yaw or ConstantHeading())
+
+
+class _ReportWhenAsked:
+    """The attribute ``report`` of trajectories that were given none: made from ``_how``, once, or None."""
+
+    def __get__(self, curve: Trajectory | None, owner: type) -> Report | None:
+        how = None if curve is None else curve.__dict__.get("_how")
+        if curve is None or how is None:
+            return None
+        report: Report = how.report(curve.cost())
+        curve.__dict__["report"] = report
+        return report
+
+
+Trajectory.report = _ReportWhenAsked()  # type: ignore[assignment]
 
 
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:

@@ -1,9 +1,12 @@
-// A block of memory whose allocation may fail without an exception: the caller asks and returns Status::no_memory.
+// A block of memory, aligned for vectors, whose allocation may fail without an exception: the caller asks and returns Status::no_memory.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#if defined(_WIN32)
+#include <malloc.h>
+#endif
 
 namespace minsnap {
 
@@ -13,15 +16,15 @@ public:
     Buffer() = default;
     Buffer(const Buffer &) = delete;
     Buffer &operator=(const Buffer &) = delete;
-    ~Buffer() { std::free(values_); }
+    ~Buffer() { release(values_); }
 
     // Make room for count values (not initialised); what was held before is lost. False if there is no memory.
     [[nodiscard]] bool allocate(std::size_t count) {
         if (count <= count_) return true;
         if (count > SIZE_MAX / sizeof(Value)) return false;
-        void *fresh = std::malloc(count * sizeof(Value));
+        void *fresh = reserve(count * sizeof(Value));
         if (fresh == nullptr) return false;
-        std::free(values_);
+        release(values_);
         values_ = static_cast<Value *>(fresh);
         count_ = count;
         return true;
@@ -34,6 +37,25 @@ public:
     const Value &operator[](std::size_t index) const { return values_[index]; }
 
 private:
+    static constexpr std::size_t alignment = 64;
+
+    static void *reserve(std::size_t bytes) {
+#if defined(_WIN32)
+        return _aligned_malloc(bytes, alignment);
+#else
+        void *found = nullptr;
+        return posix_memalign(&found, alignment, bytes) == 0 ? found : nullptr;
+#endif
+    }
+
+    static void release(void *block) {
+#if defined(_WIN32)
+        _aligned_free(block);
+#else
+        std::free(block);
+#endif
+    }
+
     Value *values_ = nullptr;
     std::size_t count_ = 0;
 };

@@ -1,0 +1,63 @@
+"""Evaluation of piecewise polynomials by the native core."""
+
+from __future__ import annotations
+
+from ctypes import Structure, addressof, c_double, c_int32, c_int64, c_void_p
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.native.library import Entry, address, writable
+
+_MANY = Entry("minsnap_evaluate", c_void_p, c_int32, c_void_p, c_int64, c_void_p)
+_ONE = Entry("minsnap_evaluate_one")  # converts its own arguments, which takes half as long
+
+
+class _Curve(Structure):
+    _fields_ = (
+        ("points", c_void_p),
+        ("durations", c_void_p),
+        ("breaks", c_void_p),
+        ("pieces", c_int64),
+        ("degree", c_int32),
+        ("dim", c_int32),
+    )
+
+
+class Evaluator:
+    """A curve's arrays, as the native core takes them.
+
+    Parameters
+    ----------
+    points : ndarray, shape (pieces, degree + 1, dim)
+        Bernstein control points.
+    durations : ndarray, shape (pieces,)
+    breaks : ndarray, shape (pieces + 1,)
+        Instants of the knots, from 0.
+    """
+
+    __slots__ = ("_arrays", "_at", "_curve", "_dim")
+
+    def __init__(self, points: FloatArray, durations: FloatArray, breaks: FloatArray) -> None:
+        self._arrays = [np.ascontiguousarray(array) for array in (points, durations, breaks)]
+        pieces, size, self._dim = self._arrays[0].shape
+        self._curve = _Curve(*(array.ctypes.data for array in self._arrays), pieces, size - 1, self._dim)
+        self._at = c_void_p(addressof(self._curve))
+
+    def one(self, t: float, order: int) -> FloatArray | None:
+        """Return a derivative at one instant, shape (dim,); None where the Python core has to answer."""
+        evaluate = _ONE.ready or _ONE.function()
+        if evaluate is None:
+            return None
+        values = np.empty(self._dim)
+        return None if evaluate(self._at, order, c_double(t), writable(values)) else values
+
+    def many(self, t: Any, order: int) -> FloatArray | None:
+        """Return a derivative at instants of any shape: t.shape + (dim,); None where the Python core has to answer."""
+        evaluate = _MANY.ready or _MANY.function()
+        if evaluate is None:
+            return None
+        instants = np.asarray(t, dtype=np.float64, order="C")
+        values = np.empty((*instants.shape, self._dim))
+        return None if evaluate(self._at, order, address(instants), instants.size, address(values)) else values
