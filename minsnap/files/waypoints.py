@@ -12,6 +12,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
+from minsnap.storage.budget import shown
 from minsnap.storage.table import read_table
 from minsnap.storage.text import load_yaml
 
@@ -116,7 +117,7 @@ def _waypoint(where: str, item: Any) -> dict[str, float]:
     if isinstance(item, list) and len(item) in (2, 3):
         item = dict(zip(COLUMNS, item, strict=False))
     if not isinstance(item, dict) or not {"x", "y"} <= item.keys() <= set(COLUMNS):
-        raise FileError(f"{where}: give [x, y], [x, y, z] or a mapping of {', '.join(COLUMNS)}, not {str(item)[:60]}")
+        raise FileError(f"{where}: give [x, y], [x, y, z] or a mapping of {', '.join(COLUMNS)}, not {shown(item)}")
     return {name: _number(f"{where}: {name}", value) for name, value in item.items() if value is not None}
 
 
@@ -140,5 +141,5 @@ def _listed(
 
 def _number(where: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
-        raise FileError(f"{where} is {value!r}, not a finite number")
+        raise FileError(f"{where} is {shown(value)}, not a finite number")
     return float(value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -52,39 +53,59 @@ def atomic_write(
     >>> (folder / "a.txt").read_text()
     'whole'
     """
-    destination = Path(os.path.realpath(path))
-    check_destination(destination, clobber=clobber)
+    destination = check_destination(path, clobber=clobber)
     if "b" not in mode:
         options = {"encoding": "utf-8", "newline": ""} | options
     if destination.exists() and not destination.is_file():
         with open(destination, mode, **options) as file:
             yield file
         return
-    beside = destination.with_name(f".{destination.name}.{secrets.token_hex(4)}.part")
+    beside = destination.with_name(f".{secrets.token_hex(8)}.part")
+    with _named(beside, destination):
+        try:
+            with open(beside, mode.replace("w", "x"), **options) as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            _publish(beside, destination, clobber)
+        finally:
+            beside.unlink(missing_ok=True)
+
+
+def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> Path:
+    """Return the file that a name stands for, links followed.
+
+    Raises
+    ------
+    FileError
+        If it is no name of a file, a folder, read-only, or there and must not be replaced.
+    """
     try:
-        with _create(beside, destination, mode, options) as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        _publish(beside, destination, clobber)
-    finally:
-        beside.unlink(missing_ok=True)
-
-
-def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> None:
-    """Raise FileError if ``path`` is a folder, or is there and must not be replaced."""
-    destination = Path(path)
-    if destination.is_dir():
-        raise FileError(f"{destination} is a folder: give the name of a file")
-    if not clobber and destination.exists():
-        raise _taken(destination)
-
-
-def _create(beside: Path, destination: Path, mode: str, options: dict[str, Any]) -> IO[Any]:
-    """Open the temporary file; a missing folder is reported under the name that was asked for."""
-    try:
-        return open(beside, mode.replace("w", "x"), **options)
+        destination = Path(os.path.realpath(path))
+        state = os.stat(destination)
+    except ValueError:
+        raise FileError(f"{str(path)!r} is no name of a file") from None
+    except FileNotFoundError:
+        return destination
     except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror}") from error
+    if stat.S_ISDIR(state.st_mode):
+        raise FileError(f"{path} is a folder: give the name of a file")
+    if not clobber:
+        raise _taken(Path(path))
+    if not state.st_mode & 0o222:
+        raise FileError(f"{path} is read-only: choose another name, or make it writable")
+    return destination
+
+
+@contextmanager
+def _named(beside: Path, destination: Path) -> Iterator[None]:
+    """Report failures of the system under the name that was asked for, not under the temporary one."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename not in (None, str(beside)):
+            raise
         raise FileError(f"{destination} cannot be written: {error.strerror}") from error
 
 

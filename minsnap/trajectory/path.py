@@ -18,6 +18,10 @@ ROUNDING = 1e-12
 """Share of the duration by which an instant may be outside for rounding alone; it counts as the end."""
 
 
+MOST_SAMPLES = 20_000_000
+"""Instants on which a path is sampled at most: 6 hours at 1 kHz, 2 GB."""
+
+
 class Heading(Protocol):
     """Yaw of a path as a function of time [rad], continuous (never wrapped)."""
 
@@ -126,6 +130,10 @@ def sample_times(duration: float, rate: float) -> FloatArray:
     if not (isinstance(rate, (int, float, np.number)) and math.isfinite(rate) and rate > 0):
         raise TimingError(f"the rate is {rate!r}: it must be a positive number of samples a second")
     exact = duration * rate
+    if not exact <= MOST_SAMPLES:
+        raise TimingError(
+            f"{rate:g} Hz for {duration:g} s are {exact:.3g} samples: at most {MOST_SAMPLES:.0e} are made"
+        )
     steps = round(exact) if abs(exact - round(exact)) <= 1e-9 * max(1.0, exact) else math.ceil(exact)
     return np.arange(max(steps, 1) + 1) / float(rate)
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.errors import VehicleError
+from minsnap.storage.budget import shown
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag
 from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.surface import Surface, SurfaceDrag
@@ -36,6 +37,8 @@ def read_vehicle(path: str | os.PathLike[str]) -> Quadrotor:
         return vehicle_from(given)
     except VehicleError as error:
         raise VehicleError(f"{path}: {error}") from None
+    except (TypeError, ValueError, OverflowError) as error:
+        raise VehicleError(f"{path} describes no vehicle: a field has a value of another form than its own") from error
 
 
 def write_vehicle(vehicle: Quadrotor, path: str | os.PathLike[str]) -> None:
@@ -85,7 +88,7 @@ def _drag_from(given: Any) -> Drag:
             return RotorSpeedDrag(coefficient)
         case dict() if set(given) <= {"linear", "quadratic"}:
             return BodyDrag(**given)
-    raise VehicleError(f"drag is {given!r}: give linear and quadratic, per_rotor_speed, or surface")
+    raise VehicleError(f"drag is {shown(given)}: give linear and quadratic, per_rotor_speed, or surface")
 
 
 def _surface_from(given: dict[str, Any], count: Any) -> Drag:

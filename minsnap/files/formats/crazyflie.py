@@ -15,6 +15,7 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.formats.pieces import from_powers, position_powers, yaw_powers
 from minsnap.storage.atomic import atomic_write
+from minsnap.storage.budget import reading
 from minsnap.storage.text import read_text
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -88,7 +89,8 @@ def read_crazyflie(path: str | os.PathLike[str]) -> Trajectory:
         raise FileError(f"{path} has no pieces: a header and a row for each are wanted")
     rows = np.array([_row(path, number, line) for number, line in enumerate(lines[1:], 2)])
     powers = rows[:, 1:].reshape(len(rows), 4, DEGREE + 1)
-    return from_powers(rows[:, 0], powers[:, :3].transpose(0, 2, 1), powers[:, 3])
+    with reading(path, "a Crazyflie file"):
+        return from_powers(rows[:, 0], powers[:, :3].transpose(0, 2, 1), powers[:, 3])
 
 
 def _row(path: str | os.PathLike[str], number: int, line: str) -> list[float]:

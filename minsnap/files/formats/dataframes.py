@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from minsnap.errors import FileError
+from minsnap.files.formats.sample_checks import checked_samples
 from minsnap.files.setpoint_csv import GROUPS
 from minsnap.frames import get_frame, map_samples
 from minsnap.storage.atomic import atomic_write
+from minsnap.storage.budget import check_size, reading
 from minsnap.trajectory.samples import Samples
 
 
@@ -83,14 +85,9 @@ def read_parquet(path: str | os.PathLike[str]) -> Samples:
         If pandas or pyarrow is not installed.
     """
     pandas = _pandas()
-    try:
-        return from_dataframe(pandas.read_parquet(path, engine="pyarrow"))
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-    except ValueError as error:
-        if isinstance(error, FileError):
-            raise FileError(f"{path}: {error}") from None
-        raise FileError(f"{path} is not a Parquet file") from None
+    check_size(path)
+    with reading(path, "a Parquet file"):
+        return checked_samples(from_dataframe(pandas.read_parquet(path, engine="pyarrow")))
 
 
 def _pandas() -> Any:

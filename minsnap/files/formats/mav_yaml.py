@@ -15,6 +15,7 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.formats.pieces import from_powers, position_powers, yaw_powers
 from minsnap.storage.atomic import atomic_write
+from minsnap.storage.budget import reading
 from minsnap.storage.text import load_yaml
 from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.trajectory import Trajectory
@@ -93,7 +94,8 @@ def read_mav_yaml(path: str | os.PathLike[str]) -> Trajectory:
         raise FileError(f"{path}: its segments differ in N or D, {sorted(shapes)}: they must not")
     durations, powers = np.array([time for time, _ in read]), np.array([piece for _, piece in read])
     yaw = powers[:, 3] if powers.shape[1] == 4 else None
-    return from_powers(durations, powers[:, :3].transpose(0, 2, 1), yaw)
+    with reading(path, "a file of segments"):
+        return from_powers(durations, powers[:, :3].transpose(0, 2, 1), yaw)
 
 
 def _read_segment(where: str, segment: Any) -> tuple[float, FloatArray]:
@@ -101,7 +103,7 @@ def _read_segment(where: str, segment: Any) -> tuple[float, FloatArray]:
     try:
         size, dimensions, time = int(segment["N"]), int(segment["D"]), int(segment["time"])
         piece = np.array(segment["coefficients"], dtype=np.float64)
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         raise FileError(f"{where}: it needs numbers N, D, time and a table of coefficients") from None
     if piece.shape != (dimensions, size) or not 1 <= dimensions <= 4 or size < 2:
         raise FileError(f"{where}: D and N are {dimensions} and {size}, and the coefficients are {piece.shape}")

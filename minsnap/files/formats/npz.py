@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import os
-import zipfile
 from dataclasses import fields
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
+from minsnap.files.formats.sample_checks import checked_samples
+from minsnap.storage.archive import read_archive
 from minsnap.storage.atomic import atomic_write
+from minsnap.storage.budget import reading, shown
 from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
 _SAMPLES = tuple(field.name for field in fields(Samples))
+_TRAJECTORY = ("control_points", "durations", "yaw_angle", "yaw_control_points", "yaw_durations")
+_KNOWN = (*_SAMPLES, *_TRAJECTORY, "frame")
 
 
 def write_npz(source: Trajectory | Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
@@ -61,25 +65,24 @@ def read_npz(path: str | os.PathLike[str]) -> Trajectory | Samples:
     FileError
         If it is no such archive.
     """
-    arrays = _load(path)
-    if "control_points" in arrays and "durations" in arrays:
-        return Trajectory(arrays["control_points"], arrays["durations"], _heading(arrays))
-    if "t" in arrays and "position" in arrays:
-        return Samples(**{name: arrays[name] for name in _SAMPLES if name in arrays})
+    arrays = read_archive(path)
+    unknown = sorted(set(arrays) - set(_KNOWN))
+    if unknown:
+        raise FileError(f"{path} holds {shown(unknown[0])}, which neither a trajectory nor samples have")
+    with reading(path, "a trajectory or samples"):
+        if "control_points" in arrays and "durations" in arrays:
+            return Trajectory(arrays["control_points"], arrays["durations"], _heading(arrays))
+        if "t" in arrays and "position" in arrays:
+            return checked_samples(Samples(**{name: arrays[name] for name in _SAMPLES if name in arrays}))
     raise FileError(f"{path} holds neither a trajectory (control_points, durations) nor samples (t, position)")
-
-
-def _load(path: str | os.PathLike[str]) -> dict[str, FloatArray]:
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror or error}") from None
-    except (ValueError, zipfile.BadZipFile, EOFError, AttributeError, TypeError):
-        raise FileError(f"{path} is not a NumPy archive of numbers") from None
 
 
 def _heading(arrays: dict[str, FloatArray]) -> Heading:
     if "yaw_control_points" in arrays:
         return PlannedHeading(Trajectory(arrays["yaw_control_points"], arrays["yaw_durations"]))
-    return ConstantHeading(float(arrays.get("yaw_angle", np.array(0.0))))
+    if "frame" in arrays and "yaw_angle" not in arrays:
+        raise FileError("its heading is missing")
+    angle = float(arrays.get("yaw_angle", np.array(0.0)))
+    if not np.isfinite(angle):
+        raise FileError(f"the yaw is {angle}: it must be finite")
+    return ConstantHeading(angle)

@@ -90,6 +90,7 @@ def from_powers(durations: FloatArray, powers: FloatArray, yaw: FloatArray | Non
 
 def _points(durations: FloatArray, powers: FloatArray) -> FloatArray:
     degree = powers.shape[1] - 1
-    scaled = powers * durations[:, None, None] ** np.arange(degree + 1)[None, :, None]
+    with np.errstate(over="ignore", invalid="ignore"):
+        scaled = powers * durations[:, None, None] ** np.arange(degree + 1)[None, :, None]
     points: FloatArray = np.einsum("ji,mid->mjd", powers_to_points(degree), scaled)
     return points

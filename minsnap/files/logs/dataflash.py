@@ -14,6 +14,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
+from minsnap.storage.budget import check_size, reading
 
 AXES = {"PSCN": "N", "PSCE": "E", "PSCD": "D"}
 """Messages of the position controller; their fields end in the axis (metres, ArduPilot's log messages)."""
@@ -48,7 +49,7 @@ def read_dataflash(path: str | os.PathLike[str]) -> FlightLog:
         from pymavlink.DFReader import DFReader_binary
     except ImportError:
         raise ImportError("reading dataflash logs needs pymavlink: pip install minsnap[logs]") from None
-    if not Path(path).is_file() or Path(path).stat().st_size == 0:
+    if not check_size(path) or not Path(path).is_file():
         raise FileError(f"{path} is not there, or empty")
     complaints = io.StringIO()
     with contextlib.redirect_stderr(complaints), contextlib.redirect_stdout(complaints):
@@ -57,7 +58,8 @@ def read_dataflash(path: str | os.PathLike[str]) -> FlightLog:
         except Exception as error:
             raise FileError(f"{path} is no dataflash log: {error or type(error).__name__}") from None
     damage = f"{path} is damaged" if complaints.getvalue() else None
-    result = flight_log(*_tracks(columns), damage)
+    with reading(path, "a dataflash log that makes sense"):
+        result = flight_log(*_tracks(columns), damage)
     if result.flight is None:
         raise FileError(f"{path} holds no positions (PSCN, PSCE, PSCD or XKF1)")
     return result

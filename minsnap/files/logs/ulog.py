@@ -14,10 +14,14 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
+from minsnap.storage.budget import check_size, reading
 
 POSITION = "vehicle_local_position"
 SETPOINTS = ("trajectory_setpoint", "vehicle_local_position_setpoint")
 """Topics that hold setpoints: the current one, and the controller's own of older logs."""
+
+READS = 2
+"""Reads for each byte of a log after which its parser is stopped; a sound log takes less than one."""
 
 _HEADER = 16
 _MAGIC = b"ULog\x01\x12\x35"
@@ -50,22 +54,37 @@ def read_ulog(path: str | os.PathLike[str]) -> FlightLog:
     raw = _bytes(path)
     with contextlib.redirect_stdout(io.StringIO()):  # it prints what it makes of damage
         try:
-            log = ULog(io.BytesIO(raw), [POSITION, *SETPOINTS])
+            log = ULog(_Patient(raw), [POSITION, *SETPOINTS])
         except Exception as error:
             raise FileError(f"{path} is too damaged to be read: {error or type(error).__name__}") from None
-    topics = {data.name: data.data for data in reversed(log.data_list)}
-    reference = next((_setpoints(topics[name]) for name in SETPOINTS if name in topics), None)
-    result = flight_log(reference, _positions(topics.get(POSITION)), _damage(path, raw, log.file_corruption))
+    with reading(path, "a ULog file that makes sense"):
+        topics = {data.name: data.data for data in reversed(log.data_list)}
+        reference = next((_setpoints(topics[name]) for name in SETPOINTS if name in topics), None)
+        result = flight_log(reference, _positions(topics.get(POSITION)), _damage(path, raw, log.file_corruption))
     if result.reference is None and result.flight is None:
         raise FileError(f"{path} holds neither {POSITION} nor {SETPOINTS[0]}: log them")
     return result
 
 
+class _Patient(io.BytesIO):
+    """Bytes that may be read some times over, no more: pyulog never ends where a damaged header ends a file."""
+
+    def __init__(self, raw: bytes) -> None:
+        super().__init__(raw)
+        self.reads = READS * len(raw) + 1000
+
+    def read(self, size: int | None = -1) -> bytes:
+        """Read as ever, until it has been too often."""
+        self.reads -= 1
+        if self.reads < 0:
+            raise RuntimeError("its messages go round in circles")
+        return super().read(size)
+
+
 def _bytes(path: str | os.PathLike[str]) -> bytes:
-    try:
+    check_size(path)
+    with reading(path, "a ULog file"):
         raw = Path(path).read_bytes()
-    except OSError as error:
-        raise FileError(f"{path} cannot be read: {error.strerror}") from None
     if len(raw) < _HEADER or not raw.startswith(_MAGIC):
         raise FileError(f"{path} is no ULog file")
     return raw

@@ -1,0 +1,60 @@
+"""Fuzz the readers of files: every input must be read or refused with one exception, soon.
+
+    python benchmarks/fuzz_files.py --inputs 1000000 --seed 0
+
+prints inputs, refusals and the longest time for each reader; what gets past the rule is kept beside this script.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
+
+from file_seeds import mutated, readers, seeds  # noqa: E402
+
+from minsnap.errors import FileError, VehicleError  # noqa: E402
+
+
+def main() -> int:
+    """Go through the readers in turn, and leave with 1 if an input broke the rule."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--inputs", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=0)
+    asked = parser.parse_args()
+    warnings.simplefilter("ignore")
+    with tempfile.TemporaryDirectory() as name:
+        broken = sum(_fuzz(Path(name), *entry, asked) for entry in readers().items())
+    return int(broken > 0)
+
+
+def _fuzz(folder: Path, name: str, read, asked: argparse.Namespace) -> int:
+    (folder / "seeds").mkdir(exist_ok=True)
+    seed, random = seeds(folder / "seeds")[name], np.random.default_rng(asked.seed)
+    path, count, refused, broken, longest = folder / name, asked.inputs // len(readers()), 0, 0, 0.0
+    for _ in range(count):
+        content = mutated(seed, random)
+        path.write_bytes(content)
+        began = time.perf_counter()
+        try:
+            read(path)
+        except (FileError, VehicleError):
+            refused += 1
+        except Exception as error:
+            broken += 1
+            Path(f"broken-{broken}-{name}").write_bytes(content)
+            print(f"{name}: {type(error).__name__}: {error}")
+        longest = max(longest, time.perf_counter() - began)
+    print(f"{name:<14} {count} inputs, {refused} refused, {broken} broken, longest {1e3 * longest:.1f} ms")
+    return broken
+
+
+if __name__ == "__main__":
+    sys.exit(main())

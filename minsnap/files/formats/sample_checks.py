@@ -1,0 +1,39 @@
+"""Are samples that were read what samples are? Shapes that go together, finite numbers, a clock that runs forward."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+
+from minsnap.errors import FileError
+from minsnap.trajectory.samples import Samples
+
+VECTORS = ("position", "velocity", "acceleration", "jerk", "snap")
+
+
+def checked_samples(samples: Samples) -> Samples:
+    """Return samples as they are.
+
+    Raises
+    ------
+    FileError
+        If an array has another shape than the instants and the position ask for, a number is not finite, or the
+        instants do not increase.
+    """
+    count, dim = np.shape(samples.t), np.shape(samples.position)[1:]
+    if len(count) != 1 or not count[0] or len(dim) != 1 or not dim[0]:
+        raise FileError(f"samples have instants (m,) and positions (m, dim), not {count} and {samples.position.shape}")
+    for entry in fields(samples):
+        values = getattr(samples, entry.name)
+        if values is None:
+            continue
+        wanted = (*count, *dim) if entry.name in VECTORS else count
+        if values.shape != wanted:
+            raise FileError(f"{entry.name} has the shape {values.shape}, and the instants ask for {wanted}")
+        if not np.isfinite(values).all():
+            raise FileError(f"{entry.name} holds a number that is not finite")
+    late = np.flatnonzero(np.diff(samples.t) <= 0.0)
+    if late.size:
+        raise FileError(f"instant {late[0] + 1} is not after the one before: instants must increase")
+    return samples

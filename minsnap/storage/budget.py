@@ -1,0 +1,74 @@
+"""What a reader accepts of a file before it believes it: a name, a size; and one exception for all that is wrong."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from minsnap.errors import FileError, MinsnapError
+
+LARGEST = 1 << 30
+"""Bytes of the largest file that is read."""
+
+SHOWN = 60
+"""Characters of a value that a message shows."""
+
+
+@contextmanager
+def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
+    """Turn whatever a reader of foreign bytes raises into a FileError that names the file.
+
+    Parameters
+    ----------
+    path : str or path
+        The file that is read in the block.
+    what : str
+        What it should be, for the message: ``"a NumPy archive of numbers"``.
+
+    Raises
+    ------
+    FileError
+        In place of any exception of the block but ImportError, which says that a library is missing.
+    """
+    try:
+        yield
+    except (FileError, ImportError):
+        raise
+    except MinsnapError as error:
+        raise FileError(f"{path}: {error}") from error
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror or error}") from error
+    except Exception as error:
+        raise FileError(f"{path} is not {what}") from error
+
+
+def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
+    """Return the size of a file in bytes; a device or a pipe has none and counts as 0.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, or it is larger than is read.
+    """
+    try:
+        size = Path(path).stat().st_size
+    except OSError as error:
+        raise FileError(f"{path} cannot be read: {error.strerror}") from error
+    except ValueError:
+        raise FileError(f"{str(path)!r} is no name of a file") from None
+    if size > largest:
+        raise FileError(f"{path} has {size / 1e6:.0f} MB: files of this kind are read up to {largest / 1e6:.0f} MB")
+    return size
+
+
+def shown(value: Any) -> str:
+    """Return a value as a message shows it, shortened; however large it is, this is quick."""
+    import reprlib
+
+    short = reprlib.Repr()
+    short.maxstring = short.maxother = short.maxlong = SHOWN
+    short.maxlevel = 2
+    return short.repr(value)[: 2 * SHOWN]
