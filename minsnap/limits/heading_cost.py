@@ -33,7 +33,7 @@ def fixed_yaw_notes(limits: Limits | None, traj: Trajectory) -> tuple[str, ...]:
         return ()
     return (
         "no yaw was asked for, so it is fixed, and every banked turn takes torque about the thrust axis: the rotors "
-        f"use {100.0 * fixed:.3g} % of their room on this curve, and with yaw='tilt' it would be {100.0 * free:.3g} %",
+        f"use {100.0 * fixed:.0f} % of their room on this curve, and with yaw='tilt' it would be {100.0 * free:.0f} %",
     )
 
 
