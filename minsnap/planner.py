@@ -253,4 +253,5 @@ def _report(timed: Timed, limits: Limits | None, unasked: bool, milliseconds: fl
         notes=fixed_yaw_notes(limits, timed.trajectory) if unasked else (),
         core=outcome.core,
         handed_over=outcome.handed_over,
+        rungs=outcome.rungs,
     )

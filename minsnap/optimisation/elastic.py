@@ -7,32 +7,34 @@ One slack for all limits tells how far given durations are from flyable; one sla
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
-from minsnap.optimisation.axis_group import Component
+from minsnap.optimisation.axis_group import AxisGroup, axis_group
 from minsnap.optimisation.normalised_constraints import Compiled, Rows
-from minsnap.optimisation.preconditioning import Whitened
-from minsnap.optimisation.qp import MIDDLE, SMALL, solve_qp
+from minsnap.optimisation.qp import DENSE, SMALL, Programme, solve_qp
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, rows_in_unknowns, sticking_out
+from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, rows_in_unknowns, rows_outside
 from minsnap.polynomials.extrema import maxima
 
 TRACE = 1e-5
 """Weight of the scaled snap cost beside the slacks, unless another is given."""
 
-SPARSE_TRACE = 1e-3
-"""The same where the Hessian only has a unit diagonal."""
+SPARSE = 100.0
+"""Times that weight where the Hessian only has a unit diagonal."""
 
 ACCURACY = 3e-4
 """Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
 
 ROUNDS = 30
+
+DENSELY, SPARSELY = ("daqp", "nnls", "piqp", "clarabel"), ("piqp", "clarabel")
+"""Solvers to try in turn, by coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +96,8 @@ class Elastic:
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, base, compiled, give
         self.trace, self.accuracy = trace, accuracy
-        self.component = Component(problem, base, np.ones(problem.dim, dtype=bool), solver, SMALL)
+        self.solver = solver
+        self._made: dict[bool, AxisGroup] = {}
         self.rows: RowSet | None = None
         self.ends = problem.plain_ends(base)
         self.multipliers = np.zeros(0)
@@ -119,7 +122,8 @@ class Elastic:
             rounds = 1
         while rounds < ROUNDS:
             given = self._amounts(slacks)
-            found, _ = sticking_out(Curve(self.problem, self.compiled.relaxed(given), knots), self.accuracy)
+            curve = Curve(self.problem, self.compiled.relaxed(given), knots)
+            found, _ = rows_outside(curve, self.rows, self.multipliers, self.accuracy)
             if not found:
                 break
             self._add([self._unrelaxed(rows, given) for rows in found])
@@ -149,77 +153,74 @@ class Elastic:
         """Rows of the walls as they were asked for."""
         return replace(rows, bound=rows.bound - given[rows.wall] * self.compiled.widths[rows.wall])
 
-    def _solve(self) -> tuple[FloatArray, FloatArray]:
-        part, rows = self.component, self.rows
-        if rows is None:
+    @property
+    def _known(self) -> RowSet:
+        if self.rows is None:
             raise SolverError("the elastic problem has no rows")
-        G, bound, norms = part.matrix(rows, np.arange(len(rows)), 0.0)
+        return self.rows
+
+    def _solve(self) -> tuple[FloatArray, FloatArray]:
+        for group in self._groups():
+            usual = DENSELY if group.whitened else SPARSELY
+            for solver in (*(() if self.solver == "auto" else (self.solver,)), *usual):
+                found = self._attempt(group, solver)
+                if found is not None:
+                    return found
+        raise SolverError("no solver found by how much the walls must give way: change units or durations")
+
+    def _groups(self) -> Iterator[AxisGroup]:
+        """Coordinates of all axes together: those that suit the size, then dense ones."""
+        few = self.problem.size <= SMALL
+        yield self._coordinates(few)
+        if not few and self.problem.size <= DENSE:
+            yield self._coordinates(True)
+
+    def _coordinates(self, whitened: bool) -> AxisGroup:
+        if whitened not in self._made:
+            axes = np.ones(self.problem.dim, dtype=bool)
+            self._made[whitened] = axis_group(self.problem, self.base, axes, whitened)
+        return self._made[whitened]
+
+    def _attempt(self, group: AxisGroup, solver: str) -> tuple[FloatArray, FloatArray] | None:
+        rows = self._known
+        G, bound, norms = group.matrix(rows, np.arange(len(rows)), 0.0)
         size = max(float(-bound.min()), 1e-3)
         moves = self.give.weight[rows.source.wall] * self.compiled.widths[rows.source.wall] / norms / size
-        P, q = self._costs
         unit = 1.0 / float(moves[self.give.group[rows.source.wall] >= 0].max(initial=0.0) or 1.0)
-        G, h = self._extended(G, bound / size, moves * unit, rows, unit)
-        A, b = None, None
-        if part.equalities is not None:
-            A, b = _padded(part.equalities[0], self.give.slacks), part.equalities[1] / size
-        found, failed = solve_qp(P, q, G, h, A, b, part.names, 1.0)
-        if found is None and not self._dense and len(part.columns) <= MIDDLE:
-            part.whiten()
-            self.__dict__.pop("_costs", None)
-            return self._solve()
+        asked, weight = self._programme(group, G, bound / size, moves * unit, unit, size)
+        found = solve_qp(asked, solver, 1.0, weight=weight)
         if found is None:
-            raise SolverError(f"the elastic problem was not solved by {', '.join(failed)}")
-        n = len(part.columns)
+            return None
+        n = len(group.columns)
         self.multipliers = found.multipliers[: len(rows)] * unit / norms / size
         unknowns = np.zeros(self.problem.size)
-        unknowns[part.columns] = size * part.space.unknowns(found.x[:n])
+        unknowns[group.columns] = group.unknowns(size * found.x[:n])
         return self.problem.add(self.base, unknowns), found.x[n:] * unit
 
-    @cached_property
-    def _costs(self) -> tuple[Any, FloatArray]:
-        """Hessian and slope with the slacks as further unknowns."""
-        from scipy.sparse import block_diag, csc_matrix
+    def _programme(
+        self, group: AxisGroup, G: Any, h: FloatArray, moves: FloatArray, unit: float, size: float
+    ) -> tuple[Programme, float]:
+        """Return the QP with the slacks, in that unit, as further unknowns, and the weight of the snap cost in it."""
+        from scipy.sparse import coo_matrix, csc_matrix, identity
 
-        n, m = len(self.component.columns), self.give.slacks
-        q = np.concatenate((np.zeros(n), np.ones(m)))
-        hessian = self.component.space.hessian
-        if self._dense:
-            P = np.zeros((n + m, n + m))
-            P[:n, :n] = self._trace * hessian
-            P[n:, n:] = self._trace * np.eye(m)
-            return P, q
-        return csc_matrix(block_diag((self._trace * hessian, self._trace * csc_matrix(np.eye(m))))), q
-
-    @property
-    def _dense(self) -> bool:
-        return isinstance(self.component.space, Whitened)
-
-    @property
-    def _trace(self) -> float:
-        return self.trace if self._dense else SPARSE_TRACE / TRACE * self.trace
-
-    def _extended(self, G: Any, h: FloatArray, moves: FloatArray, rows: RowSet, unit: float) -> tuple[Any, FloatArray]:
-        """Rows and bounds with the slacks, in that unit, as further unknowns; and the slacks' lower bounds."""
-        n, m = len(self.component.columns), self.give.slacks
-        group = self.give.group[rows.source.wall]
-        gives = np.flatnonzero(group >= 0)
+        n, m, weight = len(group.columns), self.give.slacks, self.trace
+        weight *= 1.0 if group.whitened else SPARSE
+        slack_of = self.give.group[self._known.source.wall]
+        gives = np.flatnonzero(slack_of >= 0)
+        moved = coo_matrix((-moves[gives], (gives, slack_of[gives])), shape=(len(h), m))
+        P = _blocks([[weight * csc_matrix(group.space.hessian), None], [None, weight * identity(m)]])
+        G = _blocks([[csc_matrix(G), moved], [csc_matrix((m, n)), -identity(m)]])
         h = np.concatenate((h, np.full(m, -self.give.lowest / unit)))
-        row = np.concatenate((gives, len(rows) + np.arange(m)))
-        column = n + np.concatenate((group[gives], np.arange(m)))
-        value = np.concatenate((-moves[gives], np.full(m, -1.0)))
-        if self._dense:
-            dense = np.zeros((len(rows) + m, n + m))
-            dense[: len(rows), :n] = G
-            dense[row, column] = value
-            return dense, h
-        from scipy.sparse import csc_matrix
-
-        G = G.tocoo()
-        entries = tuple(np.concatenate(pair) for pair in ((G.data, value), (G.row, row), (G.col, column)))
-        return csc_matrix((entries[0], entries[1:]), shape=(len(rows) + m, n + m)), h
+        A, b = group.equality_rows()
+        A, b = (
+            (None, None) if A is None or b is None else (_blocks([[csc_matrix(A), csc_matrix((len(b), m))]]), b / size)
+        )
+        if group.whitened:
+            P, G, A = (None if matrix is None else matrix.toarray() for matrix in (P, G, A))
+        return Programme(P, np.concatenate((np.zeros(n), np.ones(m))), G, h, A, b), weight
 
 
-def _padded(A: Any, slacks: int) -> Any:
-    from scipy.sparse import csc_matrix, hstack
+def _blocks(parts: list[list[Any]]) -> Any:
+    from scipy.sparse import bmat
 
-    return hstack((csc_matrix(A), csc_matrix((A.shape[0], slacks)))).tocsc()
+    return bmat(parts, format="csc")

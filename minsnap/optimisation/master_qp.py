@@ -1,158 +1,177 @@
-"""The relaxation: the QP over the rows found so far, component by component."""
+"""The master QP: least cost over the rows found so far, one group of axes at a time."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.optimisation.axis_group import Component, split_axes
-from minsnap.optimisation.contacts import Contacts
-from minsnap.optimisation.local_resolve import loss, solve_near
+from minsnap.optimisation.axis_group import AxisGroup, axis_group, programme, split_axes
 from minsnap.optimisation.normalised_constraints import Compiled, Rows
-from minsnap.optimisation.qp import SMALL
+from minsnap.optimisation.qp import SMALL, solve_qp
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, rows_in_unknowns
 
-IDLE = 1e-6
-"""Share of the largest multiplier below which a row counts as without effect."""
-
-SLACK = 1e-3
-"""Distance to a row, in widths, beyond which one without effect is forgotten."""
-
-FORGETFUL = 20
-"""Solves after which no more rows are forgotten, so that it ends."""
-
 
 class InfeasibleRowsError(Exception):
-    """The QP over the rows so far has no solution; carries the component and rows."""
+    """No curve was found that keeps the rows so far."""
 
 
-class Relaxation:
-    """State of one run: a problem, its optimum without walls, the walls, the rows so far, and the curve they allow.
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A solution for one group of axes.
+
+    Parameters
+    ----------
+    unknowns : ndarray, shape (n,)
+    multipliers : ndarray, shape (r,)
+        Of its rows.
+    solver : str
+        Which found it; empty where nothing had to be solved.
+    failed : tuple of str
+        Solvers that gave no answer that passes its check.
+    """
+
+    unknowns: FloatArray
+    multipliers: FloatArray
+    solver: str = ""
+    failed: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A solution of the master QP.
+
+    Parameters
+    ----------
+    parts : tuple of Part
+        By group.
+    multipliers : ndarray, shape (r,)
+        Of all rows, for the normalised cost without 1/2.
+    shift : float
+        Widths by which walls were moved inwards.
+    broken : float
+        Largest violation of a row that the solver was given, without that shift, in widths.
+    """
+
+    parts: tuple[Part, ...]
+    multipliers: FloatArray
+    shift: float
+    broken: float
+
+    @property
+    def solver(self) -> str:
+        """Which solver found it, for the last group that needed one."""
+        return next((part.solver for part in reversed(self.parts) if part.solver), "banded")
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """Solvers that gave no answer that passes its check."""
+        return tuple(dict.fromkeys(name for part in self.parts for name in part.failed))
+
+
+@dataclass(frozen=True, eq=False)
+class MasterQP:
+    """What all solves of one attempt share.
 
     Parameters
     ----------
     problem : Problem
     base : ndarray, shape (knots, slots, dim)
-        Knot values of the optimum without walls.
+        Knot values of the optimum without walls, from which the unknowns are deviations.
     compiled : Compiled
-    solver : str
-        Name of the QP solver, or ``"auto"``.
+    groups : tuple of AxisGroup
+    solvers : tuple of str
+        Tried in turn for every QP.
     """
 
-    def __init__(self, problem: Problem, base: FloatArray, compiled: Compiled, solver: str) -> None:
-        self.problem, self.base, self.compiled = problem, base, compiled
-        masks = split_axes(compiled, problem) if problem.size > SMALL else [np.ones(problem.dim, dtype=bool)]
-        self.components = [Component(problem, base, mask, solver) for mask in masks]
-        self.group = np.argmax(np.stack(masks), axis=0)
-        self.due = np.ones(len(masks), dtype=bool)
-        self.curve, self.ends = Curve(problem, compiled, base), problem.plain_ends(base)
-        self.rows: RowSet | None = None
-        self.unknowns, self.multipliers = np.zeros(problem.size), np.zeros(0)
-        self.base_cost, self.gain = problem.cost(base), 0.0
-        self.shrink, self.solves = 0.0, 0
-
-    @property
-    def cost(self) -> float:
-        """Cost of the curve, normalised."""
-        return self.base_cost + self.gain
-
-    @property
-    def slope(self) -> float:
-        """Cost of moving all walls inwards, for each width."""
-        return float(self.multipliers @ self.rows.width[: len(self.multipliers)]) if self.rows is not None else 0.0
+    problem: Problem
+    base: FloatArray
+    compiled: Compiled
+    groups: tuple[AxisGroup, ...]
+    solvers: tuple[str, ...]
 
     @property
     def always(self) -> bool:
-        """Whether it needs a solve even without rows."""
-        return any(component.always for component in self.components)
+        """Whether it needs a solve even without inequality rows."""
+        return any(group.always for group in self.groups)
 
-    def contacts(self) -> Contacts | None:
-        """Places where rows press on the curve; None before the first solve."""
-        return Contacts(self.rows.source, self.multipliers) if self.rows is not None and self.solves else None
+    def express(self, rows: Rows) -> RowSet:
+        """Write rows in the unknowns."""
+        return rows_in_unknowns(self.problem, self.problem.plain_ends(self.base), self.compiled, rows)
 
-    def add(self, found: list[Rows]) -> None:
-        """Add rows to those so far."""
-        for rows in found:
-            fresh = rows_in_unknowns(self.problem, self.ends, self.compiled, rows)
-            self.rows = fresh if self.rows is None else self.rows.joined(fresh)
-            self.due[self._groups(fresh)] = True
+    def curve(self, answer: Answer) -> Curve:
+        """Return the curve of an answer."""
+        unknowns = self._joined(answer.parts)[:-1]
+        return Curve(self.problem, self.compiled, self.problem.add(self.base, unknowns))
 
-    def move(self, further: float) -> None:
-        """Move all walls inwards by so many widths more."""
-        self.shrink += further
-        self.due[:] = True
+    def _joined(self, parts: Sequence[Part]) -> FloatArray:
+        """All unknowns and a zero, (size + 1,)."""
+        unknowns = np.zeros(self.problem.size + 1)
+        for group, part in zip(self.groups, parts, strict=True):
+            unknowns[group.columns] = part.unknowns
+        return unknowns
 
-    def solve(self) -> None:
-        """Solve every component that is due over its rows and put the results together."""
-        rows, known = self.rows, len(self.multipliers)
-        size = 0 if rows is None else len(rows)
-        self.solves += 1
-        self.multipliers = np.concatenate((self.multipliers, np.zeros(size - known)))
-        group = np.zeros(0, dtype=np.intp) if rows is None else self._groups(rows)
-        for number, component in enumerate(self.components):
-            chosen = np.flatnonzero(group == number)
-            if not self.due[number] or not (len(chosen) or component.always):
-                continue
-            self.due[number] = False
-            found = self._found(component, chosen, chosen >= known)
-            if found is None:
-                raise InfeasibleRowsError(number, chosen)
-            self.unknowns[component.columns], self.multipliers[chosen] = found
-        self.gain = sum(component.gain for component in self.components)
-        self.curve = Curve(self.problem, self.compiled, self.problem.add(self.base, self.unknowns))
+    def _broken(self, rows: RowSet | None, parts: Sequence[Part]) -> float:
+        if rows is None:
+            return 0.0
+        slack = rows.bound - (rows.values * self._joined(parts)[rows.columns]).sum(axis=1)
+        return float((-slack / self.compiled.widths[rows.source.wall]).max(initial=0.0))
 
-    def _found(self, part: Component, chosen: IntArray, fresh: BoolArray) -> tuple[FloatArray, FloatArray] | None:
-        """Unknowns and multipliers of a component, solved for near its fresh rows if that does."""
-        if not len(part.columns):
-            return None
-        rows, near = self.rows, None
-        if rows is not None:
-            near = solve_near(part, rows, chosen, self.shrink, self.multipliers[chosen], fresh)
-        return near if near is not None else part.solve(rows, chosen, self.shrink)
+    def solve(self, rows: RowSet | None, shift: float, last: Answer | None) -> Answer:
+        """Solve over rows, with walls moved inwards by ``shift`` widths.
 
-    def forget(self) -> None:
-        """Drop rows without effect from what sparse solvers are given: their time grows with the rows."""
-        sparse = np.array([component.sparse for component in self.components])
-        if self.solves > FORGETFUL or self.rows is None or not sparse.any():
-            return
-        rows = self.rows
-        weak = self.multipliers <= IDLE * self.multipliers.max(initial=0.0)
-        idle = weak & (self._slacks(rows) > SLACK * rows.width)
-        kept = ~(idle & sparse[self._groups(rows)] & ~self.compiled.momentary[rows.source.wall])
-        self.rows, self.multipliers = rows.chosen(kept), self.multipliers[kept]
+        A group that got no new rows since the last answer keeps its part of it.
 
-    def broken(self, violation: float) -> list[Component]:
-        """Components whose solver left rows violated by so many widths."""
-        if self.rows is None:
-            return []
-        groups = self._groups(self.rows)[self._slacks(self.rows) < -violation * self.rows.width]
-        numbers = np.unique(groups)
-        self.due[numbers] = True
-        return [self.components[number] for number in numbers]
-
-    def optimal(self, gap: float) -> bool:
-        """Whether components that were solved for a part of their unknowns cost at most that share too much.
-
-        The first that costs more is solved as a whole next time.
+        Raises
+        ------
+        InfeasibleRowsError
+            If no solver finds an answer that passes its check.
         """
-        for number, part in enumerate(self.components):
-            if not part.held or self.rows is None:
-                continue
-            chosen = np.flatnonzero(self._groups(self.rows) == number)
-            if loss(part, self.rows, chosen, self.shrink, self.multipliers[chosen]) > gap * self.cost:
-                part.shrink, self.due[number] = np.nan, True
-                return False
-            part.held = False
-        return True
+        number = self._groups_of(rows)
+        multipliers = np.zeros(len(number))
+        parts = []
+        for index, group in enumerate(self.groups):
+            mine = np.flatnonzero(number == index)
+            known = None if last is None else last.parts[index]
+            if known is None or last is None or last.shift != shift or len(known.multipliers) != len(mine):
+                known = self._part(group, rows, mine, shift, known)
+            multipliers[mine] = known.multipliers
+            parts.append(known)
+        return Answer(tuple(parts), multipliers, shift, self._broken(rows, parts))
 
-    def _slacks(self, rows: RowSet) -> FloatArray:
-        """Distances of the rows' values from their bounds."""
-        moved = np.append(self.unknowns, 0.0)
-        return np.asarray(rows.bound - (rows.values * moved[rows.columns]).sum(axis=1))
+    def _part(self, group: AxisGroup, rows: RowSet | None, chosen: IntArray, shift: float, known: Part | None) -> Part:
+        if not len(chosen) and not group.always:
+            return Part(np.zeros(len(group.columns)), np.zeros(0))
+        if not len(group.columns):
+            raise InfeasibleRowsError
+        asked, size, norms = programme(group, rows, chosen, shift)
+        active = None if known is None else known.multipliers > 0.0
+        for number, solver in enumerate(self.solvers):
+            found = solve_qp(asked, solver, active=active)
+            if found is not None:
+                multipliers = 2.0 * size * found.multipliers / norms
+                return Part(group.unknowns(size * found.x), multipliers, solver, self.solvers[:number])
+        raise InfeasibleRowsError
 
-    def _groups(self, rows: RowSet) -> IntArray:
-        """Component of each row."""
-        if len(self.components) == 1:
-            return np.zeros(len(rows), dtype=np.intp)
-        return np.asarray(self.group[np.argmax(np.abs(rows.source.normal), axis=1)])
+    def _groups_of(self, rows: RowSet | None) -> IntArray:
+        """Group of each row."""
+        if rows is None or len(self.groups) == 1:
+            return np.zeros(0 if rows is None else len(rows), dtype=np.intp)
+        group = np.argmax(np.stack([group.axes for group in self.groups]), axis=0)
+        return np.asarray(group[np.argmax(np.abs(rows.source.normal), axis=1)])
+
+
+def axis_masks(problem: Problem, compiled: Compiled) -> list[BoolArray]:
+    """Axes of each group, masks of shape (dim,): one group for all where there are few unknowns."""
+    return split_axes(compiled, problem) if problem.size > SMALL else [np.ones(problem.dim, dtype=bool)]
+
+
+def master_qp(
+    problem: Problem, base: FloatArray, compiled: Compiled, solvers: tuple[str, ...], whitened: bool
+) -> MasterQP:
+    """Split a problem into groups of axes and choose their coordinates."""
+    groups = tuple(axis_group(problem, base, mask, whitened) for mask in axis_masks(problem, compiled))
+    return MasterQP(problem, base, compiled, groups, solvers)

@@ -10,11 +10,9 @@ import numpy as np
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.high_precision import decimal_whitening, is_extreme
+from minsnap.optimisation.qp import DENSE
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.bernstein import ends_gram
-
-EXTENDED = 200
-"""Unknowns up to which coordinates are found in decimal arithmetic where double precision does not do."""
 
 
 class Space(Protocol):
@@ -123,7 +121,7 @@ def make_space(problem: Problem, columns: IntArray, n: int, dense: bool) -> Spac
 
     if n == 0:
         return Whitened(np.zeros((0, 0)))
-    if dense and n <= EXTENDED and is_extreme(problem):
+    if dense and n <= DENSE and is_extreme(problem):
         return Whitened(decimal_whitening(problem, columns, n))
     value, row, column, scale = _scaled_entries(problem, columns, n)
     if not dense:
@@ -135,7 +133,7 @@ def make_space(problem: Problem, columns: IntArray, n: int, dense: bool) -> Spac
     if not singular:
         inverse, _ = dtrtri(factor, lower=1)
         return Whitened(scale[:, None] * inverse.T)
-    if n > EXTENDED:
+    if n > DENSE:
         raise SolverError("the QP is singular to working precision: durations are too extreme")
     return Whitened(decimal_whitening(problem, columns, n))
 

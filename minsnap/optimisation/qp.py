@@ -1,9 +1,9 @@
-"""One quadratic program through qpsolvers: which solver, how exactly, and what to try when it fails."""
+"""One quadratic programme, one solver: how exactly it is asked, and when its answer is believed."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -15,19 +15,13 @@ from minsnap.errors import UnknownSolverError
 from minsnap.optimisation.least_distance import least_distance
 
 SMALL = 60
-"""Unknowns up to which many rows at the start are cheaper than further rounds."""
+"""Unknowns up to which one QP for all axes is quicker than one for each group of axes."""
 
-DENSE_SIZE = 150
-"""Unknowns up to which problems are whitened and dense."""
+DENSE = 150
+"""Unknowns up to which the Hessian is made the identity and QPs are dense."""
 
-MIDDLE = 1500
-"""Unknowns up to which the dense solver is still tried, in whitened coordinates, after the sparse ones."""
-
-FEASIBLE = 1e-7
-"""Largest violation of a normalised row that is taken for a solution before it is repaired."""
-
-GAP = 1e-6
-"""Largest duality gap, as a share of the cost, that is taken for an optimum."""
+ACCURACY = 1e-6
+"""Duality gap as a share of the cost, and a tenth of it the violation of a normalised row, that count as solved."""
 
 TINY = 1e-12
 """Cost, in scaled units, below which a gap does not matter."""
@@ -38,7 +32,29 @@ TOLERANCES: dict[str, dict[str, Any]] = {
     "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10},
     "osqp": {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 200_000, "polishing": True},
 }
-DENSE = frozenset({"daqp", "quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})
+DENSE_SOLVERS = frozenset({"daqp", "quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})
+
+
+@dataclass(frozen=True, eq=False)
+class Programme:
+    """Minimise x'Px/2 + q'x over Gx <= h, Ax = b; rows normalised, costs of order one.
+
+    Parameters
+    ----------
+    P : ndarray or csc_matrix, shape (n, n)
+    q : ndarray, shape (n,)
+    G : ndarray or csc_matrix, shape (r, n), or None
+    h : ndarray, shape (r,), or None
+    A : ndarray or csc_matrix, shape (e, n), or None
+    b : ndarray, shape (e,), or None
+    """
+
+    P: Any
+    q: FloatArray
+    G: Any = None
+    h: FloatArray | None = None
+    A: Any = None
+    b: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,25 +77,6 @@ class Solution:
     solver: str
 
 
-def solver_names(solver: str, size: int) -> tuple[str, ...]:
-    """Solvers to try in turn for a problem with that many unknowns.
-
-    Raises
-    ------
-    UnknownSolverError
-        If ``solver`` is neither ``"auto"`` nor installed.
-    """
-    if solver != "auto":
-        return (check_solver(solver), *(other for other in _preferred(size) if other != solver))
-    return _preferred(size)
-
-
-def _preferred(size: int) -> tuple[str, ...]:
-    if size <= DENSE_SIZE:
-        return ("daqp", "piqp", "clarabel")
-    return ("piqp", "clarabel")
-
-
 def check_solver(solver: str) -> str:
     """Return the name of an installed solver, or raise UnknownSolverError with the list of those there are."""
     if solver == "auto" or solver in TOLERANCES:
@@ -93,112 +90,83 @@ def check_solver(solver: str) -> str:
 
 
 def solve_qp(
-    P: Any,
-    q: FloatArray,
-    G: Any,
-    h: FloatArray | None,
-    A: Any,
-    b: FloatArray | None,
-    names: Sequence[str],
-    tiny: float = TINY,
-    active: BoolArray | None = None,
-) -> tuple[Solution | None, tuple[str, ...]]:
-    """Minimise x'Px/2 + q'x over Gx <= h, Ax = b; rows normalised, costs of order one or not below ``tiny``.
-
-    Returns
-    -------
-    Solution or None
-        None if every solver failed or called the problem infeasible.
-    failed : tuple of str
-        Names of the solvers that did.
-    """
-    failed: list[str] = []
-    for name in names:
-        found = _attempt(P, q, G, h, A, b, name, tiny, active)
-        if found is not None:
-            return found, tuple(failed)
-        failed.append(name)
-    return None, tuple(failed)
-
-
-def _attempt(
-    P: Any,
-    q: FloatArray,
-    G: Any,
-    h: FloatArray | None,
-    A: Any,
-    b: FloatArray | None,
-    name: str,
-    tiny: float,
-    active: BoolArray | None,
+    asked: Programme, solver: str, tiny: float = TINY, active: BoolArray | None = None, weight: float = 1.0
 ) -> Solution | None:
-    if name == "nnls":
-        if G is None or h is None:
-            return None
-        answer = least_distance(G, h, A, b, q, active)
-        found = None if answer is None else Solution(*answer, name)
-        return found if found is not None and _holds(P, q, G, h, A, b, found, tiny) else None
+    """Solve a programme, or return None if the solver fails or gives an answer that fails the check.
+
+    Parameters
+    ----------
+    solver : str
+        Name of a solver of qpsolvers, or ``"nnls"`` for least distance by non-negative least squares, which needs a
+        Hessian that is ``weight`` times the identity.
+    tiny : float
+        Cost below which a duality gap does not matter.
+    active : ndarray of bool, shape (a,), optional
+        Which of the first a rows were active in a similar programme: where ``"nnls"`` begins.
+    """
+    found = _nearest(asked, active, weight) if solver == "nnls" else _through_qpsolvers(asked, solver)
+    return found if found is not None and _holds(asked, found, tiny) else None
+
+
+def _nearest(asked: Programme, active: BoolArray | None, weight: float) -> Solution | None:
+    if asked.G is None or asked.h is None:
+        return None
+    answer = least_distance(asked.G, asked.h, asked.A, asked.b, asked.q / weight, active)
+    return None if answer is None else Solution(answer[0], weight * answer[1], weight * answer[2], "nnls")
+
+
+def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
     import qpsolvers
 
-    if name in DENSE:
+    P, G, A = asked.P, asked.G, asked.A
+    if solver in DENSE_SOLVERS:
         P, G, A = (matrix.toarray() if hasattr(matrix, "toarray") else matrix for matrix in (P, G, A))
-    elif name != "piqp" or not isinstance(P, np.ndarray):
+    elif solver != "piqp" or not isinstance(P, np.ndarray):
         P, G, A = (_sparse(matrix) for matrix in (P, G, A))
     try:
-        with _silence(name):
-            solution = qpsolvers.solve_problem(qpsolvers.Problem(P, q, G, h, A, b), name, **TOLERANCES.get(name, {}))
+        with _silence(solver):
+            problem = qpsolvers.Problem(P, asked.q, G, asked.h, A, asked.b)
+            solution = qpsolvers.solve_problem(problem, solver, **TOLERANCES.get(solver, {}))
     except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
         return None
     if not solution.found or solution.x is None or not np.isfinite(solution.x).all():
         return None
     z = np.maximum(solution.z, 0.0) if G is not None and solution.z is not None else np.zeros(0)
     y = solution.y if A is not None and solution.y is not None else np.zeros(0)
-    found = Solution(solution.x, z, y, name)
-    return found if _holds(P, q, G, h, A, b, found, tiny) else None
+    return Solution(solution.x, z, y, solver)
 
 
-def _holds(
-    P: Any,
-    q: FloatArray,
-    G: Any,
-    h: FloatArray | None,
-    A: Any,
-    b: FloatArray | None,
-    found: Solution,
-    tiny: float,
-) -> bool:
-    """Whether a solution is feasible, and its duality gap small beside its cost: solvers' own words are not enough."""
+def _holds(asked: Programme, found: Solution, tiny: float) -> bool:
+    """Whether a solution keeps its rows, and its duality gap is small beside its cost: ``found`` is not enough."""
     x = found.x
-    Px = P @ x
-    gap = float(x @ Px + q @ x)
-    if G is not None and h is not None:
-        if not _within(G @ x - h, x, h):
+    Px, linear = asked.P @ x, float(asked.q @ x)
+    gap = float(x @ Px) + linear
+    if asked.G is not None and asked.h is not None:
+        if not _within(asked.G @ x - asked.h, x, asked.h):
             return False
-        gap += float(h @ found.multipliers)
-    if A is not None and b is not None:
-        if not _within(np.abs(A @ x - b), x, b):
+        gap += float(asked.h @ found.multipliers)
+    if asked.A is not None and asked.b is not None:
+        if not _within(np.abs(asked.A @ x - asked.b), x, asked.b):
             return False
-        gap += float(b @ found.equality_multipliers)
-    return abs(gap) <= GAP * (float(x @ Px) + abs(float(q @ x)) + tiny)
+        gap += float(asked.b @ found.equality_multipliers)
+    return abs(gap) <= ACCURACY * (float(x @ Px) + abs(linear) + tiny)
+
+
+def _within(violation: FloatArray, x: FloatArray, bounds: FloatArray) -> bool:
+    """Whether violations are rounding beside a solution and bounds of at least order one."""
+    size = max(1.0, float(np.abs(x).max(initial=0.0)), float(np.abs(bounds).max(initial=0.0)))
+    return float(violation.max(initial=0.0)) <= 0.1 * ACCURACY * size
 
 
 @contextmanager
 def _silence(name: str) -> Iterator[None]:
-    """Ignore what solvers warn of; the one that is called most often never does."""
+    """Ignore warnings of solvers; DAQP, which is called most often, gives none."""
     if name == "daqp":
         yield
         return
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
-
-
-def _within(violation: FloatArray, x: FloatArray, bounds: FloatArray) -> bool:
-    """Whether violations are rounding beside a solution and bounds of at least order one."""
-    largest = float(violation.max(initial=0.0))
-    if largest <= FEASIBLE:
-        return True
-    return largest <= FEASIBLE * max(float(np.abs(x).max(initial=0.0)), float(np.abs(bounds).max(initial=0.0)))
 
 
 def _sparse(matrix: Any) -> Any:

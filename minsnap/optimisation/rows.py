@@ -10,17 +10,13 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.optimisation.constraint_blocks import KnotBalls, KnotBounds
-from minsnap.optimisation.contacts import Contacts
 from minsnap.optimisation.normalised_constraints import Compiled, Rows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.extrema import maxima
 from minsnap.polynomials.local_maxima import peaks
 
-WITHIN = 1.01
-"""Distance to a wall, in widths, up to which a curve is near: from the middle of a corridor to its walls and a bit."""
-
-FEWEST, MOST, BUDGET = 3, 8, 96
-"""Rows to begin with on each wall of a small problem, and about how many in all."""
+SPREAD = 6
+"""Rows per wall and piece to begin with, in dense coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,61 +118,69 @@ def momentary_rows(curve: Curve) -> list[Rows]:
 
 
 def spread_rows(curve: Curve) -> list[Rows]:
-    """Return a few rows at Chebyshev points of every wall that the curve comes near to and moves along or against."""
-    near = [_near(excess) for excess in curve.excess]
-    count = min(max(BUDGET // max(sum(len(index) for index in near), 1), FEWEST), MOST)
-    s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    return [
-        curve.rows(number, np.repeat(index, count), np.tile(s, len(index)))
-        for number, index in enumerate(near)
-        if len(index)
-    ]
+    """Return rows at ``SPREAD`` Chebyshev points of every wall that holds along a piece and does not stand still."""
+    s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(SPREAD) + 0.5) / SPREAD)
+    found = []
+    for number, values in enumerate(curve.excess):
+        moving = np.flatnonzero(values.max(axis=1) > values.min(axis=1))
+        if len(moving):
+            found.append(curve.rows(number, np.repeat(moving, SPREAD), np.tile(s, len(moving))))
+    return found
 
 
-def _near(excess: FloatArray) -> IntArray:
-    """Which of the polynomials (m, n + 1) are not constant and rise above minus ``WITHIN``."""
-    highest, lowest = excess.max(axis=1), excess.min(axis=1)
-    return np.flatnonzero((highest > -WITHIN) & (highest > lowest))
-
-
-def sticking_out(
-    curve: Curve, floor: float, exact: bool = False, contacts: Contacts | None = None
+def rows_outside(
+    curve: Curve, rows: RowSet | None, multipliers: FloatArray, floor: float = 0.0
 ) -> tuple[list[Rows], float]:
-    """Rows where a curve is more than ``floor`` widths out of a wall, and the largest such excess.
+    """Rows at the peaks of a curve outside its walls, and the largest excess there, in widths.
 
-    With ``contacts``, there are also rows where contacts are expected.  With ``floor`` zero and ``exact``, finding none
-    is a proof that the curve is inside at every instant.
+    Parameters
+    ----------
+    rows : RowSet or None
+        Rows so far.
+    multipliers : ndarray, shape (r,)
+        Of the first r of them.
+    floor : float
+        Excess, in widths, up to which there is no row.
     """
-    found = [peaks(values, floor) for values in curve.excess]
-    if exact and floor == 0.0 and not any(len(row) for row, _, _ in found):
-        found = [_exact_peaks(values) for values in curve.excess]
-    rows = []
-    for number, (row, s, _) in enumerate(found):
-        if contacts is not None and len(row):
-            index, where = contacts.expected(curve.compiled.first[number] + row, s)
-            row, s = np.concatenate((row, row[index])), np.concatenate((s, where))
-        if len(row):
-            rows.append(curve.rows(number, row, s))
+    found, largest = [], 0.0
+    for number, values in enumerate(curve.excess):
+        row, s, value = peaks(values, floor)
+        if not len(row):
+            continue
+        largest = max(largest, float(value.max()))
+        found.append(curve.rows(number, row, s))
         block = curve.compiled.blocks[number]
-        if contacts is not None and len(row) and isinstance(block, KnotBalls):
-            rows.append(_pressed(block, int(curve.compiled.first[number]), row, contacts))
-    return rows, max((float(value.max(initial=0.0)) for _, _, value in found), default=0.0)
+        if isinstance(block, KnotBalls) and rows is not None:
+            found.append(_pressed(block, int(curve.compiled.first[number]), row, rows.source, multipliers))
+    return found, largest
 
 
-def _pressed(balls: KnotBalls, first: int, row: IntArray, contacts: Contacts) -> Rows:
+def proved_rows(curve: Curve) -> list[Rows]:
+    """Rows where exact extrema find a curve outside its walls; none is a proof that it is inside."""
+    found = []
+    for number, values in enumerate(curve.excess):
+        row = np.flatnonzero(values.max(axis=1) > 0.0)
+        if len(row):
+            exact = maxima(values[row])
+            out = exact.values > 0.0
+            found.append(curve.rows(number, row[out], exact.where[out]))
+    return [rows for rows in found if len(rows.s)]
+
+
+def _pressed(balls: KnotBalls, first: int, row: IntArray, rows: Rows, multipliers: FloatArray) -> Rows:
     """Tangent planes of balls where their present rows press together: where the contact is if the force stays."""
-    force = contacts.forces(first + row)
+    force = _forces(first + row, rows, multipliers)
     pressed = force.any(axis=1)
     row = row[pressed]
     normal, bound = balls.cuts(row, force[pressed] - balls.offset[row])
     return Rows(first + row, balls.piece[row], balls.s[row], np.zeros(len(row), dtype=np.intp), normal, bound)
 
 
-def _exact_peaks(values: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Where polynomials (m, n + 1) are positive: proof that none is, or the highest place of each that is."""
-    may = np.flatnonzero(values.max(axis=1) > 0.0)
-    if not len(may):
-        return may, np.zeros(0), np.zeros(0)
-    found = maxima(values[may])
-    out = found.values > 0.0
-    return may[out], found.where[out], found.values[out]
+def _forces(wall: IntArray, rows: Rows, multipliers: FloatArray) -> FloatArray:
+    """Sum of multiplier times normal of the rows of some walls, in ascending order: (m, dim)."""
+    known = len(multipliers)
+    pressing = np.isin(rows.wall[:known], wall)
+    place = np.searchsorted(wall, rows.wall[:known][pressing])
+    forces = np.zeros((len(wall), rows.normal.shape[1]))
+    np.add.at(forces, place, multipliers[pressing, None] * rows.normal[:known][pressing])
+    return forces

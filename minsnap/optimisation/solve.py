@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -11,30 +11,24 @@ from minsnap.arrays import FloatArray
 from minsnap.corridors.margins import Margin, margin_to
 from minsnap.errors import CorridorError, SolverError
 from minsnap.native.corridor import CorridorAnswer
-from minsnap.optimisation.exchange import GAP, Exchange, Outcome
-from minsnap.optimisation.master_qp import InfeasibleRowsError
+from minsnap.optimisation.exchange import GAP, State, Trouble
+from minsnap.optimisation.fallbacks import Attempt, climb, first_attempt, outcome
 from minsnap.optimisation.native_solve import solve_natively
 from minsnap.optimisation.normalised_constraints import Compiled, Rows, compile_walls
-from minsnap.optimisation.preconditioning import EXTENDED
+from minsnap.optimisation.outcome import Outcome
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.rows import rows_in_unknowns
+from minsnap.optimisation.rows import Curve, rows_in_unknowns
+from minsnap.optimisation.stop_and_go import straight_heights
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
-from minsnap.polynomials.extrema import maxima
 from minsnap.trajectory.trajectory import Trajectory
 
 TOUCHING = 1e-9
 """Distance to a wall, in its widths, below which a straight leg touches it."""
 
-NOISE = 1e-13
-"""Share of the largest derivative of its order below which one is rounding, where that decides what is inside."""
-
 NATIVE = "native"
 """What reports call the native core, as a core and as a solver."""
-
-TRIES = 5
-"""How often the walls are moved inwards again when rounding left the curve outside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,18 +85,18 @@ def solve(
     task: Task,
     durations: FloatArray,
     samples: int | None = None,
-    certify: bool = True,
     units: Units | None = None,
     seed: Rows | None = None,
     gap: float = GAP,
     prove: bool = True,
+    deadline: float = np.inf,
 ) -> Solved:
     """Find the curve of least cost for piece durations (pieces in all,) [s].
 
     Parameters
     ----------
     samples : int, optional
-        With ``certify=False``: instants a piece where walls hold; nothing is promised between them.
+        Instants per piece at which walls hold, nothing being promised between them; at every instant unless given.
     units : Units, optional
         Units to use; those of these durations unless given.
     seed : Rows, optional
@@ -111,20 +105,24 @@ def solve(
         Share of the cost that may be given away for fewer rounds.
     prove : bool
         Whether the exact margin is checked; a search can do without.
+    deadline : float
+        Value of ``time.monotonic()`` at which to end with what is certified, or with a sentence.
 
     Raises
     ------
     InfeasibleRowsError
         If no curve keeps all walls.
+    SolverError
+        If none was found.
     """
     units = units or task.units(durations)
     problem = task.problem(durations, units)
-    if not certify or not task.constrained:
-        return _solved_in_python(task, problem, units, samples, certify, seed, gap, prove)
+    if samples is not None or not task.constrained:
+        return _solved_in_python(task, problem, units, samples, seed, gap, prove, deadline)
     answer = solve_natively(task, durations, units, gap)
     if isinstance(answer, CorridorAnswer):
         return Solved(task, problem, units, _native_outcome(task, problem, units, answer))
-    found = _solved_in_python(task, problem, units, samples, certify, seed, gap, prove)
+    found = _solved_in_python(task, problem, units, samples, seed, gap, prove, deadline)
     return replace(found, outcome=replace(found.outcome, handed_over=answer))
 
 
@@ -140,7 +138,7 @@ def _native_outcome(task: Task, problem: Problem, units: Units, answer: Corridor
         rows = found if rows is None else rows.joined(found)
     known = None if rows is None else rows_in_unknowns(problem, problem.plain_ends(answer.knots), compiled, rows)
     multipliers = answer.multiplier[order]
-    return Outcome(answer.knots, known, multipliers, answer.rounds, NATIVE, (), 0.0, NATIVE, "", answer.points)
+    return Outcome(answer.knots, known, multipliers, answer.rounds, NATIVE, core=NATIVE, points=answer.points)
 
 
 def _solved_in_python(
@@ -148,81 +146,45 @@ def _solved_in_python(
     problem: Problem,
     units: Units,
     samples: int | None,
-    certify: bool,
     seed: Rows | None,
     gap: float,
     prove: bool,
+    deadline: float,
 ) -> Solved:
     base = unbounded_optimum(problem)
     if not task.constrained and not (problem.jumps and task.pins):
-        return Solved(task, problem, units, Outcome(base, None, np.zeros(0), 0, "banded", (), 0.0))
+        return Solved(task, problem, units, Outcome(base, None, np.zeros(0), 0, "banded"))
     compiled = compile_walls(task, problem, units)
-    exchange = Exchange(problem, base, compiled, task.solver, seed, gap)
-    if not certify:
-        return Solved(task, problem, units, exchange.run_sampled(samples or 20))
-    if not prove:
-        return Solved(task, problem, units, exchange.run())
-    return _certified(task, problem, units, exchange)
+    once = samples is not None
+    seed = seed if samples is None else _sampled(problem, base, compiled, samples)
+    proof = (lambda state: Solved(task, problem, units, _bare(state)).inside) if prove else None
+    last, rungs = climb(first_attempt(problem, base, compiled, task.solver, seed, proof, gap, deadline, once))
+    if last.trouble is not None:
+        raise _no_room(task, last)
+    return Solved(task, last.problem, units, outcome(last, rungs))
 
 
-def _certified(task: Task, problem: Problem, units: Units, exchange: Exchange) -> Solved:
-    """Run the exchange until the exact margin of the result is not negative.
-
-    Where the solvers see no solution though stop-and-go is one, the arithmetic is at fault: it is tried once more with
-    more digits, and if that does not help the last relaxation is blended with stop-and-go.
-    """
-    try:
-        solved = _insisted(task, problem, units, exchange)
-    except InfeasibleRowsError:
-        if not _straight_inside(task, exchange.relaxation.compiled, problem):
-            raise
-        if not problem.extended and problem.size <= EXTENDED:
-            careful = replace(problem, extended=True)
-            again = Exchange(careful, unbounded_optimum(careful), exchange.relaxation.compiled, task.solver)
-            return _certified(task, careful, units, again)
-        return _blended(task, problem, units, exchange)
-    if solved.inside:
-        return solved
-    if not _straight_inside(task, exchange.relaxation.compiled, problem):
-        raise _no_room(task, problem, exchange.relaxation.compiled)
-    return _blended(task, problem, units, exchange)
+def _bare(state: State) -> Outcome:
+    return Outcome(state.curve.knots, None, np.zeros(0), state.rounds, "")
 
 
-def _insisted(task: Task, problem: Problem, units: Units, exchange: Exchange) -> Solved:
-    """Run the exchange, and again with proofs and then with walls moved inwards while rounding leaves it outside."""
-    last: list[Solved] = []
-    asked: list[Outcome] = []
-
-    def inside(outcome: Outcome) -> bool:
-        if not asked or asked[-1] is not outcome:
-            asked[:], last[:] = [outcome], [_quietest(Solved(task, problem, units, outcome))]
-        return last[-1].inside
-
-    for _ in range(TRIES):
-        if inside(exchange.run(inside)):
-            break
-        exchange.insist()
-    else:
-        inside(exchange.run(inside))
-    return last[-1]
+def _sampled(problem: Problem, base: FloatArray, compiled: Compiled, instants: int) -> Rows:
+    """Rows of every wall at equally spaced inner instants of its pieces."""
+    s, curve = np.arange(1, instants + 1) / (instants + 1), Curve(problem, compiled, base)
+    rows = [
+        curve.rows(number, np.repeat(np.arange(len(block.piece)), instants), np.tile(s, len(block.piece)))
+        for number, block in enumerate(compiled.blocks)
+    ]
+    return reduce(Rows.joined, rows)
 
 
-def _quietest(solved: Solved) -> Solved:
-    """Set derivatives that are rounding alone to zero where that brings a curve inside: it slides along a wall."""
-    if solved.inside:
-        return solved
-    knots = solved.outcome.knots
-    quiet = np.where(np.abs(knots) > NOISE * np.abs(knots).max(axis=(0, 2), keepdims=True), knots, 0.0)
-    other = replace(solved, outcome=replace(solved.outcome, knots=quiet))
-    return other if other.inside else solved
-
-
-def _no_room(task: Task, problem: Problem, compiled: Compiled) -> SolverError | CorridorError:
+def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError:
     """Say where the straight leg itself touches a wall, or else that the solvers are at their end."""
-    straight = _heights(compiled, problem, np.zeros_like(problem.values))
-    for block, heights in zip(compiled.blocks, straight, strict=True):
-        touching = np.flatnonzero((heights >= -TOUCHING) & (block.order == 0))
-        for wall in touching:
+    curve = last.state.curve
+    if last.trouble is Trouble.LATE:
+        return SolverError("the time limit has passed without a certified plan: give more time, or widen the corridor")
+    for block, straight in zip(curve.compiled.blocks, straight_heights(curve), strict=True):
+        for wall in np.flatnonzero((straight >= -TOUCHING) & (block.order == 0)):
             leg = int(block.piece[wall]) // task.pieces
             return CorridorError(
                 f"waypoint {leg} or {leg + 1} lies on a wall of leg {leg}, and the curve has no room to stay inside: "
@@ -230,40 +192,3 @@ def _no_room(task: Task, problem: Problem, compiled: Compiled) -> SolverError | 
                 leg=leg,
             )
     return SolverError("the solvers found no curve inside the walls to working precision: widen them or change units")
-
-
-def _straight_inside(task: Task, compiled: Compiled, problem: Problem) -> bool:
-    """Whether stopping and going along the straight legs keeps every pin and stays strictly inside."""
-    if problem.values.any() or problem.jumps or any(block.order for block in compiled.blocks):
-        return False
-    return all((values < 0.0).all() for values in _heights(compiled, problem, np.zeros_like(problem.values)))
-
-
-def _heights(compiled: Compiled, problem: Problem, knots: FloatArray) -> list[FloatArray]:
-    """Largest excess over each wall, block by block."""
-    return [maxima(points).values for points in compiled.excess(problem, problem.relative_points(knots))]
-
-
-def _blended(task: Task, problem: Problem, units: Units, exchange: Exchange) -> Solved:
-    """Move the last curve towards stop-and-go along the straight legs, by the least share that brings it inside.
-
-    Walls are convex and stop-and-go has all free values zero, so the blend is a scaling of the knot values.
-    """
-    knots = exchange.relaxation.curve.knots
-    share = _least_share(exchange.relaxation.compiled, problem, knots)
-    while True:
-        outcome = replace(exchange.outcome(), knots=knots * (1.0 - share))
-        solved = Solved(task, problem, units, outcome)
-        if share == 1.0 or solved.inside:
-            return solved
-        share = min(1.0, 2.0 * share + 1e-12)
-
-
-def _least_share(compiled: Compiled, problem: Problem, knots: FloatArray) -> float:
-    """Share of stop-and-go that brings every exact extremum inside, but for rounding."""
-    straight = _heights(compiled, problem, np.zeros_like(knots))
-    share = 0.0
-    for curve, line in zip(_heights(compiled, problem, knots), straight, strict=True):
-        out = curve > 0.0
-        share = max(share, float((curve[out] / (curve[out] - line[out])).max(initial=0.0)))
-    return min(1.0, share * (1.0 + 1e-9))

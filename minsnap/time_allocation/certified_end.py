@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.exchange import Outcome
+from minsnap.optimisation.outcome import Outcome
 from minsnap.optimisation.solve import Solved
 from minsnap.time_allocation.cone_programme import solve_programme
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
@@ -48,7 +48,7 @@ Finish = Callable[[Trajectory], Trajectory]
 def solved_state(layout: JointLayout, state: JointState, iterations: int) -> Solved:
     """Wrap a state as a solved task."""
     problem = layout.task.problem(state.durations * layout.units.time, layout.units)
-    outcome = Outcome(layout.knots(state), None, np.zeros(0), iterations, "clarabel", (), 0.0)
+    outcome = Outcome(layout.knots(state), None, np.zeros(0), iterations, "clarabel")
     return Solved(layout.task, problem, layout.units, outcome)
 
 

@@ -125,7 +125,7 @@ def timed(solved: Solved, finish: Finish, search: Run | None = None, factor: flo
 def solved_or_explained(task: Task, durations: FloatArray, samples: int | None = None) -> Solved:
     """Solve, with walls at samples only if there are any, or raise the reason why nothing fits."""
     try:
-        return solve(task, durations, samples, certify=samples is None)
+        return solve(task, durations, samples)
     except InfeasibleRowsError:
         raise explain(task, durations) from None
 

@@ -8,7 +8,8 @@ from scipy.sparse import csc_matrix
 
 import minsnap
 from minsnap.errors import UnknownSolverError
-from minsnap.optimisation.qp import TOLERANCES, check_solver, solve_qp, solver_names
+from minsnap.optimisation.fallbacks import solvers_for
+from minsnap.optimisation.qp import TOLERANCES, Programme, check_solver, solve_qp
 
 SOLVERS = ("daqp", "piqp", "clarabel", "osqp")
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
@@ -18,8 +19,7 @@ CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 @pytest.mark.parametrize("seed", range(5))
 def test_a_solution_meets_the_conditions_of_optimality(solver, seed):
     P, q, G, h = least_distance(seed)
-    found, failed = solve_qp(P, q, G, h, None, None, (solver,))
-    assert failed == ()
+    found = solve_qp(Programme(P, q, G, h), solver)
     assert found.solver == solver
     assert (G @ found.x - h).max() <= 1e-7
     assert found.multipliers.min() >= 0.0
@@ -30,7 +30,7 @@ def test_a_solution_meets_the_conditions_of_optimality(solver, seed):
 @pytest.mark.parametrize("seed", range(5))
 def test_solvers_agree(seed):
     P, q, G, h = least_distance(seed)
-    found = [solve_qp(P, q, G, h, None, None, (solver,))[0].x for solver in SOLVERS]
+    found = [solve_qp(Programme(P, q, G, h), solver).x for solver in SOLVERS]
     for x in found[1:]:
         assert x == pytest.approx(found[0], abs=1e-5)
 
@@ -38,8 +38,8 @@ def test_solvers_agree(seed):
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_sparse_and_dense_are_the_same(solver):
     P, q, G, h = least_distance(1)
-    dense = solve_qp(P, q, G, h, None, None, (solver,))[0].x
-    sparse = solve_qp(csc_matrix(P), q, csc_matrix(G), h, None, None, (solver,))[0].x
+    dense = solve_qp(Programme(P, q, G, h), solver).x
+    sparse = solve_qp(Programme(csc_matrix(P), q, csc_matrix(G), h), solver).x
     assert sparse == pytest.approx(dense, abs=1e-6)
 
 
@@ -48,7 +48,7 @@ def test_equalities_hold(solver):
     P, q, G, h = least_distance(2)
     A = np.random.default_rng(9).normal(size=(2, 8))
     b = A @ np.linalg.lstsq(G[:4], h[:4] - 0.1)[0]
-    found, _ = solve_qp(P, q, G[:4], h[:4], A, b, (solver,))
+    found = solve_qp(Programme(P, q, G[:4], h[:4], A, b), solver)
     assert A @ found.x == pytest.approx(b, abs=1e-6)
 
 
@@ -56,9 +56,7 @@ def test_equalities_hold(solver):
 def test_an_infeasible_programme_is_not_taken_for_solved(solver):
     P, q = np.eye(2), np.zeros(2)
     G, h = np.array([[1.0, 0.0], [-1.0, 0.0]]), np.array([-1.0, -1.0])
-    found, failed = solve_qp(P, q, G, h, None, None, (solver,))
-    assert found is None
-    assert failed == (solver,)
+    assert solve_qp(Programme(P, q, G, h), solver) is None
 
 
 def test_the_next_solver_is_tried_and_the_failure_told(monkeypatch):
@@ -111,17 +109,17 @@ def test_an_answer_that_breaks_a_row_is_refused_even_at_the_right_cost(monkeypat
     # the optimum (1, 0) of least distance to x >= 1, |y| <= 1e-5; moved along y its cost stays and a row breaks
     P, q, G = np.eye(2), np.zeros(2), np.array([[-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
     answering(monkeypatch, lambda x: x + np.array([0.0, 1e-4]))
-    found, failed = solve_qp(P, q, G, np.array([-1.0, 1e-5, 1e-5]), None, None, ("daqp", "clarabel"))
-    assert failed == ("daqp",)
-    assert found.x == pytest.approx([1.0, 0.0], abs=1e-6)
+    asked = Programme(P, q, G, np.array([-1.0, 1e-5, 1e-5]))
+    assert solve_qp(asked, "daqp") is None
+    assert solve_qp(asked, "clarabel").x == pytest.approx([1.0, 0.0], abs=1e-6)
 
 
 def test_an_answer_inside_that_costs_too_much_is_refused(monkeypatch):
     P, q, G = np.eye(2), np.zeros(2), np.array([[-1.0, 0.0]])
     answering(monkeypatch, lambda x: x + np.array([1e-3, 0.0]))
-    found, failed = solve_qp(P, q, G, np.array([-1.0]), None, None, ("daqp", "clarabel"))
-    assert failed == ("daqp",)
-    assert found.x == pytest.approx([1.0, 0.0], abs=1e-6)
+    asked = Programme(P, q, G, np.array([-1.0]))
+    assert solve_qp(asked, "daqp") is None
+    assert solve_qp(asked, "clarabel").x == pytest.approx([1.0, 0.0], abs=1e-6)
 
 
 def test_a_solver_that_is_wrong_by_very_little_still_leaves_the_curve_inside(monkeypatch):
@@ -149,10 +147,10 @@ def test_when_every_solver_fails_stop_and_go_is_still_inside(monkeypatch):
 
 
 def test_the_solver_named_is_the_first_tried():
-    assert solver_names("osqp", 10)[0] == "osqp"
-    assert solver_names("auto", 10)[0] == "daqp"
-    assert solver_names("auto", 10_000)[0] == "piqp"
-    assert "daqp" not in solver_names("auto", 10_000)
+    assert solvers_for("osqp", dense=True)[0] == "osqp"
+    assert solvers_for("auto", dense=True)[0] == "daqp"
+    assert solvers_for("auto", dense=False)[0] == "piqp"
+    assert "daqp" not in solvers_for("auto", dense=False)
 
 
 @pytest.mark.parametrize("name", ("gurobi", "", "DAQP", "nope"))

@@ -1,0 +1,301 @@
+"""The ladder of fallbacks: what is tried, in which order, when the exchange ends in a trouble.
+
+An attempt is one run of the exchange by one method: a solver, coordinates for its QPs, and an inward shift of the
+walls.  When it ends in a trouble, the next rung of ``LADDER`` whose condition holds makes the next attempt, with the
+rows found so far.  The report of a plan names the rungs taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.optimisation.axis_group import floating
+from minsnap.optimisation.exchange import GAP, NEAR, Proof, State, Trouble, begun, exchange, solved_once
+from minsnap.optimisation.master_qp import InfeasibleRowsError, MasterQP, axis_masks, master_qp
+from minsnap.optimisation.normalised_constraints import Compiled, Rows
+from minsnap.optimisation.outcome import Outcome
+from minsnap.optimisation.qp import DENSE
+from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.stop_and_go import least_share, straight_inside
+from minsnap.optimisation.unconstrained import unbounded_optimum
+
+MIDDLE = 1500
+"""Unknowns up to which a QP that sparse solvers left is tried in dense coordinates."""
+
+NUDGE = 1e-9
+"""Widths by which walls are moved inwards first where rounding alone leaves a curve outside."""
+
+
+NOISE = 1e-13
+"""Share of the largest derivative of its order below which one is rounding, where that decides what is inside."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """How the QPs of an attempt are solved.
+
+    Parameters
+    ----------
+    solvers : tuple of str
+        Tried in turn for every QP.
+    whitened : bool
+        In dense coordinates where the Hessian is the identity, or in sparse ones where it has a unit diagonal.
+    extended : bool
+        Whether base and coordinates are computed in decimal arithmetic.
+    inward : float
+        Widths by which walls are moved inwards beside what optimality allows.
+    """
+
+    solvers: tuple[str, ...]
+    whitened: bool
+    extended: bool = False
+    inward: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """One attempt and how it ended.
+
+    Parameters
+    ----------
+    master : MasterQP
+    method : Method
+    state : State
+        Of its last round.
+    trouble : Trouble or None
+        None where the curve is proved to be inside.
+    proof : callable or None
+    gap : float
+    deadline : float
+        Value of ``time.monotonic()`` at which to end.
+    once : bool
+        Whether the rows to begin with are all that is asked.
+    """
+
+    master: MasterQP
+    method: Method
+    state: State
+    trouble: Trouble | None
+    proof: Proof | None
+    gap: float
+    deadline: float
+    once: bool
+
+    @property
+    def problem(self) -> Problem:
+        """The problem, with or without more digits."""
+        return self.master.problem
+
+    @property
+    def dense(self) -> bool:
+        """Whether all groups are in dense coordinates."""
+        return all(group.whitened for group in self.master.groups)
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns of the largest group of axes."""
+        return max(len(group.columns) for group in self.master.groups)
+
+    def again(self, method: Method) -> Attempt:
+        """Run the exchange by another method, with the rows found so far."""
+        master = self.master
+        if (method.whitened, method.extended) == (self.method.whitened, self.method.extended):
+            master = replace(master, solvers=method.solvers)
+        else:
+            problem = replace(master.problem, extended=method.extended)
+            base = unbounded_optimum(problem)
+            master = master_qp(problem, base, master.compiled, method.solvers, method.whitened)
+        rows = None if self.state.rows is None else master.express(self.state.rows.source)
+        answer = self.state.answer if method.extended == self.method.extended else None
+        state = State(self.state.curve, self.state.nearest, rows, answer, self.state.shift, method.inward)
+        state = replace(state, rounds=self.state.rounds, failed=self.state.failed)
+        ended = replace(self, master=master, method=method, state=state).run()
+        if ended.state.least <= self.state.least:
+            return ended
+        return replace(ended, state=replace(ended.state, nearest=self.state.nearest, least=self.state.least))
+
+    def run(self) -> Attempt:
+        """Run the exchange from the state."""
+        if self.once:
+            state, trouble = solved_once(self.master, self.state)
+        else:
+            state, trouble = exchange(self.master, self.state, self.proof, self.gap, self.deadline)
+        return replace(self, state=state, trouble=trouble)
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One fallback.
+
+    Parameters
+    ----------
+    name : str
+    after : tuple of Trouble
+        What leads to it.
+    when : callable
+        Whether it can help an attempt that ended so.
+    attempt : callable
+        Makes the next attempt.
+    repeats : bool
+        Whether it may be taken again.
+    """
+
+    name: str
+    after: tuple[Trouble, ...]
+    when: Callable[[Attempt], bool]
+    attempt: Callable[[Attempt], Attempt]
+    repeats: bool = False
+
+
+def solvers_for(asked: str, dense: bool) -> tuple[str, ...]:
+    """Solvers to try in turn for every QP: the one that was asked for, then those that suit the coordinates."""
+    usual = ("daqp", "nnls", "piqp", "clarabel") if dense else ("piqp", "clarabel")
+    return usual if asked == "auto" else (asked, *(name for name in usual if name != asked))
+
+
+def _accurate(last: Attempt) -> Attempt:
+    others = tuple(name for name in last.method.solvers if name != "nnls")
+    return last.again(replace(last.method, solvers=("nnls", *others)))
+
+
+def _whitened(last: Attempt) -> Attempt:
+    return last.again(replace(last.method, solvers=solvers_for("auto", dense=True), whitened=True))
+
+
+def _with_more_digits(last: Attempt) -> Attempt:
+    return last.again(replace(last.method, solvers=solvers_for("auto", dense=True), whitened=True, extended=True))
+
+
+def _without_noise(last: Attempt) -> Attempt:
+    """Set derivatives that are rounding alone to zero: a curve that slides along a wall is then inside."""
+    knots = last.state.curve.knots
+    kept = np.abs(knots) > NOISE * np.abs(knots).max(axis=(0, 2), keepdims=True)
+    state = replace(last.state, curve=replace(last.state.curve, knots=np.where(kept, knots, 0.0)))
+    return replace(last, state=state, trouble=None) if last.proof is not None and last.proof(state) else last
+
+
+def _moved_inwards(last: Attempt) -> Attempt:
+    """Begin with rounding, go on a hundred times as far, and at once as far as the curve is out."""
+    inward = max(NUDGE, 100.0 * last.method.inward, 2.0 * last.state.excess)
+    return last.again(replace(last.method, inward=inward))
+
+
+def _blended(last: Attempt) -> Attempt:
+    """Move the curve that sticks out least towards stop-and-go, by the least share that brings it inside.
+
+    Walls are convex and stop-and-go has all free values zero, so the blend is a scaling of the knot values.
+    """
+    nearest = last.state.nearest
+    share = least_share(nearest)
+    while True:
+        curve = replace(nearest, knots=nearest.knots * (1.0 - share))
+        state = replace(last.state, curve=curve)
+        if share == 1.0 or last.proof is None or last.proof(state):
+            return replace(last, state=state, trouble=None)
+        share = min(1.0, 2.0 * share + NUDGE)
+
+
+UNSOLVED, STALLED, OUTSIDE, LATE = Trouble.UNSOLVED, Trouble.STALLED, Trouble.OUTSIDE, Trouble.LATE
+
+LADDER = (
+    Rung(
+        "non-negative least squares",
+        (STALLED,),
+        lambda last: last.dense and last.size <= DENSE and last.method.solvers[0] != "nnls",
+        _accurate,
+    ),
+    Rung("dense coordinates", (UNSOLVED,), lambda last: not last.dense and last.size <= MIDDLE, _whitened),
+    Rung(
+        "more digits",
+        (UNSOLVED,),
+        lambda last: last.size <= DENSE and not last.method.extended and straight_inside(last.state.curve),
+        _with_more_digits,
+    ),
+    Rung("rounding removed", (OUTSIDE,), lambda last: True, _without_noise),
+    Rung(
+        "inward shift",
+        (STALLED, OUTSIDE),
+        lambda last: max(last.method.inward, last.state.excess) < NEAR,
+        _moved_inwards,
+        repeats=True,
+    ),
+    Rung("blend", (UNSOLVED, STALLED, OUTSIDE, LATE), lambda last: straight_inside(last.state.curve), _blended),
+)
+"""All fallbacks, in the order in which they are tried."""
+
+
+def climb(first: Attempt) -> tuple[Attempt, tuple[str, ...]]:
+    """Take every rung that the troubles of an attempt lead to, until a curve is proved to be inside.
+
+    Returns
+    -------
+    Attempt
+        The last one.
+    tuple of str
+        Names of the rungs taken.
+
+    Raises
+    ------
+    InfeasibleRowsError
+        If no rung is left after an attempt whose QP was not solved.
+    """
+    last, taken, number = first, ("next solver",) if first.state.failed else (), 0
+    while last.trouble is not None and number < len(LADDER):
+        rung = LADDER[number]
+        fits = last.trouble in rung.after and rung.when(last)
+        if fits:
+            last, taken = rung.attempt(last), (*taken, rung.name)
+        number += not (fits and rung.repeats)
+    if last.trouble is UNSOLVED:
+        raise InfeasibleRowsError
+    return last, taken
+
+
+def outcome(last: Attempt, rungs: tuple[str, ...]) -> Outcome:
+    """Return what the last attempt comes to."""
+    state = last.state
+    known = len(state.multipliers)
+    rows = None if state.rows is None or not known else state.rows.chosen(np.arange(len(state.rows)) < known)
+    solver = "banded" if state.answer is None else state.answer.solver
+    return Outcome(state.curve.knots, rows, state.multipliers, state.rounds, solver, state.failed, rungs)
+
+
+def first_attempt(
+    problem: Problem,
+    base: FloatArray,
+    compiled: Compiled,
+    solver: str,
+    seed: Rows | None = None,
+    proof: Proof | None = None,
+    gap: float = GAP,
+    deadline: float = np.inf,
+    once: bool = False,
+) -> Attempt:
+    """Run the exchange by the method that suits the size: dense with DAQP for few unknowns, sparse with PIQP for many.
+
+    Parameters
+    ----------
+    base : ndarray, shape (knots, slots, dim)
+        Optimum without walls.
+    solver : str
+        Name of a solver, or ``"auto"``.
+    seed : Rows, optional
+        Rows to begin with.
+    proof : callable, optional
+        Says whether a curve is inside at every instant; without it peaks on a grid are trusted.
+    gap : float
+        Share of the cost that may be given away for fewer rounds.
+    deadline : float
+        Value of ``time.monotonic()`` at which to end.
+    once : bool
+        Whether the rows to begin with are all that is asked.
+    """
+    axes = axis_masks(problem, compiled)
+    dense = max(problem.unknowns(mask) for mask in axes) <= DENSE and not any(floating(problem, a) for a in axes)
+    method = Method(solvers_for(solver, dense), dense)
+    master = master_qp(problem, base, compiled, method.solvers, dense)
+    return Attempt(master, method, begun(master, seed), None, proof, gap, deadline, once).run()

@@ -1,0 +1,45 @@
+"""Outcome: what was found for given durations, by whichever core."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from minsnap.arrays import FloatArray
+from minsnap.optimisation.rows import RowSet
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What was found for given durations.
+
+    Parameters
+    ----------
+    knots : ndarray, shape (knots, slots, dim)
+    rows : RowSet or None
+        Rows of the last QP.
+    multipliers : ndarray, shape (r,)
+        Of these rows, for the normalised cost without 1/2.
+    rounds : int
+    solver : str
+    fallback : tuple of str
+        Solvers that failed on the way.
+    rungs : tuple of str
+        Names of the fallbacks taken.
+    core : str
+        Which core found it, ``"native"`` or ``"python"``.
+    handed_over : str
+        Why the native core did not; empty where it did or was not asked.
+    points : ndarray, shape (pieces, 2k, dim), or None
+        Control points that were proved to be inside [m]; None where they follow from ``knots``.
+    """
+
+    knots: FloatArray
+    rows: RowSet | None
+    multipliers: FloatArray
+    rounds: int
+    solver: str
+    fallback: tuple[str, ...] = ()
+    rungs: tuple[str, ...] = ()
+    core: str = "python"
+    handed_over: str = ""
+    points: FloatArray | None = None
