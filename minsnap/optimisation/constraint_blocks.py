@@ -20,7 +20,7 @@ PARALLEL = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Planes:
+class FlatWalls:
     """One-sided planes: normal . x <= bound."""
 
     order: int
@@ -43,7 +43,7 @@ class Planes:
         """Axes with a component of the normal that is not rounding."""
         return np.asarray(np.abs(self.normal) > PARALLEL * np.abs(self.normal).max(axis=1, keepdims=True))
 
-    def moved(self, distance: FloatArray) -> Planes:
+    def moved(self, distance: FloatArray) -> FlatWalls:
         """Return the same walls moved outwards, shape (m,)."""
         return replace(self, bound=self.bound + distance)
 
@@ -131,6 +131,6 @@ def _at_knots(points: FloatArray, piece: IntArray, s: FloatArray) -> FloatArray:
     return np.asarray(points[piece, np.where(s > 0.0, points.shape[1] - 1, 0)])
 
 
-Block = Planes | Spheres | KnotBounds
+Block = FlatWalls | Spheres | KnotBounds
 AT_KNOTS = (KnotBounds, KnotBalls)
 """Kinds of walls that hold at one instant only."""

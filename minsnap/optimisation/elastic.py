@@ -16,7 +16,7 @@ import numpy as np
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import AxisGroup, axis_group
-from minsnap.optimisation.normalised_constraints import Compiled, Rows
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.qp import DENSE, SMALL, Programme, solve_qp
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, rows_in_unknowns, rows_outside
@@ -90,7 +90,7 @@ class Elastic:
         compiled: Compiled,
         solver: str,
         give: Give,
-        seed: Rows | None = None,
+        seed: WallRows | None = None,
         trace: float = TRACE,
         accuracy: float = ACCURACY,
     ) -> None:
@@ -144,12 +144,12 @@ class Elastic:
         """Widths by which every wall moves outwards."""
         return np.asarray(np.append(slacks, 0.0)[self.give.group] * self.give.weight)
 
-    def _add(self, found: list[Rows]) -> None:
+    def _add(self, found: list[WallRows]) -> None:
         for rows in found:
             fresh = rows_in_unknowns(self.problem, self.ends, self.compiled, rows)
             self.rows = fresh if self.rows is None else self.rows.joined(fresh)
 
-    def _unrelaxed(self, rows: Rows, given: FloatArray) -> Rows:
+    def _unrelaxed(self, rows: WallRows, given: FloatArray) -> WallRows:
         """Rows of the walls as they were asked for."""
         return replace(rows, bound=rows.bound - given[rows.wall] * self.compiled.widths[rows.wall])
 

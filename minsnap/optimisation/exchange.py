@@ -18,7 +18,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.optimisation.master_qp import Answer, InfeasibleRowsError, MasterQP
-from minsnap.optimisation.normalised_constraints import Rows
+from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_outside, spread_rows
 
 GAP = 1e-6
@@ -149,7 +149,7 @@ def solved_once(master: MasterQP, state: State) -> tuple[State, Trouble | None]:
         return state, Trouble.UNSOLVED
 
 
-def begun(master: MasterQP, seed: Rows | None = None) -> State:
+def begun(master: MasterQP, seed: WallRows | None = None) -> State:
     """Return the state before the first round: the optimum without walls, and the rows to begin with."""
     curve = Curve(master.problem, master.compiled, master.base)
     rows = [*momentary_rows(curve), *([seed] if seed is not None and master.problem.size else [])]
@@ -163,7 +163,7 @@ def solved(master: MasterQP, state: State) -> State:
     return replace(state, answer=answer, curve=master.curve(answer), rounds=state.rounds + 1, failed=failed)
 
 
-def looked(state: State) -> tuple[State, list[Rows]]:
+def looked(state: State) -> tuple[State, list[WallRows]]:
     """Find where the curve sticks out of the true walls: rows at its peaks there."""
     found, excess = rows_outside(state.curve, state.rows, state.multipliers)
     idle = 0 if excess < 0.75 * state.least else state.idle + 1
@@ -171,7 +171,7 @@ def looked(state: State) -> tuple[State, list[Rows]]:
     return replace(state, excess=excess, least=min(state.least, excess), nearest=nearest, idle=idle), found
 
 
-def added(master: MasterQP, state: State, found: list[Rows]) -> State:
+def added(master: MasterQP, state: State, found: list[WallRows]) -> State:
     """Add rows; in dense coordinates, where rows cost little, to the first ones some all along each wall."""
     if state.answer is None and state.excess < np.inf and all(group.whitened for group in master.groups):
         found = [*found, *spread_rows(state.curve)]

@@ -16,7 +16,7 @@ from minsnap.arrays import FloatArray
 from minsnap.optimisation.axis_group import floating
 from minsnap.optimisation.exchange import GAP, NEAR, Proof, State, Trouble, begun, exchange, solved_once
 from minsnap.optimisation.master_qp import InfeasibleRowsError, MasterQP, axis_masks, master_qp
-from minsnap.optimisation.normalised_constraints import Compiled, Rows
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.outcome import Outcome
 from minsnap.optimisation.qp import DENSE
 from minsnap.optimisation.reduced_qp import Problem
@@ -269,7 +269,7 @@ def first_attempt(
     base: FloatArray,
     compiled: Compiled,
     solver: str,
-    seed: Rows | None = None,
+    seed: WallRows | None = None,
     proof: Proof | None = None,
     gap: float = GAP,
     deadline: float = np.inf,
@@ -283,7 +283,7 @@ def first_attempt(
         Optimum without walls.
     solver : str
         Name of a solver, or ``"auto"``.
-    seed : Rows, optional
+    seed : WallRows, optional
         Rows to begin with.
     proof : callable, optional
         Says whether a curve is inside at every instant; without it peaks on a grid are trusted.

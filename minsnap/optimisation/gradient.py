@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.optimisation.normalised_constraints import Rows
+from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import RowSet
 from minsnap.optimisation.solve import Solved
@@ -49,7 +49,7 @@ def _cost_slopes(problem: Problem, knots: FloatArray) -> FloatArray:
     return np.asarray((value * slope).sum(axis=(1, 2)) * problem.durations ** (1.0 - 2.0 * k))
 
 
-def _row_values(problem: Problem, knots: FloatArray, rows: Rows, used: np.ndarray) -> FloatArray:
+def _row_values(problem: Problem, knots: FloatArray, rows: WallRows, used: np.ndarray) -> FloatArray:
     """T dg/dT of the rows used: each end derivative of order a counts (a - order) times."""
     orders = np.tile(np.arange(problem.half), 2)
     values, plain = np.empty(len(used)), problem.plain_ends(knots)

@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.optimisation.axis_group import AxisGroup, axis_group, programme, split_axes
-from minsnap.optimisation.normalised_constraints import Compiled, Rows
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.qp import SMALL, solve_qp
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, rows_in_unknowns
@@ -20,7 +20,7 @@ class InfeasibleRowsError(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class GroupAnswer:
     """A solution for one group of axes.
 
     Parameters
@@ -46,7 +46,7 @@ class Answer:
 
     Parameters
     ----------
-    parts : tuple of Part
+    parts : tuple of GroupAnswer
         By group.
     multipliers : ndarray, shape (r,)
         Of all rows, for the normalised cost without 1/2.
@@ -56,7 +56,7 @@ class Answer:
         Largest violation of a row that the solver was given, without that shift, in widths.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[GroupAnswer, ...]
     multipliers: FloatArray
     shift: float
     broken: float
@@ -98,7 +98,7 @@ class MasterQP:
         """Whether it needs a solve even without inequality rows."""
         return any(group.always for group in self.groups)
 
-    def express(self, rows: Rows) -> RowSet:
+    def express(self, rows: WallRows) -> RowSet:
         """Write rows in the unknowns."""
         return rows_in_unknowns(self.problem, self.problem.plain_ends(self.base), self.compiled, rows)
 
@@ -107,14 +107,14 @@ class MasterQP:
         unknowns = self._joined(answer.parts)[:-1]
         return Curve(self.problem, self.compiled, self.problem.add(self.base, unknowns))
 
-    def _joined(self, parts: Sequence[Part]) -> FloatArray:
+    def _joined(self, parts: Sequence[GroupAnswer]) -> FloatArray:
         """All unknowns and a zero, (size + 1,)."""
         unknowns = np.zeros(self.problem.size + 1)
         for group, part in zip(self.groups, parts, strict=True):
             unknowns[group.columns] = part.unknowns
         return unknowns
 
-    def _broken(self, rows: RowSet | None, parts: Sequence[Part]) -> float:
+    def _broken(self, rows: RowSet | None, parts: Sequence[GroupAnswer]) -> float:
         if rows is None:
             return 0.0
         slack = rows.bound - (rows.values * self._joined(parts)[rows.columns]).sum(axis=1)
@@ -142,9 +142,11 @@ class MasterQP:
             parts.append(known)
         return Answer(tuple(parts), multipliers, shift, self._broken(rows, parts))
 
-    def _part(self, group: AxisGroup, rows: RowSet | None, chosen: IntArray, shift: float, known: Part | None) -> Part:
+    def _part(
+        self, group: AxisGroup, rows: RowSet | None, chosen: IntArray, shift: float, known: GroupAnswer | None
+    ) -> GroupAnswer:
         if not len(chosen) and not group.always:
-            return Part(np.zeros(len(group.columns)), np.zeros(0))
+            return GroupAnswer(np.zeros(len(group.columns)), np.zeros(0))
         if not len(group.columns):
             raise InfeasibleRowsError
         asked, size, norms = programme(group, rows, chosen, shift)
@@ -153,7 +155,7 @@ class MasterQP:
             found = solve_qp(asked, solver, active=active)
             if found is not None:
                 multipliers = 2.0 * size * found.multipliers / norms
-                return Part(group.unknowns(size * found.x), multipliers, solver, self.solvers[:number])
+                return GroupAnswer(group.unknowns(size * found.x), multipliers, solver, self.solvers[:number])
         raise InfeasibleRowsError
 
     def _groups_of(self, rows: RowSet | None) -> IntArray:

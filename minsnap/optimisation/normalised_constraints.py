@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones
-from minsnap.optimisation.constraint_blocks import AT_KNOTS, Block, KnotBalls, KnotBounds, Planes, Spheres
+from minsnap.optimisation.constraint_blocks import AT_KNOTS, Block, FlatWalls, KnotBalls, KnotBounds, Spheres
 from minsnap.optimisation.knot_blocks import knot_places, region_blocks
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
@@ -21,7 +21,7 @@ from minsnap.polynomials.bernstein import basis, differentiate
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class WallRows:
     """Rows of the QP before they meet its unknowns: normal . r^(order)(s) <= bound on a piece, relative to its start.
 
     Parameters
@@ -42,13 +42,15 @@ class Rows:
     normal: FloatArray
     bound: FloatArray
 
-    def chosen(self, index: npt.NDArray[Any]) -> Rows:
+    def chosen(self, index: npt.NDArray[Any]) -> WallRows:
         """Return some of the rows, by indices or a mask."""
-        return Rows(*(getattr(self, name)[index] for name in Rows.__annotations__))
+        return WallRows(*(getattr(self, name)[index] for name in WallRows.__annotations__))
 
-    def joined(self, other: Rows) -> Rows:
+    def joined(self, other: WallRows) -> WallRows:
         """Return these rows and the other ones."""
-        return Rows(*(np.concatenate((getattr(self, name), getattr(other, name))) for name in Rows.__annotations__))
+        return WallRows(
+            *(np.concatenate((getattr(self, name), getattr(other, name))) for name in WallRows.__annotations__)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +91,7 @@ class Compiled:
         parts = np.split(amounts, self.first[1:-1])
         return replace(self, blocks=tuple(b.moved(part * b.width) for b, part in zip(self.blocks, parts, strict=True)))
 
-    def rows(self, problem: Problem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> Rows:
+    def rows(self, problem: Problem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> WallRows:
         """Rows for some walls of a block, each at its own s."""
         chosen = self.blocks[block]
         piece = chosen.piece[index]
@@ -101,7 +103,7 @@ class Compiled:
             value = np.einsum("rj,rjd->rd", basis(local.shape[1] - 1, s), local)
             value /= problem.durations[piece, None] ** chosen.order
         normal, bound = chosen.cuts(index, value)
-        return Rows(self.first[block] + index, piece, s, np.full(len(s), chosen.order), normal, bound)
+        return WallRows(self.first[block] + index, piece, s, np.full(len(s), chosen.order), normal, bound)
 
 
 def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
@@ -123,11 +125,11 @@ def _repeat(leg: IntArray, pieces: int) -> tuple[IntArray, IntArray]:
     return np.repeat(np.arange(len(leg)), pieces), (leg[:, None] * pieces + np.arange(pieces)).reshape(-1)
 
 
-def _planes(planes: Cones, problem: Problem, units: Units, pieces: int) -> Planes:
+def _planes(planes: Cones, problem: Problem, units: Units, pieces: int) -> FlatWalls:
     row, piece = _repeat(planes.leg, pieces)
     unit, normal = units.of_order(planes.order), -planes.slope[row]
     offset = np.einsum("rd,rd->r", normal, _reference(planes, problem, units, row, piece))
-    return Planes(planes.order, piece, normal, planes.radius[row] / unit - offset, planes.width[row] / unit)
+    return FlatWalls(planes.order, piece, normal, planes.radius[row] / unit - offset, planes.width[row] / unit)
 
 
 def _spheres(balls: Cones, problem: Problem, units: Units, pieces: int) -> Spheres:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.optimisation.constraint_blocks import KnotBalls, KnotBounds
-from minsnap.optimisation.normalised_constraints import Compiled, Rows
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.extrema import maxima
 from minsnap.polynomials.local_maxima import peaks
@@ -25,7 +25,7 @@ class RowSet:
 
     Parameters
     ----------
-    source : Rows
+    source : WallRows
         Where they come from.
     columns : ndarray of int, shape (r, dim * 2k)
         Unknowns that entry (r, j) of ``values`` multiplies; -1 for none.
@@ -36,7 +36,7 @@ class RowSet:
         Width of each row's wall, or less: its distance from the straight leg there, which stays inside when walls move.
     """
 
-    source: Rows
+    source: WallRows
     columns: IntArray
     values: FloatArray
     bound: FloatArray
@@ -57,7 +57,7 @@ class RowSet:
         return RowSet(source, *rest)
 
 
-def rows_in_unknowns(problem: Problem, ends: FloatArray, compiled: Compiled, rows: Rows) -> RowSet:
+def rows_in_unknowns(problem: Problem, ends: FloatArray, compiled: Compiled, rows: WallRows) -> RowSet:
     """Express rows in the deviations from a base with these plain end derivatives (pieces, 2k, dim)."""
     factors = _factors(problem, rows)
     straight = factors[:, problem.half] * (problem.steps[rows.piece] * rows.normal).sum(axis=1)
@@ -70,7 +70,7 @@ def rows_in_unknowns(problem: Problem, ends: FloatArray, compiled: Compiled, row
     return RowSet(rows, columns, values.reshape(flat), rows.bound - present, width)
 
 
-def _factors(problem: Problem, rows: Rows) -> FloatArray:
+def _factors(problem: Problem, rows: WallRows) -> FloatArray:
     """Factors of the end derivatives of each row's piece, (r, 2k)."""
     if not len(rows.s) or (rows.order == rows.order[0]).all():
         return problem.row_factors(rows.piece, rows.s, int(rows.order[0]) if len(rows.s) else 0)
@@ -106,18 +106,18 @@ class Curve:
         """Control points of the excess over every wall, block by block."""
         return self.compiled.excess(self.problem, self.points)
 
-    def rows(self, block: int, index: IntArray, s: FloatArray) -> Rows:
+    def rows(self, block: int, index: IntArray, s: FloatArray) -> WallRows:
         """Rows for some walls of a block, each at its own s."""
         return self.compiled.rows(self.problem, self.points, block, index, s)
 
 
-def momentary_rows(curve: Curve) -> list[Rows]:
+def momentary_rows(curve: Curve) -> list[WallRows]:
     """Rows of all walls that hold at one instant only: without them free knots would fly away."""
     sizes = [len(block.piece) if isinstance(block, KnotBounds) else 0 for block in curve.compiled.blocks]
     return [curve.rows(number, np.arange(size), np.zeros(size)) for number, size in enumerate(sizes) if size]
 
 
-def spread_rows(curve: Curve) -> list[Rows]:
+def spread_rows(curve: Curve) -> list[WallRows]:
     """Return rows at ``SPREAD`` Chebyshev points of every wall that holds along a piece and does not stand still."""
     s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(SPREAD) + 0.5) / SPREAD)
     found = []
@@ -130,7 +130,7 @@ def spread_rows(curve: Curve) -> list[Rows]:
 
 def rows_outside(
     curve: Curve, rows: RowSet | None, multipliers: FloatArray, floor: float = 0.0
-) -> tuple[list[Rows], float]:
+) -> tuple[list[WallRows], float]:
     """Rows at the peaks of a curve outside its walls, and the largest excess there, in widths.
 
     Parameters
@@ -155,7 +155,7 @@ def rows_outside(
     return found, largest
 
 
-def proved_rows(curve: Curve) -> list[Rows]:
+def proved_rows(curve: Curve) -> list[WallRows]:
     """Rows where exact extrema find a curve outside its walls; none is a proof that it is inside."""
     found = []
     for number, values in enumerate(curve.excess):
@@ -167,16 +167,16 @@ def proved_rows(curve: Curve) -> list[Rows]:
     return [rows for rows in found if len(rows.s)]
 
 
-def _pressed(balls: KnotBalls, first: int, row: IntArray, rows: Rows, multipliers: FloatArray) -> Rows:
+def _pressed(balls: KnotBalls, first: int, row: IntArray, rows: WallRows, multipliers: FloatArray) -> WallRows:
     """Tangent planes of balls where their present rows press together: where the contact is if the force stays."""
     force = _forces(first + row, rows, multipliers)
     pressed = force.any(axis=1)
     row = row[pressed]
     normal, bound = balls.cuts(row, force[pressed] - balls.offset[row])
-    return Rows(first + row, balls.piece[row], balls.s[row], np.zeros(len(row), dtype=np.intp), normal, bound)
+    return WallRows(first + row, balls.piece[row], balls.s[row], np.zeros(len(row), dtype=np.intp), normal, bound)
 
 
-def _forces(wall: IntArray, rows: Rows, multipliers: FloatArray) -> FloatArray:
+def _forces(wall: IntArray, rows: WallRows, multipliers: FloatArray) -> FloatArray:
     """Sum of multiplier times normal of the rows of some walls, in ascending order: (m, dim)."""
     known = len(multipliers)
     pressing = np.isin(rows.wall[:known], wall)

@@ -14,7 +14,7 @@ from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.exchange import GAP, State, Trouble
 from minsnap.optimisation.fallbacks import Attempt, climb, first_attempt, outcome
 from minsnap.optimisation.native_solve import solve_natively
-from minsnap.optimisation.normalised_constraints import Compiled, Rows, compile_walls
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.outcome import Outcome
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
@@ -86,7 +86,7 @@ def solve(
     durations: FloatArray,
     samples: int | None = None,
     units: Units | None = None,
-    seed: Rows | None = None,
+    seed: WallRows | None = None,
     gap: float = GAP,
     prove: bool = True,
     deadline: float = np.inf,
@@ -99,7 +99,7 @@ def solve(
         Instants per piece at which walls hold, nothing being promised between them; at every instant unless given.
     units : Units, optional
         Units to use; those of these durations unless given.
-    seed : Rows, optional
+    seed : WallRows, optional
         Rows to begin with, from a solve in the same units.
     gap : float
         Share of the cost that may be given away for fewer rounds.
@@ -146,7 +146,7 @@ def _solved_in_python(
     problem: Problem,
     units: Units,
     samples: int | None,
-    seed: Rows | None,
+    seed: WallRows | None,
     gap: float,
     prove: bool,
     deadline: float,
@@ -168,14 +168,14 @@ def _bare(state: State) -> Outcome:
     return Outcome(state.curve.knots, None, np.zeros(0), state.rounds, "")
 
 
-def _sampled(problem: Problem, base: FloatArray, compiled: Compiled, instants: int) -> Rows:
+def _sampled(problem: Problem, base: FloatArray, compiled: Compiled, instants: int) -> WallRows:
     """Rows of every wall at equally spaced inner instants of its pieces."""
     s, curve = np.arange(1, instants + 1) / (instants + 1), Curve(problem, compiled, base)
     rows = [
         curve.rows(number, np.repeat(np.arange(len(block.piece)), instants), np.tile(s, len(block.piece)))
         for number, block in enumerate(compiled.blocks)
     ]
-    return reduce(Rows.joined, rows)
+    return reduce(WallRows.joined, rows)
 
 
 def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError:

@@ -8,7 +8,7 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import TimingError
 from minsnap.optimisation.gradient import cost_gradient
 from minsnap.optimisation.master_qp import InfeasibleRowsError
-from minsnap.optimisation.normalised_constraints import Rows
+from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import Solved, solve
 from minsnap.trajectory.report import Progress, Step
@@ -93,7 +93,7 @@ class CostSearch:
     ) -> None:
         self.task, self.first, self.price = task, first, price
         self.units = task.units(task.piece_durations(first))
-        self.seed: Rows | None = None
+        self.seed: WallRows | None = None
         self.best = (np.inf, first)
         self.log = Log(progress)
 
@@ -143,7 +143,7 @@ def priced_first_guess(task: Task, price: float) -> FloatArray:
     return np.asarray(durations * factor)
 
 
-def active_rows(solved: Solved) -> Rows | None:
+def active_rows(solved: Solved) -> WallRows | None:
     """Rows of a solved task whose multipliers are not zero, to begin the next solve with."""
     rows, multipliers = solved.outcome.rows, solved.outcome.multipliers
     if rows is None or not (multipliers > 0.0).any():

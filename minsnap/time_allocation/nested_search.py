@@ -15,7 +15,7 @@ from minsnap.errors import SolverError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.elastic import Elastic, Give, Relaxed
 from minsnap.optimisation.gradient import row_slopes
-from minsnap.optimisation.normalised_constraints import Compiled, Rows, compile_walls
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.unconstrained import unbounded_optimum
@@ -116,7 +116,7 @@ class ShortestSearch:
         self.task, self.first = task, first
         self.units = task.units(task.piece_durations(first))
         self.scale = 0.0
-        self.seed: Rows | None = None
+        self.seed: WallRows | None = None
         self.best: tuple[float, FloatArray] = (np.inf, first)
         self.log = Log(progress)
 
