@@ -1,7 +1,7 @@
 """Random problems with random limits: is any exceeded, by the certificate or on a dense grid; how long does it take.
 
 One to six legs of 0.3 to 10 m in any direction, one to four of fifteen limits over wide ranges, a corridor or none, one
-or two pieces a leg, every way to choose durations. Run it by hand: ``python benchmarks/bench_limits.py [COUNT
+or two pieces per leg, every way to choose durations. Run it by hand: ``python benchmarks/bench_limits.py [COUNT
 [FIRST]]``. It prints one row a way, and every problem that failed.
 """
 

@@ -114,9 +114,7 @@ def row(name: str, pieces: int) -> str:
 
 def table(chosen: list[str], pieces: list[int]) -> Iterator[str]:
     """Lines of the table."""
-    head = (
-        "course | pieces a leg | flown [s] | certified | searched [s] | over the best known | over TOPP-RA | published"
-    )
+    head = "course | pieces | flown [s] | certified | searched [s] | over the best known | over TOPP-RA | published"
     yield f"| {head} |\n|" + "---|" * 8
     for name in chosen:
         for count in pieces:

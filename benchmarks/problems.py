@@ -18,7 +18,7 @@ def walk(legs, seed=0):
 
 
 def corridor(random):
-    """A random corridor: 2 to 12 legs of 0.1 to 50 m in any direction, widths of 1 mm to 3 m a leg."""
+    """A random corridor: 2 to 12 legs of 0.1 to 50 m in any direction, widths of 1 mm to 3 m per leg."""
     legs, dim = int(random.integers(2, 13)), int(random.integers(2, 4))
     lengths = 10.0 ** random.uniform(-1.0, np.log10(50.0), legs)
     directions = random.normal(size=(legs, dim))

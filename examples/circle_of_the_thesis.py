@@ -1,7 +1,7 @@
 """Ten circles as the thesis flew them, in simulation: what its tables show, and where they come from.
 
 Hover, trigger, ten laps of 120 setpoints at 20 Hz that start at full speed, PX4's cascade on position and velocity, a
-pose 50 times a second. With no acceleration to follow, the cascade lags and swings wide by more than a metre, whatever
+pose at 50 Hz. With no acceleration to follow, the cascade lags and swings wide by more than a metre, whatever
 drag does: that, not drag, is what the uncompensated errors of the thesis are made of.
 """
 

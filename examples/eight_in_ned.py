@@ -1,6 +1,6 @@
 """A figure of eight as setpoints for an autopilot, in NED.
 
-Twice round at no more than 2 m/s, nose along the velocity, 50 setpoints a second in north, east, down: yaw counts
+Twice round at no more than 2 m/s, nose along the velocity, 50 setpoints per second in north, east, down: yaw counts
 clockwise from north there, and z is negative above the ground.
 """
 

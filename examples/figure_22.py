@@ -2,7 +2,7 @@
 
 Four legs from corner to corner, at rest at the start and at the end, and nowhere further than 0.3 m from the straight
 sides: the blue boxes. Figure 22 of the thesis that this library began with shows such a rectangle, whose curve was held
-inside at 20 instants a leg; this one is inside in between as well, and its certificate says by how much.
+inside at 20 instants per leg; this one is inside in between as well, and its certificate says by how much.
 """
 
 import sys

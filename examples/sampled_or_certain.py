@@ -22,11 +22,11 @@ def main(folder: Path) -> None:
     outside = [-1000.0 * minsnap.certify(traj, corridor=0.3).corridor_margin for traj in sampled]
     certain = minsnap.plan(CORNERS, **given)
     for n, traj, millimetres in zip(INSTANTS, sampled, outside, strict=True):
-        print(f"{n:3} instants a leg: cost {traj.cost():7.2f}, outside by {millimetres:7.2f} mm")
+        print(f"{n:3} instants per leg: cost {traj.cost():7.2f}, outside by {millimetres:7.2f} mm")
     print(f"every instant:      cost {certain.cost():7.2f}, outside by nothing")
 
     figure = Figure(figsize=(6.4, 3.8), layout="constrained")
-    ax = figure.add_subplot(xscale="log", yscale="log", xlabel="instants a leg", ylabel="outside by [mm]")
+    ax = figure.add_subplot(xscale="log", yscale="log", xlabel="instants per leg", ylabel="outside by [mm]")
     ax.plot(INSTANTS, outside, "o-", color="#0072b2", label="sampled")
     ax.axhline(min(outside) / 10.0, color="#8a1c3b", linestyle="--", label="every instant: 0")
     ax.set_xticks(INSTANTS, [f"{n}" for n in INSTANTS])

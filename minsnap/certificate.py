@@ -88,7 +88,7 @@ class Certificate:
     def verify(self) -> bool:
         """Prove margin, greatest norms and waypoint error again, in exact rational arithmetic of the stored numbers.
 
-        Slow: some milliseconds a leg and wall. False means that a figure does not hold, or that the curve touches it
+        Slow: some milliseconds per leg and wall. False means that a figure does not hold, or that the curve touches it
         at an instant that no halving reaches.
         """
         norms = (self.max_speed, self.max_acceleration, self.max_jerk, self.max_snap)

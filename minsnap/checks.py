@@ -107,7 +107,7 @@ def check_continuity(continuity: Any, half: int) -> int:
 
 
 def check_pieces(pieces: Any) -> int:
-    """Return the number of polynomials a leg, a whole number of at least 1."""
+    """Return the number of polynomials per leg, a whole number of at least 1."""
     if not is_whole(pieces) or pieces < 1:
         raise DegreeError(f"pieces is {pieces!r}: a leg has a whole number of polynomials, at least 1")
     return int(pieces)

@@ -1,4 +1,4 @@
-"""The command that repeats the thesis's experiment in simulation."""
+"""The command that repeats a published experiment in simulation."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def experiment(
         typer.Option("--model", help="What is compensated: published, consistent or exact; may be repeated."),
     ] = None,
     literal: Annotated[
-        bool, typer.Option("--literal/--smooth", help="Start and repeat as in the thesis, or from rest, without jumps.")
+        bool, typer.Option("--literal/--smooth", help="Start and repeat as published, or from rest, without jumps.")
     ] = True,
     controller: Annotated[str, typer.Option("--controller", help="cascade (PX4's), lee or mellinger.")] = "cascade",
     references: Annotated[
@@ -49,7 +49,7 @@ def experiment(
     plot: options.Plot = None,
     json: options.Json = False,
 ) -> None:
-    """Fly the thesis's experiment in simulation: tracking error with and without drag compensation."""
+    """Repeat a published experiment in simulation: tracking error with and without drag compensation."""
     from minsnap.simulation.sensors import Sensors
     from minsnap.thesis.experiment import run_experiment
     from minsnap.thesis.experiment_report import experiment_dict, experiment_text

@@ -56,14 +56,14 @@ def _limit_option(kind: Kind) -> Any:
 
 Corridor = Annotated[
     str | None,
-    typer.Option("--corridor", metavar="M", help="Half-width around each leg [m]: one, or one a leg with commas."),
+    typer.Option("--corridor", metavar="M", help="Half-width around each leg [m]: one, or one per leg with commas."),
 ]
 Yaw = Annotated[
     str | None, typer.Option("--yaw", help="Heading [rad]; 'velocity' to look where it flies; 'tilt' not to spin.")
 ]
 Degree = Annotated[int, typer.Option("--degree", help="Degree of the polynomials: 3, 5, 7, 9 or 11.")]
 Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivatives continuous at the waypoints.")]
-Pieces = Annotated[int | None, typer.Option("--pieces", help="Polynomials a leg; 1 unless given.")]
+Pieces = Annotated[int | None, typer.Option("--pieces", help="Polynomials per leg; 1 unless given.")]
 Solver = Annotated[str, typer.Option("--solver", help="auto, or a solver's name: daqp, piqp, clarabel, osqp.")]
 
 

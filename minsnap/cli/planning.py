@@ -18,7 +18,7 @@ Altitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z [m].
 StartAltitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z at the start [m].")]
 Clockwise = Annotated[bool, typer.Option("--clockwise", help="Turn clockwise seen from above.")]
 Laps = Annotated[float, typer.Option("--laps", help="Turns, spin-up and spin-down included.")]
-Period = Annotated[float | None, typer.Option("--period", metavar="S", help="Seconds a lap at full speed; 6 [s].")]
+Period = Annotated[float | None, typer.Option("--period", metavar="S", help="Seconds per lap at full speed; 6 [s].")]
 Speed = Annotated[float | None, typer.Option("--speed", metavar="M/S", help="Full speed, instead of the period [m/s].")]
 Ramp = Annotated[
     float | None, typer.Option("--ramp", metavar="RAD", help="Angle of spin-up and spin-down; pi/2. 0 starts at speed.")

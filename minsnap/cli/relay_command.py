@@ -31,7 +31,7 @@ def relay(
     """Pass motion-capture poses on to an autopilot's estimator, until Ctrl-C or the end of a file.
 
     PX4's default estimator fuses vision and odometry; odometry-mocap (ODOMETRY as from motion capture) and mocap
-    (ATT_POS_MOCAP) go to topics that it does not read. Rate and latency are printed once a second.
+    (ATT_POS_MOCAP) go to topics that it does not read. Rate and latency are printed once per second.
     """
     from minsnap.mavlink.link import open_link
     from minsnap.mavlink.schedule import Clock

@@ -75,7 +75,7 @@ def summarise(
 
 
 def as_text(figures: Mapping[str, Any]) -> str:
-    """Return the figures that there are, one a line."""
+    """Return the figures that there are, one per line."""
     lines = [(label, _line(figures, name, form)) for name, label, form in _LINES if figures.get(name) is not None]
     lines[_LIMITS_AFTER:_LIMITS_AFTER] = [
         (f"limit {KIND[used['name']].label}", _usage(used)) for used in figures["limits"]

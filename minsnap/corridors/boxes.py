@@ -1,4 +1,4 @@
-"""Boxes: a sequence of axis-aligned boxes, one a leg, each overlapping the next."""
+"""Boxes: a sequence of axis-aligned boxes, one per leg, each overlapping the next."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def check_legs(count: int, dim: int, waypoints: FloatArray, what: str) -> None:
     if dim != waypoints.shape[1]:
         raise CorridorError(f"the {what} have {dim} coordinates and the waypoints {waypoints.shape[1]}")
     if count != legs:
-        raise CorridorError(f"the corridor has {count} {what} for {legs} legs: give one a leg")
+        raise CorridorError(f"the corridor has {count} {what} for {legs} legs: give one per leg")
 
 
 def _refuse_bounds(low: FloatArray, high: FloatArray, place: tuple[int, ...], name: str) -> None:

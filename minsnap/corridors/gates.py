@@ -26,7 +26,7 @@ class Ball:
     Parameters
     ----------
     radius : float or array_like, shape (n,)
-        [m]: one for all inner waypoints (the ends stay pinned), or one a waypoint; 0 pins.
+        [m]: one for all inner waypoints (the ends stay pinned), or one per waypoint; 0 pins.
 
     Raises
     ------
@@ -39,7 +39,7 @@ class Ball:
     def __init__(self, radius: npt.ArrayLike) -> None:
         values = _numbers(radius, "the radius of a ball")
         if values.ndim > 1 or (values < 0.0).any():
-            raise WaypointError(f"the radius of a ball is {radius!r}: give one, or one a waypoint, not negative [m]")
+            raise WaypointError(f"the radius of a ball is {radius!r}: give one, or one per waypoint, not negative [m]")
         object.__setattr__(self, "radius", values)
 
     def of_waypoints(self, count: int) -> FloatArray:

@@ -136,7 +136,7 @@ def _without_position(state: Any, where: str) -> tuple[FloatArray | None, State]
     except (TypeError, ValueError):
         position = np.zeros(0)
     if position.ndim != 1 or not position.size or not np.isfinite(position).all():
-        raise WaypointError(f"the position of {where} is {state['position']!r}: give one finite number an axis")
+        raise WaypointError(f"the position of {where} is {state['position']!r}: give one finite number per axis")
     return position, rest
 
 

@@ -1,4 +1,4 @@
-r"""Polytopes: a sequence of convex sets :math:`A r \le b`, one a leg, each overlapping the next."""
+r"""Polytopes: a sequence of convex sets :math:`A r \le b`, one per leg, each overlapping the next."""
 
 from __future__ import annotations
 

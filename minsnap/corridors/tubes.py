@@ -59,14 +59,14 @@ def _half_widths(value: npt.ArrayLike, name: str) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Tube:
-    r"""The corridor of the thesis: perpendicular offset from the leg's line, infinity norm in world axes.
+    r"""A corridor around the legs: perpendicular offset from the leg's line, infinity norm in world axes.
 
     :math:`d(t) = (I - u u^\top)(r(t) - r_i)`, :math:`\|d(t)\|_\infty \le \delta`, u the leg's unit vector.
 
     Parameters
     ----------
     half_width : float or array_like, shape (legs,) or (legs, dim)
-        :math:`\delta` [m]: one for all, one a leg, or one a leg and world axis.
+        :math:`\delta` [m]: one for all, one per leg, or one per leg and world axis.
 
     Raises
     ------
@@ -102,7 +102,7 @@ class Tube:
         ):
             raise CorridorError(
                 f"the corridor has half-widths of shape {self.half_width.shape} for {legs} legs of {dim} axes: "
-                f"give one, one a leg, or one a leg and axis"
+                f"give one, one per leg, or one per leg and axis"
             )
         return np.broadcast_to(widths, (legs, dim))
 
@@ -133,7 +133,7 @@ class RoundTube:
         legs = len(projections)
         if self.radius.ndim and self.radius.shape != (legs,):
             raise CorridorError(
-                f"the corridor has radii of shape {self.radius.shape} for {legs} legs: give one, or one a leg"
+                f"the corridor has radii of shape {self.radius.shape} for {legs} legs: give one, or one per leg"
             )
         return [Balls(np.arange(legs), projections, waypoints[:-1], np.broadcast_to(self.radius, legs))]
 

@@ -121,7 +121,7 @@ def write_any(
     to : str or None
         A name of :data:`FORMATS`; None goes by the ending.
     rate : float
-        Samples a second of a trajectory [Hz].
+        Samples per second of a trajectory [Hz].
     frame : str
         Of setpoints and tables; the other formats have their own.
     clobber : bool

@@ -51,7 +51,7 @@ def write_csv(
     path : str or path
         Destination; replaced if it is there, unless ``clobber`` is False.
     rate : float
-        Samples a second of a path [Hz].
+        Samples per second of a path [Hz].
     frame : str
         Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.frames.FRAMES`.
     clobber : bool

@@ -19,7 +19,7 @@ from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_turn_rate
 
 YAW_RATE = 200
-"""Samples a leg of a yaw rate that is not a polynomial."""
+"""Samples per leg of a yaw rate that is not a polynomial."""
 
 
 class Given(Protocol):

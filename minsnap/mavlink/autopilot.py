@@ -1,6 +1,6 @@
 """What PX4 and ArduPilot do differently: their mode for setpoints, its name, and how it is asked for.
 
-Sources: the PX4 manual on offboard control (two setpoints a second at least, streamed before the mode is entered), the
+Sources: the PX4 manual on offboard control (at least two setpoints per second, sent before the mode is entered), the
 ArduPilot developer manual on Copter commands in guided mode (GUID_TIMEOUT, take-off before setpoints are taken).
 """
 
@@ -26,7 +26,7 @@ class Autopilot:
     main_mode : int or None
         The number of that mode; None for a stack whose modes are not known: every mode counts.
     lowest_rate : float
-        Fewer setpoints a second than this make it leave the mode [Hz].
+        Fewer setpoints per second than this make it leave the mode [Hz].
     takes_off : bool
         True when it must be told to take off before it follows setpoints.
     after_loss : str

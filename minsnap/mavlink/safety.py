@@ -25,7 +25,7 @@ class SafetyRules:
         Between the vehicle and its setpoint during the flight [m].
     link_timeout : float
         Silence of the vehicle, or of its position once it has reported one [s]. A vehicle that sends nothing but
-        heartbeats, one a second, is given ``heartbeat_timeout``.
+        heartbeats, one per second, is given ``heartbeat_timeout``.
     heartbeat_timeout : float
         Time without a heartbeat, and so without knowing the mode [s].
     max_gap : float

@@ -77,7 +77,7 @@ class Schedule:
 
     def __init__(self, rate: float, start: float) -> None:
         if not (math.isfinite(rate) and rate > 0):
-            raise TimingError(f"the rate is {rate!r}: it must be a positive number of setpoints a second")
+            raise TimingError(f"the rate is {rate!r}: it must be a positive number of setpoints per second")
         self.rate = rate
         self.start = start
         self.skipped = 0

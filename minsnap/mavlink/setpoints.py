@@ -81,7 +81,7 @@ class SetpointTable:
     rows : ndarray, shape (m, 11)
         Position, velocity, acceleration, yaw, yaw rate in the vehicle's z-down frame; fields not held are 0.
     rate : float
-        Rows a second [Hz].
+        Rows per second [Hz].
     fields : tuple of str
         What is held, in the order of :data:`FIELDS`.
     missing : tuple of str
@@ -200,7 +200,7 @@ def _check_laps(samples: Samples, laps: int) -> None:
 def _resampled(samples: Samples, rate: float | None) -> Samples:
     """Return the samples at another rate, by the polynomial through position and the derivatives there are."""
     if rate is not None and not (math.isfinite(rate) and rate > 0):
-        raise TimingError(f"the rate is {rate!r}: it must be a positive number of setpoints a second")
+        raise TimingError(f"the rate is {rate!r}: it must be a positive number of setpoints per second")
     if rate is None or abs(samples.rate - rate) <= 1e-6 * rate:
         return samples
     from minsnap.trajectory.path import sample_times

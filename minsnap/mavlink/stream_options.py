@@ -100,7 +100,7 @@ class StreamOptions:
         lowest = max(stack.lowest_rate for stack in stacks)
         if rate < lowest:
             name = "PX4" if self.autopilot in ("auto", "px4") else self.autopilot
-            raise TimingError(f"{rate:g} Hz is too slow: {name} needs at least {lowest:g} setpoints a second")
+            raise TimingError(f"{rate:g} Hz is too slow: {name} needs at least {lowest:g} setpoints per second")
 
 
 @dataclass(frozen=True)

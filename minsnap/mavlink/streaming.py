@@ -1,6 +1,6 @@
 """Fly a file: setpoints to a vehicle over MAVLink, on time, and stopped when they should be.
 
-The thesis's offboard bridge, with the rules of the PX4 manual's offboard mode and of ArduPilot's guided mode.
+By the rules of the PX4 manual's offboard mode and of ArduPilot's guided mode.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Pass a motion-capture pose on to the autopilot, as the thesis does at 50 Hz, in the message its estimator reads."""
+"""Relay poses of motion capture to the autopilot, in the message that its estimator reads."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _UNKNOWN = [math.nan] + [0.0] * 20  # a covariance whose first number is not one
 
 
 def mocap_message(microseconds: int, position: list[float], attitude: list[float], frame: str) -> Message:
-    """ATT_POS_MOCAP, the thesis's choice; PX4's default estimator does not read it."""
+    """ATT_POS_MOCAP; PX4's default estimator does not read it."""
     return load_dialect().MAVLink_att_pos_mocap_message(microseconds, attitude, *position, _UNKNOWN)
 
 
@@ -148,7 +148,7 @@ class Relay:
         self._stopped = True
 
     def run(self, on_report: Callable[[RelayReport], None] | None = None) -> RelayReport:
-        """Pass poses on until stopped or the source has ended; ``on_report`` is told once a second."""
+        """Pass poses on until stopped or the source has ended; ``on_report`` is told once per second."""
         told = self._clock.now()
         while not (self._stopped or self._source.ended):
             for _ in self._link.pump(self._schedule.due):

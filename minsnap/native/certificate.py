@@ -136,7 +136,7 @@ def face_excess(
     points, durations
         Of the trajectory; see ``largest_norms``.
     pieces : int
-        Polynomials a leg.
+        Polynomials per leg.
     leg : ndarray of int, shape (m,)
     planes : tuple of ndarray
         Normals (m, dim), anchors (m, dim), lower and upper bounds (m,).

@@ -1,7 +1,7 @@
 """Polynomials in exact rational arithmetic: slow, and beyond doubt.
 
 Every double is a rational, so whatever follows from control points by sums, products and halving can be computed
-without any rounding.  Control points are lists of Fraction; a curve is a list of them, one a coordinate.
+without any rounding.  Control points are lists of Fraction; a curve is a list of them, one per coordinate.
 """
 
 from __future__ import annotations

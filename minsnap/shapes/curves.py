@@ -39,7 +39,7 @@ def circle(
     radius : float
         R [m].
     period, speed : float, optional
-        Seconds a lap at full speed, or that speed [m/s]; one of them. 6 s unless given.
+        Seconds per lap at full speed, or that speed [m/s]; one of them. 6 s unless given.
     laps : float
         Turns, spin-up and spin-down included.
     ramp : float
@@ -108,7 +108,7 @@ def helix(
     pitch : float
         p, the climb a lap [m]; negative to descend.
     period, speed : float, optional
-        Seconds a lap at full speed, or that speed along the helix [m/s]; one of them. 6 s unless given.
+        Seconds per lap at full speed, or that speed along the helix [m/s]; one of them. 6 s unless given.
     laps, ramp, center, start_angle, clockwise, yaw
         As for :func:`circle`.
     altitude : float
@@ -155,7 +155,7 @@ def lemniscate(
     width : float
         W, its extent along y [m].
     period, speed : float, optional
-        Seconds a lap at full rate, or the greatest speed, that at the crossing [m/s]; one of them. 6 s unless given.
+        Seconds per lap at full rate, or the greatest speed, that at the crossing [m/s]; one of them. 6 s unless given.
     laps, ramp, center, altitude, yaw
         As for :func:`circle`.
     clockwise : bool

@@ -43,7 +43,7 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
     Parameters
     ----------
     period : float or None
-        Seconds a lap at full rate; 6 if neither is given.
+        Seconds per lap at full rate; 6 if neither is given.
     speed : float or None
         Greatest speed [m/s].
     reach : float
@@ -61,7 +61,7 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
     if not (is_number(ramp) and 0.0 <= ramp <= angle / 2.0):
         raise ShapeError(f"the ramp is {ramp!r} rad: it must be between 0 and {angle / 2.0:.6g}, half of the way round")
     if speed is not None:
-        return PhaseLaw(check_positive("speed", speed, "metres a second") / reach, angle, float(ramp))
+        return PhaseLaw(check_positive("speed", speed, "metres per second") / reach, angle, float(ramp))
     seconds = check_positive("period", 6.0 if period is None else period, "seconds")
     return PhaseLaw(2.0 * math.pi / seconds, angle, float(ramp))
 

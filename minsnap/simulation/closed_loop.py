@@ -57,7 +57,7 @@ def simulate(
     path : Path or Samples
         What is to be flown; samples are setpoints that hold until the next.
     setpoint_rate : float or None
-        Setpoints of a path a second, each held until the next [Hz]; None is one a step.
+        Setpoints of a path a second, each held until the next [Hz]; None is one per step.
     compensation : Drag or None
         Model of drag that is offset by feed-forward.
     sensors : Sensors or None

@@ -75,7 +75,7 @@ def _instants(path: Path, step: float) -> FloatArray:
 def _integrate(
     body: RigidBody, path: Path, states: FlatStates, wind: tuple[float, float, float], steps: list[float]
 ) -> list[list[float]]:
-    """Return the state at the start and after every step, from three rotor speeds a step."""
+    """Return the state at the start and after every step, from three rotor speeds per step."""
     speeds = states.rotor_speed.tolist()
     start = (spatial(path(0.0)), spatial(path(0.0, 1)), states.quaternion[0], states.body_rates[0])
     log = [np.concatenate(start).tolist()]

@@ -46,7 +46,7 @@ class Sensors:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.pose_rate) and self.pose_rate > 0):
-            raise InputError(f"the pose rate is {self.pose_rate!r}: it must be a number of poses a second above 0")
+            raise InputError(f"the pose rate is {self.pose_rate!r}: it must be a number of poses per second above 0")
         for name in ("delay", "noise"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):

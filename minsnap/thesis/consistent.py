@@ -11,7 +11,7 @@ from minsnap.thesis.published import PUBLISHED_PARASITIC, PUBLISHED_PROPELLER
 from minsnap.vehicle.drag import BodyDrag, linear_rotor_drag
 
 _PITCHES, _VELOCITIES = 41, 43
-"""Grid of the refit: whole degrees and half metres a second."""
+"""Grid of the refit: whole degrees and half metres per second."""
 
 
 def consistent_parasitic_drag() -> BodyDrag:
@@ -38,7 +38,7 @@ def consistent_rotor_drag() -> BodyDrag:
     """Return the linear drag of four rotors, from how the published propeller surface grows with velocity.
 
     The surface is negative at rest and at flown rotor speeds, where it holds a part of the thrust; its slope in
-    velocity, 0.041432 N s/m a propeller whatever the pitch and the rotor speed, is the part that opposes motion. It is
+    velocity, 0.041432 N s/m per propeller at any pitch and rotor speed, is the part that opposes motion. It is
     used along x and y; along z, which the tests do not separate from thrust, there is none, as in Faessler 2018.
 
     Returns

@@ -21,7 +21,7 @@ _REFERENCE: dict[str, Any] = {"color": "#000000", "linewidth": 1.0}
 def plot_tracking(reference: Samples, flights: Mapping[str, Samples], title: str = "") -> Figure:
     """Draw flights and their reference: planar view, and x and y of position and velocity against time.
 
-    The layout of Figures 25 to 33 of the thesis in one sheet.
+    All in one sheet.
 
     Parameters
     ----------

@@ -106,7 +106,7 @@ class Path(ABC):
         Parameters
         ----------
         rate : float
-            Samples a second [Hz], positive.
+            Samples per second [Hz], positive.
 
         Returns
         -------
@@ -128,7 +128,7 @@ class Path(ABC):
 def sample_times(duration: float, rate: float) -> FloatArray:
     """Return the uniform grid k/rate from 0 to the first instant at or past the duration, shape (m,) [s]."""
     if not (isinstance(rate, (int, float, np.number)) and math.isfinite(rate) and rate > 0):
-        raise TimingError(f"the rate is {rate!r}: it must be a positive number of samples a second")
+        raise TimingError(f"the rate is {rate!r}: it must be a positive number of samples per second")
     exact = duration * rate
     if not exact <= MOST_SAMPLES:
         raise TimingError(

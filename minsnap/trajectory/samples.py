@@ -55,5 +55,5 @@ class Samples:
 
     @property
     def rate(self) -> float:
-        """Samples a second [Hz]: the reciprocal of the mean step; 0 for a lone sample."""
+        """Samples per second [Hz]: the reciprocal of the mean step; 0 for a lone sample."""
         return (len(self.t) - 1) / self.duration if len(self.t) > 1 else 0.0

@@ -58,7 +58,7 @@ class Trajectory(Path):
     yaw : Heading, optional
         Yaw as a function of time; zero unless given.
     pieces : int
-        Polynomials a leg; a divisor of the number of pieces.
+        Polynomials per leg; a divisor of the number of pieces.
     report : Report, optional
         How the plan was found; None for a trajectory made otherwise.
 
@@ -67,7 +67,7 @@ class Trajectory(Path):
     WaypointError
         If the control points are not finite or not of that shape.
     TimingError
-        If the durations are not positive and finite, one a piece.
+        If the durations are not positive and finite, one per piece.
     """
 
     control_points: FloatArray

@@ -3,7 +3,7 @@ r"""Newton and Euler for a quadrotor: how its state changes under rotor speeds a
 .. math:: m \dot v = R\,(T e_z + F_{drag}) - m g e_z, \qquad I \dot\omega = \tau - \omega \times I\omega,
           \qquad \dot q = \tfrac12\, q \otimes (0, \omega)
 
-Chapter 4 of the thesis, with a quaternion in place of its Euler angles. Drag acts at the centre of mass,
+Newton-Euler equations with a quaternion for the attitude. Drag acts at the centre of mass,
 unless its model says otherwise.
 """
 

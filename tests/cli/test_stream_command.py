@@ -97,7 +97,7 @@ def test_refusals_have_their_status_and_sentence(call, path, vehicle):
     assert wrong.returncode == 2 and "no heartbeat of system 9 within 1.5 s" in wrong.stderr
     assert "heard only system 1" in wrong.stderr
     slow = call("stream", path, "--connect", "udpin:0", "--rate", "1.5")
-    assert slow.returncode == 2 and "1.5 Hz is too slow: PX4 needs at least 2 setpoints a second" in slow.stderr
+    assert slow.returncode == 2 and "1.5 Hz is too slow: PX4 needs at least 2 setpoints per second" in slow.stderr
     odd = call("stream", path, "--connect", "udpin:0", "--trigger", "shout")
     assert odd.returncode == 2 and "choose enter, mode or now" in odd.stderr
     assert vehicle.setpoints == []

@@ -16,7 +16,7 @@ def world(vector):
 
 
 class QuadrotorBody:
-    """Position and velocity in NED for the autopilot; dynamics and controller in the world, 250 times a second."""
+    """Position and velocity in NED for the autopilot; dynamics and controller in the world, 250 times per second."""
 
     def __init__(self, position=(0.0, 0.0, 0.0)):
         vehicle = Quadrotor.dji_f330()

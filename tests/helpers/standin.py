@@ -215,7 +215,7 @@ class StandIn:
             self.mode = self.other if self.px4 else self.mode
 
     def _climb(self, dt):
-        """Take off at a metre a second; a setpoint on the way would stop it, as ArduPilot's would."""
+        """Take off at a metre per second; a setpoint on the way would stop it, as ArduPilot's would."""
         self.body.position[2] -= dt
         if self.body.position[2] <= self.climbing_to:
             self.climbing_to = None

@@ -14,7 +14,7 @@ ALWAYS = [(5, 2, 1), (5, 3, 2), (7, 3, 1), (7, 4, 2), (7, 5, 3), (9, 4, 1), (9, 
 
 
 def stop_and_go(degree, continuity, pieces):
-    """Residual and least-squares spline from 0 to 1, still at both ends up to the continuity; powers a piece."""
+    """Residual and least-squares spline from 0 to 1, still at both ends up to the continuity; powers per piece."""
     size, rows, right = degree + 1, [], []
     at = {
         s: [[perm(j, p) * s ** (j - p) if j >= p else 0.0 for j in range(size)] for p in range(continuity + 1)]

@@ -115,7 +115,7 @@ def test_without_a_corridor_there_are_no_inequalities_to_hand_over():
 def test_its_size_is_that_of_the_thesis():
     problem = build_qp(np.array(CORNERS)[:, :2], DURATIONS, 0.3, samples=20, continuity=6)
     assert problem.P.shape == (64, 64)
-    # 6 + 6 (m - 1) + 2 m equations an axis
+    # 6 + 6 (m - 1) + 2 m equations per axis
     assert problem.A.shape == (2 * 32, 64)
     assert problem.G.shape == (4 * 20 * 2, 64)
     assert np.linalg.matrix_rank(problem.A.toarray()) == 64

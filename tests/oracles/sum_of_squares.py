@@ -16,7 +16,7 @@ from oracles.exact import Spline
 
 
 def optimum(points, durations, half_width=None, radius=None, tolerance=None, degree=7, states=None):
-    """Least cost over all curves inside tubes (one half-width, or one a leg) or round tubes (radius) at every instant.
+    """Least cost of all curves inside tubes (one half-width, or one per leg) or round tubes (radius) at every instant.
 
     ``states`` are derivatives by waypoint and order; ``tolerance`` lets inner waypoints move in a box.
     """

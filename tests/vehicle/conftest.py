@@ -12,7 +12,7 @@ class SineHeading:
 
 
 class SinePath(Path):
-    """Three sines an axis for 12 s: every derivative is known and none is zero."""
+    """Three sines per axis for 12 s: every derivative is known and none is zero."""
 
     duration, dim, yaw = 12.0, 3, SineHeading()
 

@@ -77,7 +77,7 @@ def crazyflie_rows(trajectory: Trajectory, max_pieces: int | None = MAX_PIECES) 
 
 
 def read_crazyflie(path: str | os.PathLike[str]) -> Trajectory:
-    """Read a Crazyflie file: 33 numbers a row, a trailing comma allowed; the first line is a header, whatever it says.
+    """Read a Crazyflie file: 33 numbers per row, a trailing comma allowed; the first line is taken as a header.
 
     Raises
     ------

@@ -40,7 +40,7 @@ def reference_states(vehicle: Quadrotor, reference: Samples, drag: Drag | None) 
 
 
 def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag | None = None) -> FloatArray:
-    """Return the acceleration that offsets drag along a reference, in still air (section 4.7 of the thesis).
+    """Return the acceleration that offsets drag along a reference, in still air.
 
     The reference velocity is turned into the body frame by the reference attitude, which is that of flatness; the
     model's force there is turned back, and its opposite divided by the mass.
