@@ -85,7 +85,7 @@ class Enclosure:
     def squared_norm(self) -> Enclosure:
         """Squared norms of curves (m, n + 1, dim): (m, 2n + 1).
 
-        A product of a and b, off by e and f, is off by at most ``|a| f + e |b| + e f``. The inner sums have dim terms, the
+        With factors off by e and f, a b is off by at most ``|a| f + e |b| + e f``. The inner sums have dim terms, the
         outer ones n + 1 that are not zero; with products and weights these are at most dim + n + 7 roundings.
         """
         count, dim = self.points.shape[1:]
