@@ -38,6 +38,7 @@ from .files.setpoint_csv import read_csv as read_csv
 from .files.setpoint_csv import write_csv as write_csv
 from .files.waypoints import read_waypoints as read_waypoints
 from .limits.limits import Limits as Limits
+from .many import plan_many as plan_many
 from .optimisation.textbook_qp import FullProblem as FullProblem
 from .optimisation.textbook_qp import build_qp as build_qp
 from .planner import plan as plan
@@ -58,4 +59,5 @@ from .trajectory.report import Report as Report
 from .trajectory.report import Step as Step
 from .trajectory.report import Utilisation as Utilisation
 from .trajectory.samples import Samples as Samples
+from .trajectory.trajectories import Trajectories as Trajectories
 from .trajectory.trajectory import Trajectory as Trajectory

@@ -3,6 +3,8 @@
 // Piece i is r(t) = sum of B_j(s) p_ij with s = (t - t_i) / T_i in [0, 1]; pieces are half-open, the last is closed.  The
 // weights B_j are not negative and sum to one (G. Farin, "Curves and Surfaces for CAGD", chapter 5), so knots are met
 // exactly and rounding stays relative to the control points.  Instants in the same piece are taken together.
+#include "evaluate.hpp"
+
 #include <algorithm>
 #include <cstdint>
 
@@ -18,15 +20,6 @@ namespace {
 constexpr int most_degree = 63;
 constexpr std::int64_t many_instants = 16;
 constexpr double rounding = 1e-12;  // share of the duration by which an instant may be outside; it counts as the end
-
-struct Curve {
-    const double *points;     // (pieces, degree + 1, dim)
-    const double *durations;  // (pieces,)
-    const double *breaks;     // (pieces + 1,), from 0
-    std::int64_t pieces;
-    std::int32_t degree;
-    std::int32_t dim;
-};
 
 struct Binomials {
     double of[most_degree + 1][most_degree + 1] = {};
@@ -44,7 +37,7 @@ constexpr Binomials binomials{};
 // The derivative of one piece of a curve: its control points, made when the piece changes.
 class Piece {
 public:
-    Piece(const Curve &curve, int order, double *room)
+    Piece(const PiecewiseCurve &curve, int order, double *room)
         : curve_(curve), order_(order), room_(room), duration_(curve.breaks[curve.pieces]) {}
 
     int degree() const { return curve_.degree - order_; }
@@ -91,7 +84,7 @@ private:
         points_ = room_;
     }
 
-    const Curve &curve_;
+    const PiecewiseCurve &curve_;
     int order_;
     double *room_;
     double duration_;
@@ -148,7 +141,7 @@ MINSNAP_INLINE bool ahead(const Piece &piece, const double *t) {
 }
 
 template <class Vector>
-MINSNAP_INLINE Status evaluate_all(const Curve &curve, int order, const double *t, std::int64_t count, double *room,
+MINSNAP_INLINE Status evaluate_all(const PiecewiseCurve &curve, int order, const double *t, std::int64_t count, double *room,
                                    double *out) {
     constexpr int lanes = Lanes<Vector>::count;
     Piece piece(curve, order, room);
@@ -172,47 +165,49 @@ MINSNAP_INLINE Status evaluate_all(const Curve &curve, int order, const double *
 
 #if defined(__x86_64__)
 // The same with the wide registers of newer processors: 3.5 times faster, to the same bits.
-__attribute__((target("avx2"))) Status evaluate_wide(const Curve &curve, int order, const double *t, std::int64_t count,
+__attribute__((target("avx2"))) Status evaluate_wide(const PiecewiseCurve &curve, int order, const double *t, std::int64_t count,
                                                      double *room, double *out) {
     return evaluate_all<Quad>(curve, order, t, count, room, out);
 }
 
 bool has_wide_registers() { return __builtin_cpu_supports("avx2"); }
 #else
-Status evaluate_wide(const Curve &curve, int order, const double *t, std::int64_t count, double *room, double *out) {
+Status evaluate_wide(const PiecewiseCurve &curve, int order, const double *t, std::int64_t count, double *room, double *out) {
     return evaluate_all<Pair>(curve, order, t, count, room, out);
 }
 
 bool has_wide_registers() { return false; }
 #endif
 
-Status evaluate_narrow(const Curve &curve, int order, const double *t, std::int64_t count, double *room, double *out) {
+Status evaluate_narrow(const PiecewiseCurve &curve, int order, const double *t, std::int64_t count, double *room, double *out) {
     return evaluate_all<Pair>(curve, order, t, count, room, out);
 }
 
 }  // namespace
-}  // namespace minsnap
 
-// Derivative of an order at instants (count,) [s]: (count, dim).  bad_number if an instant is outside the interval.
-MINSNAP_EXPORT std::int32_t minsnap_evaluate(const void *handle, std::int32_t order, const double *t,
-                                             std::int64_t count, double *out) {
-    using namespace minsnap;
-    const Curve &curve = *static_cast<const Curve *>(handle);
-    if (curve.pieces < 1 || curve.degree < 0 || curve.dim < 1 || order < 0 || count < 0)
-        return static_cast<std::int32_t>(Status::bad_size);
-    if (curve.degree > most_degree || curve.dim > most_axes || order > curve.degree)
-        return static_cast<std::int32_t>(Status::unsupported);
+Status evaluate_curve(const PiecewiseCurve &curve, int order, const double *t, std::int64_t count, double *out) {
+    if (curve.pieces < 1 || curve.degree < 0 || curve.dim < 1 || order < 0 || count < 0) return Status::bad_size;
+    if (curve.degree > most_degree || curve.dim > most_axes || order > curve.degree) return Status::unsupported;
     constexpr int small = 64;
     double few[small];
     Buffer<double> many;
     const int size = order == 0 ? 0 : (curve.degree + 1) * curve.dim;
-    if (size > small && !many.allocate(static_cast<std::size_t>(size)))
-        return static_cast<std::int32_t>(Status::no_memory);
+    if (size > small && !many.allocate(static_cast<std::size_t>(size))) return Status::no_memory;
     const auto evaluate = count >= many_instants && has_wide_registers() ? evaluate_wide : evaluate_narrow;
-    return static_cast<std::int32_t>(evaluate(curve, order, t, count, size > small ? many.data() : few, out));
+    return evaluate(curve, order, t, count, size > small ? many.data() : few, out);
 }
 
-// The same at one instant: (dim,).
-MINSNAP_EXPORT std::int32_t minsnap_evaluate_one(const void *handle, std::int32_t order, double t, double *out) {
-    return minsnap_evaluate(handle, order, &t, 1, out);
+}  // namespace minsnap
+
+// The same, for Python.
+MINSNAP_EXPORT std::int32_t minsnap_evaluate(const void *curve, std::int32_t order, const double *t,
+                                             std::int64_t count, double *out) {
+    using namespace minsnap;
+    return static_cast<std::int32_t>(
+        evaluate_curve(*static_cast<const PiecewiseCurve *>(curve), order, t, count, out));
+}
+
+// At one instant: (dim,).
+MINSNAP_EXPORT std::int32_t minsnap_evaluate_one(const void *curve, std::int32_t order, double t, double *out) {
+    return minsnap_evaluate(curve, order, &t, 1, out);
 }

@@ -1,0 +1,89 @@
+// Many plans, and their evaluation, over threads.  Every problem is solved as if it were alone, to the same bits.
+//
+// The arrays of all problems stand one after the other: problem b has the legs offsets[b] ... offsets[b + 1] - 1, and
+// one knot more than legs.
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+#include "evaluate.hpp"
+#include "export.hpp"
+#include "threads.hpp"
+#include "unconstrained.hpp"
+
+namespace minsnap {
+namespace {
+
+constexpr std::int64_t chunk_size = 64;
+
+bool ascending(const std::int64_t *offsets, std::int64_t count) {
+    if (offsets[0] != 0) return false;
+    for (std::int64_t b = 0; b < count; ++b)
+        if (offsets[b + 1] < offsets[b]) return false;
+    return true;
+}
+
+// Call solve(b) for all problems and keep what each returns.
+template <class Solve>
+void for_all(std::int64_t count, int threads, std::int32_t *statuses, Solve &&solve) {
+    auto task = [&](std::int64_t chunk) {
+        const std::int64_t end = std::min(count, (chunk + 1) * chunk_size);
+        for (std::int64_t b = chunk * chunk_size; b < end; ++b) statuses[b] = static_cast<std::int32_t>(solve(b));
+    };
+    Chunks<decltype(task)> chunks((count + chunk_size - 1) / chunk_size, task);
+    chunks.run(threads);
+}
+
+}  // namespace
+}  // namespace minsnap
+
+// Plans without walls; starts and ends are states (count, half - 1, dim), null at rest.
+//
+// Out: control points, instants of the knots, and a status for each problem.
+MINSNAP_EXPORT std::int32_t minsnap_many(const double *points, const double *durations, const std::int64_t *offsets,
+                                         std::int64_t count, std::int32_t dim, std::int32_t half, const double *starts,
+                                         const double *ends, std::int32_t threads, double *out, double *breaks,
+                                         std::int32_t *statuses) {
+    using namespace minsnap;
+    if (count < 0 || dim < 1 || half < 2 || !ascending(offsets, count))
+        return static_cast<std::int32_t>(Status::bad_size);
+    for_all(count, threads, statuses, [&](std::int64_t b) {
+        const std::int64_t first = offsets[b], state = b * (half - 1) * dim;
+        ChainProblem chain;
+        chain.points = points + (first + b) * dim, chain.durations = durations + first;
+        chain.legs = offsets[b + 1] - first, chain.stride = dim;
+        chain.start = starts ? starts + state : nullptr, chain.end = ends ? ends + state : nullptr;
+        Spread spread;
+        Status status = check_chain(chain, half, spread);
+        if (status == Status::done) status = solve_chain(chain, half, spread, {out + first * 2 * half * dim, nullptr});
+        if (status == Status::done) write_breaks(chain.durations, chain.legs, breaks + first + b);
+        return status;
+    });
+    return static_cast<std::int32_t>(Status::done);
+}
+
+// Derivative of an order of many curves of one degree, each at `instants` instants: (count, instants, dim).  The
+// instants are (count, instants), or (instants,) for all if they are shared.  Where a curve is missing (present is 0) or
+// asked outside its interval the values are not numbers.
+MINSNAP_EXPORT std::int32_t minsnap_evaluate_many(const double *points, const double *durations, const double *breaks,
+                                                  const std::int64_t *offsets, const std::uint8_t *present,
+                                                  std::int64_t count, std::int32_t degree, std::int32_t dim,
+                                                  std::int32_t order, const double *t, std::int64_t instants,
+                                                  std::int32_t shared, std::int32_t threads, double *out,
+                                                  std::int32_t *statuses) {
+    using namespace minsnap;
+    if (count < 0 || dim < 1 || degree < 0 || instants < 0 || order < 0 || order > degree || !ascending(offsets, count))
+        return static_cast<std::int32_t>(Status::bad_size);
+    for_all(count, threads, statuses, [&](std::int64_t b) {
+        const std::int64_t first = offsets[b];
+        const PiecewiseCurve curve = {points + first * (degree + 1) * dim, durations + first,      breaks + first + b,
+                                      offsets[b + 1] - first,              degree, dim};
+        double *place = out + b * instants * dim;
+        const Status status =
+            present[b] ? evaluate_curve(curve, order, shared ? t : t + b * instants, instants, place) : Status::done;
+        if (!present[b] || status != Status::done)
+            std::fill(place, place + instants * dim, std::numeric_limits<double>::quiet_NaN());
+        return status;
+    });
+    return static_cast<std::int32_t>(Status::done);
+}

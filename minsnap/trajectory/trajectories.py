@@ -1,0 +1,157 @@
+"""Trajectories: many plans as a few long arrays, with an error where one of them could not be made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.errors import InputError, IntervalError, MinsnapError
+from minsnap.native.many import many_values
+from minsnap.trajectory.path import check_order
+from minsnap.trajectory.report import LinearSystem, Report
+from minsnap.trajectory.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectories:
+    """Plans of one degree and dimension, one after the other in read-only arrays.
+
+    Plan b has the legs ``offsets[b]`` to ``offsets[b + 1]``, and one knot more than legs; one that failed has none, or
+    values that mean nothing.
+
+    Parameters
+    ----------
+    control_points : ndarray, shape (legs in all, degree + 1, dim)
+        [m].
+    durations : ndarray, shape (legs in all,)
+        [s].
+    breaks : ndarray, shape (legs in all + plans,)
+        Instants of the knots, from 0 in each plan [s].
+    offsets : ndarray of int, shape (plans + 1,)
+    errors : tuple of MinsnapError or None
+        By plan, what was wrong; None where nothing was.
+    reports : tuple of Report or LinearSystem
+        By plan.
+    threads : int
+        With how many threads all are evaluated.
+    """
+
+    control_points: FloatArray
+    durations: FloatArray
+    breaks: FloatArray
+    offsets: IntArray
+    errors: tuple[MinsnapError | None, ...]
+    reports: tuple[Report | LinearSystem, ...]
+    threads: int = 1
+
+    def __len__(self) -> int:
+        return len(self.errors)
+
+    def __repr__(self) -> str:
+        failed = len(self) - int(self.present.sum())
+        return f"Trajectories({len(self)} plans, {failed} failed, dim={self.dim}, degree={self.degree})"
+
+    @property
+    def dim(self) -> int:
+        """Number of coordinates."""
+        return int(self.control_points.shape[2])
+
+    @property
+    def degree(self) -> int:
+        """Degree of the polynomials."""
+        return int(self.control_points.shape[1]) - 1
+
+    @cached_property
+    def present(self) -> BoolArray:
+        """Which plans were made, shape (plans,)."""
+        return np.array([error is None for error in self.errors], dtype=bool)
+
+    @property
+    def duration(self) -> FloatArray:
+        """Duration of every plan, shape (plans,) [s]; not a number where it failed."""
+        last = self.offsets[1:] + np.arange(len(self))
+        return np.where(self.present, self.breaks[last], np.nan)
+
+    @property
+    def stacked(self) -> FloatArray:
+        """Control points of plans of equally many legs, shape (plans, legs, degree + 1, dim) [m].
+
+        Raises
+        ------
+        InputError
+            If the plans have different numbers of legs.
+        """
+        legs = np.diff(self.offsets)
+        if len(legs) and (legs != legs[0]).any():
+            raise InputError("the plans have different numbers of legs: take control_points and offsets")
+        return self.control_points.reshape(len(self), -1, *self.control_points.shape[1:])
+
+    def __getitem__(self, index: int) -> Trajectory:
+        """One plan.
+
+        Raises
+        ------
+        MinsnapError
+            Its error, if it failed.
+        """
+        number = range(len(self))[index]
+        error, how = self.errors[number], self.reports[number]
+        if error is not None:
+            raise error
+        first, last = int(self.offsets[number]), int(self.offsets[number + 1])
+        points, durations = self.control_points[first:last], self.durations[first:last]
+        breaks = self.breaks[first + number : last + number + 1]
+        if isinstance(how, LinearSystem):
+            return Trajectory.solved(points, durations, breaks, how)
+        return Trajectory(points, durations, report=how)
+
+    def __iter__(self) -> Iterator[Trajectory]:
+        return (self[index] for index in range(len(self)))
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Position, or a derivative of it, of all plans at once.
+
+        Parameters
+        ----------
+        t : array_like, shape (), (m,) or (plans, m)
+            Instants [s]: one, the same for all plans, or each plan's own.
+        order : int
+            0 position, 1 velocity, 2 acceleration, …
+
+        Returns
+        -------
+        ndarray, shape (plans, dim) or (plans, m, dim)
+            Not a number where a plan failed.
+
+        Raises
+        ------
+        IntervalError
+            If an instant is outside the interval of a plan that was made.
+        """
+        instants = np.asarray(t, dtype=np.float64)
+        if instants.ndim > 2 or (instants.ndim == 2 and len(instants) != len(self)):
+            raise InputError(f"instants have shape {instants.shape}: give (), (m,) or ({len(self)}, m)")
+        values = self._values(np.atleast_1d(instants), check_order(order))
+        return values if instants.ndim else values[:, 0]
+
+    def _values(self, t: FloatArray, order: int) -> FloatArray:
+        if order <= self.degree:
+            curves = self.control_points, self.durations, self.breaks, np.asarray(self.offsets, dtype=np.int64)
+            found = many_values(curves, self.present, order, t, self.threads)
+            if found is not None and not found[1].any():
+                return found[0]
+        values = np.full((len(self), t.shape[-1], self.dim), np.nan)
+        for index in np.flatnonzero(self.present):
+            values[index] = self._one(int(index), t if t.ndim == 1 else t[index], order)
+        return values
+
+    def _one(self, index: int, t: FloatArray, order: int) -> FloatArray:
+        try:
+            return self[index](t, order)
+        except IntervalError as error:
+            raise IntervalError(f"plan {index}: {error}") from None

@@ -1,0 +1,162 @@
+"""plan_many against plan, problem by problem; errors by problem; the same bits with any number of threads."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import CorridorError, InfeasibleError, InputError, IntervalError, TimingError, WaypointError
+from minsnap.native import library
+
+NATIVE = library.core().library is not None
+
+
+def questions(count, legs, dim=3, seed=0):
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=(count, legs + 1, dim)), rng.uniform(0.7, 1.4, (count, legs))
+
+
+def same(one, other, exactly=NATIVE):
+    if exactly:
+        return (one.control_points == other.control_points).all() and (one.breaks == other.breaks).all()
+    return np.allclose(one.control_points, other.control_points, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("degree", [3, 5, 7, 9, 11])
+@pytest.mark.parametrize("dim", [1, 2, 3, 4])
+def test_every_plan_is_the_one_that_plan_makes(degree, dim):
+    points, durations = questions(9, 5, dim, degree)
+    many = minsnap.plan_many(points, durations=durations, degree=degree)
+    assert len(many) == 9 and many.errors == (None,) * 9 and (many.dim, many.degree) == (dim, degree)
+    for curve, P, T in zip(many, points, durations, strict=True):
+        assert same(curve, minsnap.plan(P, durations=T, degree=degree))
+    assert many.stacked.shape == (9, 5, degree + 1, dim)
+    assert np.allclose(many.duration, durations.sum(axis=1), rtol=1e-14)
+
+
+def test_the_python_core_makes_the_same_plans():
+    points, durations = questions(4, 6)
+    native = minsnap.plan_many(points, durations=durations)
+    with library.using("python"):
+        python = minsnap.plan_many(points, durations=durations)
+        t = np.linspace(0.0, durations.sum(axis=1).min(), 17)
+        values = python(t, 1)
+    assert all(same(one, other, False) for one, other in zip(native, python, strict=True))
+    assert np.allclose(native(t, 1), values, rtol=1e-9, atol=1e-9)
+    assert python[0].report.core == "python"
+
+
+def test_problems_of_any_length_and_moving_ends():
+    rng = np.random.default_rng(3)
+    sizes = [2, 7, 3, 12, 2]
+    points = [rng.normal(size=(n, 2)) for n in sizes]
+    durations = [rng.uniform(0.5, 1.5, n - 1) for n in sizes]
+    velocity = rng.normal(size=(5, 2))
+    many = minsnap.plan_many(points, durations, start={"velocity": velocity}, end={"acceleration": (1.0, -1.0)})
+    for index, curve in enumerate(many):
+        alone = minsnap.plan(
+            points[index], durations[index], start={"velocity": velocity[index]}, end={"acceleration": (1.0, -1.0)}
+        )
+        assert same(curve, alone, False)
+        assert np.allclose(curve(0.0, 1), velocity[index], rtol=1e-12)
+    with pytest.raises(InputError, match="different numbers of legs"):
+        _ = many.stacked
+
+
+def test_what_fails_is_an_error_of_its_problem_alone():
+    points, durations = questions(6, 4)
+    points[1, 2, 0] = np.nan
+    durations[3, 0] = -1.0
+    durations[4, 0] = 1e9  # too far from the others for the native core, not for the Python core
+    many = minsnap.plan_many(points, durations=durations)
+    assert isinstance(many.errors[1], WaypointError) and isinstance(many.errors[3], TimingError)
+    assert [error is None for error in many.errors] == [True, False, True, False, True, True]
+    with pytest.raises(WaypointError, match="waypoint 2"):
+        many[1]
+    for index in (0, 2, 4, 5):
+        assert same(many[index], minsnap.plan(points[index], durations=durations[index]))
+    assert many[4].report.core == "python"
+    values = many(0.1)
+    assert np.isnan(values[[1, 3]]).all() and (values[0] == many[0](0.1)).all()
+    assert np.isnan(many.duration[[1, 3]]).all()
+
+
+def test_malformed_problems_among_good_ones():
+    good = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]
+    odd = [[0.0, 0.0]], [[0.0, 0.0], [1.0]], "nonsense", [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
+    many = minsnap.plan_many([good, *odd, good], [[1.0, 1.0]] * 6)
+    assert many.errors[0] is None and many.errors[5] is None
+    assert all(isinstance(error, minsnap.MinsnapError) for error in many.errors[1:5])
+    assert "coordinates" in str(many.errors[4])
+    assert same(many[5], minsnap.plan(good, durations=[1.0, 1.0]))
+
+
+def test_one_row_of_durations_serves_all():
+    points, durations = questions(5, 3)
+    many = minsnap.plan_many(points, durations[0])
+    assert same(many[4], minsnap.plan(points[4], durations=durations[0]))
+
+
+def test_corridors_for_all_or_for_each():
+    points, durations = questions(3, 3)
+    many = minsnap.plan_many(points, durations, corridor=0.3)
+    widths = minsnap.plan_many(points, durations, corridor=[0.3, 0.2, 0.4])
+    for index, width in enumerate((0.3, 0.2, 0.4)):
+        assert minsnap.certify(many[index], waypoints=points[index], corridor=0.3).ok
+        alone = minsnap.plan(points[index], durations=durations[index], corridor=width)
+        assert widths[index].report.cost == pytest.approx(alone.report.cost, rel=1e-6)
+    walls = [None, 0.3, minsnap.Room((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1))]
+    mixed = minsnap.plan_many(points, durations, corridor=walls)
+    assert mixed.errors[:2] == (None, None) and isinstance(mixed.errors[2], (InfeasibleError, InputError))
+
+
+@pytest.mark.parametrize("threads", [1, 2, 8])
+def test_the_number_of_threads_changes_no_bit(threads):
+    points, durations = questions(1000, 7, seed=5)
+    one = minsnap.plan_many(points, durations, threads=1)
+    with ThreadPoolExecutor(8) as pool:
+        calls = [pool.submit(minsnap.plan_many, points, durations, threads=threads) for _ in range(8)]
+        results = [call.result() for call in calls]
+    t = np.linspace(0.0, 4.0, 33)
+    for many in results:
+        assert many.control_points.tobytes() == one.control_points.tobytes()
+        assert many(t, 2).tobytes() == one(t, 2).tobytes()
+
+
+def test_evaluation_takes_one_instant_shared_ones_or_each_plans_own():
+    points, durations = questions(4, 3)
+    many = minsnap.plan_many(points, durations)
+    own = many.duration[:, None] * np.linspace(0.0, 1.0, 9)
+    for order in (0, 2, 8):
+        assert np.allclose(many(own, order), [curve(t, order) for curve, t in zip(many, own, strict=True)])
+        assert np.allclose(many([0.5, 1.0], order), [curve([0.5, 1.0], order) for curve in many])
+        assert many(0.5, order).shape == (4, 3)
+    with pytest.raises(IntervalError, match=r"plan \d: t = 1000"):
+        many(1000.0)
+    with pytest.raises(InputError, match="instants have shape"):
+        many(np.zeros((3, 2)))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "said"),
+    [
+        ({"durations": [[1.0]] * 3}, TimingError, "2 problems need as many rows of durations, 3 given"),
+        ({"durations": 1.0}, InputError, "durations are 1.0"),
+        ({"corridor": [0.3]}, CorridorError, "2 problems need one corridor, or one for each, 1 given"),
+        ({"threads": 0}, InputError, "threads is 0"),
+        ({"threads": True}, InputError, "threads is True"),
+        ({"degree": 4}, InputError, "degree"),
+        ({"start": {"colour": (1, 0, 0)}}, WaypointError, "colour"),
+        ({"start": {"velocity": (1, 0)}}, WaypointError, "velocity of start must be numbers"),
+        ({"end": 3}, WaypointError, "end must be a mapping"),
+    ],
+)
+def test_unclear_problems_are_refused(arguments, error, said):
+    points, durations = questions(2, 2)
+    with pytest.raises(error, match=said):
+        minsnap.plan_many(points, **({"durations": durations} | arguments))
+
+
+def test_no_problem_at_all_is_no_plan():
+    assert len(minsnap.plan_many([], [])) == 0
