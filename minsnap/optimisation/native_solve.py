@@ -12,8 +12,8 @@ from minsnap.native.status import Status
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
 
-MOST_PIECES = 64
-"""Pieces up to which the native core solves a corridor as a whole."""
+MOST_WHOLE = 48
+"""Pieces up to which the native core solves a corridor as a whole; more are solved in windows."""
 
 
 def solve_natively(task: Task, durations: FloatArray, units: Units, gap: float) -> CorridorAnswer | str:
@@ -42,8 +42,8 @@ def _unsupported(task: Task, pieces: int) -> str:
         return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
     if not all(walls.cones.flat for walls in task.walls):
         return "the native core does not do round walls"
-    if pieces > MOST_PIECES:
-        return f"the native core solves corridors of up to {MOST_PIECES} pieces, not {pieces}"
+    if pieces > MOST_WHOLE and (task.closed or task.held.any()):
+        return f"the native core takes closed laps and free waypoints with up to {MOST_WHOLE} pieces, not {pieces}"
     return ""
 
 

@@ -27,6 +27,12 @@ struct Row {
     Reach reach;
 };
 
+// A place where a curve touches a wall, and by how much half the cost falls for each unit by which the bound grows.
+struct Contact {
+    int wall;
+    double s, pressure;
+};
+
 enum class Entered { added, kept_already, infeasible, stalled };
 
 template <class Real, int Half>
@@ -79,13 +85,13 @@ public:
 
     // Take the candidate in, dropping rows that give way to it.
     Entered enter() {
-        Real taken = 0;
+        const Row<Real> candidate = rows_[count_];
+        std::memcpy(rest_.data(), vector(count_), sizeof(Real) * layout_.entries);
+        Reach reach = candidate.reach;
+        Real squared = orthogonal_.project(rest_.data(), reach, along_.data()), taken = 0;
         for (int turn = 0; turn < 4 * layout_.entries + 40; ++turn) {
-            const Real violation = (value(count_) - rows_[count_].limit) / rows_[count_].norm;
+            const Real violation = (value(count_) - candidate.limit) / candidate.norm;
             if (violation <= 0 && turn == 0) return Entered::kept_already;
-            std::memcpy(rest_.data(), vector(count_), sizeof(Real) * layout_.entries);
-            Reach reach = rows_[count_].reach;
-            const Real squared = orthogonal_.project(rest_.data(), reach, along_.data());
             const bool independent = squared > dependence() && count_ < layout_.entries;
             const Real full = independent ? largest(violation, Real(0)) / squared : infinity();
             std::memcpy(factor_.data(), along_.data(), sizeof(Real) * count_);
@@ -97,12 +103,9 @@ public:
             for (int k = 0; k < count_; ++k) rows_[k].multiplier -= length * factor_[k];
             if (independent) move(-length, rest_.data(), reach);
             taken += length;
-            if (full <= partial) {
-                orthogonal_.append(rest_.data(), reach, squared, along_.data());
-                rows_[count_++].multiplier = taken;
-                return Entered::added;
-            }
-            remove(gives_way);
+            if (full <= partial) return append(reach, squared, taken);
+            const Real freed = remove(gives_way, reach);
+            squared = independent ? squared + freed * freed : freed * freed;
         }
         return Entered::stalled;
     }
@@ -148,7 +151,9 @@ public:
                 if (rows_[k].multiplier < (worst < 0 ? Real(0) : rows_[worst].multiplier)) worst = k;
             if (worst < 0) return true;
             move(rows_[worst].multiplier, vector(worst), rows_[worst].reach);
-            remove(worst);
+            Reach unused;
+            for (int k = 0; k < count_; ++k) along_[k] = 0;
+            remove(worst, unused);
             place();
             settle();
         }
@@ -166,6 +171,15 @@ public:
         }
         place();
         if (!independent) return false;
+        settle();
+        return drop_negative();
+    }
+
+    // Begin with rows at contacts, as far as they are independent and press.
+    bool begin_with(const Contact *contacts, int count) {
+        for (int k = 0; k < count; ++k)
+            if (propose(contacts[k].wall, Real(contacts[k].s), 0)) join(contacts[k].pressure * rows_[count_].norm);
+        place();
         settle();
         return drop_negative();
     }
@@ -217,6 +231,19 @@ public:
         return {own.axes, own.piece};
     }
 
+    // Inner product of two whitened rows of walls: where all coordinates share a factor, rows are n (x) phi, and one
+    // stretch of each is enough.
+    Real inner(const Real *a, const Wall<Real> &one, const Real *b, const Wall<Real> &other) const {
+        if (!alike_) return orthogonal_.inner(a, {one.axes, one.piece}, b, {other.axes, other.piece});
+        Real normals = 0;
+        for (int axis = 0; axis < layout_.dim; ++axis) normals += one.normal[axis] * other.normal[axis];
+        if (normals == 0) return 0;
+        const int p = one.steepest, q = other.steepest, piece = one.piece > other.piece ? one.piece : other.piece;
+        const int from = layout_.first(p, piece), length = layout_.offset[p + 1] - from;
+        const Real product = dot(a + from, b + layout_.first(q, piece), length);
+        return product * normals / (one.normal[p] * other.normal[q]);
+    }
+
     const Real *vector(int k) const { return &vectors_[std::size_t(rows_[k].slot) * layout_.entries]; }
 
 private:
@@ -238,6 +265,8 @@ private:
                     layout_.offset[axis] + factors_[axis]->start(piece);
         }
         layout_.entries = layout_.offset[chain_.dim];
+        alike_ = true;
+        for (int axis = 1; axis < chain_.dim; ++axis) alike_ = alike_ && factors_[axis] == factors_[0];
         return true;
     }
 
@@ -275,18 +304,23 @@ private:
         const Real squared = orthogonal_.project(rest_.data(), reach, along_.data());
         if (!(squared > dependence())) return false;
         move(-multiplier, vector(count_), rows_[count_].reach);
-        orthogonal_.append(rest_.data(), reach, squared, along_.data());
-        rows_[count_++].multiplier = multiplier;
-        return true;
+        return append(reach, squared, multiplier) == Entered::added;
     }
 
-    // Take an active row out; the candidate moves up with the rows behind it.
-    void remove(int k) {
+    Entered append(Reach reach, Real squared, Real multiplier) {
+        orthogonal_.append(rest_.data(), reach, squared, along_.data());
+        rows_[count_++].multiplier = multiplier;
+        return Entered::added;
+    }
+
+    // Take an active row out; the candidate moves up with the rows behind it. Returns what the candidate's rest gains.
+    Real remove(int k, Reach &reach) {
         const int slot = rows_[k].slot;
-        orthogonal_.remove(k);
+        const Real freed = orthogonal_.remove(k, along_.data(), rest_.data(), reach);
         for (int j = k; j < count_; ++j) rows_[j] = rows_[j + 1];
         free_[count_ - 1] = free_[count_];  // the candidate's place
         free_[count_--] = slot;
+        return freed;
     }
 
     Chain<Real, Half> &chain_;
@@ -298,6 +332,7 @@ private:
     Buffer<Real> vectors_, z_, step_, rest_, along_, factor_;
     Buffer<int> free_;
     int count_ = 0;
+    bool alike_ = false;
 };
 
 }  // namespace minsnap

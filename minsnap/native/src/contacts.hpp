@@ -21,7 +21,7 @@ public:
 
     [[nodiscard]] bool allocate() {
         const std::size_t most = active_.layout().entries + 2;
-        return rows_.allocate(most) && kept_.allocate(most) && right_.allocate(most) && reach_.allocate(most);
+        return rows_.allocate(most) && kept_.allocate(most) && right_.allocate(most);
     }
 
     // Keep the rows as they are, to come back to them.
@@ -78,23 +78,25 @@ private:
     }
     Real multiplier(int k) const { return largest(active_.row(k).multiplier / active_.row(k).norm, Real(1e-300)); }
 
+    // S = D'D - C'C with the rows' derivatives D and C = Q'D = R^-T A'D. Newton's matrix need not be precise.
     bool make_system() {
         const int count = active_.count(), entries = active_.layout().entries;
         const std::size_t square = std::size_t(count) * count, all = std::size_t(count) * entries;
-        if (!system_.allocate(square) || !derivatives_.allocate(all) || !along_.allocate(count)) return false;
+        if (!system_.allocate(square) || !derivatives_.allocate(all) || !along_.allocate(square)) return false;
         for (int k = 0; k < count; ++k) {
-            const Row<Real> &row = active_.row(k);
-            Real *const a = derivative(k);
-            reach_[k] = active_.whiten(row.wall, row.s, 1, a);
-            active_.orthogonal().project(a, reach_[k], along_.data());
+            active_.whiten(active_.row(k).wall, active_.row(k).s, 1, derivative(k));
+            for (int l = 0; l < count; ++l)
+                along(k)[l] = active_.inner(active_.vector(l), wall(l), derivative(k), wall(k));
+            active_.orthogonal().solve_transposed(along(k));
         }
-        for (int k = 0; k < count; ++k)
+        for (int k = 0; k < count; ++k) {
+            Real *const own = &system_[std::size_t(k) * count];
             for (int l = 0; l <= k; ++l)
-                system_[std::size_t(k) * count + l] =
-                    is_fixed(k) || is_fixed(l)
-                        ? Real(0)
-                        : active_.orthogonal().inner(derivative(k), reach_[k], derivative(l), reach_[l]);
-        for (int k = 0; k < count; ++k) add_bend(k, system_[std::size_t(k) * count + k]);
+                own[l] = is_fixed(k) || is_fixed(l) ? Real(0)
+                                                    : active_.inner(derivative(k), wall(k), derivative(l), wall(l)) -
+                                                          dot(along(k), along(l), count);
+            add_bend(k, own[k]);
+        }
         return true;
     }
 
@@ -135,6 +137,8 @@ private:
         return true;
     }
 
+    const Wall<Real> &wall(int k) const { return walls_[active_.row(k).wall]; }
+    Real *along(int k) { return &along_[std::size_t(k) * active_.count()]; }
     Real *derivative(int k) { return &derivatives_[std::size_t(k) * active_.layout().entries]; }
 
     const Chain<Real, Half> &chain_;
@@ -142,7 +146,6 @@ private:
     ActiveSet<Real, Half> &active_;
     Buffer<Row<Real>> rows_, kept_;
     Buffer<Real> system_, derivatives_, right_, along_;
-    Buffer<Reach> reach_;
     int kept_count_ = 0;
 };
 

@@ -1,14 +1,14 @@
-// Entry point for certified corridors of a few tens of pieces.
+// Entry point for certified corridors.
 #include <cmath>
 #include <cstdint>
 
-#include "exchange.hpp"
 #include "export.hpp"
+#include "windows.hpp"
 
 namespace minsnap {
 namespace {
 
-constexpr std::int64_t most_pieces = 64, most_walls = 20'000;
+constexpr std::int64_t most_whole = 48, most_pieces = 200'000, most_walls = 10'000'000;
 
 bool all_finite(const double *values, std::int64_t count) {
     for (std::int64_t i = 0; i < count; ++i)
@@ -53,13 +53,20 @@ bool numbers_fit(const Request &given) {
 
 template <class Real, int Half>
 Status solve(const Request &given, Answer &answer) {
-    Exchange<Real, Half> exchange(given);
-    return exchange.solve(answer);
+    Exchange<Real, Half> exchange(given.half);
+    return exchange.solve(given, answer);
+}
+
+Status solve_in_windows(const Request &given, Answer &answer) {
+    if (given.closed || given.walls.when != nullptr) return Status::unsupported;
+    if (given.half != 4) return Windows<0>(given.half).solve(given, answer);
+    return Windows<4>(given.half).solve(given, answer);
 }
 
 // In double precision; where that does not end with a proof, once more in the longest floating type there is.
 Status solve_twice(const Request &given, Answer &answer, std::int64_t &attempts) {
     attempts = 1;
+    if (given.pieces > most_whole) return solve_in_windows(given, answer);
     const Status status = given.half == 4 ? solve<double, 4>(given, answer) : solve<double, 0>(given, answer);
     if (status == Status::done || status == Status::no_memory || status == Status::infeasible) return status;
     attempts = 2;
@@ -83,7 +90,7 @@ MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pie
     using namespace minsnap;
     if (!sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
     const Request given = {int(half), int(pieces), int(dim), closed != 0, length, time, positions, durations, pinned,
-                           values, {walls, piece, order, normal, anchor, bound, width, when}, gap};
+                           values, {walls, piece, order, normal, anchor, bound, width, when, 0}, gap};
     if (!walls_fit(given)) return std::int32_t(Status::bad_size);
     if (!numbers_fit(given)) return std::int32_t(Status::bad_number);
     Answer answer = {points, knots, row_wall, row_s, row_multiplier, 0.0, 0.0, 0.0, 0, 0};

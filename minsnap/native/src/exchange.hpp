@@ -28,19 +28,24 @@ struct Answer {
 template <class Real, int Half>
 class Exchange {
 public:
-    explicit Exchange(const Request &given)
-        : given_(given), chain(given.half), active(chain, walls_, factor_of_), contacts_(chain, walls_, active) {}
+    explicit Exchange(int half)
+        : chain(half), active(chain, walls_, factor_of_), contacts_(chain, walls_, active) {}
 
-    // Solve; what is written holds if the status is ``done``.
-    Status solve(Answer &answer) {
+    // Solve one request after another; what is written holds if the status is ``done``. Contacts known from a similar
+    // request, if there are any, are where it begins. A rough answer is neither proved nor quite inside.
+    Status solve(const Request &given, Answer &answer, bool rough = false, const Contact *known = nullptr,
+                 int count = 0) {
+        given_ = &given, rough_ = rough;
+        share_ = 0, pause_ = tries_ = rounds_ = 0, infeasible_ = false;
         Status status = prepare();
+        if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = iterate(answer.points);
         answer.rounds = rounds_;
         return status == Status::done ? finish(answer) : status;
     }
 
 private:
-    const Request &given_;
+    const Request *given_ = nullptr;
     Buffer<Wall<Real>> walls_;
     SquareRoot<Real, Half> factors_[max_dim];
     const SquareRoot<Real, Half> *factor_of_[max_dim] = {};
@@ -51,18 +56,19 @@ public:
 
 private:
     static constexpr int most_rounds = 300, most_tries = 8;
+    static constexpr Real roughly = Real(1e-5);  // excess of a rough answer, in widths
 
     Status prepare() {
-        if (!chain.allocate(given_.pieces, given_.dim, given_.closed)) return Status::no_memory;
-        if (!walls_.allocate(given_.walls.count + 1)) return Status::no_memory;
-        load_chain(given_, chain);
-        for (std::int64_t index = 0; index < given_.walls.count; ++index) {
-            const Status status = load_wall(given_, chain, index, walls_[index]);
+        if (!chain.allocate(given_->pieces, given_->dim, given_->closed)) return Status::no_memory;
+        if (!walls_.allocate(given_->walls.count + 1)) return Status::no_memory;
+        load_chain(*given_, chain);
+        for (std::int64_t index = 0; index < given_->walls.count; ++index) {
+            const Status status = load_wall(*given_, chain, index, walls_[index]);
             if (status != Status::done) return status;
         }
         const Status status = factorise();
         if (status != Status::done) return status;
-        most_peaks_ = 8 * given_.walls.count + 8;
+        most_peaks_ = 8 * given_->walls.count + 8;
         if (!active.allocate() || !contacts_.allocate() || !peaks_.allocate(most_peaks_)) return Status::no_memory;
         return start();
     }
@@ -111,6 +117,7 @@ private:
     Status iterate(double *points) {
         for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
             find_peaks();
+            if (rough_ && worst_ <= roughly) return Status::done;
             if (share_ == 0 && worst_ <= affordable() / 2) {
                 if (active.count() == 0 && peak_count_ == 0 && proved(points)) return Status::done;
                 share_ = Real(0.66) * affordable();
@@ -136,12 +143,12 @@ private:
     Real affordable() const {
         const Real cost = free_cost_ + active.squared_distance(), slope = active.slope();
         const Real most = Real(1e-3);
-        return slope > 0 ? smallest(Real(given_.gap) * cost / (Real(1.5) * slope), most) : most;
+        return slope > 0 ? smallest(Real(given_->gap) * cost / (Real(1.5) * slope), most) : most;
     }
 
     void find_peaks() {
         peak_count_ = 0, worst_ = 0;
-        for (int wall = 0; wall < int(given_.walls.count); ++wall) {
+        for (int wall = 0; wall < int(given_->walls.count); ++wall) {
             Real excess[max_points];
             const int degree = excess_over(wall, excess);
             const Real floor = Real(1e-13) * walls_[wall].width;
@@ -168,13 +175,13 @@ private:
 
     // Prove the control points to be returned; the instants where that failed are kept.
     bool proved(double *points) {
-        write_points(given_, chain, points);
+        write_points(*given_, chain, points);
         failure_count_ = 0;
         bool all = true;
         const int count = chain.size.points();
-        for (std::int64_t wall = 0; wall < given_.walls.count; ++wall) {
+        for (std::int64_t wall = 0; wall < given_->walls.count; ++wall) {
             double where = 0.0;
-            if (wall_kept(given_.walls, wall, points, count, chain.dim, given_.durations, where)) continue;
+            if (wall_kept(given_->walls, wall, points, count, chain.dim, given_->durations, where)) continue;
             all = false;
             if (failure_count_ < most_failures) failures_[failure_count_++] = {int(wall), Real(where), 0};
         }
@@ -256,7 +263,7 @@ private:
         for (int knot = 0; knot <= chain.pieces; ++knot)
             for (std::size_t i = 0; i < state; ++i)
                 answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
-        return std::fabs(cost - bound) <= Real(given_.gap) * cost ? Status::done : Status::not_proved;
+        return rough_ || std::fabs(cost - bound) <= Real(given_->gap) * cost ? Status::done : Status::not_proved;
     }
 
     // The least value of cost + 2 sum mu (n.r - b) over all curves is J0 - |sum mu a|^2 + 2 sum mu (n.r0 - b), where J0
@@ -286,7 +293,7 @@ private:
     Real free_cost_ = 0, share_ = 0, worst_ = 0;
     std::int64_t most_peaks_ = 0, peak_count_ = 0;
     int failure_count_ = 0, pause_ = 0, tries_ = 0;
-    bool infeasible_ = false;
+    bool infeasible_ = false, rough_ = false;
     int rounds_ = 0;
 };
 

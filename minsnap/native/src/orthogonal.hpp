@@ -92,11 +92,18 @@ public:
         reach_[count_++] = reach;
     }
 
-    // Take column k of A out: rotations make R triangular again.
-    void remove(int k) {
+    // Take column k of A out: rotations make R triangular again. ``along`` = Q'x turns with Q, and what is left of x
+    // grows by its part along the direction that leaves Q: returns that part.
+    Real remove(int k, Real *along, Real *rest, Reach &reach) {
         for (int j = k; j + 1 < count_; ++j) std::memcpy(triangle(j), triangle(j + 1), sizeof(Real) * (j + 2));
         --count_;
-        for (int j = k; j < count_; ++j) rotate(j);
+        for (int j = k; j < count_; ++j) rotate(j, along);
+        const Real freed = along[count_];
+        if (freed != 0) {
+            add(rest, freed, column(count_), reach_[count_]);
+            reach = joined(reach, reach_[count_]);
+        }
+        return freed;
     }
 
     // y = R^-T b and b = R^-1 y, in place.
@@ -125,8 +132,9 @@ private:
         return {a.axes | b.axes, a.piece < b.piece ? a.piece : b.piece};
     }
 
-    // Make entry j + 1 of column j of R zero by a rotation of rows j and j + 1, and of these columns of Q.
-    void rotate(int j) {
+    // Make entry j + 1 of column j of R zero by a rotation of rows j and j + 1, of these columns of
+    // Q, and of Q'x.
+    void rotate(int j, Real *along) {
         const Real a = triangle(j)[j], b = triangle(j)[j + 1], norm = std::hypot(a, b);
         const Real c = a / norm, s = b / norm;
         for (int i = j; i < count_; ++i) {
@@ -134,6 +142,9 @@ private:
             upper = c * was + s * lower;
             lower = c * lower - s * was;
         }
+        const Real first_along = along[j];
+        along[j] = c * first_along + s * along[j + 1];
+        along[j + 1] = c * along[j + 1] - s * first_along;
         Real *const p = column(j), *const q = column(j + 1);
         for (int i = 0; i < layout_->entries; ++i) {
             const Real was = p[i];

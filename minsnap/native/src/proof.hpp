@@ -137,7 +137,7 @@ constexpr int deepest = 50;
 // proved, ``where`` is an instant in question.
 inline bool wall_kept(const GivenWalls &walls, std::int64_t index, const double *points, int count, int dim,
                       const double *durations, double &where) {
-    const std::int64_t piece = walls.piece[index];
+    const std::int64_t piece = walls.piece_of(index);
     Bounded excess[max_points];
     const int degree = bounded_excess(walls, index, points + piece * count * dim, count, dim, durations[piece], excess);
     if (walls.when == nullptr || walls.when[index] < 0) return nowhere_positive(excess, degree, deepest, where);

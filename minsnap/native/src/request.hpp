@@ -85,7 +85,7 @@ template <class Real, int Half>
 Status load_wall(const Request &given, const Chain<Real, Half> &chain, std::int64_t index, Wall<Real> &wall) {
     const GivenWalls &all = given.walls;
     wall = {};
-    wall.piece = int(all.piece[index]), wall.order = int(all.order[index]);
+    wall.piece = int(all.piece_of(index)), wall.order = int(all.order[index]);
     wall.when = all.when == nullptr ? When::always : When(int(all.when[index]));
     Real unit = given.length, reference = 0;
     for (int q = 0; q < wall.order; ++q) unit /= given.time;
@@ -94,6 +94,7 @@ Status load_wall(const Request &given, const Chain<Real, Half> &chain, std::int6
         wall.normal[axis] = normal;
         if (normal == 0) continue;
         wall.axes |= 1U << axis;
+        if (std::fabs(normal) > std::fabs(wall.normal[wall.steepest])) wall.steepest = axis;
         const Real origin = wall.order == 0 ? given.positions[std::size_t(wall.piece) * given.dim + axis] : 0.0;
         reference += normal * (origin - Real(all.anchor[index * given.dim + axis]));
     }

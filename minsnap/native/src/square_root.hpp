@@ -58,6 +58,27 @@ public:
         divide_transposed(chain_blocks_, out);
     }
 
+    // Add a multiple of the factors (2k,) of the ends of a piece to a vector of all unknowns.
+    void scatter(int piece, const Real *factors, Real scale, Real *f) const {
+        const bool from_seam = closed_ && piece == 0, to_seam = closed_ && piece + 2 == blocks_;
+        const int places[] = {from_seam ? chain_blocks_ : piece, to_seam ? chain_blocks_ : piece + 1};
+        for (int end = 0; end < 2; ++end)
+            for (int i = 0; i < size(places[end]); ++i)
+                f[offset_[places[end]] + i] +=
+                    scale * factors[end * half_ + free_[std::size_t(places[end]) * half_ + i]];
+    }
+
+    // z = R^-T f in place, of an open chain.
+    void forward_all(Real *f) const {
+        for (int block = 0; block < blocks_; ++block) {
+            Real *const out = f + offset_[block];
+            if (block > 0)
+                subtract(&next_[std::size_t(block - 1) * stride_], size(block - 1), out - size(block - 1), size(block),
+                         out);
+            divide_transposed(block, out);
+        }
+    }
+
     // x = R^-1 u, in place.
     void backward(Real *u) const {
         Real *const seam = u + offset_[chain_blocks_];

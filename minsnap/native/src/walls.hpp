@@ -14,6 +14,9 @@ struct GivenWalls {
     const double *normal, *anchor;      // (count, dim); the anchor is a point for order 0, else a derivative
     const double *bound, *width;        // (count,); the width is the length by which an excess is judged
     const std::int64_t *when;           // (count,) When, or null: always
+    std::int64_t origin = 0;            // pieces are counted from this one
+
+    std::int64_t piece_of(std::int64_t index) const { return piece[index] - origin; }
 };
 
 // In normalised units, measured from the nominal start of the piece.
@@ -22,6 +25,7 @@ struct Wall {
     int piece, order;
     When when;
     unsigned axes;  // bits of the coordinates that it touches
+    int steepest;   // the coordinate along which the normal is longest
     Real normal[max_dim];
     Real bound, width;
     Real give[2];  // by how much it moves inwards at the ends of the piece for each share of a width
