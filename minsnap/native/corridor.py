@@ -18,6 +18,12 @@ _SOLVE = Entry(
     *(c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
 )
 
+_KEPT = Entry(
+    "minsnap_walls_kept",
+    *(c_int64, c_int64, c_int64, c_void_p, c_void_p),
+    *(c_int64, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Planes:
@@ -135,6 +141,39 @@ def solve_corridor(question: CorridorQuestion, gap: float = 1e-6) -> CorridorAns
     used = slice(0, int(count))
     active = wall[used], rows[0, used], rows[1, used]
     return CorridorAnswer(Status(status), points, knots, *active, cost, bound, share, int(rounds), int(attempts))
+
+
+def walls_kept(points: FloatArray, durations: FloatArray, walls: Planes) -> BoolArray | None:
+    """Say which walls a curve is proved to keep at every instant, rounding included.
+
+    Parameters
+    ----------
+    points : ndarray, shape (pieces, 2k, dim)
+        Control points [m], C-contiguous.
+    durations : ndarray, shape (pieces,)
+        [s].
+    walls : Planes
+
+    Returns
+    -------
+    ndarray of bool, shape (m,), or None
+        None where the Python core is in use.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite or an index out of range.
+    """
+    function = _KEPT.function()
+    if function is None:
+        return None
+    pieces, count, dim = points.shape
+    kept = np.zeros(len(walls.piece), dtype=np.uint8)
+    known = (_pointer(points), _pointer(durations), *_wall_arguments(walls), address(kept))
+    status = Status(function(count // 2, pieces, dim, *known))
+    if status is not Status.DONE:
+        raise ValueError(f"the walls cannot be checked: {status.reason}")
+    return kept.astype(bool)
 
 
 def _wall_arguments(walls: Planes) -> tuple[object, ...]:

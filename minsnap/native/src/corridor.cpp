@@ -101,3 +101,24 @@ MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pie
     for (int i = 0; i < 6; ++i) figures[i] = values_out[i];
     return std::int32_t(status);
 }
+
+// Whether each wall is kept at every instant by control points (pieces, 2k, dim), rounding included: the proof that
+// ``minsnap_corridor`` asks for, on its own. kept (walls,): 1 where it is proved.
+MINSNAP_EXPORT std::int32_t minsnap_walls_kept(std::int64_t half, std::int64_t pieces, std::int64_t dim,
+                                               const double *points, const double *durations, std::int64_t walls,
+                                               const std::int64_t *piece, const std::int64_t *order,
+                                               const double *normal, const double *anchor, const double *bound,
+                                               const double *width, const std::int64_t *when, std::uint8_t *kept) {
+    using namespace minsnap;
+    if (!sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
+    const GivenWalls given = {walls, piece, order, normal, anchor, bound, width, when, 0};
+    const Request request = {int(half), int(pieces), int(dim), false, 1.0, 1.0, points, durations, nullptr, nullptr,
+                             given, 1.0};
+    if (!walls_fit(request)) return std::int32_t(Status::bad_size);
+    if (!all_finite(points, pieces * 2 * half * dim) || !numbers_fit(request)) return std::int32_t(Status::bad_number);
+    for (std::int64_t wall = 0; wall < walls; ++wall) {
+        double where = 0.0;
+        kept[wall] = wall_kept(given, wall, points, int(2 * half), int(dim), durations, where);
+    }
+    return std::int32_t(Status::done);
+}
