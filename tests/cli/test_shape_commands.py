@@ -112,13 +112,21 @@ def test_more_pieces_and_other_splits_reach_the_plan(call):
     assert summary(call("rect", *given))["cost"] < one["cost"]
 
 
+@pytest.mark.parametrize("yaw", ["velocity", "tilt"])
 @pytest.mark.parametrize("frame", ["enu", "ned"])
-def test_frame_rate_and_yaw_reach_the_file(call, frame):
-    call("circle", "--yaw", "velocity", "--frame", frame, "--rate", "50", "-o", "a.csv")
+def test_frame_rate_and_yaw_reach_the_file(call, frame, yaw):
+    call("circle", "--yaw", yaw, "--frame", frame, "--rate", "50", "-o", "a.csv")
     read = minsnap.read_csv("a.csv", frame=frame)
-    wanted = minsnap.circle(yaw="velocity").sample(50.0)
+    wanted = minsnap.circle(yaw=yaw).sample(50.0)
     assert np.array_equal(read.position, wanted.position)
     assert read.yaw == pytest.approx(wanted.yaw, abs=1e-12)
+
+
+def test_a_heading_from_the_tilt_reaches_the_plan(call):
+    call("rect", "--yaw", "tilt", "--time", "8", "-o", "a.csv")
+    wanted = minsnap.rectangle(6.0, 4.0, altitude=1.5, total_time=8.0, corridor=0.3, yaw="tilt").sample(20.0)
+    assert minsnap.read_csv("a.csv").yaw == pytest.approx(wanted.yaw, abs=1e-9)
+    assert np.ptp(wanted.yaw) > 1e-3
 
 
 def test_standard_output_carries_the_setpoints_and_nothing_else(process, tmp_path):

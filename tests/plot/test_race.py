@@ -9,7 +9,7 @@ matplotlib.use("agg")
 import minsnap
 from minsnap import Ball, Gate
 from minsnap.errors import InputError
-from minsnap.plot import plot_path, plot_race, plot_rotors, save_figure
+from minsnap.plot import plot_path, plot_race, plot_rotors, plot_utilisation, save_figure
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import BodyDrag, Quadrotor, flatness_of
 
@@ -71,6 +71,13 @@ def test_rotors_are_those_of_the_vehicle(path):
         assert line(ax, f"rotor {rotor + 1}").get_ydata() == pytest.approx(thrust)
     levels = [drawn.get_ydata()[0] for drawn in ax.lines[4:]]
     assert levels == pytest.approx(VEHICLE.rotor_thrust_limits)
+
+
+def test_the_yaw_rate_that_is_limited_is_the_spin(path):
+    limits = minsnap.Limits(yaw_rate=1.0, speed=9.0)
+    ax = plot_utilisation(path, limits)
+    spin = next(drawn for drawn in ax.lines if drawn.get_label() == "yaw rate")
+    assert np.abs(path.yaw(path.breaks, 1)).max() > 0.0 and not np.any(spin.get_ydata())
 
 
 def test_a_race_is_both_in_one_figure(path, tmp_path):
