@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from minsnap.limits.rotor_bounds import Part, heading_ranges, rotor_ranges
+import minsnap
+from minsnap.limits.rotor_bounds import Part, axis_ranges, heading_ranges, rotor_ranges
 from minsnap.polynomials.intervals import Interval
 from minsnap.vehicle import BodyDrag, Quadrotor, flat_states
 
@@ -69,3 +70,24 @@ def test_a_thrust_that_may_vanish_bounds_nothing():
     with np.errstate(all="ignore"):
         found = ranges(VEHICLE, fall, np.zeros((3, 1)), 0.01)
     assert not np.isfinite(found[0].high).any()
+
+
+def test_axes_without_spin_stay_within_their_ranges():
+    path = minsnap.plan([(0, 0, 1), (3, 1, 3), (5, -2, 2), (1, -3, 1)], [0.7, 0.6, 0.75], yaw="tilt")
+    ends = np.linspace(0.0, path.duration, 200)
+    middle, half = (ends[1:] + ends[:-1]) / 2.0, np.diff(ends) / 2.0
+    inside = middle[:, None] + half[:, None] * np.linspace(-1.0, 1.0, 9)
+    force, jerk = (path(inside, order) for order in (2, 3))
+    force = force + [0.0, 0.0, 9.80665]
+    given = [
+        tuple(Interval(values[..., i].min(axis=1), values[..., i].max(axis=1)) for i in range(3))
+        for values in (force, jerk)
+    ]
+    ranges = axis_ranges(*given, path.yaw.axes(middle)[:2], half)
+    wide = 0.0
+    for found, axis in zip(ranges, path.yaw.axes(inside.reshape(-1))[:2], strict=True):
+        for bound, values in zip(found, axis, strict=True):
+            values = values.reshape(inside.shape)
+            assert (values.min(axis=1) >= bound.low - 1e-12).all() and (values.max(axis=1) <= bound.high + 1e-12).all()
+            wide = max(wide, float(np.max((bound.high - bound.low) - np.ptp(values, axis=1))))
+    assert 0.0 < wide < 0.3
