@@ -35,7 +35,7 @@ def experiment(
     references: Annotated[
         str, typer.Option("--references", help="What the cascade follows: position, velocity or acceleration.")
     ] = "velocity",
-    vehicle: Annotated[str, typer.Option("--vehicle", help="f330, crazyflie, or a YAML file.")] = "f330",
+    vehicle: Annotated[str, typer.Option("--vehicle", help="f330, crazyflie, px4-sih, or a YAML file.")] = "f330",
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints a second.")] = 20.0,
     pose_rate: Annotated[float, typer.Option("--pose-rate", metavar="HZ", help="Poses a second.")] = 50.0,
     delay: Annotated[float, typer.Option("--delay", metavar="S", help="Age of each pose, not compensated [s].")] = 0.0,
@@ -103,7 +103,7 @@ def _compensations(compensate: str, models: list[str]) -> list[str | None]:
 def _vehicle(name: str) -> Quadrotor:
     from minsnap.vehicle.quadrotor import Quadrotor
 
-    known = {"f330": Quadrotor.dji_f330, "crazyflie": Quadrotor.crazyflie}
+    known = {"f330": Quadrotor.dji_f330, "crazyflie": Quadrotor.crazyflie, "px4-sih": Quadrotor.px4_sih}
     return known[name]() if name in known else Quadrotor.from_yaml(name)
 
 

@@ -63,6 +63,15 @@ def stream(
     wait: Annotated[
         float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat, its position, and its arming.")
     ] = 30.0,
+    drag: Annotated[
+        float, typer.Option("--drag", metavar="K", help="Add K times the velocity to the acceleration [1/s].")
+    ] = 0.0,
+    vehicle: Annotated[
+        Path | None, typer.Option("--vehicle", metavar="FILE", help="Vehicle YAML whose drag is offset instead.")
+    ] = None,
+    lead: Annotated[
+        float, typer.Option("--lead", metavar="S", help="Send setpoints so much earlier: offsets the vehicle's delay.")
+    ] = 0.0,
     log: Annotated[Path | None, typer.Option("--log", metavar="FILE", help="CSV of all sent and heard.")] = None,
 ) -> int:
     """Fly a setpoint file over MAVLink, by PX4's offboard or ArduPilot's guided mode.
@@ -71,9 +80,12 @@ def stream(
     is held. Ctrl-C stops and holds until the mode is left; a second one leaves the vehicle to its own failsafe. Exit
     status 1 if the flight was refused or stopped by a rule of safety.
     """
+    from minsnap.mavlink.compensation import FeedForward
     from minsnap.mavlink.safety import SafetyRules
     from minsnap.mavlink.stream_options import StreamOptions
+    from minsnap.vehicle import read_vehicle
 
+    craft = None if vehicle is None else read_vehicle(vehicle)
     settings = StreamOptions(
         rate=rate,
         fields=None if fields is None else [name.strip() for name in fields.split(",")],
@@ -90,6 +102,7 @@ def stream(
         rules=SafetyRules(max_start_distance=max_start_distance, abort_distance=abort_distance),
         wait=wait,
         log=log,
+        feed_forward=FeedForward(drag, craft, lead),
     )
     report = _fly(file, connect, settings, system, signing_key)
     print(_summary(report))

@@ -6,7 +6,7 @@ import os
 from dataclasses import replace
 from typing import Any
 
-from minsnap.errors import FlightError
+from minsnap.errors import FlightError, InputError
 from minsnap.files.consistency import check_samples
 from minsnap.mavlink.link import Link, open_link
 from minsnap.mavlink.observer import EventCallback, StatusCallback
@@ -74,14 +74,20 @@ def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOpti
     ------
     FlightError
         If the samples are not consistent with themselves; says how.
+    InputError
+        If what is to be added to them cannot be.
     """
     samples = _sampled(source, options)
     report = check_samples(samples)
     if not report.ok:
         raise FlightError(f"not fit to fly: {report.problems[0]}")
-    table = tabulate(samples, options.rate, options.fields, vehicle_frame(options.frame), options.laps)
+    added = options.feed_forward
+    if added.lead and options.laps > 1:
+        raise InputError("a lead holds the end of a lap: fly one lap, or leave the lead out")
+    sent = added.applied(samples)
+    table = tabulate(sent, options.rate, options.fields, vehicle_frame(options.frame), options.laps)
     options.check_rate(table.rate)
-    return table
+    return replace(table, note=added.describe(samples))
 
 
 def _sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> Samples:

@@ -88,6 +88,8 @@ class SetpointTable:
         What was asked for and the source does not have.
     laps : int
         How often the rows are flown; the last row of a lap is the first of the next.
+    note : str
+        What is added to the source's setpoints, in words.
     """
 
     rows: FloatArray
@@ -95,6 +97,7 @@ class SetpointTable:
     fields: tuple[str, ...]
     missing: tuple[str, ...] = ()
     laps: int = 1
+    note: str = ""
 
     def __len__(self) -> int:
         return (len(self.rows) - 1) * self.laps + 1
@@ -206,11 +209,15 @@ def _resampled(samples: Samples, rate: float | None) -> Samples:
     from minsnap.trajectory.path import sample_times
 
     grid = sample_times(samples.duration, rate)
-    inside = np.minimum(samples.t[0] + grid, samples.t[-1])
+    return resampled_at(samples, np.minimum(samples.t[0] + grid, samples.t[-1]), grid)
+
+
+def resampled_at(samples: Samples, inside: FloatArray, t: FloatArray) -> Samples:
+    """Return what samples are at instants inside them, (m,), told as of the instants ``t``, (m,)."""
     motion = _interpolated(samples.t, [samples.position, samples.velocity, samples.acceleration], inside)
     heading = _interpolated(samples.t, [samples.yaw, samples.yaw_rate], inside)
     names = ("position", "velocity", "acceleration", "yaw", "yaw_rate")
-    return Samples(grid, **dict(zip(names, motion + heading, strict=True)))  # type: ignore[arg-type]
+    return Samples(t, **dict(zip(names, motion + heading, strict=True)))  # type: ignore[arg-type]
 
 
 def _interpolated(t: FloatArray, orders: list[FloatArray | None], at: FloatArray) -> list[FloatArray | None]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from minsnap.errors import InputError, TimingError
 from minsnap.mavlink.autopilot import AUTOPILOTS
+from minsnap.mavlink.compensation import FeedForward
 from minsnap.mavlink.safety import SafetyRules
 from minsnap.mavlink.schedule import Lateness
 from minsnap.mavlink.sequence import Phase
@@ -58,6 +59,8 @@ class StreamOptions:
         A hold ends when the vehicle has been silent for so long [s].
     log : path or None
         Where to log.
+    feed_forward : FeedForward
+        What is added to the file's setpoints to offset drag and delay.
 
     Raises
     ------
@@ -83,6 +86,7 @@ class StreamOptions:
     wait: float = 30.0
     give_up: float = 30.0
     log: str | os.PathLike[str] | None = None
+    feed_forward: FeedForward = field(default_factory=FeedForward)
 
     def __post_init__(self) -> None:
         if not self.prestream >= 2.0:

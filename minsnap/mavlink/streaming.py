@@ -146,6 +146,8 @@ class Streamer:
             give_up=options.give_up,
         )
         self._autopilot, self._remind_at = autopilot, math.inf
+        if self._table.note:
+            self._say(self._table.note)
         self._say(f"streaming the start at {self._table.rate:g} Hz")
         while not self._is_over(self._sequence):
             pass

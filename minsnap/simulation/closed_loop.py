@@ -34,6 +34,7 @@ def simulate(
     path: Path | Samples,
     *,
     setpoint_rate: float | None = None,
+    setpoint_delay: float = 0.0,
     compensation: Drag | None = None,
     sensors: Sensors | None = None,
     wind: Wind | None = None,
@@ -58,6 +59,8 @@ def simulate(
         What is to be flown; samples are setpoints that hold until the next.
     setpoint_rate : float or None
         Setpoints of a path a second, each held until the next [Hz]; None is one per step.
+    setpoint_delay : float
+        Time from the instant of a setpoint until the controller reads it [s]: transport, the autopilot's own cycles.
     compensation : Drag or None
         Model of drag that is offset by feed-forward.
     sensors : Sensors or None
@@ -80,15 +83,18 @@ def simulate(
     DivergenceError
         If the vehicle leaves every bound of flight; carries ``instant`` and the ``flight`` until then.
     TimingError
-        If step, rate or duration are not positive.
+        If step, rate or duration are not positive, or the delay is negative.
     """
     if not (math.isfinite(step) and 0 < step <= 0.1):
         raise TimingError(f"the step is {step!r} s: it must be above 0 and at most 0.1 s")
+    if not (math.isfinite(setpoint_delay) and setpoint_delay >= 0):
+        raise TimingError(f"the delay of setpoints is {setpoint_delay!r} s: it must be 0 or more")
     table = ReferenceTable(tabulate(path, setpoint_rate, step), vehicle, compensation)
     length = table.samples.duration if duration is None else duration
     if not (math.isfinite(length) and length > 0):
         raise TimingError(f"the flight lasts {length!r} s: give a duration above 0")
     run = _Run(vehicle, controller, table, sensors or Sensors(), wind or ConstantWind(), round(length / step), step)
+    run.delay = setpoint_delay
     reason = run.fly(progress)
     flight = run.flight(path)
     if reason:
@@ -116,12 +122,13 @@ class _Run:
         self._wind = wind.sample(self._count + 1, step)
         self._lag = _lags(vehicle.motor_time_constant, step)
         self._limits = (vehicle.rotor_speed_min, vehicle.rotor_speed_max)
+        self.delay = 0.0
         self._log: list[list[float]] = []
         self._saturated: list[bool] = []
 
     def fly(self, progress: Callable[[float], None] | None) -> str | None:
         """Fly to the end; return why not, where it had to be given up."""
-        rows, order = self._table.rows, self._table.index(self._instants(self._count + 1)).tolist()
+        rows, order = self._table.rows, self._table.index(self._instants(self._count + 1), self.delay).tolist()
         wind, every = self._wind.tolist(), max(1, self._count // 100)
         state, speeds = self._start()
         for index in range(self._count + 1):

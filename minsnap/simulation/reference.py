@@ -56,10 +56,10 @@ class ReferenceTable:
         )
         return [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
-    def index(self, t: FloatArray) -> npt.NDArray[np.intp]:
-        """Return which setpoint holds at each instant of shape (m,)."""
+    def index(self, t: FloatArray, delay: float = 0.0) -> npt.NDArray[np.intp]:
+        """Return which setpoint holds at each instant of shape (m,), where it takes ``delay`` seconds to get there."""
         start = self.samples.t[0]
-        found = np.searchsorted(self.samples.t - start, t + 1e-9, side="right") - 1
+        found = np.searchsorted(self.samples.t - start, t - delay + 1e-9, side="right") - 1
         return np.asarray(np.clip(found, 0, len(self.samples) - 1))
 
     def at(self, t: FloatArray, path: Path | Samples) -> Samples:

@@ -65,6 +65,33 @@ def _f330_inertia() -> FloatArray:
     return np.array([roll, pitch, yaw])
 
 
+def px4_sih() -> Quadrotor:
+    """Return the quadrotor of PX4's simulation in hardware.
+
+    Its parameters' defaults: SIH_MASS 1 kg, SIH_IXX, SIH_IYY 0.025 and SIH_IZZ 0.03 kg m^2, SIH_L_ROLL and SIH_L_PITCH
+    0.2 m, SIH_T_MAX 5 N a rotor, SIH_Q_MAX 0.1 N m, SIH_T_TAU 0.05 s, SIH_KDV 1 N s/m (drag linear in velocity).
+
+    Ours: 1,000 rad/s for a rotor at full thrust, since it has no rotor speeds.
+
+    Returns
+    -------
+    Quadrotor
+    """
+    fastest = 1000.0
+    return Quadrotor(
+        mass=1.0,
+        inertia=np.array([0.025, 0.025, 0.03]),
+        arm_length=0.2 * math.sqrt(2.0),
+        thrust_coefficient=5.0 / fastest**2,
+        torque_coefficient=0.1 / fastest**2,
+        rotor_speed_max=fastest,
+        layout="x",
+        drag=BodyDrag((1.0, 1.0, 1.0)),
+        motor_time_constant=0.05,
+        name="PX4 SIH",
+    )
+
+
 def crazyflie() -> Quadrotor:
     """Return a Crazyflie 2.x.
 

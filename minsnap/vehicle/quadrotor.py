@@ -155,6 +155,13 @@ class Quadrotor:
         return dji_f330()
 
     @classmethod
+    def px4_sih(cls) -> Quadrotor:
+        """Return the quadrotor of PX4's simulation in hardware; see :func:`minsnap.vehicle.presets.px4_sih`."""
+        from minsnap.vehicle.presets import px4_sih
+
+        return px4_sih()
+
+    @classmethod
     def crazyflie(cls) -> Quadrotor:
         """Return a Crazyflie 2.x; see :func:`minsnap.vehicle.presets.crazyflie` for its sources."""
         from minsnap.vehicle.presets import crazyflie

@@ -1,0 +1,95 @@
+"""Setpoints that offset what is known of the vehicle: its drag through the acceleration, its delay by a lead."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from minsnap.errors import InputError
+from minsnap.mavlink.setpoints import resampled_at
+from minsnap.simulation.controllers.feed_forward import drag_feed_forward
+from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.quadrotor import Quadrotor
+
+LONGEST_LEAD = 0.5
+"""A lead beyond this is no delay of a vehicle that flies well [s]."""
+
+
+@dataclass(frozen=True)
+class FeedForward:
+    """What is added to the setpoints of a file.
+
+    Parameters
+    ----------
+    drag : float
+        Deceleration by drag for each m/s of speed [1/s]: linear drag divided by mass.
+    vehicle : Quadrotor or None
+        A vehicle whose own drag is offset instead.
+    lead : float
+        How much earlier each setpoint is sent, to offset the delay of the vehicle's response [s].
+
+    Raises
+    ------
+    InputError
+        If the drag is negative or not finite, both are given, or the lead is not between 0 and 0.5 s.
+    """
+
+    drag: float = 0.0
+    vehicle: Quadrotor | None = None
+    lead: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.drag) and self.drag >= 0.0):
+            raise InputError(f"the drag is {self.drag!r} 1/s: it must be 0 or more")
+        if self.drag and self.vehicle is not None:
+            raise InputError("a drag and a vehicle were given: the vehicle has its own drag, so give one of them")
+        if not 0.0 <= self.lead <= LONGEST_LEAD:
+            raise InputError(f"the lead is {self.lead!r} s: it must be between 0 and {LONGEST_LEAD:g} s")
+
+    @property
+    def given(self) -> bool:
+        """True when anything is added."""
+        return bool(self.drag) or self.vehicle is not None or bool(self.lead)
+
+    def applied(self, samples: Samples) -> Samples:
+        """Return the samples as they are to be sent: acceleration plus what offsets drag, and all of it earlier.
+
+        Raises
+        ------
+        InputError
+            If drag is to be offset and the samples have no velocity.
+        """
+        return self._led(self._compensated(samples))
+
+    def _compensated(self, samples: Samples) -> Samples:
+        if not self.drag and self.vehicle is None:
+            return samples
+        if samples.velocity is None:
+            raise InputError("the file has no velocity, so what drag does along it is not known")
+        extra = self.drag * samples.velocity if self.vehicle is None else drag_feed_forward(self.vehicle, samples)
+        own = 0.0 if samples.acceleration is None else samples.acceleration
+        return replace(samples, acceleration=np.asarray(own + extra))
+
+    def _led(self, samples: Samples) -> Samples:
+        """Return at each instant the sample of ``lead`` later; the last is held at rest."""
+        if not self.lead:
+            return samples
+        ahead = resampled_at(samples, np.minimum(samples.t + self.lead, samples.t[-1]), samples.t)
+        flying = (samples.t + self.lead < samples.t[-1]).astype(np.float64)
+        names = ("velocity", "acceleration", "yaw_rate")
+        kept = {name: getattr(ahead, name) for name in names if getattr(ahead, name) is not None}
+        return replace(ahead, **{name: flying.reshape(-1, *(1,) * (v.ndim - 1)) * v for name, v in kept.items()})
+
+    def describe(self, samples: Samples) -> str:
+        """Return in words what is added to samples."""
+        said = []
+        if self.drag or self.vehicle is not None:
+            before = 0.0 if samples.acceleration is None else samples.acceleration
+            added = self._compensated(samples).acceleration
+            most = 0.0 if added is None else float(np.linalg.norm(added - before, axis=1).max())
+            said.append(f"drag offset by up to {most:.2f} m/s²")
+        if self.lead:
+            said.append(f"setpoints sent {1e3 * self.lead:g} ms ahead")
+        return " and ".join(said)
