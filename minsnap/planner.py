@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from time import perf_counter
+from dataclasses import replace
+from math import inf
+from time import monotonic, perf_counter
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +22,7 @@ from minsnap.checks import (
     check_degree,
     check_pieces,
     check_pins,
+    check_positive_time,
     check_samples,
 )
 from minsnap.corridors.constraint import Constraint
@@ -28,7 +31,7 @@ from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import as_constraints
-from minsnap.errors import CorridorError
+from minsnap.errors import CorridorError, TimingError
 from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.native.unconstrained import resting_optimum
@@ -66,6 +69,7 @@ def plan(
     corridor_method: str = "exact",
     samples: int | None = None,
     certify: bool | None = None,
+    time_limit: float | None = None,
 ) -> Trajectory:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
 
@@ -127,6 +131,9 @@ def plan(
         planners that do so; ``"sampled"`` does not go with ``limits``.
     samples : int, optional
         Instants per polynomial with ``corridor_method="sampled"``, 20 unless given; not with ``"exact"``.
+    time_limit : float, optional
+        Seconds after which a plan for given ``durations`` ends, with a certified plan that may cost more than the
+        least or with a SolverError; checked after every round of the exchange.
     certify : bool, optional
         Deprecated: True means ``corridor_method="exact"``, False ``"sampled"``.
 
@@ -146,7 +153,7 @@ def plan(
     """
     began = perf_counter()
     further = total_time, limits, corridor, continuity, yaw, start, end, pins, time_weight, enforce, progress, room
-    finer = waypoint_tolerance, samples, certify
+    finer = waypoint_tolerance, samples, certify, time_limit
     if _all_none(further) and _all_none(finer) and _usual(closed, solver, split, pieces, corridor_method):
         quick = _at_rest(waypoints, durations, degree, began)
         if quick is not None:
@@ -158,7 +165,8 @@ def plan(
     smoothness = half, check_continuity(continuity, half), check_pieces(pieces)
     constraints = as_constraints(corridor) + as_room(room)
     asked = waypoints, waypoint_tolerance, start, end, pins, closed
-    task = _placed(*asked, constraints, *smoothness, check_solver(solver))
+    deadline = _deadline(time_limit, durations)
+    task = replace(_placed(*asked, constraints, *smoothness, check_solver(solver)), deadline=deadline)
     heading = asked_heading(yaw, task.legs, task.closed, GRAVITY if limits is None else limits.gravity)
     timed = plan_timed(task, timing, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.with_report(_report(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
@@ -201,6 +209,15 @@ def _at_rest(
     if not isinstance(found, tuple):
         return None
     return Trajectory.solved(found[0], times, found[1], LinearSystem(began, perf_counter(), "native"))
+
+
+def _deadline(time_limit: float | None, durations: npt.ArrayLike | None) -> float:
+    """Return the value of ``time.monotonic()`` at which planning ends."""
+    if time_limit is None:
+        return inf
+    if durations is None:
+        raise TimingError("time_limit goes with given durations: a search for durations is ended by Ctrl-C")
+    return monotonic() + check_positive_time(time_limit, "time_limit")
 
 
 def _named_method(corridor_method: str, certify: bool | None) -> str:

@@ -43,6 +43,10 @@ class FlatWalls:
         """Axes with a component of the normal that is not rounding."""
         return np.asarray(np.abs(self.normal) > PARALLEL * np.abs(self.normal).max(axis=1, keepdims=True))
 
+    def relaxation(self, excess: FloatArray) -> FloatArray:
+        """Widths by which each wall must move outwards for its largest excess, (m,)."""
+        return excess
+
     def moved(self, distance: FloatArray) -> FlatWalls:
         """Return the same walls moved outwards, shape (m,)."""
         return replace(self, bound=self.bound + distance)
@@ -80,6 +84,14 @@ class Spheres:
         """Axes that the matrix or the slope maps to something that is not rounding."""
         return np.asarray((np.abs(self.matrix).max(axis=1) > PARALLEL) | (np.abs(self.slope) > PARALLEL))
 
+    def relaxation(self, excess: FloatArray) -> FloatArray:
+        """Widths by which each wall must move outwards for its largest excess, (m,); exact where it has no slope.
+
+        The excess e is half that of the squared norm, so that the norm is the square root of radius^2 + 2 e.
+        """
+        reach = self.radius / self.width
+        return np.asarray(np.sqrt(np.maximum(reach**2 + 2.0 * excess, 0.0)) - reach)
+
     def moved(self, distance: FloatArray) -> Spheres:
         """Return the same walls moved outwards, shape (m,)."""
         return replace(self, radius=self.radius + distance)
@@ -108,6 +120,10 @@ class KnotBounds:
     def touched(self) -> npt.NDArray[np.bool_]:
         """Return the axes that each bounds."""
         return np.asarray(self.normal != 0.0)
+
+    def relaxation(self, excess: FloatArray) -> FloatArray:
+        """Widths by which each wall must move outwards for its largest excess, (m,)."""
+        return excess
 
     def moved(self, distance: FloatArray) -> KnotBounds:
         """Return the same walls moved outwards, shape (m,)."""

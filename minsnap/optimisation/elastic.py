@@ -134,7 +134,8 @@ class Elastic:
     def _least_slacks(self) -> FloatArray:
         """Slacks that a curve without unknowns needs."""
         excess = self.compiled.excess(self.problem, self.problem.relative_points(self.base))
-        out = np.concatenate([maxima(points).values for points in excess])
+        blocks = zip(self.compiled.blocks, excess, strict=True)
+        out = np.concatenate([block.relaxation(maxima(points).values) for block, points in blocks])
         slacks = np.full(self.give.slacks, self.give.lowest)
         gives = self.give.group >= 0
         np.maximum.at(slacks, self.give.group[gives], (out / np.maximum(self.give.weight, 1e-300))[gives])

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from time import monotonic
 
 import numpy as np
 
@@ -124,7 +125,8 @@ class Attempt:
             state, trouble = solved_once(self.master, self.state)
         else:
             state, trouble = exchange(self.master, self.state, self.proof, self.gap, self.deadline)
-        return replace(self, state=state, trouble=trouble)
+        late = trouble is not None and monotonic() > self.deadline
+        return replace(self, state=state, trouble=Trouble.LATE if late else trouble)
 
 
 @dataclass(frozen=True)

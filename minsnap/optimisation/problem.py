@@ -44,6 +44,8 @@ class Task:
         Name of the QP solver, or ``"auto"``.
     regions : mapping of int to KnotRegion
         Waypoints that must lie in a ball or a gate, within ``lower`` and ``upper``.
+    deadline : float
+        Value of ``time.monotonic()`` at which every solve ends, with what is certified or with a SolverError.
     """
 
     waypoints: FloatArray
@@ -57,6 +59,7 @@ class Task:
     walls: Sequence[Walls]
     solver: str
     regions: Mapping[int, KnotRegion] = field(default_factory=dict)
+    deadline: float = math.inf
 
     @property
     def legs(self) -> int:

@@ -89,7 +89,6 @@ def solve(
     seed: WallRows | None = None,
     gap: float = GAP,
     prove: bool = True,
-    deadline: float = np.inf,
 ) -> Solved:
     """Find the curve of least cost for piece durations (pieces in all,) [s].
 
@@ -105,8 +104,6 @@ def solve(
         Share of the cost that may be given away for fewer rounds.
     prove : bool
         Whether the exact margin is checked; a search can do without.
-    deadline : float
-        Value of ``time.monotonic()`` at which to end with what is certified, or with a sentence.
 
     Raises
     ------
@@ -118,11 +115,11 @@ def solve(
     units = units or task.units(durations)
     problem = task.problem(durations, units)
     if samples is not None or not task.constrained:
-        return _solved_in_python(task, problem, units, samples, seed, gap, prove, deadline)
+        return _solved_in_python(task, problem, units, samples, seed, gap, prove)
     answer = solve_natively(task, durations, units, gap)
     if isinstance(answer, CorridorAnswer):
         return Solved(task, problem, units, _native_outcome(task, problem, units, answer))
-    found = _solved_in_python(task, problem, units, samples, seed, gap, prove, deadline)
+    found = _solved_in_python(task, problem, units, samples, seed, gap, prove)
     return replace(found, outcome=replace(found.outcome, handed_over=answer))
 
 
@@ -149,7 +146,6 @@ def _solved_in_python(
     seed: WallRows | None,
     gap: float,
     prove: bool,
-    deadline: float,
 ) -> Solved:
     base = unbounded_optimum(problem)
     if not task.constrained and not (problem.jumps and task.pins):
@@ -158,7 +154,7 @@ def _solved_in_python(
     once = samples is not None
     seed = seed if samples is None else _sampled(problem, base, compiled, samples)
     proof = (lambda state: Solved(task, problem, units, _bare(state)).inside) if prove else None
-    last, rungs = climb(first_attempt(problem, base, compiled, task.solver, seed, proof, gap, deadline, once))
+    last, rungs = climb(first_attempt(problem, base, compiled, task.solver, seed, proof, gap, task.deadline, once))
     if last.trouble is not None:
         raise _no_room(task, last)
     return Solved(task, last.problem, units, outcome(last, rungs))
@@ -182,7 +178,7 @@ def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError:
     """Say where the straight leg itself touches a wall, or else that the solvers are at their end."""
     curve = last.state.curve
     if last.trouble is Trouble.LATE:
-        return SolverError("the time limit has passed without a certified plan: give more time, or widen the corridor")
+        return SolverError("time_limit has passed without a certified plan: give more time, or widen the corridor")
     for block, straight in zip(curve.compiled.blocks, straight_heights(curve), strict=True):
         for wall in np.flatnonzero((straight >= -TOUCHING) & (block.order == 0)):
             leg = int(block.piece[wall]) // task.pieces

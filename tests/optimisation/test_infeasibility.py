@@ -56,3 +56,15 @@ def test_the_sentence_says_where_when_and_what_to_do():
     assert "continuity=3 fits any width" in str(refused)
     breaks = np.concatenate(([0.0], np.cumsum(TIMES)))
     assert breaks[refused.leg] <= refused.instant <= breaks[refused.leg + 1]
+
+
+@pytest.mark.parametrize("speed", [0.05, 3.0])
+def test_smallest_radius_where_nothing_is_free_is_that_of_samples(speed):
+    asked = {"start": {"velocity": (0.0, speed, 0.0)}}
+    points, durations = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)], [2.0]
+    refused = refusal(points, durations, corridor=minsnap.RoundTube(0.01), **asked)
+    free = minsnap.plan(points, durations, **asked)
+    reach = np.linalg.norm(free(np.linspace(0.0, 2.0, 20_001))[:, 1:], axis=1).max()
+    assert refused.smallest_width == pytest.approx(reach, rel=3e-4)
+    assert fits(points, durations, corridor=minsnap.RoundTube(refused.smallest_width), **asked)
+    assert not fits(points, durations, corridor=minsnap.RoundTube(0.99 * reach), **asked)

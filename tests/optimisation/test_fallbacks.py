@@ -1,0 +1,161 @@
+"""The ladder: what leads to each rung, what it gives, and that plans without it would be worse or missing."""
+
+import numpy as np
+import pytest
+import qpsolvers
+from tasks import REFERENCE, many_legs
+
+import minsnap
+from minsnap.errors import SolverError, TimingError
+from minsnap.optimisation import fallbacks, master_qp, preconditioning
+from minsnap.optimisation.solve import Solved
+
+TIMES = [4.0, 2.0, 4.0, 2.0]
+
+
+def plan(width=0.3, **options):
+    """Plan the rectangle by the Python core, which a named solver asks for."""
+    return minsnap.plan(REFERENCE, TIMES, corridor=width, solver="daqp", **options)
+
+
+def inside(traj, width=0.3):
+    return minsnap.certify(traj, REFERENCE, width).corridor_margin >= 0.0
+
+
+def refusing(monkeypatch, *names):
+    """Let solvers of qpsolvers refuse every programme."""
+    original = qpsolvers.solve_problem
+
+    def solve(problem, solver, **options):
+        if solver in names:
+            raise qpsolvers.SolverError("refused")
+        return original(problem, solver, **options)
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", solve)
+
+
+def unsolved(monkeypatch, while_):
+    """Let no solver solve the master QP as long as a condition on the number of solves so far holds."""
+    original, count = master_qp.solve_qp, [0]
+
+    def solve(*asked, **options):
+        count[0] += 1
+        return None if while_(count[0]) else original(*asked, **options)
+
+    monkeypatch.setattr(master_qp, "solve_qp", solve)
+
+
+def without(monkeypatch, name):
+    """Take one rung out of the ladder."""
+    kept = tuple(rung for rung in fallbacks.LADDER if rung.name != name)
+    assert len(kept) == len(fallbacks.LADDER) - 1
+    monkeypatch.setattr(fallbacks, "LADDER", kept)
+
+
+def test_an_ordinary_plan_takes_no_rung():
+    assert plan().report.rungs == () and plan().report.fallback == ()
+
+
+def test_the_next_solver_answers_where_one_refuses(monkeypatch):
+    refusing(monkeypatch, "daqp")
+    traj = plan()
+    assert traj.report.rungs == ("next solver",)
+    assert (traj.report.solver, traj.report.fallback) == ("nnls", ("daqp",))
+    assert traj.cost() == pytest.approx(1557.0050, rel=1e-6)
+
+
+def faulty(monkeypatch, error):
+    """Let daqp's answers be wrong by so much, which its check lets pass."""
+    original = qpsolvers.solve_problem
+
+    def solve(problem, solver, **options):
+        solution = original(problem, solver, **options)
+        if solver == "daqp" and solution.x is not None:
+            solution.x = solution.x + error * np.sin(1.0 + np.arange(len(solution.x)))
+        return solution
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", solve)
+
+
+def test_answers_that_break_their_rows_lead_to_non_negative_least_squares(monkeypatch):
+    best = plan(1e-4).cost()
+    faulty(monkeypatch, 3e-8)
+    traj = plan(1e-4)
+    assert "non-negative least squares" in traj.report.rungs and traj.report.fallback == ()
+    assert inside(traj, 1e-4)
+    assert traj.cost() == pytest.approx(best, rel=3e-6)
+    without(monkeypatch, "non-negative least squares")
+    assert plan(1e-4).cost() > best * (1.0 + 3e-6)
+
+
+def test_what_sparse_solvers_leave_is_solved_in_dense_coordinates(monkeypatch):
+    points, durations, widths = many_legs(60)
+    asked = {"corridor": widths, "solver": "piqp", "continuity": 3}
+    best = minsnap.plan(points, durations, **asked).cost()
+    refusing(monkeypatch, "piqp", "clarabel")
+    traj = minsnap.plan(points, durations, **asked)
+    assert traj.report.rungs == ("dense coordinates",)
+    assert traj.cost() == pytest.approx(best, rel=3e-6)
+
+
+def test_more_digits_are_tried_where_no_solver_answers(monkeypatch):
+    original, asked = preconditioning.decimal_whitening, []
+    monkeypatch.setattr(preconditioning, "decimal_whitening", lambda *given: asked.append(given) or original(*given))
+    unsolved(monkeypatch, lambda _: not asked)
+    traj = plan()
+    assert traj.report.rungs == ("more digits",)
+    assert traj.cost() == pytest.approx(1557.0050, rel=1e-6)
+
+
+@pytest.mark.parametrize("times", (1, 2))
+def test_walls_move_inwards_while_rounding_leaves_the_curve_outside(monkeypatch, times):
+    original, asked = Solved.inside.fget, []
+
+    def judged(solved):
+        asked.append(solved)
+        return len(asked) > 2 * times and original(solved)
+
+    monkeypatch.setattr(Solved, "inside", property(judged))
+    traj = plan()
+    assert traj.report.rungs[-1] == "inward shift"
+    assert traj.cost() == pytest.approx(1557.0050, rel=1e-4)
+    assert traj.report.corridor_margin >= fallbacks.NUDGE * 0.3
+
+
+def test_a_blend_keeps_what_was_found_before_the_solvers_failed(monkeypatch):
+    whole, best = minsnap.plan(REFERENCE, TIMES, corridor=1e-9).cost(), plan().cost()
+    unsolved(monkeypatch, lambda count: count > 3)
+    traj = plan()
+    assert traj.report.rungs == ("more digits", "blend")
+    assert inside(traj)
+    assert best < traj.cost() < 0.5 * whole
+    without(monkeypatch, "blend")
+    with pytest.raises(SolverError):
+        plan()
+
+
+def test_stop_and_go_is_the_last_resort(monkeypatch):
+    unsolved(monkeypatch, lambda _: True)
+    traj = plan()
+    assert traj.report.rungs[-1] == "blend" and inside(traj)
+
+
+def test_a_solver_that_was_asked_for_is_the_first_of_all():
+    assert fallbacks.solvers_for("osqp", dense=True) == ("osqp", "daqp", "nnls", "piqp", "clarabel")
+    assert fallbacks.solvers_for("clarabel", dense=False) == ("clarabel", "piqp")
+
+
+def test_the_time_limit_ends_with_a_certified_plan_or_a_sentence():
+    late = plan(0.05, time_limit=1e-9)
+    assert late.report.rungs[-1] == "blend" and inside(late, 0.05)
+    assert late.cost() > plan(0.05, time_limit=60.0).cost() * (1.0 + 1e-3)
+    limits = minsnap.Limits(speed=3.2)
+    with pytest.raises(SolverError, match="time_limit has passed without a certified plan"):
+        plan(0.3, limits=limits, time_limit=1e-9)
+
+
+def test_a_time_limit_goes_with_durations():
+    with pytest.raises(TimingError, match="time_limit goes with given durations"):
+        minsnap.plan(REFERENCE, total_time=12.0, time_limit=1.0)
+    with pytest.raises(TimingError, match="time_limit is 0"):
+        plan(time_limit=0)
