@@ -1,5 +1,5 @@
 # make demo   a rectangle in a corridor: CSV, picture and check, in out/
-# make test   all tests (examples, doctests and the documentation's build among them), warnings as errors
+# make test   all tests (examples, doctests and the documentation's build among them), warnings as errors; JOBS=2: in 2 processes
 # make lint   ruff and mypy
 # make docs   the documentation, in docs/_build/html
 # make bench  the benchmarks
@@ -25,7 +25,7 @@ demo: $(VENV)/installed
 
 test: $(VENV)/developing
 	MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build
-	MINSNAP_REQUIRE_NATIVE=1 MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error
+	MINSNAP_REQUIRE_NATIVE=1 MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error $(if $(JOBS),-n $(JOBS))
 
 sanitize: $(VENV)/developing
 	MINSNAP_CXXFLAGS='-Werror -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all' \

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from minsnap.limits.limits import Limits
-from minsnap.limits.vehicle_limits import RotorBound, VehicleLimits
+from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.limits.rotor_use import RotorBound
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 

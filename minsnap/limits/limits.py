@@ -13,6 +13,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError
 from minsnap.limits.kinds import KIND, KINDS
 from minsnap.limits.measures import MEASURES, Extent
+from minsnap.limits.rotor_use import measure_rotors
 from minsnap.limits.utilisation import measure_all
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -114,8 +115,6 @@ class Limits:
         LimitError
             If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
         """
-        from minsnap.limits.vehicle_limits import limits_of
-
         return limits_of(vehicle, reserve, **others)
 
     def given(self) -> dict[str, float]:
@@ -161,3 +160,42 @@ def _check(name: str, value: Any) -> None:
         raise LimitError(f"the limit {name} is {value!r}: it must be a number")
     if not (np.isfinite(value) and value > 0.0):
         raise LimitError(f"the limit {name} is {value}: it must be positive and finite")
+
+
+@dataclass(frozen=True)
+class VehicleLimits(Limits):
+    """Limits that follow from a vehicle, beside others; made by :meth:`Limits.of`.
+
+    Parameters
+    ----------
+    vehicle : Quadrotor
+        Its rotors' thrusts are kept within their limits, by the time scale; without its drag.
+    reserve : float
+        Share of the rotors' room above and below hover that is left to feedback, in [0, 1).
+    """
+
+    vehicle: Any = None
+    reserve: float = 0.0
+
+    def utilisation(self, traj: Trajectory) -> tuple[Utilisation, ...]:
+        """Say how far each limit is used, and each side of the rotors' thrust limits.
+
+        The rotors' ``method`` is ``"interval"`` where interval bounds prove that no thrust goes beyond the value given
+        (``MARGIN`` above the largest of many samples), ``"sampled"`` where the yaw is along the velocity. A heading
+        from the tilt is proved as well.
+        """
+        return (*super().utilisation(traj), *measure_rotors(self.vehicle, self.reserve, traj))
+
+
+def limits_of(vehicle: Quadrotor, reserve: float, **others: Any) -> VehicleLimits:
+    """Return the limits of a vehicle and others besides; see :meth:`Limits.of`."""
+    if not (np.isfinite(reserve) and 0.0 <= reserve < 1.0):
+        raise LimitError(f"the reserve is {reserve}: it must be at least 0 and below 1")
+    ratio = vehicle.max_thrust_to_weight
+    if ratio <= 1.0:
+        raise LimitError(f"the vehicle's rotors lift {ratio:.3f} of its weight: it cannot hover", smallest=1.0)
+    least = 4.0 * vehicle.rotor_thrust_limits[0] / vehicle.weight
+    thrusts = {"max_thrust": 1.0 + (1.0 - reserve) * (ratio - 1.0)}
+    if least > 0.0:
+        thrusts["min_thrust"] = 1.0 - (1.0 - reserve) * (1.0 - least)
+    return VehicleLimits(**{**thrusts, **others}, gravity=vehicle.gravity, vehicle=vehicle, reserve=float(reserve))

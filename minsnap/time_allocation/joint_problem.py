@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from minsnap.arrays import FloatArray
-from minsnap.limits.limits import Limits
-from minsnap.limits.vehicle_limits import VehicleLimits
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
 from minsnap.time_allocation.joint_layout import JointLayout

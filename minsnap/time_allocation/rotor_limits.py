@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.limits.vehicle_limits import MARGIN
+from minsnap.limits.rotor_use import MARGIN
 from minsnap.optimisation.units import Units
 from minsnap.time_allocation.momentary_limits import TINY, Excess, Momentary, inner, lifted, norm
 from minsnap.vehicle.quadrotor import Quadrotor

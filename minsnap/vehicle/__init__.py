@@ -8,7 +8,7 @@ from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.rotor_fit import CoefficientFit, fit_thrust_coefficient, fit_torque_coefficient
 from minsnap.vehicle.states import FlatStates, check_rotor_limits, flat_states, flatness_of
 from minsnap.vehicle.surface import RPM, Surface, SurfaceDrag
-from minsnap.vehicle.yaml import read_vehicle, write_vehicle
+from minsnap.vehicle.vehicle_file import read_vehicle, write_vehicle
 
 __all__ = [
     "GRAVITY",

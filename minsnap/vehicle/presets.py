@@ -1,14 +1,14 @@
-"""Vehicles that come with the library, and where each of their numbers is from."""
+"""Parameters of the vehicles that come with the library, and where each of their numbers is from."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.vehicle.drag import BodyDrag, RotorSpeedDrag
-from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.surface import RPM
 
 F330_AIRFRAME = BodyDrag(
@@ -20,8 +20,8 @@ F330_ROTORS = BodyDrag((0.165728, 0.165728, 0.0))
 """Drag of its four propellers [N s/m]: :func:`minsnap.thesis.consistent_rotor_drag` derives it."""
 
 
-def dji_f330() -> Quadrotor:
-    """Return the DJI F330 of the thesis.
+def dji_f330_parameters() -> dict[str, Any]:
+    """Return the parameters of the DJI F330 of the thesis.
 
     Measured there (section 4.6, in N/RPM^2 and N m/RPM^2): thrust coefficient 7.456e-8 and torque coefficient 2.278e-9
     of the 8045 propeller; drag from its wind tunnel, see :mod:`minsnap.thesis.consistent`.
@@ -34,9 +34,10 @@ def dji_f330() -> Quadrotor:
 
     Returns
     -------
-    Quadrotor
+    dict
+        Fields of :class:`~minsnap.vehicle.Quadrotor`.
     """
-    return Quadrotor(
+    return dict(
         mass=1.0,
         inertia=_f330_inertia(),
         arm_length=0.165,
@@ -65,8 +66,8 @@ def _f330_inertia() -> FloatArray:
     return np.array([roll, pitch, yaw])
 
 
-def px4_sih() -> Quadrotor:
-    """Return the quadrotor of PX4's simulation in hardware.
+def px4_sih_parameters() -> dict[str, Any]:
+    """Return the parameters of the quadrotor of PX4's simulation in hardware.
 
     Its parameters' defaults: SIH_MASS 1 kg, SIH_IXX, SIH_IYY 0.025 and SIH_IZZ 0.03 kg m^2, SIH_L_ROLL and SIH_L_PITCH
     0.2 m, SIH_T_MAX 5 N a rotor, SIH_Q_MAX 0.1 N m, SIH_T_TAU 0.05 s, SIH_KDV 1 N s/m (drag linear in velocity).
@@ -75,10 +76,11 @@ def px4_sih() -> Quadrotor:
 
     Returns
     -------
-    Quadrotor
+    dict
+        Fields of :class:`~minsnap.vehicle.Quadrotor`.
     """
     fastest = 1000.0
-    return Quadrotor(
+    return dict(
         mass=1.0,
         inertia=np.array([0.025, 0.025, 0.03]),
         arm_length=0.2 * math.sqrt(2.0),
@@ -92,8 +94,8 @@ def px4_sih() -> Quadrotor:
     )
 
 
-def crazyflie() -> Quadrotor:
-    """Return a Crazyflie 2.x.
+def crazyflie_parameters() -> dict[str, Any]:
+    """Return the parameters of a Crazyflie 2.x.
 
     Mass and inertia from Förster, *System identification of the Crazyflie 2.0 nano quadrocopter* (ETH 2015). Arm,
     thrust, torque, drag and motor coefficients as RotorPy collects them in its ``crazyflie_params`` (Folk, Paulos and
@@ -102,11 +104,12 @@ def crazyflie() -> Quadrotor:
 
     Returns
     -------
-    Quadrotor
+    dict
+        Fields of :class:`~minsnap.vehicle.Quadrotor`.
     """
     mass, thrust = 0.028, 2.3e-8
     hover = math.sqrt(mass * GRAVITY / 4 / thrust)
-    return Quadrotor(
+    return dict(
         mass=mass,
         inertia=np.array([16.571710e-6, 16.655602e-6, 29.261652e-6]),
         arm_length=0.043,

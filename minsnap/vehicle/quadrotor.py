@@ -149,37 +149,37 @@ class Quadrotor:
 
     @classmethod
     def dji_f330(cls) -> Quadrotor:
-        """Return the vehicle of the thesis; see :func:`minsnap.vehicle.presets.dji_f330` for what is measured."""
-        from minsnap.vehicle.presets import dji_f330
+        """Return the vehicle of the thesis; see ``minsnap.vehicle.presets`` for what is measured."""
+        from minsnap.vehicle.presets import dji_f330_parameters
 
-        return dji_f330()
+        return cls(**dji_f330_parameters())
 
     @classmethod
     def px4_sih(cls) -> Quadrotor:
-        """Return the quadrotor of PX4's simulation in hardware; see :func:`minsnap.vehicle.presets.px4_sih`."""
-        from minsnap.vehicle.presets import px4_sih
+        """Return the quadrotor of PX4's simulation in hardware; see :func:`minsnap.vehicle.presets.px4_sih_parameters`."""
+        from minsnap.vehicle.presets import px4_sih_parameters
 
-        return px4_sih()
+        return cls(**px4_sih_parameters())
 
     @classmethod
     def crazyflie(cls) -> Quadrotor:
-        """Return a Crazyflie 2.x; see :func:`minsnap.vehicle.presets.crazyflie` for its sources."""
-        from minsnap.vehicle.presets import crazyflie
+        """Return a Crazyflie 2.x; see :func:`minsnap.vehicle.presets.crazyflie_parameters` for its sources."""
+        from minsnap.vehicle.presets import crazyflie_parameters
 
-        return crazyflie()
+        return cls(**crazyflie_parameters())
 
     @classmethod
     def from_yaml(cls, path: str | os.PathLike[str]) -> Quadrotor:
         """Read a vehicle from a file; see :func:`minsnap.vehicle.read_vehicle`."""
-        from minsnap.vehicle.yaml import read_vehicle
+        from minsnap.vehicle.yaml import read_described
 
-        return read_vehicle(path)
+        return read_described(cls, path)
 
     def to_yaml(self, path: str | os.PathLike[str]) -> None:
         """Write the vehicle to a file; see :func:`minsnap.vehicle.write_vehicle`."""
-        from minsnap.vehicle.yaml import write_vehicle
+        from minsnap.vehicle.yaml import write_description
 
-        write_vehicle(self, path)
+        write_description(self, path)
 
 
 def _read_only(array: FloatArray) -> FloatArray:

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import os
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from minsnap.errors import VehicleError
 from minsnap.storage.budget import shown
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag
-from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.surface import Surface, SurfaceDrag
 
+Vehicle = TypeVar("Vehicle")
+"""The class of a vehicle: a dataclass."""
 
-def read_vehicle(path: str | os.PathLike[str]) -> Quadrotor:
-    """Read a vehicle from YAML.
+
+def read_described(kind: type[Vehicle], path: str | os.PathLike[str]) -> Vehicle:
+    """Read a vehicle of a class from YAML.
 
     ``drag`` is a mapping with ``linear`` and ``quadratic``, with ``per_rotor_speed``, or with ``surface``: a mapping of
     the fields of :class:`~minsnap.vehicle.Surface`, and ``count``, how many such bodies there are.
@@ -34,14 +36,14 @@ def read_vehicle(path: str | os.PathLike[str]) -> Quadrotor:
     if not isinstance(given, dict):
         raise VehicleError(f"{path} holds no vehicle: give its fields by name, such as 'mass: 1.0'")
     try:
-        return vehicle_from(given)
+        return vehicle_from(kind, given)
     except VehicleError as error:
         raise VehicleError(f"{path}: {error}") from None
     except (TypeError, ValueError, OverflowError) as error:
         raise VehicleError(f"{path} describes no vehicle: a field has a value of another form than its own") from error
 
 
-def write_vehicle(vehicle: Quadrotor, path: str | os.PathLike[str]) -> None:
+def write_description(vehicle: Any, path: str | os.PathLike[str]) -> None:
     """Write a vehicle as YAML, whole or not at all; numbers read back exactly.
 
     Raises
@@ -59,9 +61,9 @@ def write_vehicle(vehicle: Quadrotor, path: str | os.PathLike[str]) -> None:
         file.write(yaml.safe_dump(description_of(vehicle), sort_keys=False))
 
 
-def vehicle_from(given: dict[str, Any]) -> Quadrotor:
+def vehicle_from(kind: type[Vehicle], given: dict[str, Any]) -> Vehicle:
     """Return the vehicle that a mapping of fields describes, or raise VehicleError."""
-    known = [field.name for field in fields(Quadrotor)]
+    known = [field.name for field in fields(kind)]  # type: ignore[arg-type]
     unknown = [str(name) for name in given if name not in known]
     if unknown:
         raise VehicleError(f"no field is called {', '.join(unknown)}: the fields are {', '.join(known)}")
@@ -71,12 +73,12 @@ def vehicle_from(given: dict[str, Any]) -> Quadrotor:
     values = dict(given)
     if "drag" in values:
         values["drag"] = _drag_from(values["drag"])
-    return Quadrotor(**values)
+    return kind(**values)
 
 
-def description_of(vehicle: Quadrotor) -> dict[str, Any]:
+def description_of(vehicle: Any) -> dict[str, Any]:
     """Return the fields of a vehicle as plain numbers, text and lists."""
-    plain = {field.name: getattr(vehicle, field.name) for field in fields(Quadrotor)}
+    plain = {field.name: getattr(vehicle, field.name) for field in fields(vehicle)}
     return plain | {"inertia": vehicle.inertia.tolist(), "drag": _describe(vehicle.drag)}
 
 

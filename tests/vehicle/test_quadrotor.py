@@ -157,4 +157,4 @@ def test_a_drag_without_description_is_not_written(tmp_path) -> None:
 )
 def test_bad_drags_in_descriptions_are_named(drag: object) -> None:
     with pytest.raises(VehicleError, match="drag"):
-        vehicle_from(GOOD | {"drag": drag})
+        vehicle_from(Quadrotor, GOOD | {"drag": drag})

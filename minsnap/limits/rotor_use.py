@@ -1,15 +1,12 @@
-"""Limits of a vehicle: total thrust as walls of the QP, and each rotor's thrust certified over all time."""
+"""How far the thrust of each rotor of a vehicle is used, certified over all time."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.errors import LimitError
-from minsnap.limits.limits import Limits
 from minsnap.limits.rotor_bounds import Part, axis_ranges, heading_ranges, rotor_ranges
 from minsnap.polynomials.bernstein import differentiate, multiply, subdivide
 from minsnap.polynomials.intervals import Interval
@@ -32,46 +29,7 @@ ROUNDS, PARTS, MOST = 9, 4, 400_000
 """How often, into how many parts, and up to how many parts in all a piece is divided for the proof."""
 
 
-@dataclass(frozen=True)
-class VehicleLimits(Limits):
-    """Limits that follow from a vehicle, beside others; made by :meth:`Limits.of`.
-
-    Parameters
-    ----------
-    vehicle : Quadrotor
-        Its rotors' thrusts are kept within their limits, by the time scale; without its drag.
-    reserve : float
-        Share of the rotors' room above and below hover that is left to feedback, in [0, 1).
-    """
-
-    vehicle: Any = None
-    reserve: float = 0.0
-
-    def utilisation(self, traj: Trajectory) -> tuple[Utilisation, ...]:
-        """Say how far each limit is used, and each side of the rotors' thrust limits.
-
-        The rotors' ``method`` is ``"interval"`` where interval bounds prove that no thrust goes beyond the value given
-        (``MARGIN`` above the largest of many samples), ``"sampled"`` where the yaw is along the velocity. A heading
-        from the tilt is proved as well.
-        """
-        return (*super().utilisation(traj), *_rotors(self.vehicle, self.reserve, traj))
-
-
-def limits_of(vehicle: Quadrotor, reserve: float, **others: Any) -> VehicleLimits:
-    """Return the limits of a vehicle and others besides; see :meth:`Limits.of`."""
-    if not (np.isfinite(reserve) and 0.0 <= reserve < 1.0):
-        raise LimitError(f"the reserve is {reserve}: it must be at least 0 and below 1")
-    ratio = vehicle.max_thrust_to_weight
-    if ratio <= 1.0:
-        raise LimitError(f"the vehicle's rotors lift {ratio:.3f} of its weight: it cannot hover", smallest=1.0)
-    least = 4.0 * vehicle.rotor_thrust_limits[0] / vehicle.weight
-    thrusts = {"max_thrust": 1.0 + (1.0 - reserve) * (ratio - 1.0)}
-    if least > 0.0:
-        thrusts["min_thrust"] = 1.0 - (1.0 - reserve) * (1.0 - least)
-    return VehicleLimits(**{**thrusts, **others}, gravity=vehicle.gravity, vehicle=vehicle, reserve=float(reserve))
-
-
-def _rotors(vehicle: Quadrotor, reserve: float, traj: Trajectory) -> list[Utilisation]:
+def measure_rotors(vehicle: Quadrotor, reserve: float, traj: Trajectory) -> list[Utilisation]:
     """How far the room of a rotor's thrust above and below hover is used."""
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
     found = RotorBound(vehicle, traj).run()
