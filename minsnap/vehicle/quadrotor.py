@@ -156,7 +156,7 @@ class Quadrotor:
 
     @classmethod
     def px4_sih(cls) -> Quadrotor:
-        """Return the quadrotor of PX4's simulation in hardware; see :func:`minsnap.vehicle.presets.px4_sih_parameters`."""
+        """Return the quadrotor of PX4's simulation in hardware; see ``minsnap.vehicle.presets``."""
         from minsnap.vehicle.presets import px4_sih_parameters
 
         return cls(**px4_sih_parameters())
