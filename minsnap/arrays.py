@@ -33,3 +33,20 @@ def own_arrays(value: Any) -> None:
             owned = array.copy()
             owned.flags.writeable = False
             object.__setattr__(value, field.name, owned)
+
+
+class ReadOnly:
+    """Base of values that own read-only arrays: they stay so when the value is pickled, copied or sent to a process."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            _freeze(value)
+        self.__dict__.update(state)
+
+
+def _freeze(value: Any) -> None:
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, (list, tuple)):
+        for entry in value:
+            _freeze(entry)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.corridors.constraint import Faces, Walls
 from minsnap.errors import CorridorError
 
@@ -16,7 +16,7 @@ AXES = "xyz"
 
 
 @dataclass(frozen=True, eq=False)
-class Boxes:
+class Boxes(ReadOnly):
     """Axis-aligned boxes of free space: leg i stays in box i.
 
     Parameters

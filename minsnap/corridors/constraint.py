@@ -19,14 +19,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.arrays import FloatArray, IntArray, ReadOnly
 from minsnap.errors import CorridorError
 from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class Cones:
+class Cones(ReadOnly):
     """The one form of a wall, m of them: norm of A x <= radius + slope . x, with x the derivative minus the anchor.
 
     Parameters
@@ -102,7 +102,7 @@ class Cones:
 
 
 @dataclass(frozen=True, eq=False)
-class Faces:
+class Faces(ReadOnly):
     """Pairs of parallel planes, each on one leg: lower <= n . (derivative - anchor) <= upper.
 
     Parameters
@@ -147,7 +147,7 @@ class Faces:
 
 
 @dataclass(frozen=True, eq=False)
-class Balls:
+class Balls(ReadOnly):
     """Balls, cylinders, disks or cones, each on one leg.
 
     Parameters

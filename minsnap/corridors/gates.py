@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import WaypointError
 
 FLAT = 1e-9
@@ -20,7 +20,7 @@ ALIGNED = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
-class Ball:
+class Ball(ReadOnly):
     """Waypoints are met when the curve passes within a distance of them.
 
     Parameters
@@ -64,7 +64,7 @@ class Ball:
 
 
 @dataclass(frozen=True, eq=False)
-class Gate:
+class Gate(ReadOnly):
     """A waypoint that is an opening: the curve crosses its plane within it.
 
     Parameters

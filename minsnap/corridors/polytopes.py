@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.corridors.boxes import as_numbers, axis_name, check_legs
 from minsnap.corridors.constraint import Faces, Walls
 from minsnap.corridors.half_spaces import HalfSpaceRows, bounding_boxes, check_half_spaces, flatness, inner_balls
@@ -17,7 +17,7 @@ from minsnap.errors import CorridorError
 
 
 @dataclass(frozen=True, eq=False)
-class Polytopes:
+class Polytopes(ReadOnly):
     r"""Convex polytopes of free space: leg i stays in :math:`A_i r \le b_i`.
 
     Parameters

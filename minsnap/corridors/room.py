@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.corridors.boxes import as_numbers, check_bounds
 from minsnap.corridors.constraint import Constraint, Faces, Walls
 from minsnap.corridors.half_spaces import check_half_spaces
@@ -16,7 +16,7 @@ from minsnap.errors import CorridorError
 
 
 @dataclass(frozen=True, eq=False)
-class Room:
+class Room(ReadOnly):
     """One axis-aligned box for all legs.
 
     Parameters
@@ -54,7 +54,7 @@ class Room:
 
 
 @dataclass(frozen=True, eq=False)
-class HalfSpaces:
+class HalfSpaces(ReadOnly):
     r"""Half-spaces :math:`n^\top r \le c`, each on all legs or on some.
 
     Parameters

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
 from minsnap.errors import CorridorError
 
@@ -58,7 +58,7 @@ def _half_widths(value: npt.ArrayLike, name: str) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Tube:
+class Tube(ReadOnly):
     r"""A corridor around the legs: perpendicular offset from the leg's line, infinity norm in world axes.
 
     :math:`d(t) = (I - u u^\top)(r(t) - r_i)`, :math:`\|d(t)\|_\infty \le \delta`, u the leg's unit vector.
@@ -108,7 +108,7 @@ class Tube:
 
 
 @dataclass(frozen=True, eq=False)
-class RoundTube:
+class RoundTube(ReadOnly):
     r"""Euclidean distance to the leg's line: :math:`\|(I - u u^\top)(r(t) - r_i)\|_2 \le \rho`.
 
     Parameters

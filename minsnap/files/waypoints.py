@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import FileError
 from minsnap.storage.budget import shown
 from minsnap.storage.table import read_table
@@ -21,7 +21,7 @@ COLUMNS = ("x", "y", "z", "yaw", "duration")
 
 
 @dataclass(frozen=True, eq=False)
-class Waypoints:
+class Waypoints(ReadOnly):
     """What a waypoint file holds; its fields are arguments of :func:`minsnap.plan`.
 
     Parameters

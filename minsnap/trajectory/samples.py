@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from minsnap.arrays import FloatArray, owned
+from minsnap.arrays import FloatArray, ReadOnly, owned
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class Samples(ReadOnly):
     """A path at the instants ``t``; SI units, z up, read-only arrays.
 
     Parameters

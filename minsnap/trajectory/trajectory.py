@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, owned
+from minsnap.arrays import FloatArray, ReadOnly, owned
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.certificate import largest_norms
 from minsnap.native.evaluation import Evaluator
@@ -43,7 +43,7 @@ JOINT = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Path):
+class Trajectory(ReadOnly, Path):
     r"""Piecewise polynomials, each on its own unit interval.
 
     Piece i is :math:`r(t) = \sum_j B_j^n(s)\, p_{ij}` with :math:`s = (t - t_i) / T_i`; pieces are half-open, the

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import VehicleError
 
 
@@ -66,7 +66,7 @@ class HubDrag(Drag, Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class BodyDrag:
+class BodyDrag(ReadOnly):
     r"""Drag along each axis of the body, linear and quadratic in velocity: odd, zero at rest, opposing motion.
 
     .. math:: F = -(\operatorname{diag}(linear) + |v| \operatorname{diag}(quadratic))\, v

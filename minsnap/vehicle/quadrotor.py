@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.arrays import GRAVITY, FloatArray, ReadOnly
 from minsnap.errors import VehicleError
 from minsnap.vehicle.drag import BodyDrag, Drag
 from minsnap.vehicle.mixer import mixer_matrix, rotor_positions
@@ -18,7 +18,7 @@ from minsnap.vehicle.parameter_checks import checked_inertia, non_negative, posi
 
 
 @dataclass(frozen=True, eq=False)
-class Quadrotor:
+class Quadrotor(ReadOnly):
     """Four rotors on a rigid body; SI units, body axes forward, left, up.
 
     Parameters

@@ -200,3 +200,13 @@ def test_whatever_a_file_holds_it_is_read_or_refused(tmp_path_factory, content):
             assert np.isfinite(minsnap.read_csv(file).position).all()
         except FileError as error:
             assert str(file) in str(error)
+
+
+def test_a_yaw_in_ned_reads_back_to_its_last_digit_and_all_else_exactly(tmp_path):
+    random = np.random.default_rng(5)
+    yaw = random.uniform(-7.0, 7.0, 400)
+    first = Samples(np.arange(400.0), random.normal(size=(400, 3)), random.normal(size=(400, 3)), yaw=yaw)
+    write_csv(first, tmp_path / "ned.csv", frame="ned")
+    again = read_csv(tmp_path / "ned.csv", frame="ned")
+    assert (again.position == first.position).all() and (again.velocity == first.velocity).all()
+    assert np.abs(again.yaw - yaw).max() <= 2.0 * np.spacing(8.0)

@@ -1,0 +1,65 @@
+"""Read-only arrays stay read-only, however a value travels."""
+
+import copy
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.corridors.constraint import Balls, Faces
+from minsnap.vehicle import Quadrotor
+
+CORNERS = [(0, 0, 1), (2, 0, 1), (2, 1, 1)]
+
+
+def planned():
+    return minsnap.plan(CORNERS, [2.0, 1.5], corridor=0.3, yaw=[0.0, 0.5, 0.0])
+
+
+VALUES = {
+    "trajectory": planned,
+    "samples": lambda: planned().sample(10.0),
+    "tube": lambda: minsnap.Tube([0.1, 0.2]),
+    "round tube": lambda: minsnap.RoundTube([0.1, 0.2]),
+    "boxes": lambda: minsnap.Boxes([(0, 0)] * 2, [(1, 1)] * 2),
+    "polytopes": lambda: minsnap.Polytopes([(np.vstack([np.eye(2), -np.eye(2)]), np.ones(4))] * 2),
+    "room": lambda: minsnap.Room((0, 0), (1, 1)),
+    "half-spaces": lambda: minsnap.HalfSpaces((1, 0), 2.0),
+    "faces": lambda: Faces([0], [[1.0, 0.0]], [[0.0, 0.0]], [-1.0], [1.0], [1.0]),
+    "balls": lambda: Balls([0], np.eye(2)[None], [[0.0, 0.0]], [1.0]),
+    "vehicle": Quadrotor.dji_f330,
+}
+WAYS = {"pickle": lambda value: pickle.loads(pickle.dumps(value)), "copy": copy.copy, "deepcopy": copy.deepcopy}
+
+
+def arrays(value, found=None):
+    """Return every array that a value holds, however deep."""
+    found = [] if found is None else found
+    if isinstance(value, np.ndarray):
+        found.append(value)
+    for entry in (
+        value if isinstance(value, (list, tuple)) else vars(value).values() if hasattr(value, "__dict__") else ()
+    ):
+        arrays(entry, found)
+    return found
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", VALUES)
+def test_arrays_of_copies_are_equal_and_read_only(name, way):
+    first = VALUES[name]()
+    again = WAYS[way](first)
+    before, after = arrays(first), arrays(again)
+    assert len(before) == len(after) > 0
+    for one, other in zip(before, after, strict=True):
+        assert not other.flags.writeable
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_plan_that_comes_back_from_a_process_is_read_only():
+    with ProcessPoolExecutor(1) as pool:
+        path = pool.submit(planned).result()
+    assert not any(array.flags.writeable for array in arrays(path))
+    assert path(1.0) == pytest.approx(planned()(1.0), abs=0.0)
