@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def check(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
     frame: options.Frame = "enu",
     waypoints: Annotated[
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
@@ -34,15 +34,15 @@ def check(
     Exit status 1 if something is wrong with what the file holds.
     """
     from minsnap.files.consistency import check_samples
-    from minsnap.files.setpoint_csv import read_csv
+    from minsnap.files.convert import read_samples
 
     if (waypoints is None) != (corridor is None):
         raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
-    samples = read_csv(file, frame)
+    samples = read_samples(file, frame)
     report = check_samples(samples)
     inside = _membership(samples, waypoints, corridor)
     problems = [*report.problems, *_escape(inside)]
-    print(_as_json(report, inside, problems) if json else _as_text(report, inside, problems))
+    print(_as_json(report, inside, problems, frame) if json else _as_text(report, inside, problems))
     return 1 if problems else 0
 
 
@@ -61,8 +61,8 @@ def _escape(inside: Membership | None) -> list[str]:
     return [f"the path leaves the corridor of leg {inside.leg} by {-inside.margin:.3g} m at t = {inside.instant:.6g} s"]
 
 
-def _as_json(report: ConsistencyReport, inside: Membership | None, problems: list[str]) -> str:
-    figures: dict[str, Any] = asdict(report) | {"problems": problems, "ok": not problems}
+def _as_json(report: ConsistencyReport, inside: Membership | None, problems: list[str], frame: str) -> str:
+    figures: dict[str, Any] = asdict(report) | {"problems": problems, "ok": not problems, "frame": frame}
     figures["corridor"] = None if inside is None else asdict(inside)
     return jsonlib.dumps(figures, indent=2)
 

@@ -62,12 +62,13 @@ def _compared(
     reference: Path, paths: list[Path], frame: str, align: bool, max_delay: float
 ) -> dict[str, ComparedFlight]:
     """Read and compare all files; what is damaged in a log is said on standard error."""
+    from minsnap.files.convert import read_samples
     from minsnap.files.flights import load_reference
 
     found: dict[str, ComparedFlight] = {}
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        wanted = load_reference(reference, frame)
+        wanted = load_reference(reference, frame) if _is_flight(reference) else read_samples(reference, frame)
         for path in paths:
             flights = _flights(wanted, path, reference, frame, align, max_delay)
             for number, one in enumerate(flights, 1):
@@ -118,6 +119,12 @@ def _kept(flight: Samples, waypoints: Path | None, corridor: str | None, max_spe
         kept["max_speed"] = float(np.linalg.norm(flight.velocity, axis=1).max())
         kept["max_speed_allowed"] = max_speed
     return kept
+
+
+def _is_flight(path: Path) -> bool:
+    from minsnap.files.flights import ENDINGS
+
+    return path.suffix.lower() in ENDINGS
 
 
 def _name(path: Path, flights: list[Path]) -> str:

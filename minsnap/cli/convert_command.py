@@ -31,18 +31,14 @@ def convert(
     A trajectory is sampled at --rate where the format holds samples; samples are fitted with polynomials to 1 mm
     where it holds those.
     """
-    from minsnap.files.convert import read_any, write_any
+    from minsnap.files.convert import formats, read_any, written
+    from minsnap.files.format import Writing
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         content = read_any(source, from_frame)
     for warning in caught:  # a damaged log says what could be read of it
         print(f"minsnap: {warning.message}", file=sys.stderr)
-    name = write_any(content, target, to, rate, frame, clobber=not no_clobber)
-    print(f"{target}: {name}, frame {_frame_of(name, frame)}")
+    name, lost = written(content, target, to, rate, Writing(frame, not no_clobber))
+    print(f"{target}: {name}, frame {formats()[name].frame or frame}{f'; {lost}' if lost else ''}")
     return 0
-
-
-def _frame_of(name: str, frame: str) -> str:
-    """Return the frame that a format is written in."""
-    return {"setpoints": frame, "parquet": frame, "px4": "ned"}.get(name, "enu")

@@ -12,10 +12,19 @@ from minsnap.errors import InputError
 from minsnap.limits.kinds import KINDS, Kind
 
 Output = Annotated[
-    Path | None, typer.Option("--output", "-o", metavar="FILE", help="Setpoint CSV to write; - is standard output.")
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        help="File to write, in the format of its ending: .csv, .json, .yaml, .npz, .traj; - is standard output.",
+    ),
 ]
 Rate = Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints a second.")]
 Frame = Annotated[str, typer.Option("--frame", help="Axes of the file: enu, ned, flu, frd or optitrack.")]
+Format = Annotated[
+    str | None, typer.Option("--format", metavar="NAME", help="Format of the file, where its ending does not tell.")
+]
 Plot = Annotated[
     Path | None, typer.Option("--plot", metavar="FILE", help="Figure to write: PNG, SVG or PDF, by its ending.")
 ]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from minsnap.cli import options
 from minsnap.cli.summary import as_json, as_text, summarise
+from minsnap.errors import FileError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -26,11 +27,13 @@ class Destination:
     Parameters
     ----------
     output, plot : path or None
-        Setpoint CSV ("-" for standard output) and figure.
+        File of the path, in the format of its ending ("-": setpoints to standard output), and figure.
     rate : float
         Setpoints a second [Hz].
     frame : str
-        Axes of the CSV.
+        Axes of setpoints and tables.
+    format : str or None
+        Name of the output's format, where its ending does not tell.
     json : bool
         Print the summary as JSON.
     no_clobber : bool
@@ -39,7 +42,7 @@ class Destination:
     Raises
     ------
     FileError
-        If a file must not be replaced or the figure has an unknown ending.
+        If a file must not be replaced or has an ending that is not known.
     FrameError
         If the frame is unknown.
     TimingError
@@ -52,6 +55,7 @@ class Destination:
     frame: options.Frame = "enu"
     json: options.Json = False
     no_clobber: options.NoClobber = False
+    format: options.Format = None
 
     def __post_init__(self) -> None:
         from minsnap.frames import get_frame
@@ -66,6 +70,20 @@ class Destination:
         for file in (self.output, self.plot):
             if file is not None and file != STANDARD_OUTPUT:
                 check_destination(file, clobber=not self.no_clobber)
+        self._check_format()
+
+    def _check_format(self) -> None:
+        if self.output == STANDARD_OUTPUT and self.format not in (None, "setpoints"):
+            raise FileError(f"standard output takes setpoints only: write {self.format} to a file")
+        if self.output not in (None, STANDARD_OUTPUT) and not self._is_csv:
+            from minsnap.files.convert import format_of
+
+            format_of(self.output, self.format)
+
+    @property
+    def _is_csv(self) -> bool:
+        """Whether setpoints are written, which needs no other format to be looked at."""
+        return self.output is not None and self.output.suffix.lower() == ".csv" and self.format in (None, "setpoints")
 
     def deliver(
         self,
@@ -79,13 +97,25 @@ class Destination:
         if self.plot is not None:
             self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits)
         if self.output is not None:
-            self._write(path)
+            known = {"waypoints": waypoints, "corridor": corridor, "limits": limits}
+            figures["note"] = self._write(path, known | {"command": ("minsnap", *sys.argv[1:])})
         named = {"output": self.output, "plot": self.plot}
         figures |= {name: None if file is None else str(file) for name, file in named.items()}
         text = as_json(figures) if self.json else as_text(figures)
         print(text, file=sys.stderr if self.output == STANDARD_OUTPUT else sys.stdout)
 
-    def _write(self, path: Path) -> None:
+    def _write(self, path: Path, facts: dict[str, Any]) -> str | None:
+        """Write the path; return a sentence on what its format loses."""
+        if self._is_csv or self.output == STANDARD_OUTPUT:
+            self._write_setpoints(path)
+            return None
+        from minsnap.files.convert import written
+        from minsnap.files.format import Writing
+
+        assert self.output is not None
+        return written(path, self.output, self.format, self.rate, Writing(self.frame, not self.no_clobber, facts))[1]
+
+    def _write_setpoints(self, path: Path) -> None:
         from minsnap.files.setpoint_csv import csv_lines, write_csv
 
         if self.output == STANDARD_OUTPUT:

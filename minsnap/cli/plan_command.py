@@ -12,6 +12,7 @@ from minsnap.cli.groups import grouped
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning
 from minsnap.cli.progress import searching
+from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.files.waypoints import Waypoints
@@ -22,13 +23,20 @@ if TYPE_CHECKING:
 def plan(
     planning: Planning,
     destination: Destination,
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Waypoints: x,y,z[,yaw][,duration] in CSV, or YAML.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="x,y,z[,yaw][,duration] in CSV; YAML; or a plan.")],
     closed: Annotated[bool, typer.Option("--closed", help="End in the state it starts with, at speed.")] = False,
 ) -> None:
-    """Plan through the waypoints of a file; at 1 m/s on average unless times or limits are given."""
+    """Plan through the waypoints of a file; at 1 m/s on average unless times or limits are given.
+
+    A plan that was written as .json or .yaml is taken as it is, with its corridor and limits, and certified again.
+    """
+    from minsnap.files.formats.polynomials import is_polynomials
     from minsnap.files.waypoints import read_waypoints
     from minsnap.planner import plan as plan_path
 
+    if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
+        _deliver_again(file, planning, destination, closed)
+        return
     found = read_waypoints(file)
     asked = _of_file(found) | planning.arguments()
     if asked.keys() & {"total_time", "time_weight", "limits"}:
@@ -36,6 +44,15 @@ def plan(
     with searching(destination.json) as progress:
         path = plan_path(found.points, closed=closed, **asked, **progress)
     destination.deliver(path, planning.walls, found.points, limits=planning.limits)
+
+
+def _deliver_again(file: Path, planning: Planning, destination: Destination, closed: bool) -> None:
+    from minsnap.files.formats.polynomials import read_polynomials
+
+    if planning != Planning() or closed:
+        raise InputError(f"{file} is a plan already: leave out the options of planning, or plan through its waypoints")
+    stored = read_polynomials(file)
+    destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, limits=stored.limits)
 
 
 def _of_file(found: Waypoints) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from minsnap.cli.app import app
 
 @app.command()
 def plot(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="Figure to write: PNG, SVG or PDF, by its ending.")
     ],
@@ -27,14 +27,14 @@ def plot(
     no_clobber: options.NoClobber = False,
 ) -> None:
     """Draw a setpoint file: the path, and position, velocity and acceleration against time."""
-    from minsnap.files.setpoint_csv import read_csv
+    from minsnap.files.convert import read_samples
     from minsnap.files.waypoints import read_waypoints
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
     from minsnap.storage.atomic import check_destination
 
     check_figure_name(output)
     check_destination(output, clobber=not no_clobber)
-    samples = read_csv(file, frame)
+    samples = read_samples(file, frame)
     points = None if waypoints is None else read_waypoints(waypoints).points
     walls = options.parse_corridor(corridor)
     figure = plot_overview(samples, view=view, corridor=walls, waypoints=points, title=title or file.name)

@@ -1,84 +1,45 @@
-"""From one format to another, by the endings of the files or by name."""
+"""From one format to another, by the endings of the files or by name; the formats say themselves what they are."""
 
 from __future__ import annotations
 
+import importlib
 import os
-from collections.abc import Callable
+import pkgutil
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from minsnap.errors import FileError
+from minsnap.files.format import Content, Format, Writing
+from minsnap.trajectory.path import Path as Curve
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
-Content = Trajectory | Samples
+RATE = 20.0
+"""Samples a second of a trajectory where a format or a command wants samples [Hz]."""
 
 
-def _read_table(path: str | os.PathLike[str], frame: str) -> Content:
-    """Read a Crazyflie's file, whose rows have 33 numbers, or setpoints."""
-    from minsnap.files.formats.crazyflie import COLUMNS, read_crazyflie
-    from minsnap.files.setpoint_csv import read_csv
-    from minsnap.storage.text import read_text
+@cache
+def formats() -> dict[str, Format]:
+    """Return every format by name: those of setpoints and logs, and of each module of ``minsnap.files.formats``."""
+    from minsnap.files import formats as folder
 
-    rows = read_text(path).splitlines()[1:2]
-    if rows and len(rows[0].rstrip().rstrip(",").split(",")) == len(COLUMNS):
-        return read_crazyflie(path)
-    return read_csv(path, frame)
-
-
-def _read_yaml(path: str | os.PathLike[str], frame: str) -> Content:
-    from minsnap.files.formats.mav_yaml import read_mav_yaml
-
-    return read_mav_yaml(path)
-
-
-def _read_npz(path: str | os.PathLike[str], frame: str) -> Content:
-    from minsnap.files.formats.npz import read_npz
-
-    return read_npz(path)
-
-
-def _read_parquet(path: str | os.PathLike[str], frame: str) -> Content:
-    from minsnap.files.formats.dataframes import read_parquet
-
-    return read_parquet(path)
-
-
-def _read_log(path: str | os.PathLike[str], frame: str) -> Content:
-    from minsnap.files.flights import load_flight
-
-    return load_flight(path)
-
-
-READERS: dict[str, Callable[[str | os.PathLike[str], str], Content]] = {
-    ".csv": _read_table,
-    ".yaml": _read_yaml,
-    ".yml": _read_yaml,
-    ".npz": _read_npz,
-    ".parquet": _read_parquet,
-    ".ulg": _read_log,
-    ".bin": _read_log,
-}
-"""By ending."""
-
-FORMATS = {
-    "setpoints": ".csv",
-    "crazyflie": "",
-    "mav": ".yaml",
-    "npz": ".npz",
-    "parquet": ".parquet",
-    "px4": ".npy",
-    "multidof": ".json",
-}
-"""What can be written, and the ending that means it; a Crazyflie file has to be asked for."""
+    names = [f"{folder.__name__}.{module.name}" for module in pkgutil.iter_modules(folder.__path__)]
+    modules = [
+        importlib.import_module(name) for name in ("minsnap.files.setpoint_csv", "minsnap.files.flights", *names)
+    ]
+    found = [getattr(module, "FORMAT", None) for module in modules]
+    return {entry.name: entry for entry in found if entry is not None}
 
 
 def read_any(path: str | os.PathLike[str], frame: str = "enu") -> Content:
-    """Read any file that the library knows, by its ending.
+    """Read any file that the library knows, by its ending and what it holds.
 
     Parameters
     ----------
     path : str or path
-        .csv (setpoints, or a Crazyflie's), .yaml, .npz, .parquet, .ulg or .bin.
+        .csv (setpoints, or a Crazyflie's), .json, .yaml, .npz, .traj, .parquet, .ulg or .bin.
     frame : str
         Of a setpoint CSV.
 
@@ -92,92 +53,94 @@ def read_any(path: str | os.PathLike[str], frame: str = "enu") -> Content:
     FileError
         If the ending is not known or the file is bad.
     """
-    reader = READERS.get(Path(path).suffix.lower())
-    if reader is None:
-        raise FileError(f"{path} cannot be read by its ending: it must be one of {', '.join(READERS)}")
-    return reader(path, frame)
+    ending = Path(path).suffix.lower()
+    able = [entry for entry in formats().values() if ending in entry.reads]
+    if not able:
+        known = dict.fromkeys(ending for entry in formats().values() for ending in entry.reads)
+        raise FileError(f"{path} cannot be read by its ending: it must be one of {', '.join(known)}")
+    able.sort(key=lambda entry: entry.recognises is None)
+    chosen = next((entry for entry in able if entry.recognises is None or entry.recognises(path)), able[-1])
+    assert chosen.read is not None
+    return chosen.read(path, frame)
+
+
+def read_samples(path: str | os.PathLike[str], frame: str = "enu", rate: float = RATE) -> Samples:
+    """Read any file as :func:`read_any` does, polynomials sampled at a rate [Hz]."""
+    content = read_any(path, frame)
+    return content if isinstance(content, Samples) else content.sample(rate)
 
 
 def write_any(
-    content: Content,
+    content: Content | Curve,
     path: str | os.PathLike[str],
     to: str | None = None,
-    rate: float = 20.0,
+    rate: float = RATE,
     frame: str = "enu",
     *,
     clobber: bool = True,
+    facts: Mapping[str, Any] | None = None,
 ) -> str:
-    """Write a trajectory or samples in a format, and return its name.
+    """Write a trajectory, another path or samples in a format, and return its name.
 
-    A trajectory is sampled where the format holds samples; samples are fitted with quintics, to a millimetre, where it
+    A path is sampled where the format holds samples; samples are fitted with quintics, to a millimetre, where it
     holds polynomials.
 
     Parameters
     ----------
-    content : Trajectory or Samples
+    content : Path or Samples
         In z-up world axes.
     path : str or path
         Destination.
     to : str or None
-        A name of :data:`FORMATS`; None goes by the ending.
+        A name of :func:`formats`; None goes by the ending.
     rate : float
-        Samples per second of a trajectory [Hz].
+        Samples per second of a path [Hz].
     frame : str
         Of setpoints and tables; the other formats have their own.
     clobber : bool
         False: a destination that exists is an error.
+    facts : mapping, optional
+        What formats of polynomials keep beside the curve: ``waypoints``, ``corridor``, ``limits``, ``command``.
 
     Raises
     ------
     FileError
         If there is no such format, or it cannot hold this.
     """
-    name = to or _format_of(path)
-    if name not in FORMATS:
-        raise FileError(f"no format is called {name!r}: choose one of {', '.join(FORMATS)}")
-    if name == "npz":
-        from minsnap.files.formats.npz import write_npz
-
-        write_npz(content, path, clobber=clobber)
-    elif name in ("crazyflie", "mav"):
-        _write_polynomials(content, path, name, clobber)
-    else:
-        _write_samples(content if isinstance(content, Samples) else content.sample(rate), path, name, frame, clobber)
-    return name
+    return written(content, path, to, rate, Writing(frame, clobber, facts or {}))[0]
 
 
-def _format_of(path: str | os.PathLike[str]) -> str:
-    ending = Path(path).suffix.lower().replace(".yml", ".yaml")
-    for name, its in FORMATS.items():
-        if its and its == ending:
-            return name
-    raise FileError(f"{path} cannot be written by its ending: name a format of {', '.join(FORMATS)}")
+def written(
+    content: Content | Curve, path: str | os.PathLike[str], to: str | None, rate: float, writing: Writing
+) -> tuple[str, str | None]:
+    """Write as :func:`write_any` does; return the format's name and a sentence on what was lost, if anything was."""
+    chosen = format_of(path, to)
+    assert chosen.write is not None
+    if not isinstance(content, (Trajectory, Samples)):
+        content = content.sample(rate)
+    if chosen.holds == "samples" and isinstance(content, Trajectory):
+        content = content.sample(rate)
+    if chosen.holds == "polynomials" and isinstance(content, Samples):
+        from minsnap.files.formats.refit import refit
+
+        content = refit(content, chosen.most_pieces)
+    return chosen.name, chosen.write(content, path, writing)
 
 
-def _write_polynomials(content: Content, path: str | os.PathLike[str], name: str, clobber: bool) -> None:
-    from minsnap.files.formats.crazyflie import MAX_PIECES, write_crazyflie
-    from minsnap.files.formats.mav_yaml import write_mav_yaml
-    from minsnap.files.formats.refit import refit
+def format_of(path: str | os.PathLike[str], to: str | None = None) -> Format:
+    """Return the format that a file is to be written in: the one named, or that of its ending.
 
-    if isinstance(content, Samples):
-        content = refit(content, MAX_PIECES if name == "crazyflie" else None)
-    (write_crazyflie if name == "crazyflie" else write_mav_yaml)(content, path, clobber=clobber)
-
-
-def _write_samples(samples: Samples, path: str | os.PathLike[str], name: str, frame: str, clobber: bool) -> None:
-    if name == "setpoints":
-        from minsnap.files.setpoint_csv import write_csv
-
-        write_csv(samples, path, frame=frame, clobber=clobber)
-    elif name == "parquet":
-        from minsnap.files.formats.dataframes import write_parquet
-
-        write_parquet(samples, path, frame, clobber=clobber)
-    elif name == "px4":
-        from minsnap.files.formats.px4 import write_px4
-
-        write_px4(samples, path, clobber=clobber)
-    else:
-        from minsnap.files.formats.multidof import write_multidof
-
-        write_multidof(samples, path, clobber=clobber)
+    Raises
+    ------
+    FileError
+        If there is none.
+    """
+    able = {name: entry for name, entry in formats().items() if entry.write is not None}
+    if to is not None and to not in able:
+        raise FileError(f"no format is called {to!r}: choose one of {', '.join(able)}")
+    ending = Path(path).suffix.lower()
+    found = able[to] if to is not None else next((e for e in able.values() if ending in e.endings), None)
+    if found is None:
+        known = ", ".join(ending for entry in able.values() for ending in entry.endings)
+        raise FileError(f"{path} cannot be written by its ending: use {known}, or name a format of {', '.join(able)}")
+    return found

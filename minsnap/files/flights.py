@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from minsnap.errors import FileError
+from minsnap.files.format import Format
 from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
@@ -96,3 +97,6 @@ def _part(log: FlightLog, part: str, path: str | os.PathLike[str]) -> Samples:
             f"{path} holds no {'setpoints' if part == 'reference' else 'position'}: log them, or give a CSV"
         )
     return samples
+
+
+FORMAT = Format("logs", "samples", reads=(".ulg", ".bin"), read=load_flight)

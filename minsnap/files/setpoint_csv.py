@@ -10,6 +10,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
+from minsnap.files.format import Format, Writing
 from minsnap.frames import get_frame, map_samples
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.table import read_table
@@ -169,3 +170,10 @@ def _check_increasing(path: str | os.PathLike[str], t: FloatArray) -> None:
     if late.size:
         i = int(late[0]) + 1
         raise FileError(f"{path}, line {i + 2}: t is {t[i]}, not after the {t[i - 1]} of the line before")
+
+
+def _write(content: Samples, path: str | os.PathLike[str], writing: Writing) -> None:
+    write_csv(content, path, frame=writing.frame, clobber=writing.clobber)
+
+
+FORMAT = Format("setpoints", "samples", (".csv",), _write, (".csv",), read_csv, frame="")

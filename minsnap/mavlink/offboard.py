@@ -95,6 +95,6 @@ def _sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOpt
         return source
     if isinstance(source, Path):
         return source.sample(20.0 if options.rate is None else options.rate)
-    from minsnap.files.setpoint_csv import read_csv
+    from minsnap.files.convert import read_samples
 
-    return read_csv(source, options.frame)
+    return read_samples(source, options.frame, 20.0 if options.rate is None else options.rate)

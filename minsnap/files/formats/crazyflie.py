@@ -13,6 +13,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
+from minsnap.files.format import Format, Writing
 from minsnap.files.formats.pieces import from_powers, position_powers, yaw_powers
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import reading
@@ -104,3 +105,20 @@ def _row(path: str | os.PathLike[str], number: int, line: str) -> list[float]:
     if not all(map(math.isfinite, values)) or values[0] <= 0:
         raise FileError(f"{path}, line {number}: a duration must be positive and every coefficient finite")
     return values
+
+
+def _is_crazyflie(path: str | os.PathLike[str]) -> bool:
+    """Whether the second line has the numbers of a piece."""
+    second = read_text(path).splitlines()[1:2]
+    return bool(second) and len(second[0].rstrip().rstrip(",").split(",")) == len(COLUMNS)
+
+
+def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) -> None:
+    write_crazyflie(content, path, clobber=writing.clobber)
+
+
+def _read(path: str | os.PathLike[str], frame: str) -> Trajectory:
+    return read_crazyflie(path)
+
+
+FORMAT = Format("crazyflie", "polynomials", (), _write, (".csv",), _read, _is_crazyflie, most_pieces=MAX_PIECES)

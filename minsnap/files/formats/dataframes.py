@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.errors import FileError
+from minsnap.files.format import Format, Writing
 from minsnap.files.formats.sample_checks import checked_samples
 from minsnap.files.setpoint_csv import GROUPS
 from minsnap.frames import get_frame, map_samples
@@ -97,3 +98,14 @@ def _pandas() -> Any:
     except ImportError:
         raise ImportError("tables need pandas and pyarrow: pip install minsnap[tables]") from None
     return pandas
+
+
+def _write(content: Samples, path: str | os.PathLike[str], writing: Writing) -> None:
+    write_parquet(content, path, writing.frame, clobber=writing.clobber)
+
+
+def _read(path: str | os.PathLike[str], frame: str) -> Samples:
+    return read_parquet(path)
+
+
+FORMAT = Format("parquet", "samples", (".parquet",), _write, (".parquet",), _read, frame="")

@@ -13,6 +13,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
+from minsnap.files.format import Format, Writing
 from minsnap.files.formats.pieces import from_powers, position_powers, yaw_powers
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import reading
@@ -110,3 +111,14 @@ def _read_segment(where: str, segment: Any) -> tuple[float, FloatArray]:
     if time <= 0 or not np.isfinite(piece).all():
         raise FileError(f"{where}: its time must be positive and every coefficient finite")
     return time * 1e-9, piece
+
+
+def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) -> None:
+    write_mav_yaml(content, path, clobber=writing.clobber)
+
+
+def _read(path: str | os.PathLike[str], frame: str) -> Trajectory:
+    return read_mav_yaml(path)
+
+
+FORMAT = Format("mav", "polynomials", (), _write, (".yaml", ".yml"), _read)

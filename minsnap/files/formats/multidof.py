@@ -13,6 +13,7 @@ from typing import Any
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
+from minsnap.files.format import Format, Writing
 from minsnap.storage.atomic import atomic_write
 from minsnap.trajectory.samples import Samples
 
@@ -71,3 +72,10 @@ def _vector(values: FloatArray) -> dict[str, float]:
 def _duration(seconds: float) -> dict[str, int]:
     nanoseconds = round(seconds * 1e9)
     return {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}
+
+
+def _write(content: Samples, path: str | os.PathLike[str], writing: Writing) -> None:
+    write_multidof(content, path, clobber=writing.clobber)
+
+
+FORMAT = Format("multidof", "samples", (), _write)

@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
+from minsnap.files.format import Format, Writing
 from minsnap.files.formats.sample_checks import checked_samples
 from minsnap.storage.archive import read_archive
 from minsnap.storage.atomic import atomic_write
@@ -86,3 +87,14 @@ def _heading(arrays: dict[str, FloatArray]) -> Heading:
     if not np.isfinite(angle):
         raise FileError(f"the yaw is {angle}: it must be finite")
     return ConstantHeading(angle)
+
+
+def _write(content: Trajectory | Samples, path: str | os.PathLike[str], writing: Writing) -> None:
+    write_npz(content, path, clobber=writing.clobber)
+
+
+def _read(path: str | os.PathLike[str], frame: str) -> Trajectory | Samples:
+    return read_npz(path)
+
+
+FORMAT = Format("npz", "either", (".npz",), _write, (".npz",), _read)

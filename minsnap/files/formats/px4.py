@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
+from minsnap.files.format import Format, Writing
 from minsnap.frames import map_samples
 from minsnap.storage.atomic import atomic_write
 from minsnap.trajectory.heading import wrap
@@ -76,3 +77,10 @@ def write_px4(samples: Samples, path: str | os.PathLike[str], *, clobber: bool =
 
 def _or_nan(values: FloatArray | None) -> FloatArray | float:
     return np.nan if values is None else values
+
+
+def _write(content: Samples, path: str | os.PathLike[str], writing: Writing) -> None:
+    write_px4(content, path, clobber=writing.clobber)
+
+
+FORMAT = Format("px4", "samples", (".npy",), _write, frame="ned")

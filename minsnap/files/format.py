@@ -1,0 +1,73 @@
+"""What a format of files says of itself, so that everything that reads or writes files finds it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.trajectory import Trajectory
+
+Content = Trajectory | Samples
+"""What a file holds, in z-up world axes."""
+
+PathLike = str | os.PathLike[str]
+
+
+@dataclass(frozen=True)
+class Writing:
+    """How a file is to be written.
+
+    Parameters
+    ----------
+    frame : str
+        Axes of the formats that have a choice.
+    clobber : bool
+        False: a destination that exists is an error.
+    facts : mapping
+        What is known of a plan besides its curve, for formats that keep it: ``waypoints``, ``corridor``, ``limits``,
+        ``command``.
+    """
+
+    frame: str = "enu"
+    clobber: bool = True
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format. A module of ``minsnap.files.formats`` that has a ``FORMAT`` adds it; nothing else is to be done.
+
+    Parameters
+    ----------
+    name : str
+        As in ``minsnap convert --to NAME``.
+    holds : {"samples", "polynomials", "either"}
+        What is passed to ``write``.
+    endings : tuple of str
+        Endings that mean this format when a file is written; none where it has to be asked for by name.
+    write : callable or None
+        ``write(content, path, writing)``; returns a sentence on what was lost, or None.
+    reads : tuple of str
+        Endings of the files that ``read`` may be asked for.
+    read : callable or None
+        ``read(path, frame)``.
+    recognises : callable or None
+        Whether a file with such an ending is of this format; None: any is that no other recognises.
+    frame : str
+        Axes that it is written in; empty where they are chosen.
+    most_pieces : int or None
+        Polynomials that it holds at most.
+    """
+
+    name: str
+    holds: Literal["samples", "polynomials", "either"]
+    endings: tuple[str, ...] = ()
+    write: Callable[[Any, PathLike, Writing], str | None] | None = None
+    reads: tuple[str, ...] = ()
+    read: Callable[[PathLike, str], Content] | None = None
+    recognises: Callable[[PathLike], bool] | None = None
+    frame: str = "enu"
+    most_pieces: int | None = None

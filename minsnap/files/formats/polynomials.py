@@ -1,0 +1,275 @@
+"""Plans as JSON or YAML: the polynomials exactly, and all that is known of the plan.
+
+Numbers are written with the digits that read back to the same float64, so the curve that is read is the curve that
+was planned. World axes, z up; metres, seconds, radians, as the file says itself.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.polytopes import Polytopes
+from minsnap.corridors.room import HalfSpaces, Room
+from minsnap.corridors.tubes import RoundTube, Tube
+from minsnap.errors import FileError
+from minsnap.files.format import Format, Writing
+from minsnap.limits.limits import Limits
+from minsnap.storage.atomic import atomic_write
+from minsnap.storage.budget import reading
+from minsnap.storage.text import load_yaml, read_text
+from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.planned_heading import PlannedHeading
+from minsnap.trajectory.trajectory import Trajectory
+
+MARK = "minsnap polynomials"
+VERSION = 1
+LARGEST_JSON = 1 << 28
+"""Bytes of the largest JSON file that is read."""
+
+KINDS = {kind.__name__: kind for kind in (Tube, RoundTube, Boxes, Polytopes, Room, HalfSpaces)}
+"""Constraints that have a description."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanFile:
+    """What a file of polynomials holds.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    waypoints : ndarray, shape (n, dim), or None
+        [m].
+    corridor : Constraint, list of them, or None
+    limits : Limits or None
+    command : tuple of str
+        The command line that wrote it; empty for a file written from Python.
+    made_by : str
+        Program and version.
+    certificate : mapping
+        What held when it was written.
+    """
+
+    trajectory: Trajectory
+    waypoints: Any = None
+    corridor: Any = None
+    limits: Limits | None = None
+    command: tuple[str, ...] = ()
+    made_by: str = ""
+    certificate: Mapping[str, Any] | None = None
+
+
+def write_polynomials(
+    trajectory: Trajectory,
+    path: str | os.PathLike[str],
+    *,
+    waypoints: Any = None,
+    corridor: Any = None,
+    limits: Limits | None = None,
+    command: tuple[str, ...] = (),
+    clobber: bool = True,
+) -> None:
+    """Write a trajectory with what it was planned with, as YAML by the endings ``.yaml`` and ``.yml``, else as JSON.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Its heading is constant, planned, or a polynomial to a milliradian on every piece.
+    path : str or path
+        Destination.
+    waypoints, corridor, limits
+        As :func:`minsnap.certify` takes them; the certificate over them is written too.
+    command : tuple of str
+        The command line, if there was one.
+    clobber : bool
+        False: a destination that exists is an error.
+
+    Raises
+    ------
+    FileError
+        If a constraint or the limits have no description.
+    YawError
+        If the heading is no polynomial.
+    """
+    content = description(trajectory, waypoints, corridor, limits, command)
+    if Path(path).suffix.lower() in (".yaml", ".yml"):
+        import yaml
+
+        text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100_000)
+    else:
+        text = json.dumps(content, indent=1, allow_nan=False) + "\n"
+    with atomic_write(path, clobber=clobber) as file:
+        file.write(text)
+
+
+def description(
+    trajectory: Trajectory, waypoints: Any = None, corridor: Any = None, limits: Limits | None = None, command: Any = ()
+) -> dict[str, Any]:
+    """Return the file's content as plain numbers, text, lists and mappings; see :func:`write_polynomials`."""
+    from importlib.metadata import version
+
+    from minsnap.certificate import certify
+
+    found = certify(trajectory, waypoints, corridor, limits)
+    names = ("ok", "corridor_margin", "waypoint_error", "max_speed", "max_acceleration", "max_jerk", "continuity")
+    return {
+        "format": MARK,
+        "version": VERSION,
+        "made_by": f"minsnap {version('minsnap')}",
+        "command": list(command),
+        "frame": "enu",
+        "units": "m, s, rad",
+        "pieces_per_leg": trajectory.pieces,
+        "durations": trajectory.durations.tolist(),
+        "control_points": trajectory.control_points.tolist(),
+        "yaw": _yaw(trajectory),
+        "waypoints": None if waypoints is None else np.asarray(waypoints, dtype=np.float64).tolist(),
+        "corridor": _corridor(corridor),
+        "limits": None if limits is None else _limits(limits),
+        "certificate": {name: getattr(found, name) for name in names}
+        | {"limits": [asdict(used) for used in found.utilisation]},
+    }
+
+
+def read_polynomials(path: str | os.PathLike[str]) -> PlanFile:
+    """Read what :func:`write_polynomials` wrote.
+
+    Raises
+    ------
+    FileError
+        If the file is none of these, or of a newer version.
+    ImportError
+        If it is YAML and PyYAML is not there.
+    """
+    if Path(path).suffix.lower() in (".yaml", ".yml"):
+        said = load_yaml(path)
+    else:
+        text = read_text(path, LARGEST_JSON)
+        with reading(path, "JSON"):
+            said = json.loads(text)
+    if not isinstance(said, dict) or said.get("format") != MARK:
+        raise FileError(f"{path} holds no polynomials: its 'format' is not {MARK!r}")
+    if said.get("version") != VERSION or said.get("frame") != "enu":
+        raise FileError(
+            f"{path} is of version {said.get('version')!r}, frame {said.get('frame')!r}: this reads 1, 'enu'"
+        )
+    with reading(path, "a file of polynomials"):
+        return _plan(said)
+
+
+def _plan(said: Mapping[str, Any]) -> PlanFile:
+    trajectory = Trajectory(
+        np.array(said["control_points"], dtype=np.float64),
+        np.array(said["durations"], dtype=np.float64),
+        _heading(said["yaw"]),
+        pieces=int(said["pieces_per_leg"]),
+    )
+    if len(trajectory.durations) % trajectory.pieces:
+        raise FileError(f"{len(trajectory.durations)} pieces are no whole number of legs of {trajectory.pieces}")
+    waypoints = said.get("waypoints")
+    points = None if waypoints is None else np.array(waypoints, dtype=np.float64)
+    limits = None if said.get("limits") is None else Limits(**said["limits"])
+    words = tuple(str(word) for word in said.get("command", ()))
+    certificate = dict(said.get("certificate") or {})
+    return PlanFile(
+        trajectory, points, _constraint(said.get("corridor")), limits, words, str(said.get("made_by", "")), certificate
+    )
+
+
+def _yaw(trajectory: Trajectory) -> dict[str, Any]:
+    heading = trajectory.yaw
+    if isinstance(heading, ConstantHeading):
+        return {"angle": heading.angle}
+    if not isinstance(heading, PlannedHeading):
+        from minsnap.files.formats.pieces import from_powers, yaw_powers
+
+        powers = yaw_powers(trajectory, max(trajectory.degree, 7))
+        heading = PlannedHeading(from_powers(trajectory.durations, powers[:, :, None], None))
+    planned = heading.trajectory
+    return {"durations": planned.durations.tolist(), "control_points": planned.control_points.tolist()}
+
+
+def _heading(said: Mapping[str, Any]) -> Heading:
+    if "angle" in said:
+        angle = float(said["angle"])
+        if not np.isfinite(angle):
+            raise FileError(f"the yaw is {angle}: it must be finite")
+        return ConstantHeading(angle)
+    points, durations = (np.array(said[name], dtype=np.float64) for name in ("control_points", "durations"))
+    return PlannedHeading(Trajectory(points, durations))
+
+
+def _corridor(corridor: Any) -> Any:
+    """Return half-widths as they are, constraints as mappings with their kind."""
+    if corridor is None or not hasattr(corridor, "walls"):
+        parts = corridor if isinstance(corridor, (list, tuple)) else ()
+        if any(hasattr(part, "walls") for part in parts):
+            return [_corridor(part) for part in parts]
+        return None if corridor is None else np.asarray(corridor, dtype=np.float64).tolist()
+    kind = type(corridor).__name__
+    if KINDS.get(kind) is not type(corridor):
+        raise FileError(f"a constraint of kind {kind} has no description in a file: leave the corridor out")
+    return {"kind": kind} | {
+        entry.name: _plain(getattr(corridor, entry.name)) for entry in fields(corridor) if entry.init
+    }
+
+
+def _constraint(said: Any) -> Any:
+    if isinstance(said, list) and any(isinstance(part, dict) for part in said):
+        return [_constraint(part) for part in said]
+    if not isinstance(said, dict):
+        return said
+    values = {name: value for name, value in said.items() if name != "kind"}
+    if said.get("kind") not in KINDS:
+        raise FileError(f"no constraint is of kind {str(said.get('kind'))[:40]!r}: there are {', '.join(KINDS)}")
+    return KINDS[said["kind"]](**values)
+
+
+def _limits(limits: Limits) -> dict[str, Any]:
+    if type(limits) is not Limits:
+        raise FileError("limits of a vehicle have no description in a file: write the plan without its limits")
+    return {"norm": limits.norm, "gravity": limits.gravity} | limits.given()
+
+
+def _plain(value: Any) -> Any:
+    """Return arrays as lists; what is infinite as text, which JSON has no number for."""
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, float) and not np.isfinite(value):
+        return str(value)
+    return [_plain(entry) for entry in value] if isinstance(value, (list, tuple)) else value
+
+
+def is_polynomials(path: str | os.PathLike[str]) -> bool:
+    """Whether a file begins as these do."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            return MARK in file.read(200)
+    except (OSError, ValueError):
+        return False
+
+
+def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) -> None:
+    write_polynomials(content, path, clobber=writing.clobber, **writing.facts)
+
+
+def _read(path: str | os.PathLike[str], frame: str) -> Trajectory:
+    return read_polynomials(path).trajectory
+
+
+FORMAT = Format(
+    "polynomials",
+    "polynomials",
+    (".json", ".yaml", ".yml"),
+    _write,
+    (".json", ".yaml", ".yml"),
+    _read,
+    is_polynomials,
+)

@@ -1,0 +1,82 @@
+"""What -o writes: the format of its ending, and every command reads it again."""
+
+import json
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.files.convert import read_any
+from minsnap.files.formats.crazyflie_compressed import MEMORY
+from minsnap.files.formats.polynomials import read_polynomials
+
+RECT = ("rect", "--corridor", "0.4", "--time", "14")
+
+
+@pytest.mark.parametrize("ending", ["json", "yaml", "npz", "traj", "csv", "parquet"])
+def test_the_ending_is_the_format(call, tmp_path, ending):
+    done = call(*RECT, "-o", f"r.{ending}")
+    assert done.returncode == 0 and f"r.{ending}" in done.stdout, done.stderr
+    found = read_any(tmp_path / f"r.{ending}")
+    path = minsnap.rectangle(corridor=0.4, total_time=14.0)
+    place = found(3.0) if hasattr(found, "legs") else found.position[60]
+    assert place == pytest.approx(path(3.0), abs=4e-3)
+
+
+def test_the_format_can_be_named(call, tmp_path):
+    done = call(*RECT, "-o", "x.traj", "--format", "crazyflie-compressed")
+    assert done.returncode == 0 and "rounding moves the curve by" in done.stdout
+    assert (tmp_path / "x.traj").stat().st_size <= MEMORY
+    assert call(*RECT, "-o", "x.csv", "--format", "crazyflie").returncode == 0
+    assert (tmp_path / "x.csv").read_text().startswith("duration,x^0")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("-o", "r.doc"), "r.doc cannot be written by its ending: use .csv"),
+        (("-o", "r"), "cannot be written by its ending"),
+        (("-o", "r.csv", "--format", "paper"), "no format is called 'paper'"),
+        (("-o", "-", "--format", "npz"), "standard output takes setpoints only"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_before_planning(call, tmp_path, monkeypatch, arguments, says):
+    monkeypatch.setattr("minsnap.shapes.rectangle", lambda *_, **__: pytest.fail("planned before it was refused"))
+    done = call(*RECT, *arguments)
+    assert done.returncode == 2 and says in done.stderr and done.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_shape_that_is_no_polynomial_is_fitted(call, tmp_path):
+    assert call("circle", "-o", "c.json").returncode == 0
+    t = np.linspace(0.0, 6.0, 50)
+    assert read_any(tmp_path / "c.json")(t) == pytest.approx(minsnap.circle(3.0)(t), abs=2e-3)
+
+
+def test_a_plan_is_planned_again_from_its_file(call, tmp_path):
+    (tmp_path / "points.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,3,1.5\n")
+    first = call("plan", "points.csv", "--corridor", "0.3", "--max-speed", "1.5", "-o", "r.json")
+    assert first.returncode == 0
+    stored = read_polynomials(tmp_path / "r.json")
+    assert stored.corridor == 0.3 and stored.limits == minsnap.Limits(speed=1.5) and len(stored.waypoints) == 3
+    again = call("plan", "r.json", "-o", "again.json", "--json")
+    figures = json.loads(again.stdout)
+    assert figures["corridor_margin"] == stored.certificate["corridor_margin"] >= 0.0
+    assert figures["limits"][0]["name"] == "speed"
+    copy = read_polynomials(tmp_path / "again.json")
+    assert (copy.trajectory.control_points == stored.trajectory.control_points).all()
+    assert call("plan", "r.json", "-o", "again.csv").returncode == 0
+    refused = call("plan", "r.json", "--max-speed", "3")
+    assert refused.returncode == 2 and "r.json is a plan already" in refused.stderr
+
+
+@pytest.mark.parametrize("ending", ["json", "npz", "traj"])
+def test_other_commands_take_any_of_them(call, tmp_path, ending):
+    name = f"r.{ending}"
+    assert call(*RECT, "-o", name).returncode == 0
+    checked = call("check", name, "--json")
+    assert checked.returncode == 0 and json.loads(checked.stdout)["frame"] == "enu"
+    assert call("plot", name, "-o", "r.png").returncode == 0
+    assert call("convert", name, "again.csv").returncode == 0
+    compared = call("compare", name, "again.csv", "--json")
+    assert compared.returncode == 0, compared.stderr

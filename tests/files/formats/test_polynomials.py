@@ -1,0 +1,117 @@
+"""Plans as JSON and YAML: the same curve, heading, corridor, limits and certificate."""
+
+import json
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Boxes, HalfSpaces, Limits, Polytopes, Room, RoundTube, Tube
+from minsnap.errors import FileError
+from minsnap.files.convert import read_any
+from minsnap.files.formats.polynomials import read_polynomials, write_polynomials
+
+CORNERS = [(0, 0, 1), (3, 0, 1), (3, 2, 1.5)]
+LIMITS = Limits(speed=2.0, tilt=0.4, norm="axis")
+BOX = Boxes([(-1, -1, 0), (2, -1, 0)], [(4, 1, 2), (4, 3, 3)])
+SQUARE = np.vstack([np.eye(3), -np.eye(3)])
+
+
+@pytest.fixture(scope="module")
+def path():
+    return minsnap.plan(CORNERS, [2.5, 2.0], corridor=0.3, yaw=[0.0, 0.7, 0.1], pieces=2)
+
+
+def same(one, other):
+    assert (one.control_points == other.control_points).all() and (one.durations == other.durations).all()
+    assert one.pieces == other.pieces
+    t = np.linspace(0.0, one.duration, 33)
+    assert (one.yaw(t) == other.yaw(t)).all()
+
+
+@pytest.mark.parametrize("name", ["plan.json", "plan.yaml", "plan.yml"])
+def test_everything_reads_back_exactly(tmp_path, path, name):
+    file = tmp_path / name
+    write_polynomials(path, file, waypoints=CORNERS, corridor=0.3, limits=LIMITS, command=("minsnap", "plan"))
+    found = read_polynomials(file)
+    same(found.trajectory, path)
+    same(read_any(file), path)
+    assert (found.waypoints == np.array(CORNERS)).all() and found.corridor == 0.3
+    assert found.limits == LIMITS and found.command == ("minsnap", "plan")
+    certificate = minsnap.certify(path, CORNERS, 0.3, LIMITS)
+    assert found.certificate["ok"] == certificate.ok
+    assert found.certificate["corridor_margin"] == certificate.corridor_margin
+    assert minsnap.certify(found.trajectory, found.waypoints, found.corridor).ok
+
+
+CORRIDORS = {
+    "widths": [0.3, 0.4],
+    "tube": Tube(0.3),
+    "round": RoundTube([0.3, 0.4]),
+    "boxes": BOX,
+    "room": Room((-9, -9, 0), (9, 9, np.inf)),
+    "half-spaces": HalfSpaces([(0, 0, 1), (1, 0, 0)], [3.0, 9.0], legs=(0,)),
+    "polytopes": Polytopes([(SQUARE, np.full(6, 9.0))] * 2),
+    "two": [Tube(0.3), Room((-9, -9, 0), (9, 9, 9))],
+}
+
+
+@pytest.mark.parametrize("name", CORRIDORS)
+def test_corridors_give_the_same_walls_again(tmp_path, path, name):
+    write_polynomials(path, tmp_path / "plan.json", corridor=CORRIDORS[name])
+    again = read_polynomials(tmp_path / "plan.json").corridor
+    first, second = (minsnap.certify(path, CORNERS, walls).corridor_margin for walls in (CORRIDORS[name], again))
+    assert first == pytest.approx(second, rel=1e-12)
+
+
+class Mine:
+    def walls(self, waypoints):
+        return []
+
+
+def test_what_has_no_description_is_refused(tmp_path, path):
+    with pytest.raises(FileError, match="constraint of kind Mine has no description"):
+        write_polynomials(path, tmp_path / "plan.json", corridor=Mine())
+    with pytest.raises(FileError, match="limits of a vehicle"):
+        write_polynomials(path, tmp_path / "plan.json", limits=Limits.of(minsnap_vehicle()))
+    assert not list(tmp_path.iterdir())
+
+
+def minsnap_vehicle():
+    from minsnap.vehicle import Quadrotor
+
+    return Quadrotor.dji_f330()
+
+
+BAD = {
+    "another file": ({"format": "paper"}, "holds no polynomials"),
+    "a list": ([1, 2], "holds no polynomials"),
+    "newer": ({"version": 2}, "of version 2"),
+    "another frame": ({"frame": "ned"}, "frame 'ned'"),
+    "no durations": ({"durations": None}, "plan.json"),
+    "negative": ({"durations": [-1.0, 1.0, 1.0, 1.0]}, "durations must be positive"),
+    "ragged": ({"control_points": [[[0.0]], [[0.0, 1.0]]]}, "plan.json"),
+    "pieces": ({"pieces_per_leg": 3}, "no whole number of legs"),
+    "constraint": ({"corridor": {"kind": "Sphere"}}, "no constraint is of kind 'Sphere'"),
+    "limit": ({"limits": {"speed": -1.0}}, "speed is -1.0"),
+    "unknown limit": ({"limits": {"noise": 1.0}}, "plan.json"),
+    "yaw": ({"yaw": {"angle": "north"}}, "plan.json"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_files_are_refused_in_a_sentence(tmp_path, path, name):
+    file = tmp_path / "plan.json"
+    write_polynomials(path, file)
+    change, says = BAD[name]
+    content = json.loads(file.read_text())
+    file.write_text(json.dumps(change if isinstance(change, list) else content | change))
+    with pytest.raises(FileError, match=says):
+        read_polynomials(file)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[" * 100_000, "nul", "\0"])
+def test_what_is_no_json_is_refused(tmp_path, text):
+    (tmp_path / "plan.json").write_text(text)
+    with pytest.raises(FileError, match="is not JSON"):
+        read_polynomials(tmp_path / "plan.json")
