@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @app.command()
 def check(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
-    frame: options.Frame = "enu",
+    frame: options.ReadFrame = None,
     waypoints: Annotated[
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
     ] = None,
@@ -35,6 +35,7 @@ def check(
     """
     from minsnap.files.consistency import check_samples
     from minsnap.files.convert import read_samples
+    from minsnap.files.sidecar import frame_of
 
     if (waypoints is None) != (corridor is None):
         raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
@@ -42,7 +43,7 @@ def check(
     report = check_samples(samples)
     inside = _membership(samples, waypoints, corridor)
     problems = [*report.problems, *_escape(inside)]
-    print(_as_json(report, inside, problems, frame) if json else _as_text(report, inside, problems))
+    print(_as_json(report, inside, problems, frame_of(file, frame)) if json else _as_text(report, inside, problems))
     return 1 if problems else 0
 
 

@@ -30,7 +30,7 @@ def compare(
         typer.Option("--align", help="For flights without setpoints: find the clocks' offset, and lose the lateness."),
     ] = False,
     max_delay: Annotated[float, typer.Option("--max-delay", metavar="S", help="Longest delay looked for [s].")] = 2.0,
-    frame: Annotated[str, typer.Option("--frame", help="Axes of CSV files: enu, ned, flu, frd or optitrack.")] = "enu",
+    frame: options.ReadFrame = None,
     waypoints: Annotated[
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
     ] = None,
@@ -59,7 +59,7 @@ def compare(
 
 
 def _compared(
-    reference: Path, paths: list[Path], frame: str, align: bool, max_delay: float
+    reference: Path, paths: list[Path], frame: str | None, align: bool, max_delay: float
 ) -> dict[str, ComparedFlight]:
     """Read and compare all files; what is damaged in a log is said on standard error."""
     from minsnap.files.convert import read_samples
@@ -79,7 +79,7 @@ def _compared(
 
 
 def _flights(
-    wanted: Samples, path: Path, reference: Path, frame: str, align: bool, max_delay: float
+    wanted: Samples, path: Path, reference: Path, frame: str | None, align: bool, max_delay: float
 ) -> list[ComparedFlight]:
     """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
     from minsnap.files.flights import load_flight, load_log

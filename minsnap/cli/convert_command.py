@@ -23,7 +23,9 @@ def convert(
     ] = None,
     rate: options.Rate = 20.0,
     frame: options.Frame = "enu",
-    from_frame: Annotated[str, typer.Option("--from-frame", help="Axes of a setpoint CSV that is read.")] = "enu",
+    from_frame: Annotated[
+        str | None, typer.Option("--from-frame", help="Axes of a setpoint CSV, if it does not say so itself.")
+    ] = None,
     no_clobber: options.NoClobber = False,
 ) -> int:
     """Convert trajectories, setpoints and logs; --frame is that of the setpoints or table written.

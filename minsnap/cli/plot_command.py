@@ -18,7 +18,7 @@ def plot(
         Path, typer.Option("--output", "-o", metavar="FILE", help="Figure to write: PNG, SVG or PDF, by its ending.")
     ],
     view: Annotated[str, typer.Option("--view", help="xy, xz, yz or 3d.")] = "xy",
-    frame: options.Frame = "enu",
+    frame: options.ReadFrame = None,
     waypoints: Annotated[
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints to draw too, as for plan.")
     ] = None,

@@ -33,15 +33,15 @@ def formats() -> dict[str, Format]:
     return {entry.name: entry for entry in found if entry is not None}
 
 
-def read_any(path: str | os.PathLike[str], frame: str = "enu") -> Content:
+def read_any(path: str | os.PathLike[str], frame: str | None = None) -> Content:
     """Read any file that the library knows, by its ending and what it holds.
 
     Parameters
     ----------
     path : str or path
         .csv (setpoints, or a Crazyflie's), .json, .yaml, .npz, .traj, .parquet, .ulg or .bin.
-    frame : str
-        Of a setpoint CSV.
+    frame : str or None
+        Of a setpoint CSV; None: as it says itself, ENU unless it does.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def read_any(path: str | os.PathLike[str], frame: str = "enu") -> Content:
     return chosen.read(path, frame)
 
 
-def read_samples(path: str | os.PathLike[str], frame: str = "enu", rate: float = RATE) -> Samples:
+def read_samples(path: str | os.PathLike[str], frame: str | None = None, rate: float = RATE) -> Samples:
     """Read any file as :func:`read_any` does, polynomials sampled at a rate [Hz]."""
     content = read_any(path, frame)
     return content if isinstance(content, Samples) else content.sample(rate)

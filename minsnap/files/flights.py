@@ -18,7 +18,7 @@ ENDINGS = (".csv", ".ulg", ".bin")
 """Endings of the files that hold a flight."""
 
 
-def load_flight(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
+def load_flight(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
     """Read what was flown.
 
     Parameters
@@ -26,8 +26,8 @@ def load_flight(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
     path : str or path
         ``.csv`` as the library writes setpoints and simulated flights, ``.ulg`` as PX4 logs (extra ``logs``), ``.bin``
         as ArduPilot does.
-    frame : str
-        Axes of a CSV; logs have theirs.
+    frame : str or None
+        Axes of a CSV, None for what it says itself; logs have theirs.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def load_flight(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
     return _load(path, "flight", frame)
 
 
-def load_reference(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
+def load_reference(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
     """Read what was to be flown: a setpoint CSV, or the setpoints of a log; otherwise as :func:`load_flight`."""
     return _load(path, "reference", frame)
 
@@ -80,7 +80,7 @@ def _warned(log: FlightLog) -> FlightLog:
     return log
 
 
-def _load(path: str | os.PathLike[str], part: str, frame: str) -> Samples:
+def _load(path: str | os.PathLike[str], part: str, frame: str | None) -> Samples:
     log = load_log(path)
     if log is not None:
         return _part(log, part, path)

@@ -67,7 +67,7 @@ class Format:
     endings: tuple[str, ...] = ()
     write: Callable[[Any, PathLike, Writing], str | None] | None = None
     reads: tuple[str, ...] = ()
-    read: Callable[[PathLike, str], Content] | None = None
+    read: Callable[[PathLike, str | None], Content] | None = None
     recognises: Callable[[PathLike], bool] | None = None
     frame: str = "enu"
     most_pieces: int | None = None

@@ -11,8 +11,10 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
+from minsnap.files.sidecar import frame_of, note_frame
 from minsnap.frames import get_frame, map_samples
 from minsnap.storage.atomic import atomic_write
+from minsnap.storage.budget import shown
 from minsnap.storage.table import read_table
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -54,7 +56,8 @@ def write_csv(
     rate : float
         Samples per second of a path [Hz].
     frame : str
-        Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.frames.FRAMES`.
+        Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.frames.FRAMES`. One that is not ENU is
+        noted in ``NAME.csv.meta`` beside it, so that readers know it.
     clobber : bool
         False: a destination that exists is an error.
 
@@ -75,9 +78,14 @@ def write_csv(
     >>> minsnap.read_csv(file).position[0]
     array([2. , 0. , 1.5])
     """
+    if not isinstance(source, (Samples, Path)):
+        raise FileError(
+            f"write_csv takes a path or samples first and the file's name second, not {shown(source)} first"
+        )
     lines = csv_lines(source, rate, frame)
     with atomic_write(path, clobber=clobber) as file:
         file.writelines(lines)
+    note_frame(path, get_frame(frame).name, source.rate if isinstance(source, Samples) else rate)
 
 
 def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") -> Iterator[str]:
@@ -99,7 +107,7 @@ def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") ->
     return _lines(names, _checked(names, np.hstack(values)))
 
 
-def read_csv(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
+def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
     """Read setpoints.
 
     Parameters
@@ -107,8 +115,8 @@ def read_csv(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
     path : str or path
         A file with a header: ``t,x,y,z`` and, each wholly or not at all, ``vx,vy,vz``, ``ax,ay,az``, ``yaw`` and
         ``yaw_rate``.
-    frame : str
-        Axes of the file.
+    frame : str or None
+        Axes of the file; None: those that the note beside it says (:mod:`minsnap.files.sidecar`), ENU without one.
 
     Returns
     -------
@@ -121,9 +129,9 @@ def read_csv(path: str | os.PathLike[str], frame: str = "enu") -> Samples:
         If the file is missing, empty, ragged, not numeric or not finite, lacks a column, or its instants do not
         increase; says which line.
     FrameError
-        If the frame is unknown.
+        If the frame is unknown, or another than the note says.
     """
-    axes = get_frame(frame)
+    axes = get_frame(frame_of(path, frame))
     table = read_table(path, HEADER[:4], HEADER[4:])
     _check_groups(path, table)
     _check_increasing(path, table["t"])

@@ -317,9 +317,15 @@ class Trajectory(ReadOnly, Path):
 
         Raises
         ------
+        InputError
+            If ``other`` is no trajectory, such as a circle.
         WaypointError
             If the dimensions differ or ``other`` does not begin where this one ends.
         """
+        if not isinstance(other, Trajectory):
+            raise InputError(
+                f"a {type(other).__name__} cannot be flown after a trajectory: join trajectories of plan()"
+            )
         if other.dim != self.dim:
             raise WaypointError(f"trajectories of {self.dim} and {other.dim} coordinates cannot be joined")
         gap = np.abs(other.control_points[0, 0] - self.control_points[-1, -1]).max()

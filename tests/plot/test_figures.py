@@ -181,3 +181,11 @@ def test_convergence_goes_down_to_the_duration_found():
     assert best[-1] == pytest.approx(traj.duration, rel=0.02)
     with pytest.raises(InputError, match="not searched"):
         plot_convergence(minsnap.line())
+
+
+@pytest.mark.parametrize(("view", "projection"), [("3d", None), ("xy", "3d")])
+def test_axes_of_another_dimension_than_the_view_are_refused(path, view, projection):
+    from matplotlib.figure import Figure
+
+    with pytest.raises(InputError, match=f"the view '{view}' needs axes of"):
+        plot_path(path, Figure().add_subplot(projection=projection), view=view)

@@ -283,3 +283,9 @@ def test_samples_end_with_the_end_state(lap):
 def test_a_rate_that_is_not_positive_is_refused(lap, rate):
     with pytest.raises(TimingError, match="the rate is"):
         lap.sample(rate)
+
+
+def test_a_shape_that_is_no_trajectory_cannot_be_joined():
+    path = minsnap.plan([(0, 0, 1), (1, 0, 1)], [1.0])
+    with pytest.raises(minsnap.MinsnapError, match="cannot be flown after a trajectory"):
+        path.then(minsnap.helix())

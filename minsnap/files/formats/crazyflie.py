@@ -117,7 +117,7 @@ def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) 
     write_crazyflie(content, path, clobber=writing.clobber)
 
 
-def _read(path: str | os.PathLike[str], frame: str) -> Trajectory:
+def _read(path: str | os.PathLike[str], frame: str | None) -> Trajectory:
     return read_crazyflie(path)
 
 

@@ -156,7 +156,7 @@ def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) 
     return f"rounding moves the curve by {1e3 * rounding_bound(content):.2g} mm at most"
 
 
-def _read(path: str | os.PathLike[str], frame: str) -> Trajectory:
+def _read(path: str | os.PathLike[str], frame: str | None) -> Trajectory:
     return read_compressed(path)
 
 

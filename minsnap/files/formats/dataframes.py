@@ -104,7 +104,7 @@ def _write(content: Samples, path: str | os.PathLike[str], writing: Writing) -> 
     write_parquet(content, path, writing.frame, clobber=writing.clobber)
 
 
-def _read(path: str | os.PathLike[str], frame: str) -> Samples:
+def _read(path: str | os.PathLike[str], frame: str | None) -> Samples:
     return read_parquet(path)
 
 

@@ -93,7 +93,7 @@ def _write(content: Trajectory | Samples, path: str | os.PathLike[str], writing:
     write_npz(content, path, clobber=writing.clobber)
 
 
-def _read(path: str | os.PathLike[str], frame: str) -> Trajectory | Samples:
+def _read(path: str | os.PathLike[str], frame: str | None) -> Trajectory | Samples:
     return read_npz(path)
 
 

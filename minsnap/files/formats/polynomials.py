@@ -260,7 +260,7 @@ def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) 
     write_polynomials(content, path, clobber=writing.clobber, **writing.facts)
 
 
-def _read(path: str | os.PathLike[str], frame: str) -> Trajectory:
+def _read(path: str | os.PathLike[str], frame: str | None) -> Trajectory:
     return read_polynomials(path).trajectory
 
 
