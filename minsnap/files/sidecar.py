@@ -7,6 +7,7 @@ without such a file is in the frame that the reader says, ENU unless it does.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import zlib
@@ -30,7 +31,8 @@ def note_frame(path: str | os.PathLike[str], frame: str, rate: float) -> None:
         return
     beside = _beside(path)
     if frame == "enu":
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # a name that is too long has no note to remove
+            beside.unlink(missing_ok=True)
         return
     facts = {"frame": frame, "units": UNITS, "rate": rate, "crc32": _checksum(path)}
     with atomic_write(beside) as file:
@@ -51,7 +53,7 @@ def frame_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
     beside = _beside(path)
     try:
         noted = beside.is_file()
-    except ValueError:
+    except (OSError, ValueError):
         noted = False
     if not noted:
         return name
