@@ -106,11 +106,13 @@ def check_continuity(continuity: Any, half: int) -> int:
     return int(continuity)
 
 
-def check_pieces(pieces: Any) -> int:
-    """Return the number of polynomials per leg, a whole number of at least 1."""
+def check_pieces(pieces: Any) -> tuple[int, bool]:
+    """Return the number of polynomials per leg, a whole number of at least 1, and whether a search may choose it."""
+    if isinstance(pieces, str) and pieces == "auto":
+        return 1, True
     if not is_whole(pieces) or pieces < 1:
-        raise DegreeError(f"pieces is {pieces!r}: a leg has a whole number of polynomials, at least 1")
-    return int(pieces)
+        raise DegreeError(f"pieces is {pieces!r}: a leg has a whole number of polynomials, at least 1, or 'auto'")
+    return int(pieces), False
 
 
 def check_samples(method: str, samples: Any, limited: bool) -> int | None:

@@ -63,7 +63,7 @@ def plan(
     time_weight: float | None = None,
     enforce: str | None = None,
     progress: Progress | None = None,
-    pieces: int = 1,
+    pieces: int | str = 1,
     room: Room | Sequence[npt.ArrayLike] | None = None,
     waypoint_tolerance: npt.ArrayLike | Ball | None = None,
     corridor_method: str = "exact",
@@ -119,8 +119,9 @@ def plan(
         ``limits`` alone, by planning without them and stretching time (the default for the other splits).
     progress : callable, optional
         Called with a ``Step`` at every evaluation of a search; Ctrl-C ends a search with the best plan found so far.
-    pieces : int
-        Polynomials per leg.
+    pieces : int or "auto"
+        Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide legs, into three
+        and then six, as long as that gains more than half a percent; it is one elsewhere.
     room : Room or (lower, upper), optional
         Two corners of a box that contains all legs [m], such as ``((-4, -4, 0), (4, 4, 6))``.
     waypoint_tolerance : float, array_like of shape (n,) or (n, dim), or Ball, optional
@@ -136,6 +137,8 @@ def plan(
         least or with a SolverError; checked after every round of the exchange.
     certify : bool, optional
         Deprecated: True means ``corridor_method="exact"``, False ``"sampled"``.
+    time_limit : float, optional
+        Seconds after which the search for the shortest time within ``limits`` ends with the best plan found so far.
 
     Returns
     -------
@@ -158,11 +161,12 @@ def plan(
         quick = _at_rest(waypoints, durations, degree, began)
         if quick is not None:
             return quick
-    timing = Timing(durations, total_time, limits, split, time_weight, enforce, progress)
+    parts, refine = check_pieces(pieces)
+    timing = Timing(durations, total_time, limits, split, time_weight, enforce, progress, time_limit, refine)
     timing.check()
     instants = check_samples(_named_method(corridor_method, certify), samples, limits is not None)
     half = check_degree(degree)
-    smoothness = half, check_continuity(continuity, half), check_pieces(pieces)
+    smoothness = half, check_continuity(continuity, half), parts
     constraints = as_constraints(corridor) + as_room(room)
     asked = waypoints, waypoint_tolerance, start, end, pins, closed
     deadline = _deadline(time_limit, durations)
@@ -180,7 +184,7 @@ def _all_none(values: tuple[object, ...]) -> bool:
     return True
 
 
-def _usual(closed: bool, solver: str, split: str, pieces: int, corridor_method: str) -> bool:
+def _usual(closed: bool, solver: str, split: str, pieces: int | str, corridor_method: str) -> bool:
     """Whether these arguments have their defaults."""
     plain = closed is False and type(pieces) is int and pieces == 1
     return plain and solver == "auto" and split == "optimal" and corridor_method == "exact"

@@ -45,7 +45,7 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
         return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)
     if timing.total_time is None and timing.time_weight is None:
         return shortest_plan(task, bounded, timing, limits, finish)
-    return limited_plan(bounded, timing, limits, finish)
+    return limited_plan(task, bounded, timing, limits, finish)
 
 
 def _unlimited(task: Task, timing: Timing) -> tuple[FloatArray, Run | None]:

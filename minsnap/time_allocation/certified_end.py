@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from minsnap.limits.limits import Limits
+from minsnap.native.library import core
 from minsnap.optimisation.outcome import Outcome
 from minsnap.optimisation.solve import Solved
 from minsnap.time_allocation.cone_programme import solve_programme
@@ -34,6 +35,12 @@ ENOUGH = 1.5
 SMALL = 1e-5
 """Excess of the limits searched for, in factors on time, that may be stretched away."""
 
+QUICK, ROOM, NEARBY = 3, 1e-7, 1e-2
+"""Changes of time by measured excesses: how many, what they leave, and how far each goes at most."""
+
+ALMOST = 1e-4
+"""Room that may be left below the most used limit."""
+
 KEPT = 1e-9
 """How far above 1 a utilisation may be."""
 
@@ -48,7 +55,9 @@ Finish = Callable[[Trajectory], Trajectory]
 def solved_state(layout: JointLayout, state: JointState, iterations: int) -> Solved:
     """Wrap a state as a solved task."""
     problem = layout.task.problem(state.durations * layout.units.time, layout.units)
-    outcome = Outcome(layout.knots(state), None, np.zeros(0), iterations, "clarabel")
+    name = core().name
+    solver = "clarabel" if name == "python" else "interior point"
+    outcome = Outcome(layout.knots(state), None, np.zeros(0), iterations, solver, core=name)
     return Solved(layout.task, problem, layout.units, outcome)
 
 
@@ -75,15 +84,17 @@ class CertifiedEnd:
         self.search.finder.refine(NARROW)
         state = self._clipped(found.state)
         for attempt in range(TRIES):
-            solved = solved_state(self.layout, state, self.search.iterations)
-            excess, measured = self._excess(solved), self.search.finder.measure(state)
-            small = self.still and measured.limit < SMALL
+            solved, measured = (
+                solved_state(self.layout, state, self.search.iterations),
+                self.search.finder.measure(state),
+            )
+            kept = measured.limit < (SMALL if self.still else KEPT)
             if solved.inside:
                 self.inside = state
-                if excess <= KEPT or small:
+                if kept and (self.still or self._excess(solved) <= KEPT):
                     return self._touching(state) if self.still else solved
             least = FLOOR * GROWTH**attempt
-            limit = max(ENOUGH * measured.limit, least) if excess > KEPT and not small else 0.0
+            limit = 0.0 if kept and self.still else max(ENOUGH * measured.limit, least)
             wall = 0.0 if solved.inside else max(ENOUGH * measured.wall, least)
             self.inwards = Inwards(self.inwards.limit + limit, self.inwards.wall + wall)
             state = self._closer(state, measured)
@@ -112,9 +123,17 @@ class CertifiedEnd:
     def _touching(self, state: JointState) -> Solved:
         """Fly the same path at the speed at which the most used limit is just kept.
 
-        Limits that are no part of the search, such as the rate of a planned yaw, are kept by this alone.
+        The limits searched for are measured first, which is quick; the exact measure has the last word.  Limits that
+        are no part of the search, such as the rate of a planned yaw, are kept by that alone.
         """
-        curve = self.finish(self.layout.trajectory(state))
+        for _ in range(QUICK):
+            measured = self.search.finder.measure(state)
+            change = float(np.clip(measured.limit + ROOM, -NEARBY, NEARBY))
+            state = JointState(state.scaled, state.durations * (1.0 + change))
+        solved = solved_state(self.layout, state, self.search.iterations)
+        if -ALMOST <= self._excess(solved) <= KEPT:
+            return solved
+        curve = self.finish(solved.trajectory)
         factor = nearby_factor(self.limits, curve) or touching_factor(self.limits, curve)
         return solved_state(self.layout, JointState(state.scaled, state.durations * factor), self.search.iterations)
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
@@ -22,11 +25,21 @@ from minsnap.time_allocation.timed import Finish, Run
 from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.report import Progress
 
+DIVISIONS = (3, 2)
+"""Parts into which pieces are divided one time after another where their number is left to the search."""
+
+WORTHWHILE = 5e-3
+"""Relative gain of time for which pieces are divided further."""
+
 OPEN = 1e-3
 """Excess of a limit or a wall above which the search has not found a curve that keeps it."""
 
 RAISES = 3
 """How often the penalties are raised where the search ends outside."""
+
+
+class OutOfTimeError(Exception):
+    """The time allowed for a search is over."""
 
 
 class LeastTime:
@@ -41,13 +54,26 @@ class LeastTime:
         Gives a trajectory its yaw.
     progress : callable, optional
         Called with every Step.
+    time_limit : float, optional
+        Seconds after which the search ends with the best that it has.
+    refine : bool
+        Whether legs are divided further as long as that gains more than ``WORTHWHILE``, whatever the task's pieces.
     """
 
-    def __init__(self, task: Task, limits: Limits, finish: Finish, progress: Progress | None = None) -> None:
-        self.task, self.limits, self.finish = task, limits, finish
+    def __init__(
+        self,
+        task: Task,
+        limits: Limits,
+        finish: Finish,
+        progress: Progress | None = None,
+        time_limit: float | None = None,
+        refine: bool = False,
+    ) -> None:
+        self.task, self.limits, self.finish, self.refine = task, limits, finish, refine
         guess = stop_and_go_times(guessed_lengths(task), limits)
         self.problem = JointProblem(task, limits, guess, self._yaw(guess))
         self.log = Log(progress)
+        self.deadline = np.inf if time_limit is None else perf_counter() + time_limit
         self.interrupted = False
 
     def run(self) -> tuple[Solved, Run]:
@@ -60,11 +86,18 @@ class LeastTime:
         LimitError
             If nothing limits the time.
         """
-        search = self.problem.search(1, self._tell)
+        first = search = self.problem.search(1, self._tell)
         found = self._settled(search, self._guess(search))
-        if self.task.pieces > 1 and not self.interrupted:
-            search, found = self._finer(search, found)
+        for parts in DIVISIONS if self.refine else (self.task.pieces,):
+            before = found.merit
+            if self.interrupted or parts == 1:
+                break
+            search, found = self._finer(search, found, parts)
+            if found.merit > before * (1.0 - WORTHWHILE):
+                break
         solved = CertifiedEnd(search, self.limits, self.finish).run(found)
+        if solved is None and self.interrupted and self.task.still:
+            solved = CertifiedEnd(first, self.limits, self.finish).run(first.evaluate(self._guess(first)))
         if solved is None:
             raise self._reason(search, found)
         return solved, Run(tuple(self.log.steps), self.interrupted)
@@ -78,6 +111,8 @@ class LeastTime:
     def _tell(self, found: Evaluated) -> None:
         unit = self.problem.units.time
         self.log.add(found.state.total * unit, found.merit * unit)
+        if perf_counter() > self.deadline:
+            raise OutOfTimeError
 
     def _guess(self, search: JointSearch) -> JointState:
         return stop_and_go(search.layout, self.problem.guess / self.problem.units.time)
@@ -97,13 +132,13 @@ class LeastTime:
     def _run(self, search: JointSearch, state: JointState) -> Evaluated:
         try:
             return search.run(state)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, OutOfTimeError):
             self.interrupted = True
             return search.best
 
-    def _finer(self, search: JointSearch, found: Evaluated) -> tuple[JointSearch, Evaluated]:
-        """Go on with the pieces asked for, from the same curve flown more slowly; keep what is shorter in the end."""
-        fine = self.problem.search(self.task.pieces, self._tell)
+    def _finer(self, search: JointSearch, found: Evaluated, parts: int) -> tuple[JointSearch, Evaluated]:
+        """Go on with every piece divided, from the same curve flown more slowly; keep what is shorter in the end."""
+        fine = self.problem.search(search.layout.task.pieces * parts, self._tell)
         fine.penalties = search.penalties
         start = divided(search.layout, found.state, fine.layout)
         kept = fine.evaluate(start)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.elastic import Elastic
 from minsnap.optimisation.infeasibility import explain_corridor, hardest_pressed, normalised
 from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.elastic_scale import ElasticScale, give_limits
 from minsnap.time_allocation.least_cost import leg_sums
-from minsnap.time_allocation.nested_search import ShortestSearch, give_limits
 
 ROOM = 1e-4
 """Share added to a stretch of time so that it does."""
@@ -40,9 +38,7 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError:
     problem, units, compiled, base = normalised(task, durations)
     found = Elastic(problem, base, compiled, task.solver, give_limits(compiled)).run()
     leg, instant = hardest_pressed(task, problem, units, found)
-    search = ShortestSearch(task, leg_sums(durations, task.pieces))
-    search.evaluate(np.zeros(task.legs))
-    stretch = float(np.exp(search.scale))
+    stretch = ElasticScale(task, leg_sums(durations, task.pieces)).factor()
     message = (
         f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s; "
         f"{stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"

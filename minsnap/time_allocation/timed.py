@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import check_positive_time
 from minsnap.errors import LimitError, TimingError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.master_qp import InfeasibleRowsError
@@ -38,6 +39,10 @@ class Timing:
         How limits are kept: ``"qp"`` as walls of the QP, ``"scaling"`` by the time scale alone; None for the way
         that the split implies.
     progress : callable, optional
+    time_limit : float, optional
+        Seconds after which a search within limits ends with the best plan that it has.
+    refine : bool
+        Whether such a search chooses the number of polynomials a leg.
     """
 
     durations: npt.ArrayLike | None = None
@@ -47,11 +52,15 @@ class Timing:
     time_weight: float | None = None
     enforce: str | None = None
     progress: Progress | None = None
+    time_limit: float | None = None
+    refine: bool = False
 
     def check(self) -> None:
         """Raise unless exactly one way of choosing durations is asked for, and nothing that it would ignore."""
         check_split(self.split)
         self._check_limits()
+        if self.time_limit is not None:
+            check_positive_time(self.time_limit, "time_limit")
         names = ("durations", "total_time", "time_weight")
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) > 1:

@@ -11,10 +11,10 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.solve import solve
-from minsnap.time_allocation.least_cost import CostSearch, priced_first_guess
+from minsnap.optimisation.solve import Solved, solve
+from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
+from minsnap.time_allocation.least_cost import CostSearch, leg_sums, priced_first_guess
 from minsnap.time_allocation.least_time import LeastTime
-from minsnap.time_allocation.nested_search import ShortestSearch, stop_and_go_times
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
@@ -32,27 +32,45 @@ KEPT = 1e-9
 
 
 def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
-    """Find the shortest plan within limits."""
-    walled = any(wall.order for wall in bounded.walls)
-    if timing.enforce == "scaling" or timing.split != "optimal" or not walled:
+    """Find the shortest plan within limits.
+
+    Parameters
+    ----------
+    task : Task
+    bounded : Task
+        With the walls of the limits besides.
+    timing : Timing
+    limits : Limits
+    finish : callable
+        Gives a curve its yaw.
+    """
+    if timing.enforce == "scaling" or timing.split != "optimal" or not _searchable(bounded, limits):
         return scaled_plan(task, timing, limits, finish)
-    solved, search = LeastTime(task, limits, finish, timing.progress).run()
-    return timed(solved, finish, search)
+    solved, search = _fastest(task, timing, limits, finish)
+    if task.continuity <= task.half - 1:
+        return timed(solved, finish, search)
+    return _smoother(bounded, solved, limits, finish, search)
 
 
-def _touching(
-    task: Task,
-    durations: FloatArray,
-    limits: Limits,
-    finish: Finish,
-    search: Run,
-    shortest: ShortestSearch | None = None,
-) -> Timed:
-    """Plan at durations barely longer than the shortest, then scale so that a limit is touched and none exceeded."""
-    units, seed = (None, None) if shortest is None else (shortest.units, shortest.seed)
+def _searchable(bounded: Task, limits: Limits) -> bool:
+    """Whether any limit is part of the search for the shortest time; the rate of a yaw is not."""
+    return limits.body_rate is not None or any(wall.order for wall in bounded.walls)
+
+
+def _fastest(task: Task, timing: Timing, limits: Limits, finish: Finish) -> tuple[Solved, Run]:
+    return LeastTime(task, limits, finish, timing.progress, timing.time_limit, timing.refine).run()
+
+
+def _leg_durations(solved: Solved) -> FloatArray:
+    return leg_sums(solved.trajectory.durations, solved.trajectory.pieces)
+
+
+def _smoother(task: Task, fastest: Solved, limits: Limits, finish: Finish, search: Run) -> Timed:
+    """Plan with more derivatives continuous than a piece of the search shares, at durations barely longer."""
+    durations = task.piece_durations(_leg_durations(fastest))
     for reserve in RESERVES:
         try:
-            solved = solve(task, durations * (1.0 + reserve), units=units, seed=seed)
+            solved = solve(task, durations * (1.0 + reserve))
         except InfeasibleRowsError:
             continue
         trajectory = finish(solved.trajectory)
@@ -63,51 +81,75 @@ def _touching(
     raise explain(task, durations)
 
 
-def limited_plan(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
-    """Plan for a total or a price, and limits besides."""
+def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+    """Plan for a total or a price, and limits besides; parameters as of :func:`shortest_plan`."""
     if timing.total_time is not None and timing.split != "optimal":
         total = check_positive_time(timing.total_time)
         durations = total * proportions(task, timing.split, limits)
-        return kept(timed(solved_or_explained(task, task.piece_durations(durations)), finish), limits)
-    fastest, search = _fastest(task, timing, limits)
-    price, durations = _wished(task, timing, fastest)
-    tight = timing.total_time is not None and durations.sum() < fastest.sum() * (1.0 + RESERVES[1])
-    if tight:
-        return _tightest(task, float(durations.sum()), fastest, limits, finish, search)
-    if not search.interrupted:
-        durations, last = searched(CostSearch(task, durations, price, timing.progress))
-        search = Run(search.steps + last.steps, last.interrupted)
+        return kept(timed(solved_or_explained(bounded, task.piece_durations(durations)), finish), limits)
+    if not _searchable(bounded, limits):
+        price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
+        found = _cheapest(bounded, timing, price, durations, finish, Run(()))
+        if found is None:
+            raise explain(bounded, task.piece_durations(durations))
+        return kept(found, limits, price is not None)
+    fastest, search = _fastest(task, timing, limits, finish)
+    price, durations = _wished(task, timing, _leg_durations(fastest))
+    if price is None:
+        _check_total(float(durations.sum()), fastest)
+    found = None if search.interrupted else _cheapest(bounded, timing, price, durations, finish, search)
+    if found is not None and price is not None:
+        return kept(found, limits, True)
+    if found is not None and most_used(limits, found.trajectory).fraction <= 1.0 + KEPT:
+        return found
+    return _stretched(fastest, float(durations.sum()), limits, finish, search)
+
+
+def _check_total(total: float, fastest: Solved) -> None:
+    """Raise InfeasibleError if a total is shorter than the shortest plan."""
+    shortest = fastest.trajectory.duration
+    if total < shortest * (1.0 - KEPT):
+        message = f"{total:.6g} s are too short for the limits: the shortest found is {shortest:.6g} s"
+        raise InfeasibleError(message, shortest=shortest)
+
+
+def _stretched(fastest: Solved, total: float, limits: Limits, finish: Finish, search: Run) -> Timed:
+    """Fly the shortest plan more slowly, or say that nothing was found."""
+    shortest = fastest.trajectory.duration
+    found = timed(fastest, finish, search, total / shortest)
+    still = fastest.task.still or total <= shortest * (1.0 + KEPT)
+    if still and most_used(limits, found.trajectory).fraction <= 1.0 + KEPT:
+        return found
+    raise InfeasibleError(
+        f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that or more time",
+        shortest=shortest,
+    )
+
+
+def _cheapest(
+    task: Task, timing: Timing, price: float | None, durations: FloatArray, finish: Finish, search: Run
+) -> Timed | None:
+    """Split a total, or a price of time, with the limits as walls of the QP; None where that has no solution."""
+    try:
+        solve(task, task.piece_durations(durations), prove=False)
+    except InfeasibleRowsError:
+        return None
+    durations, last = searched(CostSearch(task, durations, price, timing.progress))
+    search = Run(search.steps + last.steps, last.interrupted)
     for reserve in (0.0, *(RESERVES if price is not None else ())):
         try:
             solved = solve(task, task.piece_durations(durations * (1.0 + reserve)))
         except InfeasibleRowsError:
             continue
-        return kept(timed(solved, finish, search), limits, price is not None)
-    return _tightest(task, float(durations.sum()), fastest, limits, finish, search)
-
-
-def _tightest(task: Task, total: float, fastest: FloatArray, limits: Limits, finish: Finish, search: Run) -> Timed:
-    """Plan for a total near the shortest: the shortest plan, stretched to it, or say that it is too short."""
-    found = _touching(task, task.piece_durations(fastest), limits, finish, search)
-    shortest = found.trajectory.duration
-    if total < shortest * (1.0 - KEPT) or (total > shortest * (1.0 + KEPT) and not task.still):
-        message = f"{total:.6g} s are too short for the limits: the shortest found is {shortest:.6g} s"
-        raise InfeasibleError(message, shortest=shortest)
-    return timed(found.solved, finish, search, total / float(found.solved.trajectory.duration))
-
-
-def _fastest(task: Task, timing: Timing, limits: Limits) -> tuple[FloatArray, Run]:
-    first = stop_and_go_times(task.lengths, limits)
-    if not any(wall.order for wall in task.walls):
-        return first, Run(())
-    return searched(ShortestSearch(task, first, timing.progress))
+        return timed(solved, finish, search)
+    return None
 
 
 def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | None, FloatArray]:
     """Price of a second, if any, and durations to begin with, at which the limits can be kept."""
     if timing.time_weight is not None:
         price = check_weight(timing.time_weight)
-        wished = priced_first_guess(replace(task, walls=[w for w in task.walls if w.order == 0]), price)
+        wished = priced_first_guess(task, price)
         return price, fastest * max(1.0 + RESERVES[2], wished.sum() / fastest.sum())
     total = check_positive_time(timing.total_time)
     return None, fastest * (total / fastest.sum())

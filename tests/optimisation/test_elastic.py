@@ -12,7 +12,7 @@ from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.normalised_constraints import compile_walls
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.unconstrained import unbounded_optimum
-from minsnap.time_allocation.nested_search import give_limits
+from minsnap.time_allocation.elastic_scale import give_limits
 from minsnap.trajectory.trajectory import Trajectory
 
 

@@ -31,6 +31,28 @@ struct ChainProgramme {
     const double *bound;            // rows
 };
 
+// Add R'R to the lower triangle of a square block, for rows R whose number is a multiple of four.
+inline void add_lower_squares(const double *__restrict panel, std::size_t rows, std::size_t width,
+                              double *__restrict block) {
+    for (std::size_t row = 0; row < rows; row += 4) {
+        const double *p = panel + row * width, *q = p + width, *r = q + width, *s = r + width;
+        for (std::size_t a = 0; a < width; ++a) {
+            const double pa = p[a], qa = q[a], ra = r[a], sa = s[a];
+            if (pa == 0.0 && qa == 0.0 && ra == 0.0 && sa == 0.0) continue;
+            double *line = block + a * width;
+            for (std::size_t b = 0; b <= a; ++b) line[b] += (pa * p[b] + qa * q[b]) + (ra * r[b] + sa * s[b]);
+        }
+    }
+}
+
+// Add the sum of rows, each times its factor.
+inline void add_rows(const double *__restrict rows, const double *__restrict factors, std::size_t count,
+                     std::size_t width, double *__restrict sum) {
+    for (std::size_t i = 0; i < count; ++i, rows += width) {
+        for (std::size_t j = 0; j < width; ++j) sum[j] += rows[j] * factors[i];
+    }
+}
+
 class InteriorPoint {
 public:
     InteriorPoint(const ChainProgramme &programme, double tolerance, std::int64_t most)
@@ -122,10 +144,8 @@ private:
     void add_transposed(const double *y, double *out) {
         for (std::size_t i = 0; i < p_.pieces; ++i) {
             std::fill(local_.data(), local_.data() + p_.width, 0.0);
-            for (std::size_t row = first_row_[i]; row < first_row_[i + 1]; ++row) {
-                const double *g = p_.matrix + row * p_.width, factor = y[row];
-                for (std::size_t j = 0; j < p_.width; ++j) local_[j] += g[j] * factor;
-            }
+            add_rows(p_.matrix + first_row_[i] * p_.width, y + first_row_[i], first_row_[i + 1] - first_row_[i], p_.width,
+                     local_.data());
             for (std::size_t j = 0; j < p_.width; ++j) {
                 const auto column = static_cast<std::size_t>(columns_of(i)[j]);
                 if (column < p_.size) out[column] += local_[j];
@@ -246,19 +266,11 @@ private:
         }
     }
 
-    // Add the squares of the panel's rows to the lower triangle of the block, four at a time.
+    // Add the squares of the panel's rows to the lower triangle of the block.
     void add_squares(std::size_t rows) {
         const std::size_t width = p_.width, even = (rows + 3) / 4 * 4;
-        double *panel = panel_.data();
-        std::fill(panel + rows * width, panel + even * width, 0.0);
-        for (std::size_t row = 0; row < even; row += 4) {
-            const double *p = panel + row * width, *q = p + width, *r = q + width, *s = r + width;
-            for (std::size_t a = 0; a < width; ++a) {
-                const double pa = p[a], qa = q[a], ra = r[a], sa = s[a];
-                double *line = block_.data() + a * width;
-                for (std::size_t b = 0; b <= a; ++b) line[b] += (pa * p[b] + qa * q[b]) + (ra * r[b] + sa * s[b]);
-            }
-        }
+        std::fill(panel_.data() + rows * width, panel_.data() + even * width, 0.0);
+        add_lower_squares(panel_.data(), even, width, block_.data());
     }
 
     // Add the block of a piece to the matrix; an unknown that a piece names twice is met twice.

@@ -1,0 +1,106 @@
+r"""The least factor on time at which a corridor and convex limits agree, in given proportions of the durations.
+
+For given durations let :math:`\tau` be the least relative relaxation of all limits that makes the problem solvable
+(one more variable in the QP).  Slowing every leg by a factor relaxes all limits by known powers of it, so that the
+multipliers give the slope of :math:`\tau`, and Newton's method the factor at which it vanishes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import SolverError
+from minsnap.optimisation.elastic import Elastic, Give, Relaxed
+from minsnap.optimisation.gradient import row_slopes
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
+from minsnap.optimisation.problem import Task
+from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.unconstrained import unbounded_optimum
+from minsnap.time_allocation.least_cost import leg_sums
+from minsnap.time_allocation.time_stretch import nothing_limits
+
+CLOSE = 3e-3
+"""Relaxation below which one Newton step gives the scale."""
+
+NEWTON_STEPS = 40
+
+FLAT = 1e-4
+"""Slope of the relaxation in the logarithm of time below which it counts as flat."""
+
+LARGEST_STEP = 0.7
+"""Of the logarithm of the time scale."""
+
+LOWEST = -0.5
+"""Limits are tightened to half at most."""
+
+
+class ElasticScale:
+    """Search for the least factor on time.
+
+    Parameters
+    ----------
+    task : Task
+        Its walls include those of the limits.
+    shares : ndarray, shape (legs,)
+        Durations whose proportions are kept [s].
+    """
+
+    def __init__(self, task: Task, shares: FloatArray) -> None:
+        self.task, self.shares = task, shares
+        self.units = task.units(task.piece_durations(shares))
+        self.scale = 0.0
+        self.seed: WallRows | None = None
+
+    def factor(self) -> float:
+        """Return the least factor on the durations."""
+        self._rescale(self.shares)
+        return float(np.exp(self.scale))
+
+    def _rescale(self, shares: FloatArray) -> FloatArray:
+        """Find the least scale of these proportions by Newton's method; return the slopes there.
+
+        Where a pin uses a limit up, or the durations are very long, the relaxation is flat: then time is shortened
+        until it is not.
+        """
+        steep: FloatArray | None = None
+        for _ in range(NEWTON_STEPS):
+            slack, slopes = self.relaxation(shares * np.exp(self.scale))
+            total = float(slopes.sum())
+            if total > -FLAT:
+                if slack > CLOSE:
+                    self.scale += LARGEST_STEP
+                    continue
+                if steep is not None:
+                    return steep
+                self.scale -= LARGEST_STEP
+                continue
+            steep = slopes
+            self.scale += float(np.clip(-slack / total, -LARGEST_STEP, LARGEST_STEP))
+            if abs(slack) < CLOSE:
+                return slopes
+        if slack <= CLOSE and steep is None:
+            raise nothing_limits(sorted({wall.name for wall in self.task.walls if wall.order}))
+        raise SolverError("no durations were found at which the corridor and the limits agree")
+
+    def relaxation(self, durations: FloatArray) -> tuple[float, FloatArray]:
+        r"""Return :math:`\tau` at these leg durations, and :math:`T_i \partial\tau / \partial T_i`, shape (legs,)."""
+        problem = self.task.problem(self.task.piece_durations(durations), self.units)
+        found = self._relaxed(problem)
+        rows, multipliers = found.rows, found.multipliers
+        if rows is None:
+            return LOWEST, np.zeros(len(durations))
+        self.seed = rows.source.chosen(multipliers > 1e-9 * multipliers.max(initial=1e-300))
+        slopes = row_slopes(problem, found.knots, rows, multipliers)
+        return float(found.slacks[0]), leg_sums(slopes, self.task.pieces)
+
+    def _relaxed(self, problem: Problem) -> Relaxed:
+        compiled = compile_walls(self.task, problem, self.units)
+        base = unbounded_optimum(problem)
+        return Elastic(problem, base, compiled, self.task.solver, give_limits(compiled), self.seed).run()
+
+
+def give_limits(compiled: Compiled) -> Give:
+    """One slack for all walls on derivatives, weighted by what slowing down does: order times."""
+    order = np.concatenate([np.full(len(block.piece), block.order) for block in compiled.blocks])
+    return Give(np.where(order > 0, 0, -1), order.astype(np.float64), 1, LOWEST)

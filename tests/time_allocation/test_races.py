@@ -1,0 +1,109 @@
+"""Courses with known shortest times, and everything that a vehicle must keep on them."""
+
+import numpy as np
+import pytest
+from tasks import REFERENCE
+
+import minsnap
+from minsnap.corridors.boxes import Boxes
+from minsnap.errors import InfeasibleError, LimitError
+from minsnap.limits.limits import Limits
+from minsnap.vehicle import Quadrotor
+
+LIMITS = Limits(speed=3.0, acceleration=6.0)
+MAZE = Boxes(
+    [(0.3, 0.3), (0.3, 5.7), (2.4, 0.3), (2.4, 0.3), (4.4, 0.3), (4.4, 5.7), (6.4, 0.3), (6.4, 0.3), (8.4, 0.3)],
+    [(1.8, 7.7), (3.8, 7.7), (3.8, 7.7), (5.8, 2.3), (5.8, 7.7), (7.8, 7.7), (7.8, 7.7), (9.7, 2.3), (9.7, 7.7)],
+)
+PATH = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)
+AROUND = Boxes(np.minimum(PATH[:-1], PATH[1:]) - 0.5, np.maximum(PATH[:-1], PATH[1:]) + 0.5)
+RACER = Quadrotor(0.85, (0.001, 0.001, 0.0017), 0.15, 1e-6, 5e-8, np.sqrt(6.879e6))
+LOOP = [(-1.1, -1.6, 3.6), (9.2, 6.6, 1), (9.2, -4, 1.2), (-4.5, -6, 3.5), (-4.5, -6, 0.8), (4.75, -0.9, 1.2)]
+
+
+@pytest.mark.parametrize(("pieces", "most"), [(1, 10.86), (2, 9.40), (3, 9.20)])
+def test_the_rectangle(pieces, most):
+    path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, pieces=pieces)
+    assert minsnap.certify(path, REFERENCE, corridor=0.3, limits=LIMITS).ok and path.duration <= most
+    assert path.report.cost == pytest.approx(path.cost(), rel=1e-6)
+
+
+@pytest.mark.parametrize("unit", [1.0, 100.0])
+def test_the_maze_in_any_unit(unit):
+    limits, boxes = Limits(speed=2.0 * unit, acceleration=4.0 * unit), Boxes(MAZE.lower * unit, MAZE.upper * unit)
+    ends = {"start": {"position": (1.05 * unit, 0.55 * unit)}, "end": {"position": (9.05 * unit, 7.05 * unit)}}
+    path = minsnap.plan(None, corridor=boxes, limits=limits, **ends)
+    assert path.duration <= 15.2 and minsnap.certify(path, corridor=boxes, limits=limits).ok
+
+
+@pytest.mark.parametrize(("pieces", "most"), [(1, 3.23), (2, 3.08)])
+def test_a_moving_start_through_boxes(pieces, most):
+    start = {"position": PATH[0], "velocity": (1.5, 0.2, 0), "acceleration": (0.5, 0, 0)}
+    options = {"corridor": AROUND, "start": start, "end": {"position": PATH[-1]}, "limits": LIMITS}
+    path = minsnap.plan(None, pieces=pieces, **options)
+    assert minsnap.certify(path, corridor=AROUND, limits=LIMITS).ok and path.duration <= most
+    assert path(0.0, 1) == pytest.approx(start["velocity"]) and path(0.0, 2) == pytest.approx(start["acceleration"])
+
+
+@pytest.mark.slow
+def test_a_race_with_every_rotor_within_its_thrust():
+    """The first lap of a published course; the rotors recomputed from position, whichever way the body points."""
+    points = np.array([(-5, 4.5, 1.2), *LOOP], dtype=float)
+    limits, ball = Limits.of(RACER, reserve=0.0, body_rate=15.0, yaw_rate=3.0), minsnap.Ball(0.3)
+    path = minsnap.plan(points, limits=limits, yaw="tilt", waypoint_tolerance=ball, pieces=2)
+    assert minsnap.certify(path, points, limits=limits, tolerance=ball).ok
+    t = np.linspace(0.0, path.duration, 5001)
+    lift, jerk, snap = path(t, 2) + [0.0, 0.0, RACER.gravity], path(t, 3), path(t, 4)
+    size = np.linalg.norm(lift, axis=1, keepdims=True)
+    axis = lift / size
+    pull = (axis * jerk).sum(axis=1, keepdims=True)
+    across = jerk - axis * pull
+    turn = (snap - axis * (axis * snap).sum(axis=1, keepdims=True) - 2.0 * across * pull / size) / size
+    torque = 0.001 * np.linalg.norm(turn, axis=1) / (2.0 * 0.15)
+    mean = 0.85 * size[:, 0] / 4.0
+    assert (mean + torque).max() <= 6.879 + 1e-6 and (mean - torque).min() >= -1e-6
+    assert (np.linalg.norm(across, axis=1) / size[:, 0]).max() <= 15.0 + 1e-6
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, "tilt", "velocity", [0.0, 0.5, 1.0, 0.5, 0.0]], ids=str)
+def test_a_vehicle_with_any_heading(yaw):
+    limits = Limits.of(Quadrotor.dji_f330(), reserve=0.2, speed=6.0)
+    path = minsnap.plan(REFERENCE, limits=limits, yaw=yaw)
+    assert minsnap.certify(path, REFERENCE, limits=limits).ok
+    assert path.report.binding.fraction >= 0.999
+
+
+def test_gates_are_crossed_in_their_openings():
+    gates = [minsnap.Gate((4, 1, 1), (1, 0.5, 0), 1.0, 0.8), minsnap.Gate((8, -1, 1.5), (1, 0, 0), 1.0, 0.8)]
+    points = [(0, 0, 1), gates[0], gates[1], (12, 0, 1)]
+    path = minsnap.plan(points, limits=LIMITS)
+    assert minsnap.certify(path, points, limits=LIMITS).ok
+    pinned = minsnap.plan([(0, 0, 1), (4, 1, 1), (8, -1, 1.5), (12, 0, 1)], limits=LIMITS)
+    assert path.duration < 0.97 * pinned.duration
+
+
+def test_a_search_out_of_time_returns_what_it_has():
+    path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, pieces=3, time_limit=1e-6)
+    assert path.report.interrupted and minsnap.certify(path, REFERENCE, corridor=0.3, limits=LIMITS).ok
+    with pytest.raises(minsnap.MinsnapError, match="time_limit"):
+        minsnap.plan(REFERENCE, limits=LIMITS, time_limit=-1.0)
+
+
+@pytest.mark.parametrize("step", [1, 4, 14])
+def test_an_interrupted_search_returns_what_it_has(step):
+    def stop(found):
+        if found.evaluation == step:
+            raise KeyboardInterrupt
+
+    path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, pieces=2, progress=stop)
+    assert path.report.interrupted and minsnap.certify(path, REFERENCE, corridor=0.3, limits=LIMITS).ok
+
+
+def test_what_cannot_be_kept_at_any_speed_is_named():
+    with pytest.raises(InfeasibleError) as refused:
+        minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (0.0, 2.9, 0.0)}, corridor=0.05)
+    assert refused.value.leg == 0
+    with pytest.raises(InfeasibleError, match="acceleration reaches"):
+        minsnap.plan([(0, 0, 0), (0.5, 0, 0)], limits=LIMITS, start={"velocity": (2.9, 0, 0)})
+    with pytest.raises(LimitError, match="nothing limits"):
+        minsnap.plan(REFERENCE, limits=Limits(climb_speed=1.0))
