@@ -18,18 +18,25 @@ MOST_WHOLE = 48
 
 def solve_natively(task: Task, durations: FloatArray, units: Units, gap: float) -> CorridorAnswer | str:
     """Return a proved answer for piece durations (pieces in all,) [s], or the reason why there is none."""
+    question = corridor_question(task, durations, units)
+    if isinstance(question, str):
+        return question
+    answer = solve_corridor(question, gap)
+    if answer is None:
+        return core().reason
+    return answer if answer.status is Status.DONE else answer.status.reason
+
+
+def corridor_question(task: Task, durations: FloatArray, units: Units) -> CorridorQuestion | str:
+    """Return what the native core is asked for piece durations (pieces in all,) [s], or why it is not asked."""
     reason = core().reason or _unsupported(task, len(durations))
     if reason:
         return reason
     positions, pinned = np.ascontiguousarray(task.positions), np.ascontiguousarray(~task.free)
     known = (pinned, _pinned_values(task), task.closed)
-    question = CorridorQuestion(
+    return CorridorQuestion(
         task.half, positions, np.ascontiguousarray(durations), native_walls(task), units.length, units.time, *known
     )
-    answer = solve_corridor(question, gap)
-    if answer is None:
-        return core().reason
-    return answer if answer.status is Status.DONE else answer.status.reason
 
 
 def _unsupported(task: Task, pieces: int) -> str:

@@ -11,6 +11,7 @@ from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import Solved, solve
+from minsnap.time_allocation.native_split import native_split
 from minsnap.trajectory.report import Progress, Step
 
 SHORTEST = 1e-4
@@ -74,8 +75,8 @@ def trapezoid_times(lengths: FloatArray, speed: float, acceleration: float) -> F
 class CostSearch:
     """Search for leg durations of least cost: at a fixed total, or with a price on time.
 
-    The logarithm of cost + price * time is minimised over logarithms of the durations by L-BFGS (scipy), with exact
-    gradients; at a fixed total the durations are the shares of it.
+    The logarithm of cost + price * time is minimised over logarithms of the durations by L-BFGS, with exact gradients;
+    at a fixed total the durations are the shares of it. The native core does it where it can; else scipy does.
 
     Parameters
     ----------
@@ -101,6 +102,12 @@ class CostSearch:
         """Return the best leg durations found, shape (legs,) [s]."""
         if self.task.legs == 1 and self.price is None:
             return self.first
+        found = native_split(self.task, self.first, self.price)
+        if found is not None:
+            self.best = (float(found.history[:, 1].min()), found.durations)
+            for total, value in found.history.tolist():
+                self.log.add(total, value)
+            return found.durations
         from scipy.optimize import minimize
 
         reach = -np.log(SHORTEST)

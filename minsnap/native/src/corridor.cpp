@@ -74,6 +74,12 @@ Status solve_twice(const Request &given, Answer &answer, std::int64_t &attempts)
 }
 
 }  // namespace
+
+Status check_request(const Request &given) {
+    if (!sizes_fit(given.half, given.pieces, given.dim, given.walls.count) || !walls_fit(given)) return Status::bad_size;
+    return numbers_fit(given) ? Status::done : Status::bad_number;
+}
+
 }  // namespace minsnap
 
 // Least cost inside walls that hold at every instant, proved. Sizes as in request.hpp, walls.hpp and exchange.hpp;
@@ -91,8 +97,8 @@ MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pie
     if (!sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
     const Request given = {int(half), int(pieces), int(dim), closed != 0, length, time, positions, durations, pinned,
                            values, {walls, piece, order, normal, anchor, bound, width, when, 0}, gap};
-    if (!walls_fit(given)) return std::int32_t(Status::bad_size);
-    if (!numbers_fit(given)) return std::int32_t(Status::bad_number);
+    const Status checked = check_request(given);
+    if (checked != Status::done) return std::int32_t(checked);
     Answer answer = {points, knots, row_wall, row_s, row_multiplier, 0.0, 0.0, 0.0, 0, 0};
     std::int64_t attempts = 0;
     const Status status = solve_twice(given, answer, attempts);

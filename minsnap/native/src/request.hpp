@@ -21,6 +21,9 @@ struct Request {
     double gap;                        // share of the cost that may be given away
 };
 
+// Whether the sizes of a request are within their bounds and its numbers are finite; done, or why not.
+Status check_request(const Request &given);
+
 inline bool is_pinned(const Request &given, int knot, int order, int axis) {
     if (given.pinned == nullptr) return order == 0 || (!given.closed && (knot == 0 || knot == given.pieces));
     return given.pinned[(std::size_t(knot) * given.half + order) * given.dim + axis] != 0;

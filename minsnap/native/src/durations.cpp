@@ -1,0 +1,368 @@
+// Durations: the optimal cost and its exact gradient, and the split of a total time, or at a price of time, that costs
+// least; without walls by one elimination an evaluation, with walls by the certified exchange.
+#include <cmath>
+#include <cstdint>
+
+#include "cost_slopes.hpp"
+#include "dispatch.hpp"
+#include "exchange.hpp"
+#include "export.hpp"
+#include "quasi_newton.hpp"
+#include "unconstrained.hpp"
+
+namespace minsnap {
+namespace {
+
+using Integer = std::int64_t;
+
+constexpr Integer most_split_legs = Integer{1} << 20, most_split_pieces = 64, most_split_walls = 20'000;
+
+// Optimal cost of a chain without walls, and its slopes.
+class FreeCost {
+public:
+    FreeCost(const ChainProblem &chain, int half, bool closed) : chain_(chain), half_(half), closed_(closed) {}
+
+    // slopes (legs,): T dJ/dT of every leg; forces (legs, dim): dJ/dd for its displacement, or null.
+    Status evaluate(const double *durations, double &cost, double *slopes, double *forces) {
+        chain_.durations = durations;
+        Spread spread;
+        Status status = check_chain(chain_, half_, spread);
+        if (status != Status::done) return status;
+        for (Integer leg = 0; leg < chain_.legs; ++leg) slopes[leg] = 0.0;
+        cost = 0.0;
+        status = for_half(half_, [&](auto k) { return run<k.value>(spread, cost, slopes, forces); });
+        return status == Status::done && !std::isfinite(cost) ? Status::singular : status;
+    }
+
+private:
+    template <int half>
+    Status run(Spread spread, double &cost, double *slopes, double *forces) {
+        if (closed_) return spread == Spread::wide ? Status::unsupported : lap<half>(cost, slopes, forces);
+        if (spread == Spread::wide) return extended<half>(cost, slopes, forces);
+        return for_axes(chain_.stride, [&](auto axes, int axis) {
+            return open<half, axes.value>(axis, cost, slopes, forces);
+        });
+    }
+
+    template <int half, int axes>
+    Status open(int axis, double &cost, double *slopes, double *forces) {
+        using Chain = TwoWayChain<half, axes>;
+        constexpr int n = half - 1;
+        if (!room_.allocate(std::size_t(chain_.legs * Chain::width))) return Status::no_memory;
+        const LegTables<double> &tables = leg_tables<double>(half);
+        auto sink = [&](Integer leg, const double (&start)[n][axes], const double (&end)[n][axes]) {
+            double powers[half + 1];
+            duration_powers<half>(chain_.durations[leg], powers);
+            LegSlopes found;
+            const double *from = chain_.points + leg * chain_.stride + axis;
+            for (int d = 0; d < axes; ++d) {
+                const double step = from[chain_.stride + d] - from[d];
+                const double force = add_axis<half>(tables, powers, &start[0][d], &end[0][d], axes, step, found);
+                if (forces) forces[leg * chain_.stride + axis + d] = force;
+            }
+            cost += found.cost;
+            slopes[leg] += found.time;
+        };
+        return Chain::solve(chain_, axis, {room_.data(), Chain::width}, sink);
+    }
+
+    // Durations too far apart for doubles: states in double-double arithmetic.
+    template <int half>
+    Status extended(double &cost, double *slopes, double *forces) {
+        constexpr int n = half - 1;
+        const int dim = chain_.stride;
+        if (!room_.allocate(std::size_t(chain_.legs + 1) * n * dim)) return Status::no_memory;
+        const Status status = solve_chain(chain_, half, Spread::wide, {nullptr, room_.data()});
+        if (status != Status::done) return status;
+        const LegTables<double> &tables = leg_tables<double>(half);
+        for (Integer leg = 0; leg < chain_.legs; ++leg) {
+            double powers[half + 1];
+            duration_powers<half>(chain_.durations[leg], powers);
+            LegSlopes found;
+            for (int d = 0; d < dim; ++d) {
+                const double *start = room_.data() + leg * n * dim + d, *from = chain_.points + leg * dim + d;
+                const double step = from[dim] - from[0];
+                const double force = add_axis<half>(tables, powers, start, start + n * dim, dim, step, found);
+                if (forces) forces[leg * dim + d] = force;
+            }
+            cost += found.cost;
+            slopes[leg] = found.time;
+        }
+        return Status::done;
+    }
+
+    // A lap gives control points; scaled end derivatives are their differences.
+    template <int half>
+    Status lap(double &cost, double *slopes, double *forces) {
+        const int dim = chain_.stride;
+        if (!room_.allocate(std::size_t(chain_.legs) * 2 * half * dim)) return Status::no_memory;
+        const Status status = solve_closed(chain_, half, Spread::narrow, room_.data());
+        if (status != Status::done) return status;
+        const LegTables<double> &tables = leg_tables<double>(half);
+        for (Integer leg = 0; leg < chain_.legs; ++leg) {
+            double powers[half + 1];
+            duration_powers<half>(chain_.durations[leg], powers);
+            for (int a = 0; a < half; ++a) powers[a] = 1.0;
+            LegSlopes found;
+            for (int d = 0; d < dim; ++d) {
+                const double *points = room_.data() + leg * 2 * half * dim + d;
+                double start[half], end[half];
+                scaled_ends<half>(points, dim, start, end);
+                const double *from = chain_.points + leg * dim + d;
+                const double force = add_axis<half>(tables, powers, start, end, 1, from[dim] - from[0], found);
+                if (forces) forces[leg * dim + d] = force;
+            }
+            cost += found.cost;
+            slopes[leg] = found.time;
+        }
+        return Status::done;
+    }
+
+    // Derivatives 1 ... k - 1 at both ends of the unit interval.
+    template <int half>
+    static void scaled_ends(const double *points, int stride, double *start, double *end) {
+        constexpr int degree = 2 * half - 1;
+        double left[half], right[half], factor = 1.0;
+        for (int j = 0; j < half; ++j) left[j] = points[j * stride], right[j] = points[(half + j) * stride];
+        for (int a = 1; a < half; ++a) {
+            for (int j = 0; j < half - a; ++j) left[j] = left[j + 1] - left[j], right[j] = right[j + 1] - right[j];
+            factor *= degree - a + 1;
+            start[a - 1] = factor * left[0];
+            end[a - 1] = factor * right[half - 1 - a];
+        }
+    }
+
+    ChainProblem chain_;
+    int half_;
+    bool closed_;
+    Buffer<double> room_;
+};
+
+// Optimal cost inside walls, in normalised units, and its slopes; every active row adds its multiplier times its own
+// slope, at an instant that keeps its share of the piece.
+class CorridorCost {
+public:
+    CorridorCost(const Request &given) : given_(given) {}
+
+    [[nodiscard]] bool allocate() {
+        const std::size_t pieces = std::size_t(given_.pieces), state = std::size_t(given_.half) * given_.dim;
+        const std::size_t most = pieces * state + 2;
+        return points_.allocate(pieces * 2 * state) && knots_.allocate((pieces + 1) * state) && wall_.allocate(most) &&
+               s_.allocate(most) && multiplier_.allocate(most);
+    }
+
+    // slopes (pieces,): T dJ/dT of every piece.
+    Status evaluate(const double *durations, double &cost, double *slopes) {
+        given_.durations = durations;
+        Answer answer = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0};
+        const Status status = given_.half == 4 ? Exchange<double, 4>(4).solve(given_, answer)
+                                               : Exchange<double, 0>(given_.half).solve(given_, answer);
+        if (status != Status::done) return status;
+        return for_half(given_.half, [&](auto k) { return slope<k.value>(int(answer.rows), cost, slopes); });
+    }
+
+private:
+    template <int half>
+    Status slope(int rows, double &cost, double *slopes) {
+        const LegTables<double> &tables = leg_tables<double>(half);
+        const int dim = given_.dim;
+        cost = 0.0;
+        for (int piece = 0; piece < given_.pieces; ++piece) {
+            double powers[half + 1];
+            duration_powers<half>(given_.durations[piece] / given_.time, powers);
+            LegSlopes found;
+            for (int d = 0; d < dim; ++d) {
+                const double *start = &knots_[std::size_t(piece) * half * dim + d], *end = start + half * dim;
+                const double *from = given_.positions + std::size_t(piece) * dim + d;
+                const double step = (from[dim] - from[0]) / given_.length + end[0] - start[0];
+                add_axis<half>(tables, powers, start + dim, end + dim, dim, step, found);
+            }
+            cost += found.cost;
+            slopes[piece] = found.time;
+        }
+        for (int k = 0; k < rows; ++k) add_row<half>(tables, k, slopes);
+        return Status::done;
+    }
+
+    // With the derivatives at the knots held, entry a of order p's row grows as T^(a - p).
+    template <int half>
+    void add_row(const LegTables<double> &tables, int k, double *slopes) const {
+        const GivenWalls &walls = given_.walls;
+        const Integer wall = wall_[k], piece = walls.piece[wall];
+        const int order = int(walls.order[wall]), dim = given_.dim;
+        double factors[max_points], sum = 0.0;
+        row_factors(Degree<half>(half), tables, given_.durations[piece] / given_.time, order, s_[k], factors);
+        for (int d = 0; d < dim; ++d) {
+            const double *start = &knots_[std::size_t(piece) * half * dim + d], *end = start + half * dim;
+            const double *from = given_.positions + std::size_t(piece) * dim + d;
+            double slope = -order * factors[half] * ((from[dim] - from[0]) / given_.length);
+            for (int a = 0; a < half; ++a) {
+                slope += (a - order) * (factors[a] * start[a * dim] + factors[half + a] * end[a * dim]);
+            }
+            sum += walls.normal[wall * dim + d] * slope;
+        }
+        slopes[piece] += multiplier_[k] * sum;
+    }
+
+    Request given_;
+    Buffer<double> points_, knots_, s_, multiplier_;
+    Buffer<Integer> wall_;
+};
+
+// What a search for durations starts from and leaves.
+struct Split {
+    Integer legs;
+    int per_leg;          // pieces of a leg
+    const double *first;  // (legs,) [s]
+    double price;         // cost of a second; zero where the total is that of `first`
+    double unit;          // what the cost is worth
+    Integer capacity;     // evaluations at most
+    double *durations;    // (legs,)
+    double *history;      // (capacity, 2): total time and what is minimised, evaluation by evaluation
+    double *figures;      // evaluations
+};
+
+// Minimise the logarithm of cost + price * time over logarithms of factors on the first durations; at a fixed total the
+// durations are the shares of it. evaluate(durations of pieces, cost, slopes) gives a status.
+template <class Cost>
+Status find_split(const Split &split, double gain, Cost &&evaluate) {
+    const Integer legs = split.legs, pieces = legs * split.per_leg;
+    QuasiNewton search;
+    Buffer<double> times, slopes;
+    if (!search.allocate(int(legs)) || !times.allocate(std::size_t(pieces)) || !slopes.allocate(std::size_t(pieces))) {
+        return Status::no_memory;
+    }
+    double total = 0.0, best = 0.0;
+    Integer evaluations = 0;
+    Status last = Status::done;
+    for (Integer i = 0; i < legs; ++i) total += split.first[i];
+    auto function = [&](const double *x, double *gradient, double &value) {
+        double sum = 0.0, cost = 0.0, all = 0.0;
+        for (Integer i = 0; i < legs; ++i) sum += gradient[i] = split.first[i] * std::exp(x[i]);
+        const double share = split.price > 0.0 ? 1.0 : total / sum;
+        for (Integer i = 0; i < legs; ++i) {
+            gradient[i] *= share;
+            for (int p = 0; p < split.per_leg; ++p) times[std::size_t(i * split.per_leg + p)] = gradient[i] / split.per_leg;
+        }
+        if (evaluations == split.capacity) return false;
+        last = evaluate(times.data(), cost, slopes.data());
+        if (last != Status::done || !(cost > 0.0)) return false;
+        cost *= split.unit;
+        const double time = sum * share, price = split.price > 0.0 ? split.price : 0.0;
+        const double worth = cost + price * time;
+        if (evaluations == 0 || worth < best) {
+            best = worth;
+            for (Integer i = 0; i < legs; ++i) split.durations[i] = gradient[i];
+        }
+        split.history[2 * evaluations] = time;
+        split.history[2 * evaluations++ + 1] = worth;
+        for (Integer i = 0; i < pieces; ++i) all += slopes[std::size_t(i)];
+        for (Integer i = 0; i < legs; ++i) {
+            double slope = 0.0;
+            for (int p = 0; p < split.per_leg; ++p) slope += slopes[std::size_t(i * split.per_leg + p)];
+            const double own = split.price > 0.0 ? price * gradient[i] : -split.unit * all * gradient[i] / time;
+            gradient[i] = (split.unit * slope + own) / worth;
+        }
+        value = std::log(worth);
+        return true;
+    };
+    Stopping stopping;
+    stopping.gain = gain;
+    stopping.evaluations = int(split.capacity);
+    const Status status = search.minimise(stopping, function);
+    split.figures[0] = double(evaluations);
+    return status == Status::infeasible && last != Status::done ? last : status;
+}
+
+bool fill_pins(const ChainProblem &chain, int half, const std::uint32_t *masks, const double *values, Buffer<Pin> &pins) {
+    if (!pins.allocate(std::size_t(chain.pin_count))) return false;
+    for (Integer i = 0; i < chain.pin_count; ++i) {
+        Pin &pin = pins[std::size_t(i)];
+        pin.mask = masks[i], pin.stride = chain.stride, pin.values = values + i * (half - 1) * chain.stride;
+    }
+    return true;
+}
+
+bool well_sized(Integer half, Integer legs, Integer dim, Integer pins) {
+    return half >= least_half && half <= most_half && legs >= 1 && legs <= most_split_legs && dim >= 1 &&
+           dim <= most_axes && pins >= 0 && pins <= legs;
+}
+
+}  // namespace
+}  // namespace minsnap
+
+using namespace minsnap;
+
+// Optimal cost of the curve through points (legs + 1, dim) and its exact gradient in the durations (legs,) and, unless
+// null, in the points (legs + 1, dim); pins and ends as in unconstrained.cpp.
+MINSNAP_EXPORT std::int32_t minsnap_cost_gradient(Integer half, Integer legs, Integer dim, Integer closed,
+                                                  const double *points, const double *durations, const double *start,
+                                                  const double *end, Integer pins, const Integer *knots,
+                                                  const std::uint32_t *masks, const double *values, double *cost,
+                                                  double *gradient, double *point_gradient) {
+    if (!well_sized(half, legs, dim, pins)) return int(Status::bad_size);
+    ChainProblem chain;
+    chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = int(dim);
+    chain.start = start, chain.end = end, chain.pin_count = pins, chain.knots = knots;
+    Buffer<Pin> room;
+    Buffer<double> forces;
+    if (!fill_pins(chain, int(half), masks, values, room)) return int(Status::no_memory);
+    chain.pins = room.data();
+    if (point_gradient && !forces.allocate(std::size_t(legs * dim))) return int(Status::no_memory);
+    FreeCost free(chain, int(half), closed != 0);
+    const Status status = free.evaluate(durations, *cost, gradient, point_gradient ? forces.data() : nullptr);
+    if (status != Status::done) return int(status);
+    for (Integer leg = 0; leg < legs; ++leg) gradient[leg] /= durations[leg];
+    for (Integer i = 0; point_gradient && i < (legs + 1) * dim; ++i) {
+        const double before = i >= dim ? forces[std::size_t(i - dim)] : 0.0;
+        point_gradient[i] = before - (i < legs * dim ? forces[std::size_t(i)] : 0.0);
+    }
+    return int(Status::done);
+}
+
+// The split of least cost without walls. first (legs,) [s]; price: cost of a second, or zero for a fixed total. Out:
+// durations (legs,); history (capacity, 2): total time and value, evaluation by evaluation; figures (1,): how many.
+MINSNAP_EXPORT std::int32_t minsnap_best_split(Integer half, Integer legs, Integer dim, Integer closed,
+                                               const double *points, const double *first, double price,
+                                               const double *start, const double *end, Integer pins,
+                                               const Integer *knots, const std::uint32_t *masks, const double *values,
+                                               Integer capacity, double *durations, double *history, double *figures) {
+    if (!well_sized(half, legs, dim, pins) || capacity < 1) return int(Status::bad_size);
+    ChainProblem chain;
+    chain.points = points, chain.durations = first, chain.legs = legs, chain.stride = int(dim);
+    chain.start = start, chain.end = end, chain.pin_count = pins, chain.knots = knots;
+    Buffer<Pin> room;
+    if (!fill_pins(chain, int(half), masks, values, room)) return int(Status::no_memory);
+    chain.pins = room.data();
+    FreeCost free(chain, int(half), closed != 0);
+    const Split split = {legs, 1, first, price, 1.0, capacity, durations, history, figures};
+    return int(find_split(split, 1e-10, [&](const double *times, double &cost, double *slopes) {
+        return free.evaluate(times, cost, slopes, nullptr);
+    }));
+}
+
+// The same inside walls, solved for each evaluation; a request as in request.hpp, whose durations are those of `first`,
+// split equally over the pieces of each leg. `gap` is the share of the cost that an evaluation may give away.
+MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(
+    Integer half, Integer legs, Integer per_leg, Integer dim, Integer closed, double length, double time,
+    const double *positions, const double *first, double price, const std::uint8_t *pinned, const double *values,
+    Integer walls, const Integer *piece, const Integer *order, const double *normal, const double *anchor,
+    const double *bound, const double *width, const Integer *when, double gap, Integer capacity, double *durations,
+    double *history, double *figures) {
+    if (half < least_half || half > most_half || legs < 1 || per_leg < 1 || capacity < 1) return int(Status::bad_size);
+    if (per_leg > most_split_pieces || legs > most_split_pieces / per_leg) return int(Status::unsupported);
+    Buffer<double> times;
+    if (!times.allocate(std::size_t(legs * per_leg))) return int(Status::no_memory);
+    for (Integer i = 0; i < legs * per_leg; ++i) times[std::size_t(i)] = first[i / per_leg] / double(per_leg);
+    const Request given = {int(half), int(legs * per_leg), int(dim), closed != 0, length, time, positions, times.data(),
+                           pinned, values, {walls, piece, order, normal, anchor, bound, width, when, 0}, gap};
+    const Status checked = check_request(given);
+    if (checked != Status::done) return int(checked);
+    CorridorCost corridor(given);
+    if (!corridor.allocate()) return int(Status::no_memory);
+    const double unit = length * length * std::pow(time, 1.0 - 2.0 * double(half));
+    const Split split = {legs, int(per_leg), first, price, unit, capacity, durations, history, figures};
+    return int(find_split(split, gap, [&](const double *pieces, double &cost, double *slopes) {
+        return corridor.evaluate(pieces, cost, slopes);
+    }));
+}

@@ -1,0 +1,52 @@
+"""Asks the native core for the durations of least cost, where it does that kind of task."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.native.corridor import CorridorQuestion
+from minsnap.native.durations import SplitFound, best_corridor_split, best_split
+from minsnap.native.library import core
+from minsnap.optimisation.exchange import GAP
+from minsnap.optimisation.native_solve import corridor_question
+from minsnap.optimisation.problem import Task
+
+
+def native_split(task: Task, first: FloatArray, price: float | None) -> SplitFound | None:
+    """Return the durations of legs that cost least, from first ones (legs,) [s]; None where Python has to search.
+
+    Parameters
+    ----------
+    task : Task
+    first : ndarray, shape (legs,)
+    price : float or None
+        Cost of a second; None for the total of the first durations.
+    """
+    if core().library is None or task.solver != "auto":
+        return None
+    if task.constrained:
+        question = _question(task, first)
+        found = None if question is None else best_corridor_split(question, first, task.pieces, price, GAP)
+    elif _is_free(task):
+        found = best_split(task.waypoints, first, task.half, price, {} if task.closed else task.pins, task.closed)
+    else:
+        return None
+    return found if isinstance(found, SplitFound) else None
+
+
+def _question(task: Task, first: FloatArray) -> CorridorQuestion | None:
+    durations = task.piece_durations(first)
+    question = corridor_question(task, durations, task.units(durations))
+    return question if isinstance(question, CorridorQuestion) else None
+
+
+def _is_free(task: Task) -> bool:
+    """Whether the curve without walls is a chain of one piece a leg; more pieces change nothing there."""
+    whole = set(range(1, task.half))
+    ends = [set(task.pins.get(knot, {})) for knot in (0, task.legs)]
+    inner = any(state for knot, state in task.pins.items() if 0 < knot < task.legs)
+    if task.closed:
+        return not any(task.pins.values()) and task.continuity >= task.half - 1
+    smooth = task.continuity == task.half - 1 or (task.continuity > task.half - 1 and not inner)
+    return smooth and ends == [whole, whole] and bool(np.isfinite(task.waypoints).all())

@@ -1,0 +1,170 @@
+"""Costs, their gradients and best splits of the native core, against exact rationals and the Python core."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from oracles.exact import Spline
+from tasks import REFERENCE, random_legs, task_of
+
+import minsnap
+from minsnap.native import durations as native
+from minsnap.native.library import core, using
+from minsnap.native.status import Status
+from minsnap.optimisation.gradient import cost_gradient as python_gradient
+from minsnap.optimisation.solve import solve
+from minsnap.time_allocation.native_split import native_split
+
+pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
+
+
+def central(function, values, index, step):
+    above, below = values.copy(), values.copy()
+    above[index] += step
+    below[index] -= step
+    return (function(above) - function(below)) / (2.0 * step)
+
+
+@pytest.mark.parametrize("half", (2, 3, 4, 5, 6))
+def test_cost_and_gradients_are_those_of_exact_splines(half):
+    points, durations = random_legs(half, legs=4)
+    found = native.cost_gradient(points, durations, half)
+    degree = 2 * half - 1
+    assert found.cost == pytest.approx(Spline(points, durations, degree).cost(), rel=1e-10)
+    for leg in range(4):
+        exact = central(lambda T: Spline(points, T, degree).cost(), durations, leg, 1e-5)
+        assert found.durations[leg] == pytest.approx(exact, rel=1e-6, abs=1e-7 * found.cost)
+    for place in ((0, 0), (2, 1), (4, 2)):
+        exact = central(lambda X: Spline(X, durations, degree).cost(), points, place, 1e-5)
+        assert found.waypoints[place] == pytest.approx(exact, rel=1e-6, abs=1e-7 * found.cost)
+
+
+@pytest.mark.parametrize("dim", (1, 2, 3, 5, 7))
+@pytest.mark.parametrize("closed", (False, True))
+def test_the_gradient_is_that_of_the_python_core(dim, closed):
+    points, durations = random_legs(dim, legs=6, dim=dim)
+    pins = {3: {1: np.linspace(0.1, 0.4, dim)}}
+    if closed:
+        points[-1], pins = points[0], {}
+    with using("python"):
+        solved = solve(task_of(points, closed=closed, pins=pins), durations)
+        expected = python_gradient(solved)
+    found = native.cost_gradient(points, durations, 4, pins, closed)
+    assert found.cost == pytest.approx(solved.cost, rel=1e-9)
+    assert found.durations == pytest.approx(expected, rel=1e-6, abs=1e-7 * np.abs(expected).max())
+    assert found.waypoints.sum(axis=0) == pytest.approx(np.zeros(dim), abs=1e-9 * np.abs(found.waypoints).max())
+
+
+def test_moving_ends_have_their_gradient_too():
+    points, durations = random_legs(3, legs=5)
+    pins = {0: {1: np.array([1.0, 0.2, -0.3])}, 5: {2: np.array([0.1, 0.0, 0.5])}}
+    found = native.cost_gradient(points, durations, 4, pins)
+    rest = {order: np.zeros(3) for order in (1, 2, 3)}
+    states = {0: rest | pins[0], 5: rest | pins[5]}
+    assert found.cost == pytest.approx(Spline(points, durations, states=states).cost(), rel=1e-10)
+    exact = central(lambda T: Spline(points, T, states=states).cost(), durations, 0, 1e-5)
+    assert found.durations[0] == pytest.approx(exact, rel=1e-6)
+
+
+KINDS = (
+    {},
+    {"closed": True},
+    {"degree": 5},
+    {"degree": 11},
+    {"pieces": 2},
+    {"pins": {2: {"velocity": (-1.0, 0.0, 0.0)}}},
+    {"start": {"velocity": (0.5, 0.0, 0.0)}},
+    {"continuity": 4},
+    {"corridor": 0.3},
+    {"corridor": 0.3, "closed": True},
+    {"corridor": 0.3, "pieces": 2},
+    {"corridor": 0.2, "degree": 9},
+    {"waypoint_tolerance": 0.2},
+)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=[" ".join(map(str, kind)) or "free" for kind in KINDS])
+def test_the_best_split_costs_what_the_python_core_finds(kind):
+    with using("python"):
+        expected = minsnap.plan(REFERENCE, total_time=12.0, **kind)
+    found = minsnap.plan(REFERENCE, total_time=12.0, **kind)
+    assert found.report.cost <= expected.report.cost * (1.0 + 1e-6)
+    assert found.duration == pytest.approx(12.0, rel=1e-12)
+    assert minsnap.certify(found, REFERENCE, kind.get("corridor"), tolerance=kind.get("waypoint_tolerance", 0.0)).ok
+    assert found.report.steps[-1].best == pytest.approx(found.report.cost, rel=3e-6)
+
+
+@pytest.mark.parametrize("corridor", (None, 0.3))
+@pytest.mark.parametrize("weight", (1e-2, 1e2))
+def test_a_price_of_time_is_balanced(weight, corridor):
+    """Stretching all times by a changes J a^-7 + weight T a to no order: 7 J = weight T."""
+    path = minsnap.plan(REFERENCE, time_weight=weight, corridor=corridor)
+    assert 7.0 * path.report.cost == pytest.approx(weight * path.duration, rel=2e-3)
+
+
+def test_tasks_of_other_kinds_are_left_to_python():
+    points, durations = random_legs(0)
+    for task in (
+        task_of(points, minsnap.RoundTube(0.3)),
+        replace(task_of(points), solver="piqp"),
+        task_of(points, pins={0: {1: np.ones(3)}}),
+    ):
+        assert native_split(task, durations, None) is None
+    with using("python"):
+        assert native_split(task_of(points), durations, None) is None
+
+
+def test_every_status_of_a_gradient():
+    points, durations = random_legs(0)
+    assert native.cost_gradient(points, durations, 7) is Status.BAD_SIZE
+    assert native.cost_gradient(np.where(points == points[1], np.nan, points), durations, 4) is Status.BAD_NUMBER
+    assert native.cost_gradient(points, -durations, 4) is Status.BAD_NUMBER
+    assert native.cost_gradient(points, durations * np.geomspace(1e-12, 1.0, len(durations)), 4) is Status.UNSUPPORTED
+    closed = np.concatenate((points, points[:1])), np.append(durations, 1e-6)
+    assert native.cost_gradient(*closed, 4, closed=True) is Status.UNSUPPORTED
+
+
+@pytest.mark.parametrize(("half", "ratio"), ((4, 1e4), (5, 300.0), (6, 50.0)))
+def test_the_cost_of_durations_far_apart_is_that_of_the_optimum(half, ratio):
+    points, durations = random_legs(half, legs=3)
+    durations[1] = durations[0] / ratio
+    found = native.cost_gradient(points, durations, half)
+    assert found.cost == pytest.approx(Spline(points, durations, 2 * half - 1).cost(), rel=1e-6)
+
+
+@pytest.mark.parametrize(("half", "ratio"), ((4, 50.0), (5, 15.0), (6, 6.0)))
+def test_the_gradient_of_durations_far_apart_obeys_euler(half, ratio):
+    points, durations = random_legs(half, legs=3)
+    durations[1] = durations[0] / ratio
+    found = native.cost_gradient(points, durations, half)
+    assert durations @ found.durations == pytest.approx((1 - 2 * half) * found.cost, rel=1e-6)
+
+
+def test_every_status_of_a_split():
+    points, durations = random_legs(0)
+    still = np.repeat(points[:1], len(points), axis=0)
+    assert native.best_split(still, durations, 4, None, {}) is Status.INFEASIBLE
+    assert native.best_split(points, durations, 1, None, {}) is Status.BAD_SIZE
+    assert native.best_split(points, durations * np.inf, 4, None, {}) is Status.BAD_NUMBER
+
+
+@given(
+    st.integers(1, 8),
+    st.integers(1, 6),
+    st.integers(1, 9),
+    st.integers(0, 2**32 - 1),
+    st.sampled_from((0.0, np.nan, np.inf, 1e300)),
+)
+def test_no_argument_breaks_the_core(half, legs, dim, seed, bad):
+    random = np.random.default_rng(seed)
+    points, durations = random.normal(size=(legs + 1, dim)), random.uniform(0.1, 3.0, legs)
+    if seed % 3 == 0:
+        points.reshape(-1)[seed % points.size] = bad
+    elif seed % 3 == 1:
+        durations[seed % legs] = bad
+    for found in (native.cost_gradient(points, durations, half), native.best_split(points, durations, half, None, {})):
+        assert isinstance(found, (Status, native.CostGradient, native.SplitFound))
+        if not isinstance(found, Status):
+            assert np.isfinite(found.durations).all()
