@@ -199,10 +199,10 @@ def _continuity(traj: Trajectory) -> int:
     """Highest order up to which both sides of every knot agree, but for the rounding of their control points."""
     if len(traj.durations) == 1:
         return traj.degree
-    size = np.abs(traj.control_points).max()
+    size, relative = np.abs(traj.control_points).max(), traj.control_points - traj.control_points[0, 0]
     shorter = np.minimum(traj.durations[1:], traj.durations[:-1])
     for order in range(traj.degree + 1):
-        points = differentiate(traj.control_points, order) / traj.durations[:, None, None] ** order
+        points = differentiate(relative, order) / traj.durations[:, None, None] ** order
         jump = np.abs(points[1:, 0] - points[:-1, -1]).max(axis=1)
         rounding = ROUNDING * size * perm(traj.degree, order) * (2.0 / shorter) ** order
         if (jump > EXACT * np.abs(points).max() + rounding).any():

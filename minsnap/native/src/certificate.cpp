@@ -203,7 +203,8 @@ void climb_ball(Search &climb, const Scalar &square, double radius, Integer row,
 
 double larger(double a, double b) { return a > b ? a : b; }
 
-// Jumps of derivatives at knots, (degree + 1, pieces), and the largest control point of each derivative.
+// Jumps of derivatives at knots, (degree + 1, pieces), and the largest control point of each derivative; of positions
+// the largest distance of a coordinate from the first.
 void knot_jumps(const Pieces &pieces, double *jumps, double *sizes) {
     const int n = pieces.degree, dim = pieces.dim;
     double value[(max_curve_degree + 1) * max_dim], ends[(max_curve_degree + 1) * max_dim] = {};
@@ -218,7 +219,9 @@ void knot_jumps(const Pieces &pieces, double *jumps, double *sizes) {
             }
             if (piece > 0) jumps[order * pieces.count + piece - 1] = jump;
             double size = sizes[order];
-            for (int j = 0; j < left; ++j) size = larger(size, std::fabs(value[j]));
+            for (int j = 0; j < left; ++j) {
+                size = larger(size, std::fabs(order > 0 ? value[j] : value[j] - pieces.points[j % dim]));
+            }
             sizes[order] = size;
             const double factor = (n - order) / pieces.durations[piece];
             for (int j = 0; j + dim < left; ++j) value[j] = factor * (value[j + dim] - value[j]);
