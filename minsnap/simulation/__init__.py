@@ -1,4 +1,4 @@
-"""Simulated flights: rigid-body dynamics, controllers, sensors, wind."""
+"""Simulation of flights: rigid-body dynamics, controllers, sensors and wind."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Flying a vehicle in simulation: controller, sensors, motors, wind and the equations of motion, step by step."""
+"""Closed-loop simulation of a flight: controller, sensors, motors, wind and equations of motion per time step."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ def simulate(
     step: float = STEP,
     progress: Callable[[float], None] | None = None,
 ) -> Flight:
-    """Fly a path with a controller.
+    """Simulate a flight along a path with a controller.
 
-    The vehicle starts in the state that the reference starts with, rotors at the speeds that hold it. Each step the
-    controller reads the setpoint and the estimate, its command is held, motors respond to first order (exactly), and
-    the equations of motion are integrated by the classical fourth-order Runge-Kutta method, which for equal accuracy
-    takes a fraction of the time of an adaptive method restarted at every command (docs/vehicle).
+    The vehicle starts in the initial state of the reference, with the rotor speeds that keep this state. In each step
+    the controller reads the setpoint and the estimate, its command is held, motors respond to first order (exactly),
+    and the equations of motion are integrated by the classical fourth-order Runge-Kutta method, which for equal
+    accuracy is several times faster than an adaptive method restarted at every command (docs/vehicle.rst).
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def simulate(
 
 
 class _Run:
-    """One flight in the making."""
+    """State of one simulated flight in progress."""
 
     def __init__(
         self,
@@ -127,7 +127,7 @@ class _Run:
         self._saturated: list[bool] = []
 
     def fly(self, progress: Callable[[float], None] | None) -> str | None:
-        """Fly to the end; return why not, where it had to be given up."""
+        """Simulate to the end; return the reason if the simulation had to stop before."""
         rows, order = self._table.rows, self._table.index(self._instants(self._count + 1), self.delay).tolist()
         wind, every = self._wind.tolist(), max(1, self._count // 100)
         state, speeds = self._start()
@@ -153,7 +153,7 @@ class _Run:
     def _step_on(
         self, state: list[float], speeds: list[float], command: Command, wind: list[float], goal: Any
     ) -> tuple[list[float], list[float], str | None]:
-        """Return state and rotor speeds one step later, and why the flight must end there, if it must."""
+        """Return state and rotor speeds one step later, and the reason if the simulation must stop there."""
         told, (half, whole) = command.rotor_speed, self._lag
         middle = [goal_speed + half * (speed - goal_speed) for goal_speed, speed in zip(told, speeds, strict=True)]
         end = [goal_speed + whole * (speed - goal_speed) for goal_speed, speed in zip(told, speeds, strict=True)]
@@ -165,7 +165,7 @@ class _Run:
         return moved, end, _broken(moved, goal)
 
     def flight(self, path: Path | Samples) -> Flight:
-        """Return what has been flown."""
+        """Return the part of the flight simulated so far."""
         log, t = np.array(self._log), self._instants(len(self._log))
         position, velocity, quaternion, rates, speeds = np.split(log, [3, 6, 10, 13], axis=1)
         wind, saturated = self._wind[: len(log)].copy(), np.array(self._saturated)
@@ -176,14 +176,14 @@ class _Run:
 
 
 def _lags(time_constant: float, step: float) -> tuple[float, float]:
-    """Return what is left of a rotor's difference to its command after half a step and after a whole one."""
+    """Return the remaining fraction of a rotor's deviation from its command after half a step and after a full step."""
     if time_constant == 0.0:
         return 0.0, 0.0
     return math.exp(-0.5 * step / time_constant), math.exp(-step / time_constant)
 
 
 def _broken(state: list[float], goal: Any) -> str | None:
-    """Return which bound of flight a state has left, or None."""
+    """Return the name of the bound that a state exceeds, or None."""
     away = math.dist(state[0:3], goal) if all(map(math.isfinite, state)) else math.nan
     values = (away, math.hypot(*state[3:6]), math.hypot(*state[10:13]))
     for (name, bound, unit), value in zip(_BOUNDS, values, strict=True):

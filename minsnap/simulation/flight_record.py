@@ -1,4 +1,4 @@
-"""A simulated flight as a value: what was flown, what was to be flown, and what the rotors did."""
+"""Record of a simulated flight: states, references and rotor speeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Flying the inputs of flatness with no feedback at all: what the inverse dynamics promise, integrated."""
+"""Open-loop simulation: the equations of motion under the inputs from flatness, without feedback."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def simulate_open_loop(
 ) -> Flight:
     """Integrate the equations of motion under the rotor speeds that flatness gives for a path.
 
-    Nothing corrects an error, so how far the flight strays tells how exact the inverse dynamics and the integration
-    are. Rotor speeds are given as functions of time; motors do not lag, and limits are not applied. Snap, and with it
-    torque, may jump at the knots of a trajectory: steps end there, with the rotor speeds of the leg that ends.
+    There is no feedback, so the deviation from the path measures the accuracy of the inverse dynamics and of the
+    integration. Rotor speeds are functions of time; motor lag and limits are not applied. Snap, and with it torque, may
+    jump at the knots of a trajectory: steps end at the knots and use the rotor speeds of the leg that ends there.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The reference of a simulation as rows that a pilot reads: one a setpoint, held until the next."""
+"""The reference of a simulation as a table with one row per setpoint; a setpoint is held until the next."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from minsnap.vehicle.states import FlatStates
 
 
 class ReferenceTable:
-    """Setpoints in time: their rows, and which one holds at an instant.
+    """A table of setpoints, and the index of the setpoint valid at an instant.
 
     Parameters
     ----------
@@ -57,13 +57,13 @@ class ReferenceTable:
         return [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
     def index(self, t: FloatArray, delay: float = 0.0) -> npt.NDArray[np.intp]:
-        """Return which setpoint holds at each instant of shape (m,), where it takes ``delay`` seconds to get there."""
+        """Return the index of the setpoint valid at each instant, shape (m,), with a delay of the setpoints [s]."""
         start = self.samples.t[0]
         found = np.searchsorted(self.samples.t - start, t - delay + 1e-9, side="right") - 1
         return np.asarray(np.clip(found, 0, len(self.samples) - 1))
 
     def at(self, t: FloatArray, path: Path | Samples) -> Samples:
-        """Return what is to be flown at instants, shape (m,): exact of a path, interpolated between samples."""
+        """Return the setpoints at instants, shape (m,): exact for a path, interpolated between samples."""
         if isinstance(path, Path):
             inside = np.minimum(t, path.duration)
             velocity, acceleration = (spatial(path(inside, order)) for order in (1, 2))
@@ -75,7 +75,7 @@ class ReferenceTable:
 
 
 def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:
-    """Return the setpoints of a path at a rate [Hz], or at every step where there is none; samples as they are.
+    """Return the setpoints of a path at a rate [Hz], or per step without a rate; samples are not resampled.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:
 
 
 def _spatial(samples: Samples) -> Samples:
-    """Return samples with three coordinates: as they are, or plane ones at height 0."""
+    """Return samples with three coordinates: 3-D ones unchanged, 2-D ones at height 0."""
     if samples.dim == 3:
         return samples
     names = ("position", "velocity", "acceleration", "jerk", "snap")

@@ -1,8 +1,8 @@
-"""Flying minsnap's paths in RotorPy, and its vehicles here (extra ``sim``).
+"""Use minsnap's paths in RotorPy, and RotorPy's vehicles here (extra ``sim``).
 
 RotorPy is the multirotor simulator of Folk, Paulos and Kumar (*RotorPy: a Python-based multirotor simulator with
-aerodynamics for education and research*, 2023). It numbers rotors front left, front right, rear right, rear left; ours
-go counter-clockwise, so rotors 2 and 4 change places. Its quaternions are x, y, z, w.
+aerodynamics for education and research*, 2023). It numbers rotors front left, front right, rear right, rear left;
+minsnap numbers them counter-clockwise, so rotors 2 and 4 are exchanged. Its quaternions are x, y, z, w.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ GRAVITY = 9.81
 
 
 class RotorPyTrajectory:
-    """A path in RotorPy's trajectory interface: ``update(t)`` returns the flat outputs; after its end it is held.
+    """A path in RotorPy's trajectory interface: ``update(t)`` returns the flat outputs; the end is held.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class RotorPyTrajectory:
 def from_rotorpy(parameters: Mapping[str, Any], *, aero: bool = True) -> Quadrotor:
     """Return the vehicle that RotorPy's parameters describe.
 
-    Its airframe drag and its rotor drag at each hub are taken over; flapping moments and translational lift are not.
+    Its airframe drag and its rotor drag at each hub are converted; flapping moments and translational lift are not.
 
     Parameters
     ----------
@@ -127,12 +127,12 @@ def from_rotorpy(parameters: Mapping[str, Any], *, aero: bool = True) -> Quadrot
 
 
 def reorder_rotors(values: npt.ArrayLike) -> FloatArray:
-    """Return values of four rotors, shape (..., 4), in RotorPy's order from ours, or in ours from RotorPy's."""
+    """Convert values of four rotors, shape (..., 4), between RotorPy's order and minsnap's (either direction)."""
     return np.asarray(values, dtype=np.float64)[..., list(ROTOR_ORDER)]
 
 
 def hover_drag(vehicle: Quadrotor) -> BodyDrag:
-    """Return a vehicle's drag with rotor drag taken at the speed of hover: the model to compensate with."""
+    """Return a vehicle's drag with the rotor drag at hover speed: the model to use for compensation."""
     parts = vehicle.drag.parts if isinstance(vehicle.drag, SumOfDrags) else (vehicle.drag,)
     total = BodyDrag()
     for part in parts:

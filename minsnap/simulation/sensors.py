@@ -1,4 +1,4 @@
-"""What a vehicle knows of itself: motion-capture pose, late and noisy, blended with its own inertial sensors."""
+"""State estimation in simulation: delayed and noisy motion-capture poses, fused with inertial sensors."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _BANDWIDTH = 5.0
 class Sensors:
     """Position from motion capture, everything else from inertial sensors without error.
 
-    Velocity and position are carried forward by the accelerometer and corrected by each pose, with the fixed gains of a
-    critically damped second-order observer, as the estimators of autopilots do. A pose is taken for one of the present:
-    its delay is not compensated, so in steady motion the position estimate lags by velocity times delay.
+    Velocity and position are predicted with the accelerometer and corrected with each pose, with the fixed gains of a
+    critically damped second-order observer, similar to the estimators of autopilots. The delay of a pose is not
+    compensated, so in steady motion the position estimate lags by velocity times delay.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Sensors:
 
 
 class StateEstimator:
-    """The estimate of one flight, fed with the true state every step.
+    """The state estimator of one flight, updated with the true state at every step.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class StateEstimator:
         self._truth: list[float] = []
 
     def estimate(self, state: list[float]) -> Estimate:
-        """Return what is known one step after the last call, given the true state of 13 numbers."""
+        """Return the estimate one step after the previous call, given the true state of 13 numbers."""
         count = len(self._past)
         self._past.append((state[0], state[1], state[2]))
         if count == 0:
@@ -98,7 +98,7 @@ class StateEstimator:
         )
 
     def _carry(self, state: list[float]) -> None:
-        """Add the change of velocity that an accelerometer measures, and the way it makes."""
+        """Predict velocity and position with the measured acceleration."""
         for axis in range(3):
             change = state[3 + axis] - self._truth[axis]
             self._position[axis] += self._step * (self._velocity[axis] + 0.5 * change)

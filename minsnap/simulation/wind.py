@@ -1,4 +1,4 @@
-"""Wind in the world frame: none, constant, or with Dryden gusts that a seed repeats exactly."""
+"""Wind in the world frame: none, constant, or Dryden gusts, reproducible by their seed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Wind(Protocol):
 
 @dataclass(frozen=True)
 class ConstantWind:
-    """The same wind always.
+    """A constant wind.
 
     Parameters
     ----------
@@ -51,8 +51,8 @@ class DrydenWind:
     .. math:: H_u = \sigma\sqrt{2T}\,\frac{1}{1 + T s}, \qquad
               H_{v,w} = \sigma\sqrt{T}\,\frac{1 + \sqrt{3}\,T s}{(1 + T s)^2}, \qquad T = L / V,
 
-    driven by white noise of unit spectral density. The series is drawn exactly at any step (its transition matrix and
-    noise covariance are those of the continuous process), starting in the stationary state.
+    driven by white noise of unit spectral density. The discretisation is exact for any step: transition matrix and
+    noise covariance are those of the continuous process. The series starts in the stationary state.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class DrydenWind:
         object.__setattr__(self, "_speed", speed)
 
     def sample(self, count: int, step: float) -> FloatArray:
-        """Return the wind at 0, step, …, shape (count, 3) [m/s]; a longer series begins like a shorter one."""
+        """Return the wind at 0, step, …, shape (count, 3) [m/s]; a shorter series is the start of a longer one."""
         streams = np.random.default_rng(self.seed).spawn(3)
         times = [length / self._speed for length in self.length]
         along = _first_order(streams[0].standard_normal(count), math.exp(-step / times[0]))
@@ -103,7 +103,7 @@ class DrydenWind:
         return np.asarray(self.mean + gusts @ self._axes())
 
     def _axes(self) -> FloatArray:
-        """Return along, across and up as rows; along is the mean wind's heading, or x where it has none."""
+        """Return the along, across and up axes as rows; along is the direction of the mean wind, or x without wind."""
         heading = math.atan2(self.mean[1], self.mean[0])
         forward, side = math.cos(heading), math.sin(heading)
         return np.array([[forward, side, 0.0], [-side, forward, 0.0], [0.0, 0.0, 1.0]])
@@ -147,7 +147,7 @@ def _root(covariance: FloatArray) -> FloatArray:
 
 
 def vector(name: str, values: npt.ArrayLike) -> tuple[float, float, float]:
-    """Return three finite floats, or raise InputError naming what they were for."""
+    """Return three finite floats, or raise InputError that names the argument."""
     array = np.asarray(values, dtype=np.float64)
     if array.shape != (3,) or not np.isfinite(array).all():
         raise InputError(f"{name} is {values!r}: give three finite numbers, x, y and z")

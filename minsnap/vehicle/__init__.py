@@ -1,4 +1,4 @@
-"""The vehicle: its parameters, drag, fits, dynamics, and what a motion asks of it."""
+"""The vehicle: parameters, drag models, fits, equations of motion, and the thrust, rates and torques a motion needs."""
 
 from minsnap.arrays import GRAVITY
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, SumOfDrags, linear_rotor_drag

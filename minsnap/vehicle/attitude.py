@@ -1,4 +1,4 @@
-r"""Attitude and its rates from a motion, with drag: the inverse dynamics in exact closed form.
+r"""Attitude, body rates and angular accelerations from a motion with drag: exact inverse dynamics.
 
 With drag :math:`F_B = -\operatorname{diag}(d)\,R^\top u` in the body frame, ``u`` the velocity through the air and
 ``delta = d / m``, the body axes satisfy (Faessler, Franchi and Scaramuzza, *Differential flatness of quadrotor dynamics
@@ -8,7 +8,7 @@ subject to rotor drag*, RA-L 2018)
           \alpha = a + g e_z + \delta_x u,\quad \beta = a + g e_z + \delta_y u,
 
 and the yaw angle adds :math:`y_B \cdot x_C = 0` with :math:`x_C = (\cos\psi, \sin\psi, 0)` (Mellinger and Kumar 2011).
-Here ``delta`` may change in time with the airspeed. Differentiating the three conditions once and twice gives body
+Here ``delta`` may vary with the airspeed. Differentiating the three conditions once and twice gives body
 rates and angular accelerations as solutions of one 3 x 3 system.
 """
 
@@ -27,11 +27,11 @@ PARALLEL = 1e-6
 
 
 def body_frame(motion: FlatMotion) -> tuple[Triple, BoolArray]:
-    """Return the attitude at consecutive instants, and which instants are singular.
+    """Return the attitude at consecutive instants, and a mask of the singular ones.
 
-    Where thrust vanishes (free fall) the last attitude is held; where thrust is parallel to the yaw direction the last
-    lateral axis is. Both ``y_B`` and ``-y_B`` agree with thrust and yaw: through inverted flight the sign is the one
-    closer to the instant before, as Mellinger and Kumar propose.
+    Where the thrust is zero (free fall), the previous attitude is kept; where the thrust is parallel to the yaw
+    direction, the previous lateral axis is kept. Both ``y_B`` and ``-y_B`` are consistent with thrust and yaw; in
+    inverted flight the sign closer to the previous instant is taken, as Mellinger and Kumar propose.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def body_frame(motion: FlatMotion) -> tuple[Triple, BoolArray]:
 
 
 def _signs(lateral: FloatArray, motion: FlatMotion, singular: BoolArray) -> FloatArray:
-    """Return +1 or -1 an instant so that the lateral axis, seen in the turning yaw frame, never jumps."""
+    """Return the sign, +1 or -1, per instant that keeps the lateral axis continuous in the rotating yaw frame."""
     heading = motion.heading[0]
     regular = np.flatnonzero(~singular)
     across = (lateral[1] * heading[0] - lateral[0] * heading[1])[regular]
@@ -69,13 +69,13 @@ def _signs(lateral: FloatArray, motion: FlatMotion, singular: BoolArray) -> Floa
 
 
 def _last_regular(singular: BoolArray) -> npt.NDArray[np.intp]:
-    """Return for every instant the last one that is not singular, or the first such when there is none before."""
+    """Return per instant the index of the last regular instant, or of the first one if none precedes it."""
     index = np.maximum.accumulate(np.where(singular, -1, np.arange(len(singular))))
     return np.asarray(np.where(index < 0, int(np.argmin(singular)), index))
 
 
 def _hold_lateral(lateral: FloatArray, motion: FlatMotion, singular: BoolArray) -> FloatArray:
-    """Return lateral axes where the singular ones repeat a regular neighbour's, or the horizontal one if all are."""
+    """Return lateral axes; singular ones copy a regular neighbour, or are horizontal if all are singular."""
     heading = motion.heading[0]
     if singular.all():
         return np.stack([-heading[1], heading[0], heading[2]])
@@ -83,7 +83,7 @@ def _hold_lateral(lateral: FloatArray, motion: FlatMotion, singular: BoolArray) 
 
 
 def _hold_frame(frame: Triple, falling: BoolArray) -> Triple:
-    """Return frames where those in free fall repeat a neighbour's that is not, or level if all fall."""
+    """Return frames; those in free fall copy a neighbour that is not, or are level if all are in free fall."""
     if falling.all():
         return _frame_of(frame[1], np.broadcast_to([[0.0], [0.0], [1.0]], frame[1].shape))
     source = _last_regular(falling)
@@ -103,14 +103,14 @@ def _frame_of(lateral: FloatArray, alpha: FloatArray) -> Triple:
 
 
 def rates_of(motion: FlatMotion, frame: Triple, singular: BoolArray) -> FloatArray:
-    """Return body rates, shape (3, m) [rad/s], zero where singular: the conditions differentiated once."""
+    """Return body rates, shape (3, m) [rad/s], zero where singular, from the first derivative of the conditions."""
     forward, lateral, _ = frame
     known = (dot(forward, motion.alpha[1]), dot(lateral, motion.beta[1]), dot(lateral, motion.heading[1]))
     return _solve(motion, frame, known, singular)
 
 
 def angular_accelerations_of(motion: FlatMotion, frame: Triple, rates: FloatArray, singular: BoolArray) -> FloatArray:
-    """Return angular accelerations, shape (3, m) [rad/s^2], zero where singular: differentiated twice."""
+    """Return angular accelerations, shape (3, m) [rad/s^2], zero where singular, from the second derivative."""
     forward, lateral, vertical = frame
     roll, pitch, turn = rates
     forward_rate, lateral_rate = turn * lateral - pitch * vertical, roll * vertical - turn * forward
@@ -126,7 +126,7 @@ def angular_accelerations_of(motion: FlatMotion, frame: Triple, rates: FloatArra
 
 
 def _second(vector: Triple, axis: FloatArray, rate: FloatArray, turning: FloatArray) -> FloatArray:
-    """Return ``(axis . vector)''`` without the part of the angular acceleration."""
+    """Return ``(axis . vector)''`` without the term of the angular acceleration."""
     return dot(turning, vector[0]) + 2 * dot(rate, vector[1]) + dot(axis, vector[2])
 
 

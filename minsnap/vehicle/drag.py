@@ -1,4 +1,4 @@
-"""Drag of the air as a force in the body frame: one protocol, and the models that are physically consistent."""
+"""Aerodynamic drag as a force in the body frame: the protocol of a drag model, and physically consistent models."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from minsnap.errors import VehicleError
 
 @runtime_checkable
 class Drag(Protocol):
-    """Force of the air on a vehicle."""
+    """Aerodynamic drag force on a vehicle."""
 
     def force(
         self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
@@ -40,7 +40,7 @@ class Drag(Protocol):
 
 @runtime_checkable
 class HubDrag(Drag, Protocol):
-    """Drag that acts at each rotor's hub, so that rotation of the body changes it and it turns the body."""
+    """Drag that acts at each rotor's hub: it depends on the body rates and also exerts a torque."""
 
     def wrench(
         self,
@@ -72,7 +72,8 @@ class BodyDrag(ReadOnly):
     .. math:: F = -(\operatorname{diag}(linear) + |v| \operatorname{diag}(quadratic))\, v
 
     The linear part is the rotor drag of Faessler, Franchi and Scaramuzza (RA-L 2018), D = diag(dx, dy, dz); the
-    quadratic part is the drag of a blunt body. With this model, and only with it, motion is differentially flat here.
+    quadratic part is the drag of a blunt body. It is the only drag model here for which the motion is differentially
+    flat.
 
     Parameters
     ----------
@@ -127,7 +128,7 @@ class RotorSpeedDrag:
     """Rotor drag that grows with rotor speed, ``F = -sum(speed) diag(coefficient) v``.
 
     The model of RotorPy (Folk, Paulos and Kumar 2023). In simulation it acts at each hub with the hub's own velocity,
-    which damps the body's rotation; the force at rest of rotation is the sum given here.
+    which damps the body's rotation; without rotation the force is the sum given here.
 
     Parameters
     ----------
@@ -148,7 +149,7 @@ class RotorSpeedDrag:
     def force(
         self, velocity: npt.ArrayLike, *, pitch: npt.ArrayLike = 0.0, rotor_speed: npt.ArrayLike = 0.0
     ) -> FloatArray:
-        """Return the force in the body frame, shape (..., 3) [N]; a single rotor speed stands for each of four."""
+        """Return the force in the body frame, shape (..., 3) [N]; a single rotor speed applies to all four rotors."""
         speeds = np.asarray(rotor_speed, dtype=np.float64)
         total = 4.0 * speeds if speeds.ndim == 0 else speeds.sum(axis=-1)
         return -np.asarray(total)[..., None] * self.coefficient * np.asarray(velocity, dtype=np.float64)
@@ -169,13 +170,13 @@ class RotorSpeedDrag:
         return forces.sum(axis=-2), np.cross(hubs, forces).sum(axis=-2)
 
     def at(self, rotor_speed: float) -> BodyDrag:
-        """Return the linear model at four rotors of one speed [rad/s]."""
+        """Return the linear model for four rotors that all turn at one speed [rad/s]."""
         return BodyDrag(linear=4.0 * rotor_speed * self.coefficient)
 
 
 @dataclass(frozen=True)
 class SumOfDrags:
-    """The sum of several models, for those that do not add up to one :class:`BodyDrag`.
+    """The sum of several models that cannot be combined into one :class:`BodyDrag`.
 
     Parameters
     ----------
@@ -201,7 +202,7 @@ class SumOfDrags:
         pitch: npt.ArrayLike = 0.0,
         rotor_speed: npt.ArrayLike = 0.0,
     ) -> tuple[FloatArray, FloatArray]:
-        """Return force and torque of all parts, those that do not act at hubs without torque; see :class:`HubDrag`."""
+        """Return force and torque of all parts; parts that do not act at the hubs add no torque."""
         force, torque = np.zeros(np.shape(velocity)), np.zeros(np.shape(velocity))
         for part in self.parts:
             if isinstance(part, HubDrag):

@@ -1,10 +1,9 @@
-r"""Newton and Euler for a quadrotor: how its state changes under rotor speeds and wind.
+r"""Newton-Euler equations of a quadrotor: the rate of change of its state from rotor speeds and wind.
 
 .. math:: m \dot v = R\,(T e_z + F_{drag}) - m g e_z, \qquad I \dot\omega = \tau - \omega \times I\omega,
           \qquad \dot q = \tfrac12\, q \otimes (0, \omega)
 
-Newton-Euler equations with a quaternion for the attitude. Drag acts at the centre of mass,
-unless its model says otherwise.
+The attitude is a quaternion. Drag acts at the centre of mass unless its model gives a torque.
 """
 
 from __future__ import annotations
@@ -26,8 +25,8 @@ State = Sequence[Any]
 class RigidBody:
     """The equations of motion of one vehicle, with its parameters unpacked for speed.
 
-    They are plain arithmetic, so they take numbers, which is fastest for one vehicle in time, and equally arrays of
-    shape (m,) in the place of each number, for many instants at once.
+    They use plain arithmetic only. Floats are fastest for the simulation of one vehicle; arrays of shape (m,) in place
+    of each float evaluate many instants at once.
 
     Parameters
     ----------
@@ -100,7 +99,7 @@ class RigidBody:
     def _air_wrench(
         self, axes: tuple[Any, Any, Any], air: tuple[Any, Any, Any], rates: Sequence[Any], rotor_speed: Sequence[Any]
     ) -> tuple[Any, Any]:
-        """Return force and torque of a model of drag that is not plain, through its own methods on arrays."""
+        """Return force and torque of a drag model that is not a BodyDrag, from the methods of the model."""
         drag, speeds = self.vehicle.drag, np.stack(list(rotor_speed), axis=-1)
         along = [axis[0] * air[0] + axis[1] * air[1] + axis[2] * air[2] for axis in axes]
         velocity = np.stack(along, axis=-1)
@@ -169,6 +168,6 @@ def body_axes(w: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
 
 
 def _weighted(row: Sequence[float], speed: Sequence[Any]) -> Any:
-    """Return a row of the mixer times the squares of the rotor speeds, which keep their sign."""
+    """Return a row of the mixer times the signed squares of the rotor speeds."""
     a, b, c, d = speed
     return row[0] * a * abs(a) + row[1] * b * abs(b) + row[2] * c * abs(c) + row[3] * d * abs(d)

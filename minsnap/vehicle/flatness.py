@@ -1,4 +1,4 @@
-"""Thrust, tilt and body rates that a motion asks for, without drag: small vectorised functions of its derivatives.
+"""Thrust, tilt and body rates that a motion needs, without drag: vectorised functions of its derivatives.
 
 With ``t = a + g e_z`` the thrust per mass is ``c = |t|`` and the body's vertical axis ``z_B = t / c`` (Mellinger and
 Kumar, *Minimum snap trajectory generation and control for quadrotors*, ICRA 2011). The whole state, with drag, is in
@@ -34,7 +34,7 @@ def thrust_vector(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> Floa
 
 
 def specific_thrust(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
-    """Return thrust per mass ``|a + g e_z|`` [m/s^2]; divided by ``gravity`` it is the thrust-to-weight asked for.
+    """Return thrust per mass ``|a + g e_z|`` [m/s^2]; divided by ``gravity``: the thrust-to-weight.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def specific_thrust(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> Fl
 
 
 def tilt(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
-    """Return the angle between thrust and the vertical [rad], 0 to pi; in free fall, where it has none, 0.
+    """Return the angle between thrust and the vertical [rad], 0 to pi; 0 in free fall, where it is undefined.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def tilt(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
 
 
 def tilt_rate(acceleration: npt.ArrayLike, jerk: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:
-    """Return how fast the thrust axis turns, ``|t x j| / |t|^2`` [rad/s]: the norm of the roll and pitch rates.
+    """Return the rate of rotation of the thrust axis, ``|t x j| / |t|^2`` [rad/s]: the norm of roll and pitch rate.
 
     It does not depend on yaw. In free fall it is infinite unless the jerk is zero too.
 
@@ -128,7 +128,7 @@ def body_rates(
 
 
 def spatial(vectors: npt.ArrayLike) -> FloatArray:
-    """Return vectors of shape (..., 3): as they are, or plane ones with a zero third component."""
+    """Return vectors of shape (..., 3): three components unchanged, two components extended with a zero."""
     array = np.asarray(vectors, dtype=np.float64)
     if array.shape[-1] == 3:
         return array

@@ -1,8 +1,8 @@
-"""Where the four rotors sit, which way they turn, and what their thrusts make together.
+"""The mixer: positions and spin directions of the four rotors, and the thrust and torques that they produce.
 
 Rotors are numbered counter-clockwise seen from above. In the + layout they are left, rear, right and front, as in the
 equations of the thesis (section 4.4); in the x layout front-left, rear-left, rear-right and front-right. Rotors 1 and 3
-push the body counter-clockwise (+), 2 and 4 clockwise.
+turn the body counter-clockwise (+), 2 and 4 clockwise.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SPINS = np.array([1.0, -1.0, 1.0, -1.0])
 
 
 def rotor_positions(layout: str, arm_length: float) -> FloatArray:
-    """Return where the rotors are in the body frame, shape (4, 3) [m].
+    """Return the positions of the rotors in the body frame, shape (4, 3) [m].
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a motion fixes of the attitude: vectors that the body axes are perpendicular to, with and without drag."""
+"""Vectors, derived from a motion, to which the body axes are perpendicular, with and without drag."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Quadruple = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class FlatMotion:
-    """What the body axes must be perpendicular to, each vector with two derivatives, shape (3, m).
+    """Vectors to which the body axes are perpendicular, each with two derivatives, shape (3, m).
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def flat_motion(
     quadratic: FloatArray | None = None,
     spinless: bool = False,
 ) -> FlatMotion:
-    """Gather the vectors that fix the attitude.
+    """Compute the vectors that determine the attitude.
 
     Parameters
     ----------
@@ -112,6 +112,6 @@ def norm(vectors: FloatArray) -> FloatArray:
 
 
 def cross(left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return the vector product of each column, shape (3, m); columns keep long arrays fast."""
+    """Return the vector product of each column, shape (3, m)."""
     (x, y, z), (u, v, w) = left, right
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u])

@@ -1,4 +1,4 @@
-"""Checks of a vehicle's parameters, each with the sentence that says what is wrong."""
+"""Checks of a vehicle's parameters; each raises an error that names the parameter and the value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters of the vehicles that come with the library, and where each of their numbers is from."""
+"""Parameters of the vehicles that come with the library, and the source of each number."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ def dji_f330_parameters() -> dict[str, Any]:
     Measured there (section 4.6, in N/RPM^2 and N m/RPM^2): thrust coefficient 7.456e-8 and torque coefficient 2.278e-9
     of the 8045 propeller; drag from its wind tunnel, see :mod:`minsnap.thesis.consistent`.
 
-    From the frame's name: arms of 165 mm, half the 330 mm between opposite hubs.
+    From the name of the frame: arms of 165 mm, half of the 330 mm between opposite hubs.
 
-    Ours, since the thesis gives none of them: mass 1.0 kg, which hovers at 5.7 kRPM with that coefficient, a speed the
-    bench reached; inertia (see :func:`_f330_inertia`); 9,500 RPM at most, about 70 % of the 13,600 RPM that 920 RPM/V
-    make without load on four cells; 1,200 RPM at idle; motors that follow within 40 ms, as is usual for their size.
+    Assumed here, since the thesis does not give them: mass 1.0 kg, which hovers at 5.7 kRPM with that coefficient, a
+    speed within the measurements on the bench; inertia (see :func:`_f330_inertia`); 9,500 RPM at most, about 70 % of
+    the 13,600 RPM that 920 RPM/V make without load on four cells; 1,200 RPM at idle; motors with a time constant of 40
+    ms, as is usual for their size.
 
     Returns
     -------
@@ -55,7 +56,7 @@ def dji_f330_parameters() -> dict[str, Any]:
 def _f330_inertia() -> FloatArray:
     """Return the moments of four 75 g points at the hubs and a 0.7 kg block of 12, 10 and 10 cm.
 
-    Ours: an estimate from the usual masses of the parts, to stand in until somebody measures one.
+    An estimate from the usual masses of the parts; no measurement of this frame is available.
     """
     points, block = 0.075, 0.7
     length, width, height = 0.12, 0.10, 0.10
@@ -69,10 +70,11 @@ def _f330_inertia() -> FloatArray:
 def px4_sih_parameters() -> dict[str, Any]:
     """Return the parameters of the quadrotor of PX4's simulation in hardware.
 
-    Its parameters' defaults: SIH_MASS 1 kg, SIH_IXX, SIH_IYY 0.025 and SIH_IZZ 0.03 kg m^2, SIH_L_ROLL and SIH_L_PITCH
-    0.2 m, SIH_T_MAX 5 N a rotor, SIH_Q_MAX 0.1 N m, SIH_T_TAU 0.05 s, SIH_KDV 1 N s/m (drag linear in velocity).
+    Default values of its parameters: SIH_MASS 1 kg, SIH_IXX, SIH_IYY 0.025 and SIH_IZZ 0.03 kg m^2, SIH_L_ROLL and
+    SIH_L_PITCH 0.2 m, SIH_T_MAX 5 N a rotor, SIH_Q_MAX 0.1 N m, SIH_T_TAU 0.05 s, SIH_KDV 1 N s/m (drag linear in
+    velocity).
 
-    Ours: 1,000 rad/s for a rotor at full thrust, since it has no rotor speeds.
+    Assumed here: 1,000 rad/s for a rotor at full thrust, since that simulation has no rotor speeds.
 
     Returns
     -------
@@ -99,8 +101,8 @@ def crazyflie_parameters() -> dict[str, Any]:
 
     Mass and inertia from Förster, *System identification of the Crazyflie 2.0 nano quadrocopter* (ETH 2015). Arm,
     thrust, torque, drag and motor coefficients as RotorPy collects them in its ``crazyflie_params`` (Folk, Paulos and
-    Kumar 2023); its inertia is not used, since it is that of no rigid body. The rotor drag, which grows with rotor
-    speed, is taken at the speed of hover.
+    Kumar 2023); its inertia is not used, since no rigid body can have it. The rotor drag, which is proportional to the
+    rotor speed, is evaluated at the hover speed.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A quadrotor as a value: body, rotors and drag, and what follows from them."""
+"""A quadrotor as an immutable value: body, rotors, drag, and the quantities derived from them."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class Quadrotor(ReadOnly):
 
     @property
     def max_thrust_to_weight(self) -> float:
-        """Most total thrust over weight."""
+        """Greatest total thrust divided by weight."""
         return 4.0 * self.rotor_thrust_limits[1] / self.weight
 
     def wrench(self, rotor_speed: npt.ArrayLike) -> FloatArray:
@@ -136,20 +136,20 @@ class Quadrotor(ReadOnly):
         return np.asarray(self.thrust_coefficient * (speeds * np.abs(speeds)) @ self.mixer.T)
 
     def rotor_thrusts(self, wrench: npt.ArrayLike) -> FloatArray:
-        """Return the thrust of each rotor [N] that makes a total thrust and torques, both of shape (..., 4)."""
+        """Return the rotor thrusts [N] for a given total thrust and torques, both of shape (..., 4)."""
         return np.asarray(np.asarray(wrench, dtype=np.float64) @ self.inverse_mixer.T)
 
     def rotor_speeds(self, wrench: npt.ArrayLike) -> FloatArray:
-        """Return rotor speeds [rad/s] that make a total thrust and torques, both of shape (..., 4).
+        """Return the rotor speeds [rad/s] for a given total thrust and torques, both of shape (..., 4).
 
-        No limit is applied; a rotor that would have to pull downwards is given a negative speed.
+        No limit is applied; a negative thrust gives a negative speed.
         """
         thrusts = self.rotor_thrusts(wrench)
         return np.asarray(np.sign(thrusts) * np.sqrt(np.abs(thrusts) / self.thrust_coefficient))
 
     @classmethod
     def dji_f330(cls) -> Quadrotor:
-        """Return the vehicle of the thesis; see ``minsnap.vehicle.presets`` for what is measured."""
+        """Return a DJI F330; see ``minsnap.vehicle.presets`` for the source of each parameter."""
         from minsnap.vehicle.presets import dji_f330_parameters
 
         return cls(**dji_f330_parameters())

@@ -8,7 +8,7 @@ from minsnap.arrays import FloatArray
 
 
 def quaternions(rotation: FloatArray) -> FloatArray:
-    """Return the quaternions of consecutive rotation matrices, their signs chosen so that they never jump.
+    """Return the quaternions of consecutive rotation matrices, with signs that make them continuous.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def _products(rotation: FloatArray, squares: FloatArray) -> FloatArray:
 
 
 def continuous(quaternion: FloatArray) -> FloatArray:
-    """Return quaternions, shape (m, 4), with signs such that each is near the one before, the first with w >= 0."""
+    """Return quaternions, shape (m, 4), with the signs that make them continuous; the first has w >= 0."""
     turned = np.einsum("mi,mi->m", quaternion[1:], quaternion[:-1]) < 0
     first = -1.0 if len(quaternion) and quaternion[0, 0] < 0 else 1.0
     signs = np.concatenate([np.full(min(len(quaternion), 1), first), first * np.cumprod(np.where(turned, -1.0, 1.0))])
@@ -63,6 +63,6 @@ def matrices(quaternion: FloatArray) -> FloatArray:
 
 
 def headings(quaternion: FloatArray) -> FloatArray:
-    """Return the yaw angle of attitudes, shape (m,) [rad], continuous: the direction of the forward axis from above."""
+    """Return the continuous yaw angle of attitudes, shape (m,) [rad]: the heading of the forward axis."""
     w, x, y, z = quaternion.T
     return np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)))

@@ -1,4 +1,4 @@
-"""Coefficients of a rotor from bench measurements, with their uncertainty by least squares."""
+"""Thrust and torque coefficient of a rotor from bench measurements by least squares, with standard errors."""
 
 from __future__ import annotations
 
@@ -123,6 +123,6 @@ def columns(name: str, given: dict[str, npt.ArrayLike], least: int) -> dict[str,
 
 
 def explained(values: FloatArray, residuals: FloatArray) -> float:
-    """Return the part of the variance of ``values`` that is not in the residuals."""
+    """Return R^2: the share of the variance of ``values`` that the fit explains."""
     spread = float(np.sum((values - values.mean()) ** 2))
     return 1.0 - float(residuals @ residuals) / spread if spread > 0 else float(not residuals.any())

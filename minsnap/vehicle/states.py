@@ -1,4 +1,4 @@
-"""Differential flatness: the whole state and the inputs of a quadrotor from its motion and yaw, at many instants."""
+"""Differential flatness: the full state and the inputs of a quadrotor from its motion and yaw, at many instants."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def flat_states(
     wind: npt.ArrayLike = (0.0, 0.0, 0.0),
     drag: BodyDrag | None = None,
 ) -> FlatStates:
-    """Return what a quadrotor does and is given along a motion, in exact closed form.
+    """Return states and inputs of a quadrotor along a motion, in exact closed form.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def _flat_drag(vehicle: Quadrotor, drag: BodyDrag | None) -> BodyDrag:
 
 
 def _states(vehicle: Quadrotor, motion: FlatMotion) -> FlatStates:
-    """Chain attitude, rates, accelerations, torques and rotor speeds."""
+    """Compute attitude, rates, accelerations, torques and rotor speeds, in this order."""
     frame, singular = body_frame(motion)
     rates = rates_of(motion, frame, singular)
     accelerations = angular_accelerations_of(motion, frame, rates, singular).T
@@ -146,7 +146,7 @@ def flatness_of(
     wind: npt.ArrayLike = (0.0, 0.0, 0.0),
     drag: BodyDrag | None = None,
 ) -> FlatStates:
-    """Return what a quadrotor does and is given along a path.
+    """Return states and inputs of a quadrotor along a path.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def flatness_of(
 
 
 def check_rotor_limits(vehicle: Quadrotor, states: FlatStates, t: npt.ArrayLike) -> None:
-    """Raise ThrustError if a rotor is asked for more or less than it can give; says when it is worst, and by how much.
+    """Raise ThrustError if a rotor thrust exceeds its limits; the error gives the worst instant and the excess.
 
     Parameters
     ----------

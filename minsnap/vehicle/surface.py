@@ -1,4 +1,4 @@
-"""Polynomial surfaces of drag as a wind tunnel measures them, their measured range, and their force in flight."""
+"""Polynomial drag surfaces from wind-tunnel measurements, their measured range, and their force in flight."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RPM = 2.0 * math.pi / 60.0
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A sum of products of powers of named variables, with the range it was measured in.
+    """A polynomial in named variables, with the range in which it was measured.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Surface:
         object.__setattr__(self, "coefficients", owned)
 
     def __call__(self, **values: npt.ArrayLike) -> FloatArray:
-        """Drag where the variables, given by name, have these values; any shapes that broadcast [N].
+        """Return the drag [N] at values of the variables, given by name; their shapes must broadcast.
 
         Raises
         ------
@@ -87,11 +87,11 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceDrag:
-    """A surface as a force: its value with the sign turned, along x and along y of the body; nothing acts along z.
+    """A surface as a drag force: its negative value along the body's x and y axes, zero along z.
 
-    A tunnel measures drag along x; along y it is the same by symmetry. Velocities of either sign are put into the
-    polynomial as they are. Evaluating the force does not warn outside the measured range,
-    since flight always is; calling the surface does.
+    A wind tunnel measures drag along x; along y it is assumed equal by symmetry. Velocities of either sign are inserted
+    into the polynomial unchanged. Calling the surface outside its measured range warns; evaluating the force does not,
+    since most of a flight is outside that range.
 
     Parameters
     ----------

@@ -13,5 +13,5 @@ def read_vehicle(path: str | os.PathLike[str]) -> Quadrotor:
 
 
 def write_vehicle(vehicle: Quadrotor, path: str | os.PathLike[str]) -> None:
-    """Write a vehicle as YAML, whole or not at all; numbers read back exactly."""
+    """Write a vehicle as YAML in one atomic step; reading it returns exactly the same numbers."""
     vehicle.to_yaml(path)

@@ -1,4 +1,4 @@
-"""Vehicles as YAML: every field of :class:`~minsnap.vehicle.Quadrotor` by its name, in SI units."""
+"""Vehicles as YAML: each field of :class:`~minsnap.vehicle.Quadrotor` under its name, in SI units."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def read_described(kind: type[Vehicle], path: str | os.PathLike[str]) -> Vehicle
 
 
 def write_description(vehicle: Any, path: str | os.PathLike[str]) -> None:
-    """Write a vehicle as YAML, whole or not at all; numbers read back exactly.
+    """Write a vehicle as YAML in one atomic step; reading it returns exactly the same numbers.
 
     Raises
     ------

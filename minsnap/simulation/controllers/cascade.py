@@ -17,5 +17,5 @@ class CascadeController(CascadeSettings):
     """
 
     def pilot(self, vehicle: Quadrotor, step: float) -> CascadePilot:
-        """Return a pilot for a vehicle, to be called every ``step`` seconds."""
+        """Return the running controller for a vehicle, to be called every ``step`` seconds."""
         return CascadePilot(self, vehicle, step)

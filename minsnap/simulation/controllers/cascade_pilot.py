@@ -1,4 +1,4 @@
-"""The loops of the cascade in flight, and the integrals they remember."""
+"""The control loops of the cascade and the state of their integrators."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from minsnap.vehicle.quadrotor import Quadrotor
 
 
 class CascadePilot:
-    """A cascade flying one vehicle, with the integrals it remembers.
+    """A cascade controller of one vehicle, with the state of its integrators.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class CascadePilot:
         self._saturated = False
 
     def command(self, estimate: Estimate, reference: Reference) -> Command:
-        """Return what the rotors are told."""
+        """Return the commanded rotor speeds."""
         if self._count % self._every == 0:
             self._pull = self._outer(estimate, reference)
         self._count += 1
@@ -60,7 +60,7 @@ class CascadePilot:
         return command
 
     def _outer(self, estimate: Estimate, reference: Reference) -> Vector:
-        """Run the position and velocity loops: thrust per mass as a vector in the world frame."""
+        """Run the position and velocity loops; return thrust per mass as a vector in the world frame."""
         wanted = self._velocity_wanted(estimate, reference)
         errors = [wanted[axis] - estimate.velocity[axis] for axis in range(3)]
         change = self._velocity_change(estimate.velocity)
@@ -90,27 +90,27 @@ class CascadePilot:
         return share * x, share * y, clip(z, -gains.descent_speed, gains.climb_speed)
 
     def _velocity_change(self, velocity: Vector) -> Vector:
-        """Return the acceleration since the last run of the outer loops."""
+        """Return the mean acceleration since the last run of the outer loops."""
         last, self._last_velocity = self._last_velocity or velocity, velocity
         period = self._every * self._step
         return (velocity[0] - last[0]) / period, (velocity[1] - last[1]) / period, (velocity[2] - last[2]) / period
 
     def _integrate(self, errors: list[float]) -> None:
-        """Add up velocity errors; not called while thrust or tilt are cut, so that nothing winds up."""
+        """Integrate the velocity error; not called while thrust or tilt are saturated (anti-windup)."""
         period, limit = self._every * self._step, self._vehicle.gravity
         for axis in range(3):
             more = self._velocity_integral[axis] + self._gains.velocity_integral[axis] * period * errors[axis]
             self._velocity_integral[axis] = clip(more, -limit, limit)
 
     def _limited(self, pull: Vector) -> Vector:
-        """Return the thrust with its vertical part above a tenth of gravity and its tilt inside the limit."""
+        """Return the thrust with a vertical part of at least a tenth of gravity and a tilt within the limit."""
         up = max(pull[2], 0.1 * self._vehicle.gravity)
         aside, most = math.hypot(pull[0], pull[1]), up * math.tan(self._gains.tilt_limit)
         share = min(1.0, most / max(aside, 1e-9))
         return share * pull[0], share * pull[1], up
 
     def _rates(self, turn: Axes, body: Axes, yaw_rate: float) -> Vector:
-        """Return the body rates wanted: attitude error times gain, and the reference's yaw rate about the vertical."""
+        """Return the desired body rates: attitude error times gain, plus the yaw rate of the reference."""
         half = 2.0 * math.sqrt(max(1.0 + turn[0][0] + turn[1][1] + turn[2][2], 1e-6))
         error = (turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1])
         gain, limit = self._gains.attitude_gain, self._gains.rate_limit
@@ -121,7 +121,7 @@ class CascadePilot:
         return x, y, z
 
     def _torque(self, wanted: Vector, rates: Vector) -> Vector:
-        """Run the rate loop; its integral rests while the rotors are at a limit."""
+        """Run the rate loop; its integral is frozen while a rotor is at a limit."""
         errors = [wanted[axis] - rates[axis] for axis in range(3)]
         if not self._saturated:
             for axis in range(3):

@@ -1,4 +1,4 @@
-"""Gains and limits of the cascade of position, velocity, attitude and rate loops, as PX4 has it."""
+"""Gains and limits of the cascade of position, velocity, attitude and rate loops, with the structure of PX4."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ class CascadeSettings:
     """Gains and limits of position P, velocity PID, attitude P and rate PID loops.
 
     Position, velocity and attitude gains and the limits are PX4's defaults (parameter reference of v1.14: ``MPC_XY_P``,
-    ``MPC_XY_VEL_P_ACC``, ``MC_ROLL_P``, …). PX4 gives its rate gains in normalised torque, which says nothing without a
-    vehicle; ours are per inertia and suit motors of 40 to 70 ms, without a derivative unless asked for. The attitude
-    error is that of Brescianini, Hehn and D'Andrea (2013), without PX4's lesser weight on yaw.
+    ``MPC_XY_VEL_P_ACC``, ``MC_ROLL_P``, …). PX4 gives its rate gains in normalised torque, which has no physical
+    meaning without a vehicle; the rate gains here are per inertia and suit motors with time constants of 40 to 70 ms.
+    The derivative gain is 0 by default. The attitude error is that of Brescianini, Hehn and D'Andrea (2013), without
+    PX4's reduced weight on yaw.
 
     Parameters
     ----------

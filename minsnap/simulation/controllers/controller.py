@@ -1,7 +1,7 @@
-"""What a controller is given, what it returns, and the arithmetic that all of them share.
+"""Inputs and outputs of a controller, rotor allocation, and vector arithmetic shared by all controllers.
 
-A controller is a value: gains and limits. Its ``pilot`` flies one vehicle and holds what must be remembered between
-calls. Pilots work on plain floats, which for single vectors is several times faster than arrays.
+A controller is an immutable value: gains and limits. Its ``pilot`` controls one vehicle and holds the state between
+calls. Pilots use floats, which for single vectors are several times faster than arrays.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Axes = tuple[Vector, Vector, Vector]
 
 
 class Reference(NamedTuple):
-    """What is to be flown at an instant, in the world frame; rates and angular accelerations about the body's axes."""
+    """The setpoint at an instant in the world frame; rates and angular accelerations about the body axes."""
 
     position: Vector
     velocity: Vector
@@ -33,7 +33,7 @@ class Reference(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """What a controller knows of the vehicle: world frame, quaternion w, x, y, z, rates about the body's axes."""
+    """The estimated state of the vehicle: world frame, quaternion w, x, y, z, rates about the body axes."""
 
     position: Vector
     velocity: Vector
@@ -42,23 +42,23 @@ class Estimate(NamedTuple):
 
 
 class Pilot(Protocol):
-    """A controller in the act of flying one vehicle."""
+    """A running controller of one vehicle."""
 
     def command(self, estimate: Estimate, reference: Reference) -> Command:
-        """Return what the rotors are told, one step after the last call."""
+        """Return the commanded rotor speeds, one step after the previous call."""
         ...
 
 
 class Controller(Protocol):
-    """Gains and limits, from which pilots are made."""
+    """Gains and limits of a controller, and the factory of its pilots."""
 
     def pilot(self, vehicle: Quadrotor, step: float) -> Pilot:
-        """Return a pilot for a vehicle, to be called every ``step`` seconds."""
+        """Return the running controller for a vehicle, to be called every ``step`` seconds."""
         ...
 
 
 class Command(NamedTuple):
-    """What the rotors are told."""
+    """The commanded rotor speeds."""
 
     rotor_speed: list[float]
     """[rad/s], within the limits of the vehicle."""
@@ -77,7 +77,7 @@ def cross(a: Sequence[float], b: Sequence[float]) -> Vector:
 
 
 def unit(a: Sequence[float], otherwise: Vector) -> Vector:
-    """Return a vector's direction, or another one where it has none."""
+    """Return the direction of a vector, or the given fallback if the vector is zero."""
     length = math.sqrt(dot(a, a))
     return (a[0] / length, a[1] / length, a[2] / length) if length > 1e-9 else otherwise
 
@@ -89,7 +89,7 @@ def axes_of(quaternion: Sequence[float]) -> Axes:
 
 
 def relative(body: Axes, desired: Axes) -> Axes:
-    """Return the rows of ``R^T R_d``: each body axis times each desired one."""
+    """Return the rows of ``R^T R_d``: scalar products of each body axis with each desired axis."""
     rows = [(dot(axis, desired[0]), dot(axis, desired[1]), dot(axis, desired[2])) for axis in body]
     return rows[0], rows[1], rows[2]
 
@@ -105,7 +105,7 @@ def clip(value: float, low: float, high: float) -> float:
 
 
 class Allocator:
-    """Rotor speeds from thrust and torques within a vehicle's limits: attitude first, then thrust, yaw last.
+    """Rotor speeds from thrust and torques within a vehicle's limits; priority: roll and pitch, thrust, yaw.
 
     Parameters
     ----------
@@ -129,12 +129,12 @@ class Allocator:
         return Command(speeds, shift != 0.0 or share < 1.0)
 
     def _shift(self, thrusts: list[float]) -> float:
-        """Return what to add to all four so that the extreme ones come inside, the upper limit having the last word."""
+        """Return the common shift that brings all four inside the limits; if impossible, the upper limit is kept."""
         lift = max(self._low - min(thrusts), 0.0)
         return lift + min(self._high - max(thrusts) - lift, 0.0)
 
     def _room(self, thrust: float, change: float) -> float:
-        """Return the part of a change, 0 to 1, that keeps one rotor inside its limits."""
+        """Return the largest share of a change, 0 to 1, that keeps one rotor inside its limits."""
         if change > 0.0:
             return min(1.0, (self._high - thrust) / change)
         return min(1.0, (self._low - thrust) / change) if change < 0.0 else 1.0

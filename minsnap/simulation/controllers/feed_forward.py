@@ -1,4 +1,4 @@
-"""Drag feed-forward: the acceleration that a reference must ask for beyond its own, so that drag is offset."""
+"""Drag feed-forward: the acceleration to add to the reference to compensate drag."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from minsnap.vehicle.states import FlatStates, flat_states
 
 
 def reference_states(vehicle: Quadrotor, reference: Samples, drag: Drag | None) -> FlatStates:
-    """Return attitude and rates of a reference; with the drag where motion is flat with it, else without any.
+    """Return attitude and rates of a reference, with the drag if the motion is flat with it, else without drag.
 
     Parameters
     ----------
@@ -40,10 +40,10 @@ def reference_states(vehicle: Quadrotor, reference: Samples, drag: Drag | None) 
 
 
 def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag | None = None) -> FloatArray:
-    """Return the acceleration that offsets drag along a reference, in still air.
+    """Return the acceleration that compensates drag along a reference, in still air.
 
-    The reference velocity is turned into the body frame by the reference attitude, which is that of flatness; the
-    model's force there is turned back, and its opposite divided by the mass.
+    The reference velocity is rotated into the body frame with the reference attitude from flatness. The drag force is
+    rotated back to the world frame; the result is its negative divided by the mass.
 
     Parameters
     ----------

@@ -28,9 +28,9 @@ class GeometricController:
     r"""Force from position and velocity errors, torque from the attitude error on the rotation group.
 
     With ``feed_forward`` the torque is that of Lee, Leok and McClamroch (*Geometric tracking control of a quadrotor UAV
-    on SE(3)*, CDC 2010), which cancels the gyroscopic torque and follows the reference's angular acceleration; without,
-    that of Mellinger and Kumar (ICRA 2011), errors alone. Gains are per mass and per inertia, so that one set fits
-    vehicles of any size.
+    on SE(3)*, CDC 2010), which cancels the gyroscopic torque and adds the reference's angular acceleration; without,
+    that of Mellinger and Kumar (ICRA 2011), which uses the errors only. Gains are per mass and per inertia, so one set
+    suits vehicles of any size.
 
     .. math:: F = m(-k_x e_x - k_v e_v + g e_z + a_{ref}), \qquad
               \tau = J(-k_R e_R - k_\Omega e_\Omega) + \Omega\times J\Omega
@@ -57,12 +57,12 @@ class GeometricController:
             object.__setattr__(self, name, vector(name.replace("_", " "), getattr(self, name)))
 
     def pilot(self, vehicle: Quadrotor, step: float) -> GeometricPilot:
-        """Return a pilot for a vehicle; this controller remembers nothing between steps."""
+        """Return the running controller for a vehicle; it has no state between steps."""
         return GeometricPilot(self, vehicle)
 
 
 class GeometricPilot:
-    """A geometric controller flying one vehicle.
+    """A running geometric controller of one vehicle.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class GeometricPilot:
         self._allocator = Allocator(vehicle)
 
     def command(self, estimate: Estimate, reference: Reference) -> Command:
-        """Return what the rotors are told."""
+        """Return the commanded rotor speeds."""
         body = axes_of(estimate.quaternion)
         pull = self._pull(estimate, reference)
         turn = relative(body, desired_axes(pull, reference.yaw, body))
@@ -84,7 +84,7 @@ class GeometricPilot:
         return self._allocator.command(self._mass * dot(pull, body[2]), torque)
 
     def _pull(self, estimate: Estimate, reference: Reference) -> Vector:
-        """Return the thrust wanted, per mass, as a vector in the world frame."""
+        """Return the desired thrust per mass as a vector in the world frame."""
         gains = zip(self._controller.position_gain, self._controller.velocity_gain, strict=True)
         x, y, z = (
             stiff * (reference.position[axis] - estimate.position[axis])
@@ -110,7 +110,7 @@ class GeometricPilot:
 
 
 def desired_axes(pull: Vector, yaw: float, body: Axes) -> Axes:
-    """Return the attitude with thrust along ``pull`` and the yaw of flatness, or the body's axes where undefined."""
+    """Return the attitude with thrust along ``pull`` and the yaw of flatness, or the current one where undefined."""
     up = unit(pull, body[2])
     left = unit(cross(up, (cos(yaw), sin(yaw), 0.0)), body[1])
     return cross(left, up), left, up
