@@ -8,6 +8,7 @@ from properties.strategies import corridors
 from tasks import many_legs
 
 import minsnap
+from minsnap.optimisation import master_qp
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 DURATIONS = [4.0, 2.0, 4.0, 2.0]
@@ -111,13 +112,45 @@ def test_a_corridor_that_is_wide_enough_needs_no_programme():
     assert (report.solver, report.rounds, report.rows) == ("banded", 0, 0)
 
 
-def test_axes_that_no_wall_couples_are_solved_apart():
+def test_axes_that_no_wall_couples_do_not_move_each_other():
     flat = minsnap.plan(CORNERS, DURATIONS, corridor=0.3)
     bent = np.array(CORNERS, float)
     bent[:, 2] += (0.0, 0.05, 0.1, 0.05, 0.0)
     t = np.linspace(0.0, 12.0, 50)
     assert np.abs(flat(t)[:, 2] - 1.0).max() <= 1e-14
     assert minsnap.plan(bent, DURATIONS, corridor=0.3)(t)[:, 2].max() > 1.0
+
+
+def staircase(count):
+    """Return waypoints of legs along one axis each, (count + 1, 3), and their durations, (count,)."""
+    steps = np.array([(1.0, 1.3, 0.7)[leg % 3] * np.eye(3)[leg % 3] for leg in range(count)])
+    return np.vstack((np.zeros(3), np.cumsum(steps, axis=0))), np.tile([1.0, 0.8, 1.3, 0.9], count)[:count]
+
+
+def groups_made(monkeypatch):
+    """Return a list that gets the number of groups of axes of every master QP."""
+    original, counts = master_qp.axis_masks, []
+
+    def axis_masks(problem, compiled):
+        masks = original(problem, compiled)
+        counts.append((problem.size, len(masks)))
+        return masks
+
+    monkeypatch.setattr(master_qp, "axis_masks", axis_masks)
+    return counts
+
+
+def test_axes_that_no_wall_couples_are_solved_apart(monkeypatch):
+    points, durations = staircase(10)
+    made = groups_made(monkeypatch)
+    apart = minsnap.plan(points, durations, corridor=0.1)
+    monkeypatch.setattr(master_qp, "SMALL", 1000)
+    together = minsnap.plan(points, durations, corridor=0.1)
+    assert made == [(81, 3), (81, 1)]
+    assert apart.report.rows > 0 and apart.report.rungs == together.report.rungs == ()
+    assert apart.cost() == pytest.approx(together.cost(), rel=3e-6)
+    t = np.linspace(0.0, apart.duration, 200)
+    assert np.abs(apart(t) - together(t)).max() <= 1e-4
 
 
 @pytest.mark.parametrize("count", (12, 60, 200))

@@ -1,13 +1,16 @@
 """The ladder: what leads to each rung, what it gives, and that plans without it would be worse or missing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import qpsolvers
 from tasks import REFERENCE, many_legs
 
 import minsnap
-from minsnap.errors import SolverError, TimingError
+from minsnap.errors import CorridorError, SolverError, TimingError
 from minsnap.optimisation import fallbacks, master_qp, preconditioning
+from minsnap.optimisation.exchange import Trouble
 from minsnap.optimisation.solve import Solved
 
 TIMES = [4.0, 2.0, 4.0, 2.0]
@@ -96,6 +99,8 @@ def test_what_sparse_solvers_leave_is_solved_in_dense_coordinates(monkeypatch):
     traj = minsnap.plan(points, durations, **asked)
     assert traj.report.rungs == ("dense coordinates",)
     assert traj.cost() == pytest.approx(best, rel=3e-6)
+    without(monkeypatch, "dense coordinates")
+    assert minsnap.plan(points, durations, **asked).cost() > best * (1.0 + 1e-3)
 
 
 def test_more_digits_are_tried_where_no_solver_answers(monkeypatch):
@@ -105,21 +110,78 @@ def test_more_digits_are_tried_where_no_solver_answers(monkeypatch):
     traj = plan()
     assert traj.report.rungs == ("more digits",)
     assert traj.cost() == pytest.approx(1557.0050, rel=1e-6)
+    asked.clear()
+    without(monkeypatch, "more digits")
+    assert plan().cost() > 2.0 * traj.cost()
 
 
-@pytest.mark.parametrize("times", (1, 2))
-def test_walls_move_inwards_while_rounding_leaves_the_curve_outside(monkeypatch, times):
+FLOOR = {"room": ((-50.0, 0.0), (50.0, 2.0)), "solver": "daqp"}
+SLIDING = [(0.0, 0.0), (2.0, 0.0), (5.0, 0.0)]
+
+
+def slipping(monkeypatch):
+    """Let every run of the exchange end with a curve that is below the floor by rounding alone."""
+    original = fallbacks.exchange
+
+    def exchange(*given):
+        state, _ = original(*given)
+        knots = state.curve.knots.copy()
+        knots[1, 1, -1] -= 1e-16  # of the upward velocity
+        return replace(state, curve=replace(state.curve, knots=knots)), Trouble.OUTSIDE
+
+    monkeypatch.setattr(fallbacks, "exchange", exchange)
+
+
+def test_rounding_is_removed_where_it_alone_leaves_the_curve_outside(monkeypatch):
+    best = minsnap.plan(SLIDING, [2.0, 3.0], **FLOOR).cost()
+    slipping(monkeypatch)
+    traj = minsnap.plan(SLIDING, [2.0, 3.0], **FLOOR)
+    assert traj.report.rungs == ("rounding removed",)
+    assert traj.report.corridor_margin == 0.0
+    assert traj.cost() == pytest.approx(best, rel=1e-12)
+    without(monkeypatch, "rounding removed")
+    with pytest.raises(CorridorError):
+        minsnap.plan(SLIDING, [2.0, 3.0], **FLOOR)
+
+
+def doubted(monkeypatch, proofs):
+    """Let so many proofs of a curve fail."""
     original, asked = Solved.inside.fget, []
 
     def judged(solved):
         asked.append(solved)
-        return len(asked) > 2 * times and original(solved)
+        return len(asked) > proofs and original(solved)
 
     monkeypatch.setattr(Solved, "inside", property(judged))
+
+
+@pytest.mark.parametrize("times", (1, 2))
+def test_walls_move_inwards_while_rounding_leaves_the_curve_outside(monkeypatch, times):
+    doubted(monkeypatch, 2 * times)
     traj = plan()
     assert traj.report.rungs[-1] == "inward shift"
     assert traj.cost() == pytest.approx(1557.0050, rel=1e-4)
     assert traj.report.corridor_margin >= fallbacks.NUDGE * 0.3
+
+
+def test_without_the_inward_shift_a_plan_that_no_blend_can_save_is_missing(monkeypatch):
+    moving = {"start": {"velocity": (1.0, 0.0, 0.0)}}
+    best = plan(**moving).cost()
+    doubted(monkeypatch, 2)
+    traj = plan(**moving)
+    assert traj.report.rungs == ("rounding removed", "inward shift")
+    assert inside(traj) and traj.cost() == pytest.approx(best, rel=1e-4)
+    without(monkeypatch, "inward shift")
+    doubted(monkeypatch, 2)
+    with pytest.raises(SolverError, match="found no curve inside the walls to working precision: widen them or"):
+        plan(**moving)
+
+
+def test_a_waypoint_on_a_wall_is_named_where_no_rung_is_left(monkeypatch):
+    doubted(monkeypatch, np.inf)
+    with pytest.raises(CorridorError, match="waypoint 1 or 2 lies on a wall of leg 1, and the curve has no") as caught:
+        minsnap.plan([(0.0, 1.0), (2.0, 1.0), (5.0, 0.0)], [2.0, 3.0], **FLOOR)
+    assert caught.value.leg == 1
 
 
 def test_a_blend_keeps_what_was_found_before_the_solvers_failed(monkeypatch):
