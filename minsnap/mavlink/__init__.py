@@ -1,4 +1,4 @@
-"""Setpoints sent to PX4 and ArduPilot over MAVLink."""
+"""Streaming of setpoints to PX4 and ArduPilot over MAVLink."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""MAVLink over TCP, as the side that connects and as the side that listens."""
+"""MAVLink over TCP, as client and as server."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _UNDERWAY = (errno.EINPROGRESS, errno.EALREADY)
 
 
 class _Stream(LinkTransport):
-    """What both sides share: a connection that may be gone, and bytes of a message that did not fit yet."""
+    """Common part of client and server: a connection that may be lost, and the unsent rest of a message."""
 
     def __init__(self, address: str) -> None:
         self.address = address
@@ -50,7 +50,7 @@ class _Stream(LinkTransport):
         self._drop()
 
     def _open(self) -> bool:
-        """Try to have a connection; True when there is one."""
+        """Connect if necessary; return whether a connection exists."""
         raise NotImplementedError
 
     def _adopt(self, connection: socket.socket) -> None:
@@ -65,7 +65,7 @@ class _Stream(LinkTransport):
 
 
 class TcpClient(_Stream):
-    """``tcp``: connects at once or raises; after a loss tries again twice a second, without blocking."""
+    """``tcp``: connects immediately or raises; after a loss it reconnects twice per second without blocking."""
 
     def __init__(self, host: str, port: int, timeout: float = 3.0) -> None:
         super().__init__(f"tcp:{host}:{port}")
@@ -95,7 +95,7 @@ class TcpClient(_Stream):
         return self._socket is not None
 
     def _continue(self, underway: socket.socket) -> None:
-        """Ask again how far a connection has come: done, under way, or refused."""
+        """Check the state of a pending connection: established, pending or refused."""
         state = underway.connect_ex(self._destination)
         if state in _UNDERWAY:
             return
@@ -112,7 +112,7 @@ class TcpClient(_Stream):
 
 
 class TcpListener(_Stream):
-    """``tcpin``: takes one connection at a time."""
+    """``tcpin``: accepts one connection at a time."""
 
     def __init__(self, host: str, port: int) -> None:
         super().__init__(f"tcpin:{host}:{port}")

@@ -1,4 +1,4 @@
-"""MAVLink over UDP, as the side that listens and as the side that sends."""
+"""MAVLink over UDP, listening on a port or sending to an address."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from minsnap.mavlink.link_transport import LOOPBACK, LinkTransport, Peer, port_e
 
 
 class UdpListener(LinkTransport):
-    """``udpin``: bound to a port; sends to those who have spoken, and once the vehicle is chosen to it alone."""
+    """``udpin``: bound to a port; sends to all known peers until the vehicle is chosen, then to the vehicle only."""
 
     def __init__(self, host: str, port: int) -> None:
         self.address = f"udpin:{host}:{port}"
@@ -61,7 +61,7 @@ class UdpSender(LinkTransport):
 
 
 def bind_udp(host: str, port: int, address: str) -> socket.socket:
-    """Bind a socket that shares its port with nobody."""
+    """Bind a socket exclusively to its port."""
     bound = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
         bound.bind((resolve(host, address), port))
@@ -75,12 +75,12 @@ def bind_udp(host: str, port: int, address: str) -> socket.socket:
 def _send_datagram(sender: socket.socket, data: bytes, peer: Peer) -> None:
     try:
         sender.sendto(data, peer)
-    except OSError:  # nobody there now, or no route: the link's silence tells
+    except OSError:  # no receiver or no route at present: the link detects it by its timeout
         return
 
 
 def _receive_datagram(receiver: socket.socket) -> tuple[bytes, Peer]:
     try:
         return receiver.recvfrom(65535)
-    except OSError:  # nothing there, or word that an earlier datagram met nobody
+    except OSError:  # no data, or an ICMP error for an earlier datagram
         return b"", None

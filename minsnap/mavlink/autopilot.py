@@ -1,4 +1,4 @@
-"""What PX4 and ArduPilot do differently: their mode for setpoints, its name, and how it is asked for.
+"""Differences between PX4 and ArduPilot: the mode that accepts setpoints, its name, and the command to enter it.
 
 Sources: the PX4 manual on offboard control (at least two setpoints per second, sent before the mode is entered), the
 ArduPilot developer manual on Copter commands in guided mode (GUID_TIMEOUT, take-off before setpoints are taken).
@@ -68,7 +68,7 @@ AUTOPILOTS = {
 
 
 def get_autopilot(name: str, vehicle: VehicleState) -> Autopilot:
-    """Return the conventions by name; ``auto`` goes by what the vehicle's heartbeat says.
+    """Return the conventions by name; ``auto`` uses the autopilot type in the vehicle's heartbeat.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def get_autopilot(name: str, vehicle: VehicleState) -> Autopilot:
 
 
 def command(vehicle: VehicleState, name: str, *parameters: float) -> Message:
-    """COMMAND_LONG to the vehicle; parameters that are not given are 0."""
+    """COMMAND_LONG to the vehicle; parameters not given are 0."""
     dialect = load_dialect()
     values = (*parameters, *(0.0,) * (7 - len(parameters)))
     return dialect.MAVLink_command_long_message(vehicle.system, vehicle.component, getattr(dialect, name), 0, *values)
@@ -110,7 +110,7 @@ def takeoff_command(vehicle: VehicleState, height: float) -> Message:
 
 
 def position_request(vehicle: VehicleState, rate: float) -> Message:
-    """Ask for LOCAL_POSITION_NED at a rate [Hz]."""
+    """Request LOCAL_POSITION_NED at a rate [Hz]."""
     dialect = load_dialect()
     wanted = float(dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED)
     return command(vehicle, "MAV_CMD_SET_MESSAGE_INTERVAL", wanted, 1e6 / rate)

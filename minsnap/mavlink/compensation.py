@@ -1,4 +1,4 @@
-"""Setpoints that offset what is known of the vehicle: its drag through the acceleration, its delay by a lead."""
+"""Feed-forward in setpoints: drag compensated through the acceleration, response delay through a lead time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONGEST_LEAD = 0.5
 
 @dataclass(frozen=True)
 class FeedForward:
-    """What is added to the setpoints of a file.
+    """Drag and lead time to add to the setpoints of a file.
 
     Parameters
     ----------
@@ -50,11 +50,11 @@ class FeedForward:
 
     @property
     def given(self) -> bool:
-        """True when anything is added."""
+        """Whether anything is added."""
         return bool(self.drag) or self.vehicle is not None or bool(self.lead)
 
     def applied(self, samples: Samples) -> Samples:
-        """Return the samples as they are to be sent: acceleration plus what offsets drag, and all of it earlier.
+        """Return the samples to send: drag compensation added to the acceleration, all sent earlier by the lead time.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class FeedForward:
         return replace(samples, acceleration=np.asarray(own + extra))
 
     def _led(self, samples: Samples) -> Samples:
-        """Return at each instant the sample of ``lead`` later; the last is held at rest."""
+        """Return at each instant the sample valid ``lead`` later; the last sample is held at rest."""
         if not self.lead:
             return samples
         ahead = resampled_at(samples, np.minimum(samples.t + self.lead, samples.t[-1]), samples.t)
@@ -83,7 +83,7 @@ class FeedForward:
         return replace(ahead, **{name: flying.reshape(-1, *(1,) * (v.ndim - 1)) * v for name, v in kept.items()})
 
     def describe(self, samples: Samples) -> str:
-        """Return in words what is added to samples."""
+        """Return a text that says what is added to samples."""
         said = []
         if self.drag or self.vehicle is not None:
             before = 0.0 if samples.acceleration is None else samples.acceleration

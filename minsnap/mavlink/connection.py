@@ -1,4 +1,4 @@
-"""Connection strings: which transport ``udpin:HOST:PORT`` and the like ask for."""
+"""Connection strings such as ``udpin:HOST:PORT``, and the transports that they name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from minsnap.mavlink.link_transport import LOOPBACK, LinkTransport
 
 
 def open_transport(connection: str, baud: int = 115200) -> LinkTransport:
-    """Open what a connection string names, in pymavlink's notation.
+    """Open the transport that a connection string names, in pymavlink's notation.
 
     ================================ ================================================================
     ``udpin:HOST:PORT``              listen for datagrams (``udp:`` and ``HOST:PORT`` mean the same)
@@ -20,8 +20,8 @@ def open_transport(connection: str, baud: int = 115200) -> LinkTransport:
     ``serial:DEVICE[:BAUD]``         serial port (a bare ``/dev/...`` or ``COM1`` too, with ``,BAUD``)
     ================================ ================================================================
 
-    Without a host (``udpin:14550``, ``udpin::14550``) it is the loopback address: nothing is opened to a network unless
-    an address of it, or 0.0.0.0, is given.
+    Without a host (``udpin:14550``, ``udpin::14550``) the loopback address is used: a port is open to a network only if
+    an address of that network, or 0.0.0.0, is given.
 
     Parameters
     ----------

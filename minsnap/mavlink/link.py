@@ -1,4 +1,4 @@
-"""A MAVLink connection to one vehicle: own heartbeat, signing, and deaf to everybody else."""
+"""A MAVLink connection to one vehicle: sends heartbeats, signs messages, ignores other systems."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Link:
         signing.timestamp = int((time.time() - 1420070400) * 1e5)
 
     def write(self, data: bytes) -> None:
-        """Send raw bytes (pymavlink calls this)."""
+        """Send raw bytes (called by pymavlink)."""
         self._transport.send(bytes(data))
 
     def send(self, message: Message) -> None:
@@ -83,11 +83,11 @@ class Link:
         self._codec.send(message)
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         self._transport.close()
 
     def pump(self, until: float) -> Iterator[Message]:
-        """Receive until an instant, keeping our heartbeat going; yields the vehicle's messages as they come.
+        """Receive until an instant and send heartbeats meanwhile; yield the vehicle's messages on arrival.
 
         Parameters
         ----------
@@ -106,7 +106,7 @@ class Link:
             self._clock.wait(min(until, self._next_heartbeat), self._transport.readers())
 
     def _beat(self) -> None:
-        """Send our heartbeat when a second has passed; after a pause once, not several times."""
+        """Send our heartbeat once per second; after a pause only one is sent."""
         now = self._clock.now()
         if now < self._next_heartbeat:
             return
@@ -114,7 +114,7 @@ class Link:
         self.send(self._dialect.MAVLink_heartbeat_message(_COMPANION, _NO_AUTOPILOT, 0, 0, _ACTIVE, 3))
 
     def _arrived(self) -> list[Message] | None:
-        """Return the vehicle's messages in what has just arrived; None when nothing has."""
+        """Return the vehicle's messages in the received data; None if no data was received."""
         data, peer = self._transport.receive()
         if not data:
             return None
@@ -125,7 +125,7 @@ class Link:
         return messages
 
     def _parser(self, peer: Peer) -> Any:
-        """Return the parser of one peer's bytes: what others send cannot get between them."""
+        """Return the parser of one peer; every peer has its own, so that their bytes do not mix."""
         if peer not in self._parsers:
             if len(self._parsers) >= _PEERS:
                 self._parsers.clear()
@@ -135,9 +135,9 @@ class Link:
         return self._parsers[peer]
 
     def _is_from_vehicle(self, message: Message) -> bool:
-        """Note a message of the chosen vehicle; the first suitable heartbeat chooses it.
+        """Whether a message is from the chosen vehicle; the first suitable heartbeat chooses the vehicle.
 
-        Messages of an unknown type do not count: their check sum cannot be checked.
+        Messages of an unknown type are ignored, since their checksum cannot be verified.
         """
         if message.get_type() == "BAD_DATA" or message.get_type().startswith("UNKNOWN"):
             self.refused += message.get_type() == "BAD_DATA"
@@ -154,7 +154,7 @@ class Link:
         return True
 
     def _is_suitable(self, message: Message, system: int) -> bool:
-        """Return whether this is the heartbeat of an autopilot with the system id that is wanted."""
+        """Return whether this is the heartbeat of an autopilot with the requested system id."""
         if message.get_type() != "HEARTBEAT" or message.autopilot == _NO_AUTOPILOT or message.type == _GROUND_STATION:
             return False
         return self._wanted in (None, system)

@@ -1,4 +1,4 @@
-"""Sockets and serial ports that carry MAVLink: they never block, never print, and come back after a loss."""
+"""Sockets and serial ports for MAVLink: non-blocking, without output, and reconnecting after a loss."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Peer = Any
 
 
 class LinkTransport(ABC):
-    """Bytes to and from whoever is at the other end.
+    """A channel for bytes to and from the peers at the other end.
 
     Attributes
     ----------
@@ -27,26 +27,26 @@ class LinkTransport(ABC):
 
     @abstractmethod
     def send(self, data: bytes) -> None:
-        """Send one message, or drop it when the other end cannot take it now."""
+        """Send one message, or drop it if the channel cannot accept it now."""
 
     @abstractmethod
     def receive(self) -> tuple[bytes, Peer]:
-        """Return what has arrived and from whom; empty when nothing has."""
+        """Return the received bytes and their sender; empty if nothing was received."""
 
     @abstractmethod
     def readers(self) -> Sequence[int]:
-        """File descriptors that wake up when something arrives."""
+        """File descriptors that become readable on arrival of data."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
 
     def choose(self, peer: Peer) -> None:  # noqa: B027 - most transports have one peer from the start
-        """From now on send to this peer alone, of those who may have spoken."""
+        """Send only to this peer from now on."""
 
 
 def port_error(address: str, error: OSError) -> LinkError:
-    """Return the error for a port that cannot be opened, in one sentence."""
+    """Return the error for a port that cannot be opened."""
     if error.errno == errno.EADDRINUSE:
         return LinkError(f"cannot listen on {address}: another program uses that port", address=address)
     return LinkError(f"cannot open {address}: {error.strerror or error}", address=address)

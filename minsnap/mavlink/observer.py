@@ -1,4 +1,4 @@
-"""Who watches a flight: the log, the callbacks, and the tracking error."""
+"""Observation of a flight: log, callbacks and tracking error."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _STUBBORN = 5  # commands are repeated every second, and ArduPilot takes some on
 
 
 class StreamObserver:
-    """Notes what happens in a flight and passes it on.
+    """Records the events of a flight and passes them to the callbacks.
 
     Parameters
     ----------
@@ -56,19 +56,19 @@ class StreamObserver:
             self._log.close()
 
     def silence(self) -> None:
-        """Tell nobody any more: something among them has failed."""
+        """Disable log and callbacks after one of them has failed."""
         self.close()
         self._log = self._on_event = self._on_status = None
 
     def say(self, now: float, text: str) -> None:
-        """Pass on a sentence."""
+        """Pass an event on as a sentence."""
         if self._log is not None:
             self._log.event(now, text)
         if self._on_event is not None:
             self._on_event(text)
 
     def heard(self, now: float, message: Message, vehicle: VehicleState, sequence: Sequence | None) -> None:
-        """Note a message of the vehicle: where it is, how far from its setpoint, what it says."""
+        """Record a message of the vehicle: its position, the distance to its setpoint, its texts."""
         kind = message.get_type()
         if kind == "LOCAL_POSITION_NED":
             self._measure(vehicle, sequence)
@@ -89,7 +89,7 @@ class StreamObserver:
             self._errors.append(self._error)
 
     def sent(self, now: float, step: SetpointStep, late: float, sequence: Sequence, vehicle: VehicleState) -> None:
-        """Note a slot that was served."""
+        """Record the setpoint sent in a slot."""
         self.flown += step.index is not None
         if self._log is not None and step.setpoint is not None:
             self._log.setpoint(now, step.index, step.setpoint, self._table.mask, late)

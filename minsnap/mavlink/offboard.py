@@ -1,4 +1,4 @@
-"""The one call that flies a path, samples or a file over MAVLink."""
+"""The function that flies a path, samples or a setpoint file over MAVLink."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def stream(
 
 
 def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> SetpointTable:
-    """Read, check and lay out what is to be flown.
+    """Read and check what is to be flown, and tabulate it as setpoints.
 
     Raises
     ------

@@ -59,7 +59,7 @@ class Parameters:
         self._bytewise = link.vehicle.autopilot == PX4
 
     def read(self, names: Iterable[str]) -> dict[str, Parameter]:
-        """Return the parameters of these names that the vehicle has; it does not answer for others."""
+        """Return those of the named parameters that the vehicle has; it does not answer for unknown names."""
         found: dict[str, Parameter] = {}
         wanted = list(dict.fromkeys(names))
         for _ in range(_TRIES):
@@ -72,7 +72,7 @@ class Parameters:
         return {name: found[name] for name in wanted if name in found}
 
     def write(self, name: str, value: float) -> Parameter:
-        """Set a parameter and return what the vehicle has then.
+        """Set a parameter and return the value that the vehicle reports.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class Parameters:
         self._link.send(message)
 
     def _collect(self, found: dict[str, Parameter], awaited: set[str]) -> None:
-        """Receive until all that is awaited has come, or for one interval."""
+        """Receive until all requested parameters have arrived, for at most one interval."""
         until = self._clock.now() + _RETRY
         while awaited - found.keys() and self._clock.now() < until:
             for message in self._link.pump(min(until, self._clock.now() + 0.05)):

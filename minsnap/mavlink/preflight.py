@@ -1,4 +1,4 @@
-"""Do an autopilot's parameters fit a flight? Each rule reads a few of them and says what does not fit, and why.
+"""Check of an autopilot's parameters against a flight: each rule reads some parameters and reports conflicts.
 
 Sources: PX4's parameter reference, ArduPilot's list of Copter parameters, and flights of both in simulation
 (docs/offboard.rst).
@@ -20,7 +20,7 @@ from minsnap.trajectory.samples import Samples
 
 @dataclass(frozen=True)
 class FlightNeeds:
-    """What a file of setpoints asks of the vehicle.
+    """What a setpoint file requires of the vehicle.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class FlightNeeds:
 
 
 def flight_needs(samples: Samples) -> FlightNeeds:
-    """Return what samples in z-up world axes ask for; without velocities or accelerations these are zero."""
+    """Return what samples in z-up world axes require; without velocities or accelerations these are zero."""
     still = np.zeros((1, 3))
     velocity = still if samples.velocity is None else samples.velocity
     acceleration = still if samples.acceleration is None else samples.acceleration
@@ -69,7 +69,7 @@ Judge = Callable[[Values, FlightNeeds], "str | None"]
 
 @dataclass(frozen=True)
 class Rule:
-    """What a few parameters must be like.
+    """A condition on some parameters.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Finding:
-    """What one rule found.
+    """The result of one rule.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class Finding:
 
     @property
     def known(self) -> bool:
-        """True when the vehicle has said all that the rule needs."""
+        """Whether the vehicle has reported all parameters of the rule."""
         return bool(self.parameters)
 
 
@@ -209,7 +209,7 @@ def rule_parameters(autopilot: str) -> list[str]:
 
 
 def check_parameters(autopilot: str, parameters: Mapping[str, Parameter], needs: FlightNeeds) -> list[Finding]:
-    """Hold parameters against what a flight needs.
+    """Check parameters against the needs of a flight.
 
     Parameters
     ----------

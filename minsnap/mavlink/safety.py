@@ -1,4 +1,4 @@
-"""When to stop: the rules that end a flight, each comparing what the vehicle says with what it should do."""
+"""Safety rules that refuse or stop a flight; each compares the vehicle's messages with the expected state."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FRESH = 0.5
 
 @dataclass(frozen=True)
 class SafetyRules:
-    """How far things may go before a flight is refused or stopped.
+    """Bounds beyond which a flight is refused or stopped.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class SafetyRules:
                 raise InputError(f"{name} is {value}: a safety bound must be positive")
 
     def start_refusal(self, vehicle: VehicleState, start: Vector, on_the_ground: bool = False) -> str | None:
-        """Say why the vehicle must not start, None if it may.
+        """Return the reason why the vehicle must not start, or None.
 
         Parameters
         ----------
@@ -77,7 +77,7 @@ class SafetyRules:
         return f"the vehicle is {distance:.2f} m from the start, more than the {self.max_start_distance:g} m allowed"
 
     def unsettled(self, vehicle: VehicleState, start: Vector) -> str | None:
-        """Say why the vehicle does not stand at the start yet, None if it does or if nobody wants to know."""
+        """Return the reason why the vehicle is not at rest at the start yet, or None; None also without bounds."""
         if math.isinf(self.max_start_distance):
             return None
         distance, speed = vehicle.distance(start), vehicle.speed
@@ -86,13 +86,13 @@ class SafetyRules:
         return None if speed <= self.settled_speed else f"the vehicle still moves at {speed:.2f} m/s"
 
     def stall(self, gap: float) -> str | None:
-        """Say that the stream paused for too long before a setpoint of the flight, None if it did not."""
+        """Return a message if the stream paused too long before a setpoint of the flight, else None."""
         if gap <= self.max_gap:
             return None
         return f"no setpoint left this program for {gap:.2f} s, more than the {self.max_gap:g} s allowed"
 
     def breach(self, now: float, vehicle: VehicleState, setpoint: Vector, autopilot: Autopilot) -> str | None:
-        """Say which rule a flight breaks at ``now``, None while it breaks none."""
+        """Return a message that names the rule broken at ``now``, or None."""
         if not autopilot.follows(vehicle):
             return f"the vehicle left {autopilot.mode}"
         silence = self.heartbeat_timeout if vehicle.position is None else self.link_timeout

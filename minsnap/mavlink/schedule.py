@@ -1,4 +1,4 @@
-"""When each setpoint is due: slots of a monotonic clock, one setpoint a slot, never a burst."""
+"""Schedule of setpoints: slots of a monotonic clock, one setpoint per slot, no bursts."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from minsnap.errors import TimingError
 
 
 class Clock:
-    """Monotonic time and the waiting for it; tests may pass one whose time runs otherwise."""
+    """Monotonic time and waiting; tests may pass a clock with simulated time."""
 
     def now(self) -> float:
         """Return the time [s] from an arbitrary origin."""
         return time.monotonic()
 
     def wait(self, until: float, readers: Sequence[int]) -> None:
-        """Sleep until then, or until one of the file descriptors can be read.
+        """Wait until the instant, or until one of the file descriptors is readable.
 
         Parameters
         ----------
@@ -36,7 +36,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Lateness:
-    """How late setpoints left, and how many were left out for it.
+    """Lateness of the sent setpoints, and the number of skipped ones.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ class Lateness:
 class Schedule:
     """Slots at start + k/rate.
 
-    Each slot is computed from the start, so that nothing adds up: after an hour slot k is still at k/rate. Who comes
-    late gets the slot that is due now, not those that were missed.
+    Each slot is computed from the start time, so errors do not accumulate: after an hour slot k is still at k/rate.
+    After a delay the slot due now is served; missed slots are skipped.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Schedule:
         return self.start + (self._last + 1) / self.rate
 
     def take(self, now: float) -> int:
-        """Serve the slot due at ``now`` and return its number; those that have passed are skipped and counted."""
+        """Serve the slot due at ``now`` and return its number; missed slots are skipped and counted."""
         self._lateness.append(max(0.0, now - self.due))
         self._served.append(now)
         index = max(self._last + 1, math.floor((now - self.start) * self.rate + 1e-6))

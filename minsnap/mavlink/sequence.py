@@ -1,6 +1,6 @@
-"""What to send when: the phases of a flight as a machine without a clock, a socket or a file of its own.
+"""The phases of a flight as a state machine, without access to clock, sockets or files.
 
-Whatever happens, the answer is a setpoint until the vehicle has left the mode in which it follows setpoints.
+In every state it returns a setpoint until the vehicle has left the mode in which it follows setpoints.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from minsnap.mavlink.vehicle_state import Vector, VehicleState
 LINGER = 1.0
 """How long the hold goes on after the vehicle has left the mode [s]."""
 
-_CLIMBED = 0.5  # a take-off that has come this near to the start's height is over [m]
+_CLIMBED = 0.5  # a take-off is complete within this distance of the start's height [m]
 _RETRY = 1.0  # commands are repeated at this interval until they have had their effect [s]
 
 
 class Phase(Enum):
-    """Where a flight is."""
+    """The phases of a flight."""
 
     PRESTREAM = "streaming the start"
     READY = "ready"
@@ -34,7 +34,7 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a sequence looks at, once a slot.
+    """The inputs of a sequence, once per slot.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Conditions:
 
 @dataclass(frozen=True)
 class SetpointStep:
-    """What to send in a slot.
+    """What is to be sent in a slot.
 
     Parameters
     ----------
@@ -146,11 +146,11 @@ class Sequence:
 
     @property
     def entered(self) -> bool:
-        """True once the vehicle has been seen outside the mode: only then can it enter."""
+        """Whether the vehicle was seen outside the mode during the stream, if the trigger requires that."""
         return self._was_outside or not self._on_entry
 
     def step(self, at: Conditions) -> SetpointStep | None:
-        """Return what to send in this slot, None when the flight is over and nothing more must be sent."""
+        """Return what to send in this slot, or None when the flight has ended and sending must stop."""
         self._watch_mode(at)
         if at.stops and self.phase is not Phase.HOLDING:
             self._stop(at)
@@ -167,13 +167,13 @@ class Sequence:
         return None if self.phase is Phase.DONE else self._answer(at)
 
     def hold(self, reason: str | None, at: Conditions, where_it_is: bool = True) -> None:
-        """Stop: from now on stand still, where the vehicle is if it has just said so, else at the last setpoint."""
+        """Stop and hold: at the vehicle's position if it was reported recently, else at the last setpoint."""
         fresh = where_it_is and at.vehicle.position is not None and at.now - at.vehicle.positioned <= FRESH
         self.setpoint = self.setpoint.held(at.vehicle.position if fresh else None)
         self.phase, self.reason = Phase.HOLDING, reason
 
     def abort(self, reason: str, at: Conditions) -> None:
-        """Hold because a rule is broken; a flight that has led nobody yet just ends."""
+        """Hold because a rule is broken; if no vehicle follows the setpoints yet, the flight ends."""
         led = self._leads(at.vehicle)
         self.hold(reason, at)
         self.aborted = True
@@ -187,11 +187,11 @@ class Sequence:
             self.phase = Phase.DONE
 
     def _leads(self, vehicle: VehicleState) -> bool:
-        """Return whether the vehicle follows our setpoints: it entered the mode while we streamed, or flies."""
+        """Return whether the vehicle follows our setpoints: it entered the mode during the stream, or is in flight."""
         return self.phase is Phase.FLYING or (self._was_outside and self._autopilot.follows(vehicle))
 
     def _watch_gap(self, at: Conditions) -> None:
-        """After a pause of this program the rest is not flown: the vehicle is held where it has got to meanwhile."""
+        """After a pause of this program, abandon the flight and hold the vehicle at its current position."""
         reason = self._rules.stall(at.gap)
         if reason is None or self.phase not in (Phase.FLYING, Phase.HOLDING):
             return
@@ -207,7 +207,7 @@ class Sequence:
             self._was_outside, self._outside_since = True, at.now
 
     def _watch_start(self, at: Conditions) -> None:
-        """Keep the start near the vehicle, or refuse: who enters the mode flies there at once, before we know of it."""
+        """Move the start with the vehicle or, if it is fixed, refuse a vehicle that moves away from it before the flight."""
         if self._relative and at.vehicle.position is not None and not self._autopilot.follows(at.vehicle):
             self._start_here(at.vehicle.position)
         refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=self._arm)
@@ -217,14 +217,14 @@ class Sequence:
             self.phase = Phase.READY
 
     def _consider_start(self, at: Conditions) -> None:
-        """Begin when everything allows it."""
+        """Begin the flight when all conditions hold."""
         if self._arm and at.now > self._arm_deadline:
             self.abort(f"the vehicle was not armed, in its mode and at the start in time: {self._missing(at)}", at)
         elif at.triggered and self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at):
             self.phase, self._first_slot = Phase.FLYING, at.slot
 
     def _missing(self, at: Conditions) -> str:
-        """Say what an armed start still lacks."""
+        """Return what a start with arming still waits for."""
         if at.vehicle.refusal is not None:
             return f"it refused {at.vehicle.refusal}"
         if not self._autopilot.follows(at.vehicle):
@@ -232,17 +232,17 @@ class Sequence:
         return self.waits_for(at.vehicle) or "it is not armed"
 
     def waits_for(self, vehicle: VehicleState) -> str | None:
-        """Say why a vehicle that is in its mode is not let go yet, None if nothing speaks against it."""
+        """Return the reason why the flight of a vehicle in its mode does not begin yet, or None."""
         return self._rules.unsettled(vehicle, self.setpoint.position)
 
     def _is_there(self, at: Conditions) -> bool:
-        """Return whether the vehicle stands at the start, and is armed if we arm it."""
+        """Return whether the vehicle is at rest at the start, and armed if this program arms it."""
         ready = not self._arm or (at.vehicle.armed and not self._takes_off_alone(at.vehicle))
         return ready and self._settled_since is not None and at.now - self._settled_since >= self._settle_time
 
     @property
     def _settle_time(self) -> float:
-        """Without bounds on the start there is nothing to wait for."""
+        """Return how long the vehicle must be at rest at the start [s]; 0 without bounds on the start."""
         return 0.0 if math.isinf(self._rules.max_start_distance) else self._rules.settle_time
 
     def _watch_settling(self, at: Conditions) -> None:
@@ -256,7 +256,7 @@ class Sequence:
         self.setpoint = first.shifted(self.offset)
 
     def _advance(self, at: Conditions) -> None:
-        """Go on to the setpoint that is due now, unless a rule is broken or the end is reached."""
+        """Advance to the setpoint due now, unless a rule is broken or the end is reached."""
         reason = self._rules.breach(at.now, at.vehicle, self.setpoint.position, self._autopilot)
         if reason is not None:
             self.abort(reason, at)
@@ -268,7 +268,7 @@ class Sequence:
             self.hold(None, at, where_it_is=False)
 
     def _may_leave(self, at: Conditions) -> bool:
-        """Return whether nobody follows our setpoints any more, or the user insists."""
+        """Return whether sending may stop: the vehicle left the mode or is silent, or the user stopped twice."""
         if at.stops >= 2 or (at.stops and self._autopilot.main_mode is None):
             return True
         if at.now - at.vehicle.heard > self._give_up:
@@ -277,7 +277,7 @@ class Sequence:
         return self._outside_since is not None and at.now - self._outside_since >= LINGER
 
     def hold_ends(self, at: Conditions) -> str:
-        """Say what ends a hold."""
+        """Return what ends a hold."""
         command = self._wanted_command(at.vehicle)
         asked = "" if command is None else "it has been asked to come down; "
         refused = "" if at.vehicle.refusal is None else f"it refuses {at.vehicle.refusal}; "
@@ -290,14 +290,14 @@ class Sequence:
         return SetpointStep(None if silent else self.setpoint, index, commands)
 
     def _takes_off_alone(self, vehicle: VehicleState) -> bool:
-        """Return whether the autopilot is climbing by itself, during which setpoints would stop it."""
+        """Return whether the autopilot performs its own take-off, which setpoints would interrupt."""
         return self._arm and self._autopilot.takes_off and self._is_below_start(vehicle)
 
     def _is_below_start(self, vehicle: VehicleState) -> bool:
         return vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > _CLIMBED
 
     def _commands(self, at: Conditions) -> tuple[Message, ...]:
-        """Return the command that is due: each is repeated every second until the vehicle shows its effect."""
+        """Return the command due now; a command is repeated every second until its effect is observed."""
         command = self._wanted_command(at.vehicle)
         if command is None or at.now < self._next_command:
             return ()
@@ -319,7 +319,7 @@ class Sequence:
         return None
 
     def _way_down(self, vehicle: VehicleState) -> Message | None:
-        """Return the command that ends a hold, if one was asked for; a stop by the user holds in any case."""
+        """Return the command that ends a hold, if one was requested; after a stop by the user there is none."""
         if (self.completed and self._land) or (self.aborted and self._on_abort == "land"):
             return land_command(vehicle)
         return return_command(vehicle) if self.aborted and self._on_abort == "rtl" else None

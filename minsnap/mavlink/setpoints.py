@@ -1,4 +1,4 @@
-"""Setpoints as MAVLink's SET_POSITION_TARGET_LOCAL_NED takes them: rows in the vehicle's z-down frame, and a mask."""
+"""Setpoints for MAVLink's SET_POSITION_TARGET_LOCAL_NED: rows in the vehicle's z-down frame, and a type mask."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LOCAL_NED = 1  # MAV_FRAME_LOCAL_NED
 
 @dataclass(frozen=True)
 class Setpoint:
-    """What the vehicle shall do now, in its local z-down frame; fields that are ignored are 0.
+    """One setpoint in the vehicle's local z-down frame; ignored fields are 0.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Setpoint:
     yaw_rate: float = 0.0
 
     def held(self, position: Vector | None = None) -> Setpoint:
-        """Return the setpoint that stands still here, or at another position, with the same heading."""
+        """Return the setpoint at rest at this or another position, with the same heading."""
         return Setpoint(self.position if position is None else position, yaw=self.yaw)
 
     def shifted(self, offset: Vector) -> Setpoint:
@@ -74,7 +74,7 @@ def setpoint_message(setpoint: Setpoint, mask: int, vehicle: VehicleState, milli
 
 @dataclass(frozen=True, eq=False)
 class SetpointTable:
-    """A flight, row by row.
+    """The setpoints of a flight, one row per step.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class SetpointTable:
 
     @property
     def start(self) -> Setpoint:
-        """Standing still at the first row's position and heading."""
+        """The setpoint at rest at the first row's position and heading."""
         return self[0].held()
 
     def __getitem__(self, index: int) -> Setpoint:
@@ -122,7 +122,7 @@ class SetpointTable:
 def tabulate(
     samples: Samples, rate: float | None = None, fields: Sequence[str] | None = None, frame: str = "ned", laps: int = 1
 ) -> SetpointTable:
-    """Lay out samples as setpoints.
+    """Convert samples to a table of setpoints.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def _absent(samples: Samples) -> tuple[str, ...]:
 
 
 def _check_fields(fields: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the fields in their order, or say which cannot be."""
+    """Return the fields in their order, or raise an error that names the impossible one."""
     if fields is None:
         return tuple(FIELDS)
     unknown = [name for name in fields if name not in FIELDS]
@@ -174,7 +174,7 @@ def _check_fields(fields: Sequence[str] | None) -> tuple[str, ...]:
 
 
 def vehicle_frame(name: str) -> str:
-    """Return the z-down frame that goes with a frame: ``ned`` with enu and ned, ``frd`` with those of a room."""
+    """Return the z-down frame that belongs to a frame: ``ned`` for enu and ned, ``frd`` for those of a room."""
     return "ned" if get_frame(name).name in ("enu", "ned") else "frd"
 
 
@@ -201,7 +201,7 @@ def _check_laps(samples: Samples, laps: int) -> None:
 
 
 def _resampled(samples: Samples, rate: float | None) -> Samples:
-    """Return the samples at another rate, by the polynomial through position and the derivatives there are."""
+    """Return the samples at another rate, by Hermite interpolation of position and the given derivatives."""
     if rate is not None and not (math.isfinite(rate) and rate > 0):
         raise TimingError(f"the rate is {rate!r}: it must be a positive number of setpoints per second")
     if rate is None or abs(samples.rate - rate) <= 1e-6 * rate:
@@ -213,7 +213,7 @@ def _resampled(samples: Samples, rate: float | None) -> Samples:
 
 
 def resampled_at(samples: Samples, inside: FloatArray, t: FloatArray) -> Samples:
-    """Return what samples are at instants inside them, (m,), told as of the instants ``t``, (m,)."""
+    """Return samples interpolated at instants, (m,), with the time column replaced by ``t``, (m,)."""
     motion = _interpolated(samples.t, [samples.position, samples.velocity, samples.acceleration], inside)
     heading = _interpolated(samples.t, [samples.yaw, samples.yaw_rate], inside)
     names = ("position", "velocity", "acceleration", "yaw", "yaw_rate")
@@ -221,7 +221,7 @@ def resampled_at(samples: Samples, inside: FloatArray, t: FloatArray) -> Samples
 
 
 def _interpolated(t: FloatArray, orders: list[FloatArray | None], at: FloatArray) -> list[FloatArray | None]:
-    """Evaluate the Hermite interpolant of a quantity and its derivatives; None where there is none."""
+    """Evaluate the Hermite interpolant of a quantity and its derivatives; None if the quantity is missing."""
     from scipy.interpolate import BPoly
 
     known = list(takewhile(lambda values: values is not None, orders))

@@ -1,4 +1,4 @@
-"""A flight's log as it happens: comma-separated lines, each written whole and at once, so that a kill loses none."""
+"""The log of a flight in progress: comma-separated lines, each written by one system call, safe against a kill."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COLUMNS = (
 class StreamLog:
     """The log of one flight.
 
-    Every line is one write to the operating system: what has been written survives the death of the process.
+    Every line is one write to the operating system, so written lines are kept if the process is killed.
 
     Parameters
     ----------
@@ -58,25 +58,25 @@ class StreamLog:
         self.event(start, f"frame={frame}")
 
     def setpoint(self, now: float, index: int | None, setpoint: Setpoint, mask: int, lateness: float) -> None:
-        """Note a setpoint that was sent."""
+        """Log a setpoint that was sent."""
         position, velocity, acceleration, *heading = astuple(setpoint)
         numbers = (*position, *velocity, *acceleration, *heading)
         self._line(now, "setpoint", "" if index is None else index, *numbers, mask, f"{lateness:.6f}", "", "", "")
 
     def position(self, now: float, vehicle: VehicleState) -> None:
-        """Note the position that the vehicle reported."""
+        """Log a position that the vehicle reported."""
         self._line(now, "position", "", *(vehicle.position or ()), *(vehicle.velocity or ()), *("",) * 10)
 
     def heartbeat(self, now: float, vehicle: VehicleState) -> None:
-        """Note a heartbeat of the vehicle."""
+        """Log a heartbeat of the vehicle."""
         self._line(now, "heartbeat", *("",) * 14, int(vehicle.armed), vehicle.custom_mode, "")
 
     def event(self, now: float, text: str) -> None:
-        """Note anything else in words."""
+        """Log any other event as text."""
         self._line(now, "event", *("",) * 16, text)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         os.close(self._file)
 
     def _line(self, now: float, *cells: object) -> None:

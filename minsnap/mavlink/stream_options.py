@@ -1,4 +1,4 @@
-"""How a flight is to be streamed, and what came of it, as values."""
+"""Options, status and report of a streamed flight."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ON_ABORT = ("hold", "land", "rtl")
 
 @dataclass(frozen=True)
 class StreamOptions:
-    """Everything about a flight that is not the path or the link.
+    """Options of a flight: everything except path and link.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class StreamOptions:
 
 @dataclass(frozen=True)
 class StreamStatus:
-    """Where a flight is, told once a slot.
+    """Status of a flight, given to a callback once per slot.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ class StreamStatus:
 
 @dataclass(frozen=True)
 class StreamReport:
-    """What came of a flight.
+    """Result of a flight.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""Fly a file: setpoints to a vehicle over MAVLink, on time, and stopped when they should be.
+"""Stream the setpoints of a flight to a vehicle over MAVLink, on schedule and under the safety rules.
 
-By the rules of the PX4 manual's offboard mode and of ArduPilot's guided mode.
+Follows the rules of PX4's offboard mode and of ArduPilot's guided mode in their manuals.
 """
 
 from __future__ import annotations
@@ -61,14 +61,14 @@ class Streamer:
         self._sequence: Sequence | None = None
 
     def stop(self) -> None:
-        """Ask to stop, from any thread or signal handler.
+        """Request a stop, from any thread or signal handler.
 
         The first time stops the flight and holds until the vehicle has left the mode; the second time ends at once.
         """
         self._stops += 1
 
     def run(self) -> StreamReport:
-        """Fly, and return when nobody follows our setpoints any more.
+        """Fly, and return when no vehicle follows our setpoints.
 
         Raises
         ------
@@ -89,7 +89,7 @@ class Streamer:
         self._observer.say(self._clock.now(), text)
 
     def _meet(self) -> Autopilot:
-        """Wait for the vehicle and its position, sending nothing but heartbeats and the request for it."""
+        """Wait for the vehicle and its position; send only heartbeats and the request for the position."""
         options = self._options
         vehicle = self._link.wait_for_vehicle(options.wait, lambda: self._stops > 0)
         autopilot = get_autopilot(options.autopilot, vehicle)
@@ -111,7 +111,7 @@ class Streamer:
             self._listen(min(deadline, self._clock.now() + 0.1))
 
     def _check_start(self) -> Vector | None:
-        """Refuse what can be refused before anything is sent; return where to start from, if not from the file."""
+        """Check the start before sending; return the position to start from, if not that of the file."""
         options, vehicle = self._options, self._link.vehicle
         if self._table.missing:
             has = ", ".join(self._table.fields)
@@ -127,7 +127,7 @@ class Streamer:
         return None
 
     def _fly(self, autopilot: Autopilot, here: Vector | None) -> None:
-        """Serve slots until the flight is over; a failure on the way stops the flight but not the hold."""
+        """Serve slots until the flight is over; after an exception the flight stops and the hold continues."""
         options, self._origin = self._options, self._clock.now()
         self._schedule = Schedule(self._table.rate, self._origin)
         self._sequence = Sequence(
@@ -153,7 +153,7 @@ class Streamer:
             pass
 
     def _is_over(self, sequence: Sequence) -> bool:
-        """Serve one slot, whatever happens meanwhile; return whether it was the last."""
+        """Serve one slot, also after an exception; return whether it was the last."""
         try:
             return self._slot(sequence)
         except KeyboardInterrupt:
@@ -178,7 +178,7 @@ class Streamer:
         return False
 
     def _remind(self, at: Conditions, sequence: Sequence) -> None:
-        """Say from time to time what a flight that does not move on waits for."""
+        """Report periodically what a waiting flight waits for."""
         waiting = self._waiting_for(at, sequence)
         if waiting is None:
             self._remind_at = math.inf
@@ -197,7 +197,7 @@ class Streamer:
         return None if reason is None else f"waiting: {reason}"
 
     def _say_what_is_left(self, at: Conditions) -> None:
-        """Say in what state a vehicle is left that still follows, and what its failsafe will do."""
+        """Report the state of a vehicle that still follows setpoints at the end, and what its failsafe will do."""
         if not self._autopilot.follows(at.vehicle):
             return
         height = "" if at.vehicle.height is None else f", {at.vehicle.height:.1f} m high"
@@ -225,7 +225,7 @@ class Streamer:
             self._link.send(command)
 
     def _fail(self, error: Exception, sequence: Sequence) -> None:
-        """Stop and hold after a failure of our own; call nobody back and log nothing from now on."""
+        """Stop and hold after an exception of this program; use neither callbacks nor log from now on."""
         self._failures.append(error)
         self._observer.silence()
         if len(self._failures) > _GIVE_UP:

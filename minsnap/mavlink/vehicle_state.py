@@ -1,4 +1,4 @@
-"""What a vehicle has said about itself, as far as it matters to those who send it setpoints."""
+"""State of a vehicle from its messages, as far as streaming of setpoints needs it."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Refusal:
 
 _COMMANDS = {176: "change the mode", 400: "arm", 22: "take off", 21: "land", 20: "return to launch"}
 _RESULTS = {1: "temporarily rejected", 2: "denied", 3: "unsupported", 4: "failed", 5: "in progress", 6: "cancelled"}
-_ACCEPTED, _IN_PROGRESS, _INTERVAL = 0, 5, 511  # a refused MAV_CMD_SET_MESSAGE_INTERVAL is of no consequence
+_ACCEPTED, _IN_PROGRESS, _INTERVAL = 0, 5, 511  # a refused MAV_CMD_SET_MESSAGE_INTERVAL may be ignored
 
 
 @dataclass(frozen=True)
 class VehicleState:
-    """The last word of the vehicle on everything; times are those of the receiver's clock.
+    """The latest reported state of the vehicle; times are those of the receiver's clock.
 
     Parameters
     ----------
@@ -90,12 +90,12 @@ class VehicleState:
 
     @property
     def armed(self) -> bool:
-        """True when its motors are armed."""
+        """Whether its motors are armed."""
         return bool(self.base_mode & _ARMED)
 
     @property
     def known(self) -> bool:
-        """True once a heartbeat has come."""
+        """Whether a heartbeat was received."""
         return self.heartbeat > -math.inf
 
     @property
@@ -129,5 +129,5 @@ class VehicleState:
         return Refusal(message.command, message.result, times)
 
     def distance(self, position: Vector) -> float:
-        """Return how far the vehicle is from a position in its own local frame [m]; infinite when it does not say."""
+        """Return the distance of the vehicle to a position in its local frame [m]; infinite if unknown."""
         return math.inf if self.position is None else math.dist(self.position, position)

@@ -1,4 +1,4 @@
-"""Relay poses of motion capture to the autopilot, in the message that its estimator reads."""
+"""Relay motion-capture poses to the autopilot, in the message type that its estimator reads."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def euler_angles(attitude: list[float]) -> tuple[float, float, float]:
 
 @dataclass(frozen=True)
 class RelayReport:
-    """What a relay has done.
+    """Statistics of a relay.
 
     Parameters
     ----------
@@ -144,11 +144,11 @@ class Relay:
         self._stopped = False
 
     def stop(self) -> None:
-        """Ask to end, from any thread or signal handler."""
+        """Request the end, from any thread or signal handler."""
         self._stopped = True
 
     def run(self, on_report: Callable[[RelayReport], None] | None = None) -> RelayReport:
-        """Pass poses on until stopped or the source has ended; ``on_report`` is told once per second."""
+        """Relay poses until stopped or until the source ends; ``on_report`` is called once per second."""
         told = self._clock.now()
         while not (self._stopped or self._source.ended):
             for _ in self._link.pump(self._schedule.due):
@@ -162,7 +162,7 @@ class Relay:
         return self.report()
 
     def _pass_on(self, pose: Pose | None, now: float) -> None:
-        """Send a pose that is new and fresh."""
+        """Send a pose if it is new and not too old."""
         if pose is None or pose.received <= self._last or now - pose.received > self._max_age:
             self._stale += pose is not None
             return
@@ -173,7 +173,7 @@ class Relay:
         self._sent.append((now, self._clock.now() - pose.received))
 
     def report(self) -> RelayReport:
-        """Summarise what has been done so far."""
+        """Return the statistics so far."""
         if not self._sent:
             return RelayReport(0, self._stale, self._source.rejected, 0.0, 0.0, 0.0)
         when, late = np.array(self._sent).T

@@ -1,4 +1,4 @@
-"""Poses of a file, at the times it says."""
+"""Replay of poses from a file at the times in the file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from minsnap.storage.table import read_table
 
 
 class ReplaySource(PoseSource):
-    """Poses of a comma-separated file at the times it says: columns t,x,y,z and yaw or qw,qx,qy,qz.
+    """Poses of a comma-separated file at their times: columns t,x,y,z and yaw or qw,qx,qy,qz.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class ReplaySource(PoseSource):
         self._clock, self._start = clock, clock.now()
 
     def latest(self) -> Pose | None:
-        """Return the pose that the file has for now."""
+        """Return the pose of the file for the present time."""
         elapsed = self._clock.now() - self._start
         row = int(np.searchsorted(self._t, elapsed, side="right")) - 1
         self.ended = row == len(self._t) - 1 and elapsed > self._t[-1] + 1.0

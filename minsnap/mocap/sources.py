@@ -1,4 +1,4 @@
-"""Poses from a motion-capture room: NatNet, JSON over UDP, or a file replayed; only the newest counts."""
+"""Sources of motion-capture poses: NatNet, JSON over UDP, or a replayed file; only the newest pose is used."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Quaternion = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the vehicle was seen.
+    """A measured position and attitude of the vehicle.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Pose:
 
 
 class PoseSource(ABC):
-    """Something that knows poses.
+    """A source of poses.
 
     Attributes
     ----------
@@ -51,17 +51,17 @@ class PoseSource(ABC):
 
     @abstractmethod
     def latest(self) -> Pose | None:
-        """Return the newest pose, None before the first; the same one again until another has come."""
+        """Return the newest pose, None before the first; the same pose is returned until a new one arrives."""
 
     def close(self) -> None:  # noqa: B027 - a file has nothing to let go of
-        """Let go of ports and threads."""
+        """Release ports and threads."""
 
 
 class UdpJsonSource(PoseSource):
-    """One JSON object a datagram.
+    """Poses over UDP, one JSON object per datagram.
 
     ``{"position": [x, y, z], "quaternion": [w, x, y, z]}`` in metres, or ``"yaw": angle`` in radians instead of the
-    quaternion where the body stays level; ``"body": name`` chooses among several.
+    quaternion where the body stays level; ``"body": name`` identifies one of several bodies.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ class NatNetSource(PoseSource):
         self._client.shutdown()
 
     def _take(self, frame: Any) -> None:
-        """Take the body's pose out of a frame; NatNet's quaternions have the scalar last."""
+        """Read the body's pose from a frame; NatNet's quaternions have the scalar last."""
         for body in frame.rigid_bodies:
             if self._body not in (None, body.id_num):
                 continue

@@ -1,4 +1,4 @@
-"""The published measurements of the thesis, their fits, and its experiment repeated in simulation."""
+"""Measurements of a DJI F330 from the literature, fits to them, and the published experiment in simulation."""
 
 import lazy_loader
 

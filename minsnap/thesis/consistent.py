@@ -1,4 +1,4 @@
-"""The physically consistent drag of the thesis's airframe and rotors: refitted where it was measured."""
+"""Physically consistent drag of the F330's airframe and rotors, fitted to the published surfaces."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def consistent_parasitic_drag() -> BodyDrag:
     A body at pitch ``p`` in a wind of speed ``v`` meets it along x with ``v cos p`` and along z with ``v sin p``; the
     drag of :class:`BodyDrag` along the wind is then linear in its four coefficients. They are the non-negative least
     squares fit to the published surface on its whole measured range, 7 to 28 m/s and -20 to 20 degrees; along y the
-    coefficients of x are used, as the thesis does.
+    coefficients of x are used, as in the source.
 
     Returns
     -------
@@ -30,14 +30,14 @@ def consistent_parasitic_drag() -> BodyDrag:
 
 
 def consistent_r_squared() -> float:
-    """Return the part of the published surface's variance that the consistent model explains where it was measured."""
+    """Return R^2 of the consistent model with respect to the published surface over its measured range."""
     return _refit()[1]
 
 
 def consistent_rotor_drag() -> BodyDrag:
-    """Return the linear drag of four rotors, from how the published propeller surface grows with velocity.
+    """Return the linear drag of four rotors: the slope of the published propeller surface in velocity.
 
-    The surface is negative at rest and at flown rotor speeds, where it holds a part of the thrust; its slope in
+    The surface is negative at rest and at flown rotor speeds, where it contains a part of the thrust; its slope in
     velocity, 0.041432 N s/m per propeller at any pitch and rotor speed, is the part that opposes motion. It is
     used along x and y; along z, which the tests do not separate from thrust, there is none, as in Faessler 2018.
 

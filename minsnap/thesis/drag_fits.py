@@ -1,4 +1,4 @@
-"""Drag surfaces from wind tunnel tables, in the forms of the thesis or in the physically consistent one."""
+"""Fits of drag surfaces to wind-tunnel tables, in the published forms or in the physically consistent form."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ FORMS = {
 
 @dataclass(frozen=True, eq=False)
 class DragFit:
-    """A fitted drag surface and how well it is known.
+    """A fitted drag surface with its standard errors.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class DragFit:
 
     @property
     def r_squared(self) -> float:
-        """Part of the measurements' variance that is explained."""
+        """Share of the variance of the measurements that the fit explains."""
         return float(self.surface.r_squared or 0.0)
 
 
@@ -104,7 +104,7 @@ def fit_drag(table: Table, form: str = "parasitic") -> DragFit:
 
 
 def fit_consistent_drag(table: Table) -> tuple[BodyDrag, float]:
-    """Fit the model that opposes motion to measurements of an airframe.
+    """Fit the physically consistent model to measurements of an airframe.
 
     Parameters
     ----------
@@ -129,13 +129,13 @@ def fit_consistent_drag(table: Table) -> tuple[BodyDrag, float]:
 
 
 def consistent_terms(pitch_deg: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Return what multiplies the linear x, linear z, quadratic x, quadratic z coefficients along the wind, (m, 4)."""
+    """Return the regressors of the linear x, linear z, quadratic x, quadratic z coefficients along the wind, (m, 4)."""
     along, up = np.cos(np.radians(pitch_deg)) ** 2, np.sin(np.radians(pitch_deg)) ** 2
     return np.stack([velocity * along, velocity * up, velocity**2 * along, velocity**2 * up], axis=-1)
 
 
 def drag_columns(table: Table, name: str, variables: tuple[str, ...], least: int) -> dict[str, FloatArray]:
-    """Return the columns that a fit needs from a CSV file or a mapping, or say which is missing."""
+    """Return the columns that a fit needs from a CSV file or a mapping, or raise an error that names a missing one."""
     wanted = (*variables, "drag")
     held: Mapping[str, npt.ArrayLike] = table if isinstance(table, Mapping) else read_columns(table, wanted)
     missing = [key for key in wanted if key not in held]
@@ -145,7 +145,7 @@ def drag_columns(table: Table, name: str, variables: tuple[str, ...], least: int
 
 
 def read_columns(path: str | os.PathLike[str], wanted: tuple[str, ...]) -> dict[str, FloatArray]:
-    """Return named columns of a CSV file, which may hold others too."""
+    """Return named columns of a CSV file; other columns are ignored."""
     from minsnap.storage.table import read_table
     from minsnap.storage.text import read_text
 
@@ -155,7 +155,7 @@ def read_columns(path: str | os.PathLike[str], wanted: tuple[str, ...]) -> dict[
 
 
 def least_squares(name: str, design: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return coefficients, their covariance, and residuals of a linear fit; columns are scaled to one length first."""
+    """Return coefficients, their covariance, and residuals of a linear fit; columns are first scaled to unit length."""
     scale = np.sqrt(np.einsum("ij,ij->j", design, design))
     scaled = design / np.where(scale > 0, scale, 1.0)
     found, _, rank, _ = np.linalg.lstsq(scaled, values, rcond=1e-10)

@@ -1,4 +1,4 @@
-"""The thesis's experiment in simulation: a course flown with and without drag compensation, and what it changes."""
+"""The published experiment in simulation: a course flown with and without drag compensation."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def run_experiment(
     step: float = STEP,
     progress: Callable[[float], None] | None = None,
 ) -> Experiment:
-    """Fly a course of the thesis once for each compensation, under equal conditions.
+    """Simulate a published course once per compensation, under equal conditions.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The courses of the thesis's experiment: hover, trigger, ten repetitions, as setpoints at 20 Hz."""
+"""The courses of the published experiment: hover, trigger, ten repetitions, as setpoints at 20 Hz."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Course:
 
 
 def course(name: str, repetitions: int = 10, *, literal: bool = True, rate: float = 20.0) -> Course:
-    """Return a course of the thesis.
+    """Return a course of the published experiment.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def _joined(parts: list[Samples], rate: float) -> Samples:
 
 
 def _framed(name: str, flown: Samples, repetitions: int, slows: bool) -> Course:
-    """Put the hover before and the hold after what is flown."""
+    """Add the hover before and the hold after the repetitions."""
     rate = flown.rate
     hover, hold = _resting(flown, 0, round(HOVER * rate)), _resting(flown, -1, round(HOLD * rate))
     samples = _joined([hover, flown, hold], rate)

@@ -1,4 +1,4 @@
-"""The figure of an experiment: every flight of a course beside what was to be flown."""
+"""The figure of an experiment: every flight of a course and its reference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an experiment found, in the layout of Tables 1 to 3 of the thesis, as text and as plain numbers."""
+"""Results of an experiment in the layout of Tables 1 to 3 of the thesis, as text and as plain numbers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def experiment_text(experiment: Experiment) -> str:
 
 
 def _axis_table(experiment: Experiment) -> str:
-    """Return rows x, y, z: without, and for each model with and the difference, as the thesis prints them."""
+    """Return rows x, y, z: error without compensation, and per model the error with it and the difference."""
     base = _baseline(experiment)
     with_models = [run for run in experiment.runs if run.compensation is not None]
     heads = ["axis"] + (["without"] if base else [])
@@ -43,7 +43,7 @@ def _axis_table(experiment: Experiment) -> str:
 
 
 def _part_table(experiment: Experiment) -> list[str]:
-    """Return one row a flight: 3-D error of the first repetition and after it, delay, error in shape."""
+    """Return one row per flight: 3-D error of the first repetition and of the others, delay, error in shape."""
     heads = ["compensation", *(label for _, label in _PARTS), "greatest", "delay [s]", "from the curve"]
     rows = [heads]
     for run in experiment.runs:

@@ -1,4 +1,4 @@
-"""A fit of any form from a table: what the command line and the figures need of it, in one value."""
+"""A fit of any form to a table, with the data that the command line and the figures need."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class TableFit:
-    """A fit with what it was fitted to.
+    """A fit and the data to which it was fitted.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def _term_names(surface: Surface) -> list[str]:
 
 
 def plot_table_fit(found: TableFit) -> Any:
-    """Draw a fit with its measurements and return the axes: a parabola, a surface, or else its residuals."""
+    """Draw a fit with its measurements and return the axes: a parabola, a surface, or the residuals."""
     from minsnap.plot.style import new_axes
     from minsnap.thesis.fit_figures import plot_coefficient_fit, plot_surface
 

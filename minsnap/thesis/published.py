@@ -1,10 +1,10 @@
-"""The drag surfaces of the wind tunnel, exactly as printed in the thesis, and as a force in flight.
+"""The published drag surfaces, exactly as printed, and their force in flight.
 
 Source: *Effect of Incorporating Aerodynamic Drag Model on Trajectory Tracking Performance of DJI F330 Quadcopter*
 (Arizona State University), sections 3.3 and 3.4. Its angles are in degrees, its rotor speeds in revolutions per minute.
 The parasitic fit starts at 7 m/s: below 4.7 m/s its reduced forms are negative, that is, they push forward, and no form
-is zero at rest. They are kept as printed for comparison; :func:`minsnap.thesis.consistent_parasitic_drag` is the model
-to fly with.
+is zero at rest. They are kept as printed for comparison; use :func:`minsnap.thesis.consistent_parasitic_drag` for
+compensation.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How well a flight followed its reference."""
+"""Comparison of a flight with its reference: tracking errors and delay."""
 
 import lazy_loader
 

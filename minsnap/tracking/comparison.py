@@ -1,4 +1,4 @@
-"""How well a flight follows its reference: errors per axis, delay, and error in shape apart from error in time."""
+"""Tracking error of a flight: errors per axis, delay, and distance to the path separated from the error in time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MAX_DELAY = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """A flight beside its reference, over the time that both cover.
+    """Comparison of a flight with its reference over the time interval that both cover.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class Comparison:
 
     @property
     def late_rmse_3d(self) -> float:
-        """Root mean square of the distance once the delay is taken off [m]."""
+        """Root mean square of the distance after the delay is removed [m]."""
         return float(np.sqrt(np.mean(np.sum(self.late_error**2, axis=1))))
 
     @property
@@ -112,11 +112,11 @@ class Comparison:
 
     @property
     def time_rmse(self) -> float:
-        """Root mean square of what lateness adds to the distance to the curve [m]."""
+        """Root mean square of the part of the error that delay adds to the distance to the curve [m]."""
         return float(np.sqrt(np.mean(np.maximum(np.sum(self.error**2, axis=1) - self.path_error**2, 0.0))))
 
     def within(self, start: float, end: float) -> Comparison:
-        """Return the part between two instants of the reference's time; the delay stays that of the whole.
+        """Return the part between two instants of the reference's time; the delay of the whole flight is kept.
 
         Raises
         ------
@@ -186,7 +186,7 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
 
 
 def _common(reference: Samples, flight: Samples, offset: float) -> tuple[FloatArray, FloatArray]:
-    """Return the flight's instants in the reference's time and its positions, where both are known."""
+    """Return instants of the flight, in the time of the reference, and its positions over the common interval."""
     t = flight.t + offset
     kept = (t >= reference.t[0] - 1e-9) & (t <= reference.t[-1] + 1e-9)
     if np.count_nonzero(kept) < 2:

@@ -17,7 +17,7 @@ _WANTED: dict[str, Any] = {"color": "#000000", "linewidth": 1.0}
 
 
 def plot_comparison(flights: Mapping[str, ComparedFlight]) -> Figure:
-    """Draw flights beside what was to be flown, with their errors against time.
+    """Draw flights and their reference, with the tracking errors against time.
 
     Parameters
     ----------

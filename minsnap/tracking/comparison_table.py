@@ -1,4 +1,4 @@
-"""Comparisons as a table, and the alignment of columns that the reports share."""
+"""Comparisons as a text table, and the alignment of columns used by all reports."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from minsnap.tracking.comparison import Comparison
 
 
 def comparison_text(found: Mapping[str, Comparison]) -> str:
-    """Return one row a flight: errors per axis and in all, the greatest, delay, and error in shape and in time."""
+    """Return one row per flight: errors per axis and in 3-D, greatest error, delay, errors in shape and in time."""
     count = max(comparison.error.shape[1] for comparison in found.values())
     axes = list("xyz"[:count]) if count <= 3 else [str(axis) for axis in range(count)]
     head = ["along", "across", "greatest", "at [s]", "delay [s]", "less delay", "from the curve", "in time"]
@@ -21,7 +21,7 @@ def comparison_text(found: Mapping[str, Comparison]) -> str:
 
 
 def aligned(rows: list[list[str]]) -> str:
-    """Return rows of words as columns: the first to the left, the others to the right."""
+    """Return rows of text as aligned columns: the first column left-aligned, the others right-aligned."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     lines = []
     for row in rows:

@@ -1,4 +1,4 @@
-"""By how much a flight is late: cross-correlation, refined to a fraction of a sample."""
+"""Delay of a flight by cross-correlation, refined to a fraction of a sample."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _OVERLAP = 0.5
 
 
 def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> float:
-    """Return by how much a flight is late, the greatest correlation of position over all axes [s].
+    """Return the delay of a flight: the lag of greatest correlation of position, summed over all axes [s].
 
     The correlation coefficient is computed for every lag on a uniform grid, by FFT; from the best lag, the delay is
     refined to the least mean squared distance within one step of it.

@@ -1,4 +1,4 @@
-"""Flights in a log compared with their file, each over the span in which the log's setpoints follow it."""
+"""Comparison of the flights in a log with a setpoint file, each while the setpoints in the log follow it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FAR = 1.0
 
 @dataclass(frozen=True, eq=False)
 class ComparedFlight:
-    """One flight beside its file.
+    """Comparison of one flight with its file.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class ComparedFlight:
     place: LogFlight | None = None
 
     def remarks(self) -> list[str]:
-        """Return what must be known before the figures are believed, a sentence each."""
+        """Return warnings about the validity of the figures, one sentence per warning."""
         said = []
         if self.place is not None and self.place.shift.any():
             shift = ", ".join(f"{value:.2f}" for value in self.place.shift)
@@ -55,7 +55,7 @@ class ComparedFlight:
 def compare_in_log(
     reference: Samples, setpoints: Samples, flown: Samples, max_delay: float = MAX_DELAY
 ) -> list[ComparedFlight]:
-    """Compare every flight of a file in a log with it.
+    """Find every flight of a file in a log and compare it with the file.
 
     Parameters
     ----------

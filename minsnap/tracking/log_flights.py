@@ -1,8 +1,8 @@
-"""Which parts of a log are flights of a file: found where the log's own setpoints follow it.
+"""Find the flights of a file in a log: the intervals in which the log's setpoints follow the file.
 
-A log runs from before take-off until after landing, on a clock of its own, and may hold several flights. Its setpoints
-are the rows that were sent, so the instants at which they match the file give offset and rate of the clocks exactly,
-and the lateness of the vehicle stays an error.
+A log covers the time from before take-off until after landing, has its own clock, and may contain several flights. Its
+setpoints are the rows that were sent, so the instants at which they match the file give offset and rate of the clocks
+exactly; the delay of the vehicle is not removed and counts as error.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class LogFlight:
         return Samples(t[kept], samples.position[kept], velocity)
 
     def moved(self, reference: Samples) -> Samples:
-        """Return the file where it was flown."""
+        """Return the file shifted to the place where it was flown."""
         return replace(reference, position=reference.position + self.shift)
 
 
@@ -106,7 +106,7 @@ def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
 
 
 def _candidates(reference: Samples, setpoints: Samples) -> list[float]:
-    """Return instants of the log from which the setpoints, moved as a whole, are nearly the file."""
+    """Return instants of the log from which the setpoints, up to a constant shift, nearly equal the file."""
     grid = np.arange(int(np.ceil(setpoints.duration * RATE)) + 1) / RATE + setpoints.t[0]
     asked = position_at(setpoints, grid)
     file = position_at(reference, reference.t[0] + np.arange(int(reference.duration * RATE) + 1) / RATE)
@@ -118,7 +118,7 @@ def _candidates(reference: Samples, setpoints: Samples) -> list[float]:
 
 
 def _centred_distances(asked: FloatArray, file: FloatArray) -> FloatArray:
-    """Return mean squared distances of the file to every window of the setpoints, each about its own mean."""
+    """Return mean squared distances of the file to every window of the setpoints, both with their mean removed."""
     from scipy.signal import correlate
 
     count = len(file)
@@ -131,7 +131,7 @@ def _centred_distances(asked: FloatArray, file: FloatArray) -> FloatArray:
 
 
 def _least(distance: FloatArray, most: float, apart: int) -> list[int]:
-    """Return where distances are locally least and below a bound, at least so many steps apart."""
+    """Return the indices of local minima below a bound, at least the given number of steps apart."""
     found: list[int] = []
     for k in np.argsort(distance, kind="stable"):
         if distance[k] > most:

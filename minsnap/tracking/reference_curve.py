@@ -54,10 +54,10 @@ def direction_at(samples: Samples, t: FloatArray) -> FloatArray:
 
 
 def distance_to_curve(points: FloatArray, samples: Samples) -> FloatArray:
-    """Return how far points are from the curve through samples, whatever the time, shape (m,) [m].
+    """Return the distance of points to the curve through samples, independent of time, shape (m,) [m].
 
-    The curve is taken as chords, sixteen a sample where velocity is known: between samples 20 Hz apart on a circle of
-    3 m at 3 m/s a chord is off by 4 micrometres.
+    The curve is approximated by chords, sixteen per sample where the velocity is known. For samples at 20 Hz on a
+    circle of 3 m radius at 3 m/s the error of a chord is 4 micrometres.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Figures of flights beside their reference: from above, and position and velocity against time."""
+"""Figures of flights and their reference: in the x-y plane, and position and velocity against time."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _REFERENCE: dict[str, Any] = {"color": "#000000", "linewidth": 1.0}
 def plot_tracking(reference: Samples, flights: Mapping[str, Samples], title: str = "") -> Figure:
     """Draw flights and their reference: planar view, and x and y of position and velocity against time.
 
-    All in one sheet.
+    All panels are in one figure.
 
     Parameters
     ----------
