@@ -1,1 +1,1 @@
-"""Files: setpoints, other programs' formats, logs."""
+"""Files: setpoints, formats of other programs, flight logs."""

@@ -1,11 +1,11 @@
-"""Is a file of setpoints fit to fly? A uniform clock, finite numbers, and columns that are derivatives of each other.
+"""Check of a setpoint file before a flight: uniform time steps, finite numbers, columns consistent as derivatives.
 
-The criterion for derivatives is the mean value theorem: over a step a coordinate changes by its step times a value
-that its derivative takes inside. So the slope of every step must lie within what the derivative's column says around
-it: the span of the two samples of the step and their neighbours, widened on either side by that span and by what
-rounding can do. A smooth path sampled finely enough to be flown always passes; a column in other units, of another
-axis, with the wrong sign or shifted in time does not. Where no velocities are given, the acceleration implied by the
-positions must be one that can be flown.
+The criterion for derivatives is the mean value theorem: over a time step, a coordinate changes by the step times a
+value that its derivative takes inside the step. So the slope over every step must lie in the range of the derivative's
+column around it: the range of the two samples of the step and their neighbours, widened on either side by its own
+length and by rounding. A smooth path sampled densely enough to be flown always passes; a column in other units, of
+another axis, with the wrong sign or shifted in time does not. Where no velocities are given, the acceleration implied
+by the positions must be one that can be flown.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LARGEST_ACCELERATION = 100.0
 
 @dataclass(frozen=True)
 class AxisFigures:
-    """What one coordinate does in a file.
+    """Statistics of one coordinate in a file.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class AxisFigures:
 
 @dataclass(frozen=True)
 class ConsistencyReport:
-    """What :func:`check_samples` found.
+    """Result of :func:`check_samples`.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def check_samples(
 
 
 def _columns(samples: Samples) -> list[tuple[str, FloatArray]]:
-    """Every coordinate of everything given, named as in a setpoint file."""
+    """Every column of the samples, named as in a setpoint file."""
     named = [("t", samples.t)]
     for prefix, values in (("", samples.position), ("v", samples.velocity), ("a", samples.acceleration)):
         if values is not None:
@@ -146,7 +146,7 @@ def _infinities(samples: Samples) -> list[str]:
 
 
 def _uneven_steps(t: FloatArray) -> list[str]:
-    """Compare with the even grid to 2 % of a step, within which milliseconds are at 30 Hz."""
+    """Compare with the uniform grid to 2 % of a step, which allows rounding to milliseconds at 30 Hz."""
     steps = np.diff(t)
     if not (steps > 0).all():
         row = int(np.argmin(steps > 0))
@@ -180,7 +180,7 @@ def _axis(columns: _AxisColumns, t: FloatArray, resolution: float, problems: lis
 
 
 def _mismatch(lower: _Column, upper: _Column, t: FloatArray, resolution: float, problems: list[str]) -> float | None:
-    """Return how far any step's slope is outside what the derivative's column allows, and note the worst."""
+    """Return by how much slopes are outside the range that the derivative's column allows, and record the worst."""
     (name, values), (derivative, slopes) = lower, upper
     if values is None or slopes is None:
         return None
@@ -200,8 +200,8 @@ def _mismatch(lower: _Column, upper: _Column, t: FloatArray, resolution: float, 
 def allowed_slopes(slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Bounds on the mean slope of each step, shapes (m-1,), from the derivative's column of shape (m,).
 
-    The span of the four samples nearest the step, widened by itself on either side. The last step may cover less time
-    than it claims, since a file ends on its path's last state: its bounds include zero.
+    The range of the four samples nearest to the step, widened by its own length on either side. The last step may cover
+    less time than its column says, since a file ends with the last state of its path; its bounds include zero.
     """
     padded = np.concatenate([slopes[:1], slopes, slopes[-1:]])
     around = np.lib.stride_tricks.sliding_window_view(padded, 4)
@@ -213,7 +213,7 @@ def allowed_slopes(slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _leaps(samples: Samples, resolution: float, largest: float) -> list[str]:
-    """Find the second difference of the positions that no vehicle flies."""
+    """Find second differences of the positions beyond the acceleration of any vehicle."""
     if len(samples) < 3:
         return []
     step = samples.duration / (len(samples) - 1)

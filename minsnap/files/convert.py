@@ -1,4 +1,4 @@
-"""From one format to another, by the endings of the files or by name; the formats say themselves what they are."""
+"""Conversion between file formats, which are recognised by the ending of the file or given by name."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def formats() -> dict[str, Format]:
 
 
 def read_any(path: str | os.PathLike[str], frame: str | None = None) -> Content:
-    """Read any file that the library knows, by its ending and what it holds.
+    """Read a file of any known format, recognised by its ending and content.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def write_any(
 ) -> str:
     """Write a trajectory, another path or samples in a format, and return its name.
 
-    A path is sampled where the format holds samples; samples are fitted with quintics, to a millimetre, where it
+    A path is sampled if the format holds samples; samples are fitted with quintics, to one millimetre, if the format
     holds polynomials.
 
     Parameters
@@ -113,7 +113,7 @@ def write_any(
 def written(
     content: Content | Curve, path: str | os.PathLike[str], to: str | None, rate: float, writing: Writing
 ) -> tuple[str, str | None]:
-    """Write as :func:`write_any` does; return the format's name and a sentence on what was lost, if anything was."""
+    """Write as :func:`write_any` does; return the format's name and a sentence on lost data, empty if none was lost."""
     chosen = format_of(path, to)
     assert chosen.write is not None
     if not isinstance(content, (Trajectory, Samples)):
@@ -128,7 +128,7 @@ def written(
 
 
 def format_of(path: str | os.PathLike[str], to: str | None = None) -> Format:
-    """Return the format that a file is to be written in: the one named, or that of its ending.
+    """Return the output format of a file: the one named, or that of its ending.
 
     Raises
     ------

@@ -19,7 +19,7 @@ ENDINGS = (".csv", ".ulg", ".bin")
 
 
 def load_flight(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
-    """Read what was flown.
+    """Read a flight.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def load_flight(path: str | os.PathLike[str], frame: str | None = None) -> Sampl
 
 
 def load_reference(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
-    """Read what was to be flown: a setpoint CSV, or the setpoints of a log; otherwise as :func:`load_flight`."""
+    """Read a reference: a setpoint CSV, or the setpoints of a log; otherwise as :func:`load_flight`."""
     return _load(path, "reference", frame)
 
 
@@ -90,7 +90,7 @@ def _load(path: str | os.PathLike[str], part: str, frame: str | None) -> Samples
 
 
 def _part(log: FlightLog, part: str, path: str | os.PathLike[str]) -> Samples:
-    """Return the reference or the flight of a log, or say that it holds none."""
+    """Return the reference or the flight of a log, or raise an error if it holds none."""
     samples: Samples | None = getattr(log, part)
     if samples is None:
         raise FileError(

@@ -1,4 +1,4 @@
-"""What a format of files says of itself, so that everything that reads or writes files finds it."""
+"""The description of a file format, which all readers and writers use to find it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PathLike = str | os.PathLike[str]
 
 @dataclass(frozen=True)
 class Writing:
-    """How a file is to be written.
+    """Options for writing a file.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Writing:
 
 @dataclass(frozen=True)
 class Format:
-    """One format. A module of ``minsnap.files.formats`` that has a ``FORMAT`` adds it; nothing else is to be done.
+    """One file format. A module of ``minsnap.files.formats`` adds a format by defining ``FORMAT``.
 
     Parameters
     ----------

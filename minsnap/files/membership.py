@@ -1,4 +1,4 @@
-"""Do samples stay inside a corridor? For files, of which nobody knows when each leg begins."""
+"""Check whether samples stay inside a corridor, for files that do not say when each leg begins."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from minsnap.trajectory.samples import Samples
 
 @dataclass(frozen=True)
 class Membership:
-    """How far inside a corridor samples stay.
+    """Least margin of samples inside a corridor.
 
     Parameters
     ----------
@@ -38,10 +38,10 @@ class Membership:
 
 
 def check_membership(samples: Samples, waypoints: FloatArray, corridor: Any) -> Membership:
-    """Return the least margin of samples in a corridor, each counted to the leg that suits it best.
+    """Return the least margin of samples in a corridor, with the most favourable assignment of samples to legs.
 
-    Samples run through the legs in order, from the first to the last; among all ways of telling where one leg ends and
-    the next begins, that with the largest least margin counts. Only the samples are looked at, not what is between.
+    Samples pass the legs in order, from the first to the last; of all assignments of samples to legs, the one with the
+    largest least margin is used. Only the samples are checked, not the curve between them.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def check_membership(samples: Samples, waypoints: FloatArray, corridor: Any) -> 
 
 
 def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Any) -> FloatArray:
-    """Return the margin of every position, shape (m, dim), in every leg: (legs, m), infinite where it has no wall."""
+    """Return the margin of every position, shape (m, dim), in every leg: (legs, m), infinite without walls."""
     margins = np.full((len(waypoints) - 1, len(position)), np.inf)
     for wall in (wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints)):
         if wall.order == 0:
@@ -79,7 +79,7 @@ def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Any) -> F
 
 
 def _assign(margins: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """Return the leg of each sample, not decreasing, by dynamic programming for the largest least margin."""
+    """Return the leg of each sample, non-decreasing, with the largest least margin, by dynamic programming."""
     legs, count = margins.shape
     best = np.full(legs, -np.inf)
     best[0] = margins[0, 0]

@@ -1,4 +1,4 @@
-"""Setpoint CSV: a path sampled at a uniform rate, one row an instant, with numbers that read back exactly."""
+"""Setpoint CSV: a path sampled at a uniform rate, one row per instant, with numbers that read back exactly."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ def write_csv(
     *,
     clobber: bool = True,
 ) -> None:
-    """Write setpoints, whole or not at all.
+    """Write setpoints in one atomic step.
 
     The header is ``t,x,y,z,vx,vy,vz,ax,ay,az,yaw,yaw_rate``: seconds, metres, m/s, m/s^2, rad, rad/s. Every number is
-    written with the digits that make it read back exactly. Quantities that samples do not have are left out.
+    written with enough digits to be read back exactly. Quantities that the samples lack are left out.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def write_csv(
 
 
 def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") -> Iterator[str]:
-    """Return the lines that :func:`write_csv` writes, each with its newline; everything is checked before the first.
+    """Return the lines that :func:`write_csv` writes, each with its newline; all checks precede the first line.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
 
 
 def _in_space(samples: Samples) -> Samples:
-    """Return samples with 3 coordinates: those of a plane are given altitude 0."""
+    """Return samples with 3 coordinates; 2-D samples get altitude 0."""
     if samples.dim == 3:
         return samples
     if samples.dim != 2:

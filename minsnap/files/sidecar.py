@@ -1,8 +1,8 @@
 """The frame of a setpoint CSV that is not in ENU, in a small file beside it.
 
-The header of a setpoint CSV is fixed and its first line, so that any program reads it as it is; what else is to be
-known of it is in ``NAME.csv.meta``: JSON with frame, units and rate, and a checksum that ties it to the CSV. A CSV
-without such a file is in the frame that the reader says, ENU unless it does.
+The header of a setpoint CSV is fixed and its first line, so that any program can read it; further data are in
+``NAME.csv.meta``: JSON with frame, units and rate, and a checksum of the CSV to which it belongs. A CSV without such a
+file is in the frame given by the reader, by default ENU.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ LARGEST = 10_000
 
 
 def note_frame(path: str | os.PathLike[str], frame: str, rate: float) -> None:
-    """Write the frame of a CSV that has just been written; remove an older note where it is in ENU."""
+    """Write the frame of a CSV that has just been written; for ENU remove an older note instead."""
     if not Path(path).is_file():
         return
     beside = _beside(path)
     if frame == "enu":
-        with contextlib.suppress(OSError):  # a name that is too long has no note to remove
+        with contextlib.suppress(OSError):  # a file with so long a name can have no note
             beside.unlink(missing_ok=True)
         return
     facts = {"frame": frame, "units": UNITS, "rate": rate, "crc32": _checksum(path)}
@@ -40,7 +40,7 @@ def note_frame(path: str | os.PathLike[str], frame: str, rate: float) -> None:
 
 
 def frame_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
-    """Return the frame that a CSV is in: what its note says, else what was asked for, else ENU.
+    """Return the frame of a CSV: that of its note, else the requested one, else ENU.
 
     Raises
     ------

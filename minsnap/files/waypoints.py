@@ -1,4 +1,4 @@
-"""Waypoint files: where to fly, in CSV or YAML, with headings and durations where they are known."""
+"""Waypoint files in CSV or YAML: positions, and optional headings and durations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ COLUMNS = ("x", "y", "z", "yaw", "duration")
 
 @dataclass(frozen=True, eq=False)
 class Waypoints(ReadOnly):
-    """What a waypoint file holds; its fields are arguments of :func:`minsnap.plan`.
+    """The content of a waypoint file; its fields are arguments of :func:`minsnap.plan`.
 
     Parameters
     ----------
@@ -50,11 +50,11 @@ class Waypoints(ReadOnly):
 def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
     """Read waypoints from a CSV or YAML file, by its ending (``.yaml``, ``.yml``; anything else is CSV).
 
-    CSV has a header with ``x,y`` and, if known, ``z``, ``yaw`` [rad] and ``duration`` [s]; plain numbers without a
-    header are x,y or x,y,z. A duration is that of the leg to the next waypoint, and the last cell stays empty; or that
-    of the leg from the waypoint before, and the first one does. YAML is a list of waypoints, each ``[x, y, z]`` or a
-    mapping of the same names; or a mapping with ``waypoints`` and, if known, ``yaw`` and ``durations``. It is loaded
-    safely: no tag makes an object.
+    CSV has a header with ``x,y`` and optionally ``z``, ``yaw`` [rad] and ``duration`` [s]; plain numbers without a
+    header are x,y or x,y,z. A duration is that of the leg to the next waypoint, with the last cell empty, or that of
+    the leg from the previous waypoint, with the first cell empty. YAML is a list of waypoints, each ``[x, y, z]`` or a
+    mapping of the same names; or a mapping with ``waypoints`` and optionally ``yaw`` and ``durations``. It is loaded
+    safely: tags that construct objects are refused.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def _from_columns(where: str, table: Mapping[str, FloatArray]) -> Waypoints:
 
 
 def _leg_durations(where: str, cells: FloatArray) -> FloatArray | None:
-    """Return the durations of the legs from one cell a waypoint, of which the first or the last is empty."""
+    """Return the durations of the legs from one cell per waypoint, of which the first or the last is empty."""
     blank = np.isnan(cells)
     if blank.all():
         return None
@@ -130,7 +130,7 @@ def _check_complete(where: str, row: Mapping[str, float], names: list[str]) -> N
 def _listed(
     path: str | os.PathLike[str], keys: Mapping[str, Any], name: str, found: FloatArray | None
 ) -> FloatArray | None:
-    """Return a list given for all waypoints or legs at once, which must not be given with them too."""
+    """Return a list given for all waypoints or legs at once, or raise an error if they have such entries too."""
     values = keys.get(name)
     if values is None:
         return found

@@ -207,7 +207,7 @@ class Sequence:
             self._was_outside, self._outside_since = True, at.now
 
     def _watch_start(self, at: Conditions) -> None:
-        """Move the start with the vehicle or, if it is fixed, refuse a vehicle that moves away from it before the flight."""
+        """Move a relative start with the vehicle, and refuse a vehicle that is too far from a fixed start."""
         if self._relative and at.vehicle.position is not None and not self._autopilot.follows(at.vehicle):
             self._start_here(at.vehicle.position)
         refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=self._arm)

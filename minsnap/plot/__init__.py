@@ -1,4 +1,4 @@
-"""Figures of paths: in the plane or in space, against time, and both; matplotlib is imported when one is drawn."""
+"""Figures of paths in the plane or in space and against time; matplotlib is imported when a figure is drawn."""
 
 from minsnap.plot.figures import plot_overview, save_figure
 from minsnap.plot.geometry import plot_path

@@ -1,4 +1,4 @@
-"""Whole figures: the path beside its profiles, and saving a figure whole or not at all."""
+"""Complete figures: the path with its profiles; atomic saving of a figure."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def plot_overview(
     limits: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw a path beside its position, velocity, acceleration and so on against time.
+    """Draw a path, and its position and derivatives against time.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def plot_overview(
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
-    """Write a figure as PNG, SVG or PDF, by the ending of its name, whole or not at all.
+    """Write a figure as PNG, SVG or PDF, by the ending of its name, in one atomic step.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, clobber: bool =
 
 
 def check_figure_name(path: str | os.PathLike[str]) -> str:
-    """Return the ending of a figure's name in small letters, or raise FileError if it is none that can be written."""
+    """Return the ending of a figure's name in lower case, or raise FileError if it is not supported."""
     suffix = FilePath(path).suffix.lower()
     if suffix not in FORMATS:
         raise FileError(f"{path} does not end in {', '.join(FORMATS)}: a figure is written as one of these")

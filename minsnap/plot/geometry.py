@@ -42,7 +42,7 @@ def plot_path(
     tolerance: npt.ArrayLike | Ball | None = None,
     colour_by: str | None = None,
 ) -> Axes:
-    """Draw the curve of a path, its direction, and what it was planned through.
+    """Draw the curve of a path, its direction, its waypoints and its corridor.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def _draw_curve(ax: Axes, points: FloatArray) -> None:
 
 
 def _draw_ends(ax: Axes, points: FloatArray) -> None:
-    """Mark start, end and the direction on the way."""
+    """Mark start, end and direction of the path."""
     ax.plot(*points[:1].T, marker="^", color=PATH_COLOUR, markersize=9, linestyle="none", label="start", zorder=5)
     end: dict[str, Any] = {"markerfacecolor": "white", "markeredgecolor": PATH_COLOUR, "markersize": 6}
     ax.plot(*points[-1:].T, linestyle="none", marker="s", label="end", zorder=6, **end)
@@ -136,7 +136,7 @@ def _draw_ends(ax: Axes, points: FloatArray) -> None:
 
 
 def _draw_arrows(ax: Axes, points: FloatArray) -> None:
-    """Mark the direction at places that split the curve into equal lengths."""
+    """Draw arrows along the curve at equal distances."""
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     places = np.searchsorted(travelled, travelled[-1] * (np.arange(ARROWS) + 0.5) / ARROWS)
     places = np.clip(places, 1, len(points) - 1)
@@ -165,7 +165,7 @@ def _finish(ax: Axes, chosen: list[int], dim: int) -> None:
 
 
 def _equal_space(ax: Any) -> None:
-    """Give all three axes the same scale, few ticks on the low one, and room for the labels; keep the path on top."""
+    """Scale all three axes equally, with few ticks on the short one and space for the labels; draw the path on top."""
     from matplotlib.ticker import MaxNLocator
 
     ax.computed_zorder = False

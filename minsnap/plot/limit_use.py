@@ -1,4 +1,4 @@
-"""How far limits are used against time, and how a search for durations went."""
+"""Utilisation of the limits against time, and convergence of the search for durations."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WIDTHS = (1.6, 1.6, 1.6, 1.6, 0.9, 0.9, 0.9, 0.9)
 
 
 def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = None) -> Axes:
-    """Draw what each limit leaves: its value over the limit against time, in percent.
+    """Draw the utilisation of each limit, value over limit, against time, in percent.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = Non
 
 
 def utilisation_curves(samples: Samples, limits: Limits) -> dict[str, FloatArray]:
-    """Return each limit's use at every sample, shape (m,), 1 where it is used up; by the limit's name.
+    """Return the utilisation of each limit at every sample, shape (m,), 1 at the limit; by the limit's name.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def utilisation_curves(samples: Samples, limits: Limits) -> dict[str, FloatArray
 
 
 def _values(kind: Kind, samples: Samples, motion: Motion) -> FloatArray:
-    """Return what a limit bounds at every sample, shape (m,)."""
+    """Return the quantity that a limit bounds at every sample, shape (m,)."""
     if kind.measure != "yaw_rate":
         return MEASURES[kind.measure].sampled(motion, kind.order)
     if samples.yaw_rate is None:
@@ -93,9 +93,9 @@ def _values(kind: Kind, samples: Samples, motion: Motion) -> FloatArray:
 
 
 def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
-    """Draw how the search for durations came to its end: the best value so far after every plan tried.
+    """Draw the convergence of the search for durations: the best value so far after every evaluated plan.
 
-    What was tried and is far worse than the first guess lies outside the figure.
+    Values far worse than the first guess are outside the figure.
 
     Parameters
     ----------

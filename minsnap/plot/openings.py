@@ -1,4 +1,4 @@
-"""Waypoints as they are drawn: points, the balls around them, and gates."""
+"""Drawing of waypoints: points, balls around them, and gates."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ GATE_COLOUR = "#d55e00"
 
 
 def nominal_points(waypoints: Waypoints) -> tuple[FloatArray, Mapping[int, Gate]]:
-    """Return positions (n, dim) [m], centres in place of gates, and the gates by waypoint."""
+    """Return positions (n, dim) [m], with the centres of gates, and the gates by waypoint."""
     points, gates = without_gates(waypoints)
     return np.asarray(points, dtype=np.float64), gates
 
@@ -35,7 +35,7 @@ def draw_waypoints(ax: Axes, points: FloatArray, chosen: list[int]) -> None:
 
 
 def draw_gates(ax: Axes, gates: Sequence[Gate], chosen: list[int]) -> None:
-    """Draw the outline of every opening; seen edge on it is a line."""
+    """Draw the outline of every opening; from its side it is a line."""
     for number, gate in enumerate(gates):
         outline = np.concatenate((gate.corners, gate.corners[:1]))[:, chosen]
         label = None if number else "gates"
@@ -43,7 +43,7 @@ def draw_gates(ax: Axes, gates: Sequence[Gate], chosen: list[int]) -> None:
 
 
 def draw_balls(ax: Axes, points: FloatArray, ball: Ball, gates: Mapping[int, Gate], chosen: list[int]) -> None:
-    """Draw a circle around every waypoint that has a ball; in space three of them."""
+    """Draw a circle around every waypoint with a ball; in space three circles."""
     radii = ball.of_waypoints(len(points))
     label: str | None = "balls"
     for waypoint in np.flatnonzero(radii):

@@ -1,4 +1,4 @@
-"""Corridors as bodies to draw: the corners of what each leg may use."""
+"""Corridors as convex bodies for drawing: the corners of the set that each leg must stay in."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ ROUND = 48
 def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
     """Corners of the convex body that each leg must stay in.
 
-    A tube has no ends; it is drawn from one waypoint to the next. Legs that repeat, as in laps, are given once.
+    A tube is unbounded along its leg; it is drawn from one waypoint to the next. Repeated legs, as in laps, are
+    returned once.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def _directions(matrix: FloatArray) -> tuple[FloatArray, float]:
 
 
 def _is_tube(rows: FloatArray, step: FloatArray) -> bool:
-    """Whether half-spaces leave a leg no way but along its direction."""
+    """Whether half-spaces are unbounded only along the direction of the leg."""
     normals = rows[:, :-1] / np.maximum(np.linalg.norm(rows[:, :-1], axis=1, keepdims=True), 1e-300)
     across = np.abs(normals @ step).max(initial=0.0) < 1e-9 * np.linalg.norm(step)
     paired = (normals @ normals.T).min(axis=1, initial=0.0) < 1e-9 - 1.0
@@ -107,7 +108,7 @@ def _ends(start: FloatArray, end: FloatArray) -> FloatArray:
 
 
 def _far(rows: FloatArray, waypoints: FloatArray) -> FloatArray:
-    """Return planes a little beyond all waypoints, on the sides where half-spaces leave an axis unbounded."""
+    """Return planes slightly beyond all waypoints, on the sides where the half-spaces are unbounded."""
     lengths = np.linalg.norm(rows[:, :-1], axis=1, keepdims=True)
     lower, upper = bounding_boxes([(rows[:, :-1] / lengths, -rows[:, -1] / lengths[:, 0])])
     beyond = 1.0 + 0.25 * np.ptp(waypoints, axis=0).max()
@@ -125,7 +126,7 @@ def _polytope(rows: FloatArray, guess: FloatArray) -> FloatArray:
 
 
 def _middle(rows: FloatArray) -> FloatArray:
-    """Return the centre of the largest ball inside the half-spaces, by a linear programme."""
+    """Return the centre of the largest ball inside the half-spaces (Chebyshev centre), by a linear programme."""
     from scipy.optimize import linprog
 
     lengths = np.linalg.norm(rows[:, :-1], axis=1)

@@ -76,7 +76,7 @@ def plot_profiles(
 
 
 def available_orders(samples: Samples, orders: Sequence[int] = (0, 1, 2, 3, 4)) -> list[int]:
-    """Return those of the orders that the samples have.
+    """Return the requested orders that the samples have.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def _draw(ax: Axes, samples: Samples, order: int) -> None:
 
 
 def _draw_limit(ax: Axes, samples: Samples, order: int, limit: Any) -> None:
-    """Draw a limit of the norm, and the norm, where there is one."""
+    """Draw the norm and its limit, if there is a limit."""
     if not isinstance(limit, (int, float)) or not np.isfinite(limit):
         return
     norm = np.linalg.norm(getattr(samples, QUANTITIES[order]), axis=1)

@@ -1,4 +1,4 @@
-"""Races: the path coloured by its speed, and what it asks of every rotor below."""
+"""Figure of a race: the path coloured by its speed, and the thrust of every rotor below."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
-    """Draw the thrust that a path asks of every rotor against time, and the limits of it.
+    """Draw the thrust of every rotor along a path against time, and its limits.
 
     Parameters
     ----------

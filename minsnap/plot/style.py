@@ -1,4 +1,4 @@
-"""What the figures share: colours that colour-blind readers and grey printers can tell apart, and dense samples."""
+"""Common parts of all figures: colours distinguishable in grey and for colour-blind readers, and dense sampling."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ POINTS = 1200
 
 
 def coordinate_name(index: int, dim: int) -> str:
-    """Return x, y or z, or a number where there are more coordinates."""
+    """Return x, y or z, or the number of the coordinate beyond three."""
     return "xyz"[index] if dim <= 3 else f"{index}"
 
 
@@ -45,7 +45,7 @@ def unit_of(order: int) -> str:
 
 
 def dense_samples(source: Path | Samples) -> Samples:
-    """Return samples as they are, or a path evaluated densely enough to draw it."""
+    """Return samples unchanged, or a path evaluated densely enough to draw it."""
     if isinstance(source, Samples):
         return source
     t = np.linspace(0.0, source.duration, POINTS)

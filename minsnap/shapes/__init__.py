@@ -1,4 +1,4 @@
-"""Shapes to fly: circle, helix, lemniscate, line, rectangle."""
+"""Paths of standard shapes: circle, helix, lemniscate, line, rectangle."""
 
 from minsnap.shapes.curves import circle, helix, lemniscate
 from minsnap.shapes.phase import PhaseLaw, PhasePath

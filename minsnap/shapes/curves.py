@@ -97,7 +97,7 @@ def helix(
     clockwise: bool = False,
     yaw: float | str = 0.0,
 ) -> PhasePath:
-    r"""Circle that climbs steadily.
+    r"""Circle with constant climb per turn.
 
     :math:`r = c + (R\cos(\varphi_0 + \varphi), R\sin(\varphi_0 + \varphi), p\,\varphi / 2\pi)`.
 
@@ -184,6 +184,6 @@ def _center(center: Sequence[float], altitude: float) -> FloatArray:
 
 
 def _turned(radius: float, start_angle: float, clockwise: bool) -> ComplexArray:
-    """Return the harmonics of a circle begun at an angle and run one way or the other."""
+    """Return the harmonics of a circle with a start angle and a direction."""
     amplitude = radius * np.array([1.0, -1j, 0.0]) * np.exp(1j * check_finite("start angle", start_angle, "radians"))
     return np.asarray([amplitude.conj() if clockwise else amplitude])

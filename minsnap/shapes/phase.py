@@ -1,4 +1,4 @@
-"""Curves traced by a phase: what is common to circle, helix and lemniscate, with exact derivatives of any order."""
+"""Curves as functions of a phase: the common part of circle, helix and lemniscate, with exact derivatives."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ The integral of 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7, which goes from 0 to 1 with t
 
 @dataclass(frozen=True)
 class PhaseLaw:
-    r"""Phase as a function of time: from rest up to a rate, on at that rate, and down to rest again.
+    r"""Phase as a function of time: from rest up to a rate, constant at that rate, and down to rest.
 
-    The rate rises as :math:`\omega\,(35 s^4 - 84 s^5 + 70 s^6 - 20 s^7)`, so that whatever follows the phase starts and
-    ends with zero velocity, acceleration, jerk and snap, and its derivatives to the fourth are continuous throughout.
-    A spin takes twice the time that its angle takes at full rate. With ``ramp=0`` the rate is constant and the path
-    starts and ends at speed.
+    The rate rises as :math:`\omega\,(35 s^4 - 84 s^5 + 70 s^6 - 20 s^7)`, so that a path driven by the phase starts and
+    ends with zero velocity, acceleration, jerk and snap, and its derivatives to the fourth are continuous throughout. A
+    spin-up or spin-down takes twice the time that its angle takes at full rate. With ``ramp=0`` the rate is constant
+    and the path starts and ends at speed.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class PhaseLaw:
         return np.where(falling, mirrored, rising)
 
     def _rise(self, t: FloatArray, order: int) -> FloatArray:
-        """Return the same without a spin-down, at instants up to half the duration."""
+        """Return the phase without spin-down, at instants up to half the duration."""
         steady = (self.ramp + self.rate * (t - self.spin_time), np.full_like(t, self.rate), np.zeros_like(t))
         if self.ramp == 0.0:
             return steady[min(order, 2)]
@@ -74,7 +74,7 @@ class PhaseLaw:
 
 @dataclass(frozen=True, eq=False)
 class PhasePath(Path):
-    r"""A sum of harmonics of a phase, and a drift along it.
+    r"""A sum of harmonics of a phase, plus a drift proportional to the phase.
 
     .. math:: r(t) = c + d\,\varphi(t) + \operatorname{Re} \sum_k a_k\, e^{i k \varphi(t)}
 

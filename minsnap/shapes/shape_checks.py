@@ -1,4 +1,4 @@
-"""Checks of the measures of a shape, shared by all shapes."""
+"""Checks of the parameters of a shape, shared by all shapes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def check_positive(name: str, value: float, unit: str) -> float:
 
 
 def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ...]:
-    """Return ``value`` as floats, or raise ShapeError unless it is that many finite numbers."""
+    """Return ``value`` as floats, or raise ShapeError unless it has the given number of finite entries."""
     try:
         point = tuple(value)
     except TypeError:

@@ -87,7 +87,7 @@ def rectangle(
     limits: Limits | None = None,
     **options: Any,
 ) -> Trajectory:
-    """Level rectangle, corner by corner with minimum snap, inside a corridor around its sides at every instant.
+    """Level rectangle through its corners with minimum snap, inside a corridor around its sides at every instant.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def rectangle(
 
 
 def leg_durations(waypoints: FloatArray) -> FloatArray:
-    """Return the durations of legs that are flown at 1 m/s on average, shape (n - 1,) [s]."""
+    """Return leg durations for an average speed of 1 m/s, shape (n - 1,) [s]."""
     return np.asarray(np.linalg.norm(np.diff(waypoints, axis=0), axis=1) / SPEED)
 
 

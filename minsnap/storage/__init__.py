@@ -1,1 +1,1 @@
-"""Storage: files that are whole or not there, text and YAML read whole, tables of numbers read strictly."""
+"""Storage: atomic writing of files, and strict reading of text, YAML, tables of numbers and archives."""

@@ -1,4 +1,4 @@
-"""NumPy archives, read without belief: sizes are checked before memory is taken, and pickles are never read."""
+"""Safe reading of NumPy archives: sizes are checked before memory is allocated, and pickles are never loaded."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RATIO = 20
 
 
 def read_archive(path: str | os.PathLike[str]) -> dict[str, npt.NDArray[Any]]:
-    """Return the arrays of an ``.npz`` file by name: numbers as float64, text as it is.
+    """Return the arrays of an ``.npz`` file by name: numbers as float64, text unchanged.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def read_archive(path: str | os.PathLike[str]) -> dict[str, npt.NDArray[Any]]:
 
 
 def _array(content: bytes) -> npt.NDArray[Any]:
-    """Return the array of an ``.npy`` member, of numbers or text, if its size is what its header says."""
+    """Return the array of an ``.npy`` member, of numbers or text, if its size agrees with its header."""
     stream = io.BytesIO(content)
     read_header = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     shape, fortran, dtype = read_header[np.lib.format.read_magic(stream)](stream)

@@ -1,4 +1,4 @@
-"""Files that are whole or not there: written beside their destination, then renamed onto it."""
+"""Atomic writing of files: written to a temporary file in the same folder, then renamed."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from minsnap.errors import FileError
 def atomic_write(
     path: str | os.PathLike[str], mode: str = "w", *, clobber: bool = True, **options: Any
 ) -> Iterator[IO[Any]]:
-    """Open a file that appears under its name only once it has been written in full.
+    """Open a file for writing that appears under its name only when it is complete.
 
-    A temporary file in the same folder is opened; it is flushed to the disk and renamed when the block ends well, and
-    removed when it does not, so that nobody ever meets half a file and a file that was there stays as it was. A link is
-    followed; what is there and is no file, such as a device or a pipe, is written to as it is.
+    A temporary file in the same folder is opened; it is flushed to the disk and renamed when the block ends without an
+    exception, and removed otherwise, so a partial file is never visible and after a failure an existing file is
+    unchanged. A symbolic link is followed; a device or a pipe is written to directly.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def atomic_write(
 
 
 def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> Path:
-    """Return the file that a name stands for, links followed.
+    """Return the file that a name refers to, with links resolved.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> 
 
 @contextmanager
 def _named(beside: Path, destination: Path) -> Iterator[None]:
-    """Report failures of the system under the name that was asked for, not under the temporary one."""
+    """Report system errors with the requested name instead of the temporary one."""
     try:
         yield
     except OSError as error:
@@ -116,7 +116,7 @@ def _publish(beside: Path, destination: Path, clobber: bool) -> None:
         os.replace(beside, destination)
         return
     try:
-        os.link(beside, destination)  # unlike a rename, fails if the name has been taken meanwhile
+        os.link(beside, destination)  # unlike a rename, fails if the name exists by now
     except FileExistsError:
         raise _taken(destination) from None
 

@@ -1,4 +1,4 @@
-"""What a reader accepts of a file before it believes it: a name, a size; and one exception for all that is wrong."""
+"""Checks before a file is read: its name and size; and one exception type for all errors of a reader."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHOWN = 60
 
 @contextmanager
 def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
-    """Turn whatever a reader of foreign bytes raises into a FileError that names the file.
+    """Convert any exception of a file reader to a FileError that names the file.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
 
 
 def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
-    """Return the size of a file in bytes; a device or a pipe has none and counts as 0.
+    """Return the size of a file in bytes; 0 for a device or a pipe.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
 
 
 def shown(value: Any) -> str:
-    """Return a value as a message shows it, shortened; however large it is, this is quick."""
+    """Return a value as shortened text for a message; fast also for large values."""
     import reprlib
 
     short = reprlib.Repr()

@@ -1,4 +1,4 @@
-"""Tables of numbers in comma-separated text, read strictly: the line that is bad is named, with why."""
+"""Strict reading of number tables in comma-separated text; an error names the line and the reason."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def read_table(
 
 
 def _header(path: str | os.PathLike[str], line: str, headerless: Sequence[str]) -> tuple[list[str], int]:
-    """Return the names of the columns and how many lines they take."""
+    """Return the names of the columns and the number of header lines."""
     cells = [cell.strip() for cell in line.split(",")]
     if not headerless or not all(_is_number(cell) for cell in cells):
         return cells, 1
@@ -96,7 +96,7 @@ def _row(path: str | os.PathLike[str], number: int, line: str, names: list[str],
 
 
 def _cell(where: str, name: str, cell: str, may_be_blank: bool) -> float:
-    """Return one cell's number, or say what is wrong with it."""
+    """Return the number in a cell, or raise an error that says what is wrong."""
     if may_be_blank and not cell:
         return math.nan
     if not _is_number(cell):

@@ -1,4 +1,4 @@
-"""Text and YAML files, read whole, with failures in one sentence."""
+"""Reading of text and YAML files."""
 
 from __future__ import annotations
 
@@ -31,10 +31,9 @@ def read_text(path: str | os.PathLike[str], largest: int = LARGEST) -> str:
 
 
 def load_yaml(path: str | os.PathLike[str]) -> Any:
-    """Return the content of a YAML file, loaded safely: numbers, text, lists and mappings, never other objects.
+    """Return the content of a YAML file, loaded safely: numbers, text, lists and mappings only.
 
-    Numbers are those of YAML 1.2: ``1:30`` and ``yes`` are text. Aliases, keys that are there twice, and deep nesting
-    are refused.
+    Numbers are those of YAML 1.2: ``1:30`` and ``yes`` are text. Aliases, duplicate keys, and deep nesting are refused.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Crazyflie and Crazyswarm: one row a piece, 8 ascending powers of x, y, z and yaw (uav_trajectories, crazyswarm2).
+"""Crazyflie and Crazyswarm: one row per piece, 8 ascending powers of x, y, z and yaw (uav_trajectories, crazyswarm2).
 
 World axes, z up; metres, radians, seconds from each piece's start. The firmware evaluates degree 7 in float32 and
 keeps 4096 bytes, which is 31 pieces of 132 bytes (TRAJECTORY_MEMORY_SIZE).
@@ -37,7 +37,7 @@ def write_crazyflie(
     """Write a trajectory for the Crazyflie.
 
     A lone piece is written as two halves, since crazyswarm2's reader fails on a single row. Numbers are written with
-    the digits that make them read back exactly.
+    enough digits to be read back exactly.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""The Crazyflie's compressed trajectories: Bezier control points in millimetres, 45 bytes for a piece at constant yaw.
+"""The Crazyflie's compressed trajectories: Bézier control points in millimetres, 45 bytes per piece at constant yaw.
 
-A start of 4 int16 (x, y, z in millimetres, yaw in tenths of a degree); then for every piece a byte of types (two bits
-an axis: 0 constant, 1 linear, 2 cubic, 3 degree 7), its duration as uint16 in milliseconds, and for each axis the
-control points but the first, which is the last one of the piece before (Bitcraze's firmware, pptraj_compressed; the
+A start of 4 int16 (x, y, z in millimetres, yaw in tenths of a degree); then per piece a byte of types (two bits per
+axis: 0 constant, 1 linear, 2 cubic, 3 degree 7), its duration as uint16 in milliseconds, and for each axis the control
+points except the first, which is the last one of the previous piece (Bitcraze's firmware, pptraj_compressed; the
 segments of a Skybrush show are the same). World axes, z up.
 """
 
@@ -76,23 +76,23 @@ def compressed(trajectory: Trajectory) -> bytes:
 
 
 def rounding_bound(trajectory: Trajectory) -> float:
-    """Return how far at most the curve that is flown is from the trajectory at any instant [m].
+    """Return an upper bound of the distance between the flown curve and the trajectory at any instant [m].
 
-    The curve is a convex combination of control points, each moved by half a millimetre an axis at most; instants are
-    moved by half a millisecond at most.
+    The curve is a convex combination of control points, each moved by at most half a millimetre per axis; instants are
+    moved by at most half a millisecond.
     """
     return float(np.sqrt(3.0) * 0.5e-3 + 0.5e-3 * trajectory.max_norm(1)[0])
 
 
 def write_compressed(trajectory: Trajectory, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
-    """Write a trajectory as the firmware's bytes, whole or not at all; errors are those of :func:`compressed`."""
+    """Write a trajectory as the firmware's bytes in one atomic step; errors are those of :func:`compressed`."""
     content = compressed(trajectory)
     with atomic_write(path, "wb", clobber=clobber) as file:
         file.write(content)
 
 
 def read_compressed(path: str | os.PathLike[str]) -> Trajectory:
-    """Read such a file.
+    """Read a compressed trajectory.
 
     Raises
     ------
@@ -137,14 +137,14 @@ def _control_points(trajectory: Trajectory) -> FloatArray:
 
 
 def _elevated(points: FloatArray) -> FloatArray:
-    """Write control points along the last axis with 8 of them."""
+    """Elevate the degree so that there are 8 control points along the last axis."""
     rows = points.reshape(-1, points.shape[-1])
     raised = multiply(rows, np.ones((len(rows), DEGREE + 2 - rows.shape[1])))
     return np.asarray(raised.reshape(*points.shape[:-1], DEGREE + 1))
 
 
 def _piece(milliseconds: int, points: npt.NDArray[np.int64]) -> bytes:
-    """Pack a piece: constant axes take no bytes, all others seven control points."""
+    """Pack a piece: constant axes take no bytes, all others take seven control points."""
     kinds = [3 if (axis != axis[0]).any() else 0 for axis in points]
     head = struct.pack("<BH", sum(kind << 2 * i for i, kind in enumerate(kinds)), milliseconds)
     moving = [axis[1:].tolist() for axis, kind in zip(points, kinds, strict=True) if kind]

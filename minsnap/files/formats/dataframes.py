@@ -45,7 +45,7 @@ def to_dataframe(samples: Samples, frame: str = "enu") -> Any:
 
 
 def from_dataframe(table: Any) -> Samples:
-    """Return the samples of a table in the frame that its ``attrs`` name, ENU unless they do.
+    """Return the samples of a table, in the frame that its ``attrs`` name, else ENU.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def write_parquet(samples: Samples, path: str | os.PathLike[str], frame: str = "
 
 
 def read_parquet(path: str | os.PathLike[str]) -> Samples:
-    """Read such a file, or any with its columns.
+    """Read such a file, or any Parquet file with its columns.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """mav_trajectory_generation's YAML (ETH Zurich's ASL): segments of ascending powers, times in nanoseconds.
 
-World axes, z up; 3 dimensions, or 4 with yaw. Times are whole nanoseconds, so a piece may end up to half of one early
-or late.
+World axes, z up; 3 dimensions, or 4 with yaw. Times are integers in nanoseconds, so the end of a piece is rounded by up
+to half a nanosecond.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def _segment(duration: float, piece: FloatArray) -> str:
 
 
 def read_mav_yaml(path: str | os.PathLike[str]) -> Trajectory:
-    """Read segments; their fourth dimension, if there is one, is the heading.
+    """Read segments; their fourth dimension, if present, is the heading.
 
     Raises
     ------

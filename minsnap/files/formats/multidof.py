@@ -1,4 +1,4 @@
-"""JSON shaped like ROS's trajectory_msgs/MultiDOFJointTrajectory, without ROS: one element per array and point.
+"""JSON shaped like ROS's trajectory_msgs/MultiDOFJointTrajectory, without ROS: one array element per point.
 
 The MAV convention: transforms hold position and heading, velocities the first derivative, accelerations the second.
 ENU, z up (REP 103), named in the header.

@@ -27,8 +27,8 @@ _KNOWN = (*_SAMPLES, *_TRAJECTORY, "frame")
 def write_npz(source: Trajectory | Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
     """Write a trajectory or samples, in z-up world axes (the archive's ``frame`` says ``enu``).
 
-    A trajectory's heading is kept exactly when it is constant or planned; another becomes the polynomials that stay
-    within a milliradian of it, or is refused.
+    A constant or planned heading is kept exactly. Any other heading is approximated by polynomials within one
+    milliradian, or refused.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Trajectories as rows of power coefficients in seconds, heading included, which is how other programs write them."""
+"""Trajectories as rows of power coefficients in seconds, heading included, the form of other programs' files."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def position_powers(trajectory: Trajectory, degree: int) -> FloatArray:
 def yaw_powers(trajectory: Trajectory, degree: int) -> FloatArray:
     """Heading of each piece as ascending powers, shape (pieces, degree + 1).
 
-    The polynomial through Chebyshev's points of each piece, its ends among them: exact for headings that are
-    polynomials of that degree there.
+    The interpolant at the Chebyshev points of each piece, ends included; exact for headings that are polynomials of
+    that degree.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def yaw_powers(trajectory: Trajectory, degree: int) -> FloatArray:
 
 
 def _yaw_at(trajectory: Trajectory, s: FloatArray) -> FloatArray:
-    """Heading at shares of every piece, shape (pieces, len(s))."""
+    """Heading at normalised times s of every piece, shape (pieces, len(s))."""
     t = trajectory.breaks[:-1, None] + trajectory.durations[:, None] * s
     return trajectory.yaw(np.minimum(t, trajectory.breaks[1:, None]))
 

@@ -1,7 +1,7 @@
-"""Plans as JSON or YAML: the polynomials exactly, and all that is known of the plan.
+"""Plans as JSON or YAML: the exact polynomials, and the arguments of the plan.
 
-Numbers are written with the digits that read back to the same float64, so the curve that is read is the curve that
-was planned. World axes, z up; metres, seconds, radians, as the file says itself.
+Numbers are written with enough digits to read back the same float64, so the curve that is read equals the planned one.
+World axes, z up; metres, seconds, radians; the file states its units.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ KINDS = {kind.__name__: kind for kind in (Tube, RoundTube, Boxes, Polytopes, Roo
 
 @dataclass(frozen=True, eq=False)
 class PlanFile:
-    """What a file of polynomials holds.
+    """The content of a file of polynomials.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def _heading(said: Mapping[str, Any]) -> Heading:
 
 
 def _corridor(corridor: Any) -> Any:
-    """Return half-widths as they are, constraints as mappings with their kind."""
+    """Return half-widths unchanged, constraints as mappings with their kind."""
     if corridor is None or not hasattr(corridor, "walls"):
         parts = corridor if isinstance(corridor, (list, tuple)) else ()
         if any(hasattr(part, "walls") for part in parts):
@@ -239,7 +239,7 @@ def _limits(limits: Limits) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return arrays as lists; what is infinite as text, which JSON has no number for."""
+    """Return arrays as lists, infinite values as text, since JSON has no infinite numbers."""
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, float) and not np.isfinite(value):
@@ -248,7 +248,7 @@ def _plain(value: Any) -> Any:
 
 
 def is_polynomials(path: str | os.PathLike[str]) -> bool:
-    """Whether a file begins as these do."""
+    """Whether a file begins like a file of polynomials."""
     try:
         with open(path, encoding="utf-8") as file:
             return MARK in file.read(200)

@@ -1,6 +1,6 @@
 """Setpoints shaped like px4_msgs/TrajectorySetpoint, for ROS 2 programs, without ROS.
 
-NED, float32, yaw in [-pi, pi]; not-a-number where nothing is to be controlled (PX4's message definition).
+NED, float32, yaw in [-pi, pi]; NaN marks values that are not controlled (PX4's message definition).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ DTYPE = np.dtype(
 
 
 def px4_setpoints(samples: Samples, start: int = 0) -> npt.NDArray[np.void]:
-    """Return one message a sample.
+    """Return one message per sample.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def px4_setpoints(samples: Samples, start: int = 0) -> npt.NDArray[np.void]:
 
 
 def offboard_control_mode(timestamp: int = 0) -> dict[str, int | bool]:
-    """px4_msgs/OffboardControlMode to send beside them: position decides, the rest is feed-forward."""
+    """Return the px4_msgs/OffboardControlMode to send with them: position control, the rest is feed-forward."""
     rest = ("velocity", "acceleration", "attitude", "body_rate", "thrust_and_torque", "direct_actuator")
     return {"timestamp": timestamp, "position": True} | dict.fromkeys(rest, False)
 

@@ -1,4 +1,4 @@
-"""Polynomials through samples, for formats that hold polynomials when only a file of setpoints is there."""
+"""Polynomials fitted to samples, to write setpoints in a format that holds polynomials."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ def refit(samples: Samples, max_pieces: int | None = None, tolerance: float = TO
     """Return quintics through some of the samples that pass within a tolerance of all of them.
 
     Each piece meets position, velocity and acceleration of the samples at its ends (Hermite), so the curve is twice
-    continuously differentiable; the pieces are as few as will do, of nearly equal length.
+    continuously differentiable; the number of pieces is the smallest that suffices, and they are of nearly equal
+    length.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def refit(samples: Samples, max_pieces: int | None = None, tolerance: float = TO
 
 
 def _growing(most: int) -> list[int]:
-    """1, 2, 3, … while that is quick, then a fifth more each time, up to the most."""
+    """Numbers of pieces to try: 1, 2, 3, … while this is fast, then by factors of 1.2, up to the maximum."""
     counts = [1]
     while counts[-1] < most:
         counts.append(min(most, max(counts[-1] + 1, counts[-1] * 6 // 5)))
@@ -75,7 +76,7 @@ def _heading(samples: Samples, knots: FloatArray, t: FloatArray) -> Heading:
 
 
 def _deviation(trajectory: Trajectory, samples: Samples) -> float:
-    """Return the farthest that the curve is from a sample, in position or heading."""
+    """Return the greatest deviation of the curve from a sample, in position or heading."""
     t = np.minimum(samples.t - samples.t[0], trajectory.duration)
     error = float(np.linalg.norm(trajectory(t) - samples.position, axis=1).max())
     if samples.yaw is not None:

@@ -1,4 +1,4 @@
-"""Are samples that were read what samples are? Shapes that go together, finite numbers, a clock that runs forward."""
+"""Checks of samples from a file: consistent shapes, finite numbers, increasing times."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ VECTORS = ("position", "velocity", "acceleration", "jerk", "snap")
 
 
 def checked_samples(samples: Samples) -> Samples:
-    """Return samples as they are.
+    """Return samples unchanged.
 
     Raises
     ------

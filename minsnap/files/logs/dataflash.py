@@ -25,8 +25,8 @@ _TYPES = [*AXES, "XKF1", "ATT"]
 def read_dataflash(path: str | os.PathLike[str]) -> FlightLog:
     """Read an ArduPilot log.
 
-    The position controller's targets are what was to be flown, its positions what was flown. A log without them has the
-    estimator's positions and no reference.
+    The position controller's targets are the reference, its positions the flight. For a log without them, the flight is
+    the estimator's positions, and there is no reference.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def read_dataflash(path: str | os.PathLike[str]) -> FlightLog:
 
 
 def _columns(reader: Any) -> dict[str, dict[str, FloatArray]]:
-    """Return every message type that matters as columns."""
+    """Return every message type that is read as columns."""
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in _TYPES}
     with reader:
         for message in _messages(reader):
@@ -98,7 +98,7 @@ def _tracks(columns: dict[str, dict[str, FloatArray]]) -> tuple[Track | None, Tr
 
 
 def _track(columns: dict[str, dict[str, FloatArray]], place: str, speed: str, push: str, heading: str) -> Track:
-    """Bring the three axes, logged microseconds apart, onto the first one's instants."""
+    """Interpolate the three axes, logged microseconds apart, to the instants of the first."""
     t = columns["PSCN"]["TimeUS"] * 1e-6
     stacked = []
     for prefix in (place, speed, push):

@@ -1,4 +1,4 @@
-"""What a flight log holds for us: what was to be flown and what was flown, on one clock, in z-up world axes."""
+"""The content of a flight log: reference and flight, on one clock, in z-up world axes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from minsnap.trajectory.samples import Samples
 
 @dataclass(frozen=True, eq=False)
 class FlightLog:
-    """A flight as an autopilot logged it.
+    """A flight logged by an autopilot.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class FlightLog:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """One quantity of a log as it stands there: z-down axes, time since boot.
+    """One quantity of a log, unconverted: z-down axes, time since boot.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Track:
 
 
 def flight_log(reference: Track | None, flight: Track | None, damage: str | None, frame: str = "ned") -> FlightLog:
-    """Put the tracks on one clock that starts with the first of them, and into z-up world axes.
+    """Convert the tracks to one clock that starts with the first of them, and to z-up world axes.
 
     Their frame is ``ned``, or ``frd`` for a room's, which is mapped to its forward-left-up.
     """
@@ -71,7 +71,7 @@ def flight_log(reference: Track | None, flight: Track | None, damage: str | None
 
 
 def _cleaned(track: Track) -> Track | None:
-    """Drop rows without a position or out of order, and then quantities that are not finite everywhere."""
+    """Drop rows without position or with decreasing times, then quantities with any non-finite value."""
     good = np.isfinite(track.position).all(axis=1) & np.isfinite(track.t)
     latest = np.maximum.accumulate(np.where(good, track.t, -np.inf))
     good[1:] &= track.t[1:] > latest[:-1]

@@ -1,4 +1,4 @@
-"""The log of ``minsnap stream``: setpoints as sent and positions as heard, in the vehicle's local z-down frame."""
+"""The log of ``minsnap stream``: sent setpoints and received positions in the vehicle's local z-down frame."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Row = Mapping[str, str]
 
 
 def is_stream_log(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file begins like the log of a stream; a file that cannot be read does not."""
+    """Return whether a file begins like the log of a stream; false for a file that cannot be read."""
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
             return file.readline().startswith(START)

@@ -1,4 +1,4 @@
-"""PX4's ULog: ``vehicle_local_position`` is what was flown, ``trajectory_setpoint`` what was to be (extra ``logs``)."""
+"""PX4's ULog: ``vehicle_local_position`` is the flight, ``trajectory_setpoint`` the reference (extra ``logs``)."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def read_ulog(path: str | os.PathLike[str]) -> FlightLog:
     except ImportError:
         raise ImportError("reading ULog needs pyulog: pip install minsnap[logs]") from None
     raw = _bytes(path)
-    with contextlib.redirect_stdout(io.StringIO()):  # it prints what it makes of damage
+    with contextlib.redirect_stdout(io.StringIO()):  # it prints messages about damage
         try:
             log = ULog(_Patient(raw), [POSITION, *SETPOINTS])
         except Exception as error:
@@ -67,14 +67,14 @@ def read_ulog(path: str | os.PathLike[str]) -> FlightLog:
 
 
 class _Patient(io.BytesIO):
-    """Bytes that may be read some times over, no more: pyulog never ends where a damaged header ends a file."""
+    """A byte stream with a bounded number of reads: pyulog does not terminate if a file ends in a damaged header."""
 
     def __init__(self, raw: bytes) -> None:
         super().__init__(raw)
         self.reads = READS * len(raw) + 1000
 
     def read(self, size: int | None = -1) -> bytes:
-        """Read as ever, until it has been too often."""
+        """Read until the bound on the number of reads is reached."""
         self.reads -= 1
         if self.reads < 0:
             raise RuntimeError("its messages go round in circles")
@@ -91,7 +91,7 @@ def _bytes(path: str | os.PathLike[str]) -> bytes:
 
 
 def _positions(data: dict[str, FloatArray] | None) -> Track | None:
-    """Return where the vehicle was; rows that the estimator called invalid are dropped."""
+    """Return the positions of the vehicle; rows that the estimator marked invalid are dropped."""
     if data is None or not all(name in data for name in ("timestamp", "x", "y", "z")):
         return None
     valid = np.asarray(data.get("xy_valid", 1), dtype=bool) & np.asarray(data.get("z_valid", 1), dtype=bool)
@@ -101,7 +101,7 @@ def _positions(data: dict[str, FloatArray] | None) -> Track | None:
 
 
 def _setpoints(data: dict[str, FloatArray]) -> Track | None:
-    """Return what was asked for, in either of the two topics' spellings."""
+    """Return the setpoints, under either of the two names of the fields."""
     names = [("position[{}]", "velocity[{}]"), ("{}", "v{}")]
     for (place, speed), axes in zip(names, ("012", "xyz"), strict=True):
         if place.format(axes[0]) in data:
@@ -122,7 +122,7 @@ def _stack(data: dict[str, FloatArray], *names: str) -> FloatArray:
 
 
 def _damage(path: Any, raw: bytes, corrupt: bool) -> str | None:
-    """Say whether the parser met damage, or the file ends within a message."""
+    """Return a sentence if the parser found damage or the file ends within a message."""
     if corrupt:
         return f"{path} is damaged"
     offset, header = _HEADER, struct.Struct("<HB")
