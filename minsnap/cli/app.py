@@ -1,4 +1,4 @@
-"""The command-line application: which modules add commands, and what failures look like."""
+"""The command-line application: registration of commands, and the form of errors."""
 
 from __future__ import annotations
 
@@ -69,10 +69,10 @@ def load_commands() -> None:
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
-    """Run the command line and leave with its exit status.
+    """Run the command line and exit with its status.
 
-    0 done, 1 the request cannot be met, 2 bad usage or bad input, 130 interrupted, 141 the reader of a pipe went away.
-    Errors are one plain sentence on stderr.
+    0 done, 1 the request cannot be met, 2 bad usage or bad input, 130 interrupted, 141 the reader of a pipe has closed
+    it. Errors are one plain sentence on stderr.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     load_commands()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a superscript never fails on a terminal that has none
+            stream.reconfigure(errors="replace")  # a superscript must not raise on a terminal that lacks it
     command = typer.main.get_command(app)
     try:
         with command.make_context("minsnap", sys.argv[1:] if arguments is None else list(arguments)) as context:
@@ -96,7 +96,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
 
 
 def fail(message: str, status: int) -> NoReturn:
-    """Say ``message`` on stderr and leave with ``status``."""
+    """Print ``message`` on stderr and exit with ``status``."""
     print(f"minsnap: {message}", file=sys.stderr)
     sys.exit(status)
 
@@ -107,7 +107,7 @@ def exit_status(error: MinsnapError) -> int:
 
 
 def _leave(error: Exception) -> NoReturn:
-    """Turn an exception into its sentence and exit status; what nobody foresaw keeps its traceback."""
+    """Convert an exception to its message and exit status; an unexpected one keeps its traceback."""
     if isinstance(error, MinsnapError):
         fail(str(error), exit_status(error))
     if isinstance(error, BrokenPipeError):
@@ -126,13 +126,13 @@ def _leave(error: Exception) -> NoReturn:
 
 
 def _usage(error: Exception) -> str:
-    """Return typer's message in one line, with where to look for help."""
+    """Return typer's message in one line, with a hint on the help option."""
     sentence = " ".join(error.format_message().split())  # type: ignore[attr-defined]
     context = getattr(error, "ctx", None)
     return f"{sentence} (see {context.command_path if context else 'minsnap'} --help)"
 
 
 def _leave_pipe() -> NoReturn:
-    """Leave as a program does whose reader went away, without a word from the interpreter's last flush."""
+    """Exit like a program with a closed pipe, without a message from the interpreter's last flush."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(141)

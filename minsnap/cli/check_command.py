@@ -1,4 +1,4 @@
-"""The command that tells whether a file of setpoints is fit to fly."""
+"""The command that checks a setpoint file before a flight."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def compare(
 def _compared(
     reference: Path, paths: list[Path], frame: str | None, align: bool, max_delay: float
 ) -> dict[str, ComparedFlight]:
-    """Read and compare all files; what is damaged in a log is said on standard error."""
+    """Read and compare all files; damage in a log is reported on standard error."""
     from minsnap.files.convert import read_samples
     from minsnap.files.flights import load_reference
 
@@ -105,7 +105,7 @@ def _refuse_unknown_clock(path: Path, log: FlightLog | None, align: bool) -> Non
 
 
 def _kept(flight: Samples, waypoints: Path | None, corridor: str | None, max_speed: float | None) -> dict[str, Any]:
-    """Return how a flight kept the corridor and the speed it was to keep."""
+    """Return how a flight kept the given corridor and speed limit."""
     import numpy as np
 
     kept: dict[str, Any] = {}
@@ -128,7 +128,7 @@ def _is_flight(path: Path) -> bool:
 
 
 def _name(path: Path, flights: list[Path]) -> str:
-    """Return a file's name, with its folder where two of them are named alike."""
+    """Return a file's name, with its folder if two files have the same name."""
     alike = [other for other in flights if other.name == path.name]
     return path.name if len(alike) == 1 else str(path)
 
@@ -148,7 +148,7 @@ def _say(found: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], json
 
 
 def _place(one: ComparedFlight) -> dict[str, Any]:
-    """Return where in the log a flight is, and what is remarkable about it."""
+    """Return the place of a flight in its log, with the remarks on it."""
     place = one.place
     where = {} if place is None else {"log_start": place.start, "clock_rate": place.rate, "shift": place.shift.tolist()}
     return where | {"remarks": one.remarks()}

@@ -1,4 +1,4 @@
-"""The command that turns one format into another."""
+"""The command that converts between file formats."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def convert(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         content = read_any(source, from_frame)
-    for warning in caught:  # a damaged log says what could be read of it
+    for warning in caught:  # a damaged log warns about the part that could be read
         print(f"minsnap: {warning.message}", file=sys.stderr)
     name, lost = written(content, target, to, rate, Writing(frame, not no_clobber))
     print(f"{target}: {name}, frame {formats()[name].frame or frame}{f'; {lost}' if lost else ''}")

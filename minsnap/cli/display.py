@@ -1,4 +1,4 @@
-"""What a person at a terminal sees of a flight, drawn by a thread of its own: a stuck terminal holds up nothing."""
+"""Display of a flight on a terminal, drawn by a separate thread so that a blocked terminal does not delay it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _INTERVAL = 0.2
 
 
 class EnterKey:
-    """A trigger that lets go when Enter is pressed; the end of the input is not Enter."""
+    """A trigger that fires when Enter is pressed; the end of the input does not count as Enter."""
 
     def __init__(self) -> None:
         self._ended = False
@@ -56,20 +56,20 @@ class Display:
         self._thread.join(timeout=1.0)
 
     def event(self, text: str) -> None:
-        """Show a sentence; never waits."""
+        """Show a sentence without blocking."""
         self._events.put(text)
         if self._prompt and text == "ready":
             self._events.put("press Enter to fly (the vehicle must be in its mode)")
 
     def status(self, status: StreamStatus) -> None:
-        """Show where the flight is; never waits."""
+        """Show the status of the flight without blocking."""
         self._status = status
 
     def _run(self) -> None:
         try:
             while self._show():
                 pass
-        except OSError:  # the terminal has gone: the flight goes on without it
+        except OSError:  # the terminal is closed: the flight continues without it
             return
 
     def _show(self) -> bool:

@@ -84,7 +84,7 @@ def experiment(
 
 
 def _check_figure(plot: Path | None) -> None:
-    """Refuse a figure's name before minutes are spent on its content."""
+    """Check the figure's name before the long simulation."""
     if plot is not None:
         from minsnap.plot.figures import check_figure_name
         from minsnap.storage.atomic import check_destination

@@ -1,4 +1,4 @@
-"""Options in groups: a command that takes a dataclass has the options that are its fields."""
+"""Groups of options: a dataclass as parameter of a command adds its fields as options."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any, get_type_hints
 
 
 def grouped(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Replace each parameter that is annotated with a dataclass by the dataclass's fields, as typer reads them.
+    """Replace each parameter that is annotated with a dataclass by the fields of the dataclass.
 
-    When the command runs, the dataclass is made of its options before the command's body begins.
+    When the command runs, the dataclass is constructed from its options first.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Options that several commands share, and what they are turned into."""
+"""Options that several commands share, and their conversion."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def parse_yaw(text: str | None) -> float | str | None:
 
 
 def given(**options: Any) -> dict[str, Any]:
-    """Return the options that are not None, to be passed on."""
+    """Return the options that are not None."""
     return {name: value for name, value in options.items() if value is not None}
 
 

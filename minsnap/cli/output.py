@@ -1,4 +1,4 @@
-"""Where the result of a command goes: setpoints, a figure, a summary."""
+"""Output of a command: setpoints, figure, summary."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STANDARD_OUTPUT = FilePath("-")
 
 @dataclass(frozen=True)
 class Destination:
-    """What to write, and how; a new one checks at once that it may be written.
+    """What to write, and how; the constructor checks that the files can be written.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class Destination:
 
     @property
     def _is_csv(self) -> bool:
-        """Whether setpoints are written, which needs no other format to be looked at."""
+        """Whether setpoints are written as CSV, so that the other formats need not be loaded."""
         return self.output is not None and self.output.suffix.lower() == ".csv" and self.format in (None, "setpoints")
 
     def deliver(
@@ -92,7 +92,7 @@ class Destination:
         waypoints: npt.ArrayLike | None = None,
         limits: Limits | None = None,
     ) -> None:
-        """Write what was asked for, then print the summary: on stderr when standard output carries the setpoints."""
+        """Write the requested files, then print the summary: on stderr when standard output carries the setpoints."""
         figures = summarise(path, corridor, waypoints, limits)
         if self.plot is not None:
             self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits)
@@ -105,7 +105,7 @@ class Destination:
         print(text, file=sys.stderr if self.output == STANDARD_OUTPUT else sys.stdout)
 
     def _write(self, path: Path, facts: dict[str, Any]) -> str | None:
-        """Write the path; return a sentence on what its format loses."""
+        """Write the path; return a sentence on data that its format cannot hold."""
         if self._is_csv or self.output == STANDARD_OUTPUT:
             self._write_setpoints(path)
             return None

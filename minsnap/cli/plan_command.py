@@ -56,7 +56,7 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
 
 
 def _of_file(found: Waypoints) -> dict[str, Any]:
-    """Return what the file says, with the durations of an average speed if it names none."""
+    """Return the content of the file, with durations from the average speed if it has none."""
     from minsnap.shapes.straight import leg_durations
 
     durations = leg_durations(found.points) if found.durations is None else found.durations

@@ -1,4 +1,4 @@
-"""What the commands that plan or trace have in common: how long, how fast, how it turns."""
+"""Options shared by the commands that plan paths or trace shapes: duration, speed, direction."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CAREFUL_ACCELERATION = 6.0
 
 @dataclass(frozen=True)
 class Span:
-    """How long a plan takes, as a time or as its price."""
+    """The duration of a plan, as a time or as a weight on time."""
 
     time: options.Time = None
     time_weight: options.TimeWeight = None
@@ -50,7 +50,7 @@ else:
 
 @dataclass(frozen=True)
 class TimingOptions(LimitOptions):
-    """How long a plan takes: a total time, a price of time, or the shortest within limits."""
+    """The duration of a plan: a total time, a weight on time, or the shortest time within limits."""
 
     split: options.Split = None
     pieces: options.Pieces = None
@@ -78,7 +78,7 @@ class TimingOptions(LimitOptions):
 
 @dataclass(frozen=True)
 class Planning(TimingOptions):
-    """How a plan through several waypoints is made."""
+    """Options of a plan through several waypoints."""
 
     corridor: options.Corridor = None
     degree: options.Degree = 7
@@ -104,7 +104,7 @@ class RectanglePlanning(Planning):
 
     @property
     def limits(self) -> Limits | None:
-        """The limits given, or those of a careful flight if there is no time either."""
+        """The limits given, or moderate default limits if no time is given either."""
         chosen = super().limits
         if chosen is not None or self.time is not None or self.time_weight is not None:
             return chosen
@@ -115,7 +115,7 @@ class RectanglePlanning(Planning):
 
 @dataclass(frozen=True)
 class Turning:
-    """How a circle, a helix or a figure of eight turns."""
+    """Options of a circle, a helix or a figure of eight."""
 
     period: Period = None
     speed: Speed = None

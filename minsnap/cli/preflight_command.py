@@ -1,4 +1,4 @@
-"""The command that holds a vehicle's parameters against a flight."""
+"""The command that checks a vehicle's parameters against a flight."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def preflight(
 
 
 def _assignments(texts: list[str]) -> dict[str, float]:
-    """Read NAME=VALUE, before anything is sent."""
+    """Parse NAME=VALUE, before anything is sent."""
     found = {}
     for text in texts:
         name, _, value = text.partition("=")

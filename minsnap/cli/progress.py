@@ -1,4 +1,4 @@
-"""One line with a bar on a terminal while durations are searched; nothing where nobody is looking."""
+"""A progress line on a terminal during the search for durations; no output if there is no terminal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BAR, HALFWAY = 24, 20
 
 
 class SearchLine:
-    """A line that tells how far a search is, written over itself.
+    """A line with the progress of a search, rewritten in place.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class SearchLine:
         self.stream, self.due, self.width = stream, monotonic() + 2.0 * INTERVAL, 0
 
     def __call__(self, step: Step) -> None:
-        """Show one evaluation, unless the last one was shown a moment ago."""
+        """Show one evaluation, unless another was shown very recently."""
         if monotonic() >= self.due:
             self.due = monotonic() + INTERVAL
             share = 1.0 - 0.5 ** (step.evaluation / HALFWAY)
@@ -39,7 +39,7 @@ class SearchLine:
             self._show(f"searching [{bar}] {step.evaluation} plans, {step.total_time:.4g} s (Ctrl-C takes the best)")
 
     def clear(self) -> None:
-        """Leave an empty line behind."""
+        """Clear the line."""
         if self.width:
             self._show("")
 
@@ -51,7 +51,7 @@ class SearchLine:
 
 @contextmanager
 def searching(quiet: bool = False) -> Iterator[dict[str, Any]]:
-    """Give the argument of a plan that shows its search on standard error, if that is a terminal; then clear it."""
+    """Yield the ``progress`` argument of a plan that shows the search on a terminal's stderr; clear it afterwards."""
     if quiet or not sys.stderr.isatty():
         yield {}
         return

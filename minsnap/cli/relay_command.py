@@ -1,4 +1,4 @@
-"""The command that passes motion-capture poses on to an autopilot."""
+"""The command that relays motion-capture poses to an autopilot."""
 
 from __future__ import annotations
 

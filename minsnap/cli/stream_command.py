@@ -110,7 +110,7 @@ def stream(
 
 
 def _fly(file: Path, connect: str, settings: StreamOptions, system: int | None, key: Path | None) -> StreamReport:
-    """Fly with a display on stderr, and with Ctrl-C as a stop that holds."""
+    """Fly with a display on stderr; Ctrl-C stops the flight and holds."""
     from minsnap.cli.display import Display
     from minsnap.mavlink.link import open_link
     from minsnap.mavlink.offboard import prepare
@@ -142,7 +142,7 @@ def _one_of(option: str, value: str, choices: tuple[str, ...]) -> str:
 
 @contextmanager
 def _stopped_by_signals(streamer: Streamer) -> Iterator[None]:
-    """Turn Ctrl-C and a request to terminate into a stop that holds."""
+    """Convert Ctrl-C and SIGTERM to a stop that holds."""
 
     def stop(*_: Any) -> None:
         streamer.stop()
@@ -156,7 +156,7 @@ def _stopped_by_signals(streamer: Streamer) -> Iterator[None]:
 
 
 def _summary(report: StreamReport) -> str:
-    """Return what came of the flight, in a few lines."""
+    """Return the result of the flight in a few lines."""
     late = report.schedule
     milliseconds = [1e3 * value for value in (late.median, late.p99, late.worst)]
     lines = [

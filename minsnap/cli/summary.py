@@ -1,4 +1,4 @@
-"""What a command says of a path: one set of figures, as text or as JSON."""
+"""Summary of a path: one set of figures, as text or as JSON."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ SAMPLES = 20_001
 def summarise(
     path: Path, corridor: Any = None, waypoints: npt.ArrayLike | None = None, limits: Limits | None = None
 ) -> dict[str, Any]:
-    """Return the figures of a path; those that it does not have are None.
+    """Return the figures of a path; figures that do not apply are None.
 
-    Exact over all time for a trajectory; for a shape that is no polynomial, the greatest of many samples.
+    Exact over all time for a trajectory; for a shape that is not a polynomial, the greatest of many samples.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def summarise(
 
 
 def as_text(figures: Mapping[str, Any]) -> str:
-    """Return the figures that there are, one per line."""
+    """Return the figures that are not None, one per line."""
     lines = [(label, _line(figures, name, form)) for name, label, form in _LINES if figures.get(name) is not None]
     lines[_LIMITS_AFTER:_LIMITS_AFTER] = [
         (f"limit {KIND[used['name']].label}", _usage(used)) for used in figures["limits"]
@@ -93,12 +93,12 @@ def _line(figures: Mapping[str, Any], name: str, form: str) -> str:
 
 
 def as_json(figures: Mapping[str, Any]) -> str:
-    """Return the figures as one JSON object; those that there are not are null."""
+    """Return the figures as one JSON object; missing ones are null."""
     return json.dumps(dict(figures), indent=2)
 
 
 def _usage(used: Mapping[str, Any]) -> str:
-    """Return how far a limit is used: the one that binds is at 100 %."""
+    """Return the utilisation of a limit; an active limit is at 100 %."""
     share, value, limit = 100.0 * used["fraction"], used["value"], used["limit"]
     amount = f"{value:.4g} of {limit:.4g} {KIND[used['name']].unit}"
     return f"{share:.2f} %, {amount}, on leg {used['leg']} at {used['instant']:.4g} s"

@@ -1,1 +1,1 @@
-"""Corridors: the convex sets that a leg must stay in, and where its knots may be."""
+"""Corridors: the convex sets that a leg must stay in, and the regions of its knots."""

@@ -1,13 +1,13 @@
-r"""Walls: the convex sets that a derivative of the curve must stay in, leg by leg.
+r"""Walls: the convex sets that a derivative of the curve must stay in, per leg.
 
 A constraint is anything with a method ``walls(waypoints)`` that returns a list of :class:`Faces` (pairs of parallel
 planes) and :class:`Balls` (balls, cylinders and cones). Both are cases of one form, the cone
 
 .. math:: \|A\,(r^{(p)}(t) - a)\|_2 \le \rho + s^\top (r^{(p)}(t) - a),
 
-whose matrix has no rows for a plane and whose slope is zero for a ball. Whatever the library needs of a wall comes from
-that form, :class:`Cones`: rows of the QP (a plane, or the tangent plane at an instant), membership of points, exact
-margins over all instants, and the drawing, because both sides are polynomials on every piece.
+whose matrix has no rows for a plane and whose slope is zero for a ball. All uses of a wall in the library are computed
+from that form, :class:`Cones`: rows of the QP (a plane, or the tangent plane at an instant), membership of points,
+exact margins over all instants, and the drawing, because both sides are polynomials on every piece.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class Cones(ReadOnly):
-    """The one form of a wall, m of them: norm of A x <= radius + slope . x, with x the derivative minus the anchor.
+    """The common form of m walls: norm of A x <= radius + slope . x, with x the derivative minus the anchor.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Cones(ReadOnly):
         return bool(self.matrix.shape[1] == 0)
 
     def slack(self, values: FloatArray) -> FloatArray:
-        """Room that values of the derivative, shape (m or 1, k, dim), leave: (m, k), negative outside.
+        """Slack of values of the derivative, shape (m or 1, k, dim): (m, k), negative outside.
 
         The distance to planes with normals of unit length and to balls and cylinders.
         """
@@ -137,7 +137,7 @@ class Faces(ReadOnly):
 
     @cached_property
     def cones(self) -> Cones:
-        """Each plane that there is, upper ones first."""
+        """Each finite plane, upper ones first."""
         above, below = np.flatnonzero(np.isfinite(self.upper)), np.flatnonzero(np.isfinite(self.lower))
         row = np.concatenate((above, below))
         slope = np.concatenate((-self.normal[above], self.normal[below]))
@@ -181,12 +181,12 @@ class Balls(ReadOnly):
 
     @property
     def width(self) -> FloatArray:
-        """Length by which an excess is judged: the radius."""
+        """Length by which an excess is scaled: the radius."""
         return self.radius
 
     @cached_property
     def cones(self) -> Cones:
-        """The same walls with a slope, zero where there is none."""
+        """The same walls with a slope, zero if there was none."""
         slope = np.zeros(self.anchor.shape) if self.slope is None else self.slope
         return Cones(self.leg, self.matrix, self.anchor, slope, self.radius, self.radius, self.order, self.name)
 
@@ -195,7 +195,7 @@ Walls = Faces | Balls
 
 
 class Constraint(Protocol):
-    """Anything that keeps a derivative of the curve inside convex sets, leg by leg."""
+    """Protocol of a constraint: keeps a derivative of the curve inside convex sets, per leg."""
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return the sets for these waypoints, shape (n, dim); leg i runs from waypoint i to waypoint i + 1."""

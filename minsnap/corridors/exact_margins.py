@@ -1,4 +1,4 @@
-"""Margins proved again, in exact rational arithmetic of the stored numbers."""
+"""Independent proof of margins, in exact rational arithmetic on the stored numbers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 def margin_holds(traj: Trajectory, wall: Walls, margin: float) -> bool:
-    """Whether a trajectory is proved to stay that far from a block of walls over all time."""
+    """Whether a trajectory is proved to keep a margin to a block of walls over all time."""
     cones = wall.cones
     if margin == float("inf"):
         return not len(cones.leg)
@@ -41,7 +41,7 @@ def _derivative(traj: Trajectory, piece: int, order: int) -> Curve:
 
 
 def _on_pieces(traj: Trajectory, cones: Cones) -> Iterator[tuple[int, Curve]]:
-    """Go through each wall on each piece of its leg: the wall and the derivative relative to its anchor."""
+    """Iterate over the walls on each piece of their legs: the wall and the derivative relative to its anchor."""
     for row, leg in enumerate(cones.leg.tolist()):
         for piece in range(leg * traj.pieces, (leg + 1) * traj.pieces):
             yield row, relative(_derivative(traj, piece, cones.order), cones.anchor[row])

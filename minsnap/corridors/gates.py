@@ -1,4 +1,4 @@
-"""Waypoints that are regions: balls around a point, and gates, convex polygons that are flown through."""
+"""Waypoints that are regions: balls around a point, and gates (convex polygons to fly through)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ALIGNED = 1e-15
 
 @dataclass(frozen=True, eq=False)
 class Ball(ReadOnly):
-    """Waypoints are met when the curve passes within a distance of them.
+    """Waypoints are met if the curve passes within a given distance.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Ball(ReadOnly):
         object.__setattr__(self, "radius", values)
 
     def of_waypoints(self, count: int) -> FloatArray:
-        """Radius around each of so many waypoints, shape (count,) [m].
+        """Radius around each of ``count`` waypoints, shape (count,) [m].
 
         Raises
         ------
@@ -209,7 +209,7 @@ def _unit(vector: FloatArray, what: str) -> FloatArray:
 
 
 def _snapped(vectors: FloatArray) -> FloatArray:
-    """Set components to zero that are rounding alone."""
+    """Set components to zero that are only rounding."""
     return np.where(np.abs(vectors) <= ALIGNED, 0.0, vectors)
 
 

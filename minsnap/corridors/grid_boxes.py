@@ -1,4 +1,4 @@
-"""Boxes of free cells along a chain of them, by greedy inflation."""
+"""Boxes of free cells along a chain of cells, by greedy inflation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ CellBox = tuple[IntArray, IntArray]
 
 
 def grown(taken: BoolArray, clearance: float, size: FloatArray) -> BoolArray:
-    """Return occupied cells and all that have a point nearer than the clearance to one of them.
+    """Return the occupied cells and all cells nearer than the clearance to one of them.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def grown(taken: BoolArray, clearance: float, size: FloatArray) -> BoolArray:
 
 
 def inflated(free: BoolArray, cells: IntArray, limit: IntArray) -> list[CellBox]:
-    """Return boxes of free cells, each grown from where a chain of cells (n, dim) leaves the one before."""
+    """Return boxes of free cells, each grown from where a chain of cells (n, dim) leaves the previous box."""
     boxes, index = [], 0
     while index < len(cells):
         seed = cells[max(index - 1, 0) : index + 1]
@@ -45,7 +45,7 @@ def inflated(free: BoolArray, cells: IntArray, limit: IntArray) -> list[CellBox]
 
 
 def _inflate(free: BoolArray, low: IntArray, high: IntArray, limit: IntArray) -> CellBox:
-    """Add layers of free cells, one a side in turn, until no side can grow."""
+    """Add layers of free cells, one per side in turn, until no side can grow."""
     sides = [(axis, up) for axis in range(free.ndim) for up in (False, True)]
     while sides:
         sides = [
@@ -57,7 +57,7 @@ def _inflate(free: BoolArray, low: IntArray, high: IntArray, limit: IntArray) ->
 
 
 def _grow(free: BoolArray, low: IntArray, high: IntArray, axis: int, up: bool) -> bool:
-    """Move one side by a cell if the layer that is added is free, in place."""
+    """Move one side by one cell if the added layer is free, in place."""
     layer = [slice(a, b) for a, b in zip(low, high, strict=True)]
     at = int(high[axis]) if up else int(low[axis]) - 1
     if not 0 <= at < free.shape[axis]:

@@ -1,4 +1,4 @@
-"""Which cells of a grid a polyline visits, from face to face."""
+"""The cells of a grid that a polyline visits, connected through faces."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def connected(free: BoolArray, cells: IntArray, size: FloatArray, corner: FloatA
 
 
 def _bridge(free: BoolArray, start: IntArray, end: IntArray) -> list[IntArray]:
-    """Cells from the one after ``start`` to ``end``, one axis after the other, in an order that is free if possible."""
+    """Cells from the one after ``start`` to ``end``, one axis at a time, in a collision-free order if possible."""
     ways = []
     for order in permutations(np.flatnonzero(start != end)):
         way, cell = [], start

@@ -1,4 +1,4 @@
-"""Where the curve passes: waypoints with boxes around them, or the overlaps of a sequence of convex sets."""
+"""Regions of the knots: waypoints with boxes around them, or the overlaps of a sequence of convex sets."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ State = Mapping[str, npt.ArrayLike] | None
 
 
 class Passages(Protocol):
-    """A constraint that knows where one leg's set meets the next, so that the curve finds its own waypoints."""
+    """A constraint that provides the overlaps of consecutive sets, so that waypoints are not needed."""
 
     def passages(self, closed: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return a point inside each overlap and the corners of a box around it, each (legs - 1, dim) [m].
@@ -33,7 +33,7 @@ class Passages(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where the curve passes at its knots.
+    """Regions and nominal positions of the knots.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Placement:
     regions: Mapping[int, KnotRegion] = field(default_factory=dict)
 
     def outside(self, positions: FloatArray) -> FloatArray:
-        """By how much positions (n, dim) are outside of where they may lie, (n,) [m]; 0 inside."""
+        """Distance by which positions (n, dim) are outside their regions, (n,) [m]; 0 inside."""
         offset = positions - self.points
         excess = np.linalg.norm(np.maximum(np.maximum(offset - self.upper, self.lower - offset), 0.0), axis=1)
         for knot, region in self.regions.items():
@@ -66,7 +66,7 @@ class Placement:
         return np.asarray(excess)
 
     def name(self, knot: int) -> str:
-        """Say which point, box, ball or gate it is, in a message."""
+        """Return the name of the point, box, ball or gate for a message."""
         at = point_text(self.points[knot])
         if knot in self.regions:
             return f"the {self.regions[knot].what} of waypoint {knot} at {at}"
@@ -86,7 +86,7 @@ def place(
     end: State,
     closed: bool,
 ) -> Placement:
-    """Return where the curve passes, from waypoints or else from the sets that it passes through.
+    """Return the placement of the knots, from waypoints or from the sequence of convex sets.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def place(
 def _regions(
     tolerance: npt.ArrayLike | Ball | None, gates: Mapping[int, Gate], points: FloatArray, closed: bool
 ) -> dict[int, KnotRegion]:
-    """Balls and gates by waypoint; a gate stands where both are given."""
+    """Balls and gates by waypoint; a gate replaces a ball."""
     last, regions = len(points) - 1, {}
     if isinstance(tolerance, Ball):
         radii = tolerance.of_waypoints(len(points))
@@ -147,7 +147,7 @@ def _found(
     last: FloatArray | None,
     closed: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Nominal points and offsets, from the overlaps of the first constraint that has some."""
+    """Nominal points and offsets, from the overlaps of the first constraint that provides them."""
     if tolerance is not None:
         raise WaypointError("waypoint_tolerance needs waypoints: without them the overlaps of the corridor bound them")
     sets = next((entry for entry in constraints if hasattr(entry, "passages")), None)
@@ -190,7 +190,7 @@ def _enclosed(first: FloatArray | None, part: FloatArray, last: FloatArray | Non
 def _within(
     room: Room, inside: FloatArray, lower: FloatArray, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Cut overlaps to a room; those of pinned ends, and those that lie outside, are left to the check of every wall."""
+    """Cut overlaps to a room; pinned ends and overlaps outside are unchanged and found by the check of all walls."""
     if len(room.lower) != inside.shape[1]:
         return inside, lower, upper
     low, high = np.maximum(lower, room.lower), np.minimum(upper, room.upper)
@@ -201,7 +201,7 @@ def _within(
 
 
 def _apart(inside: FloatArray, upper: FloatArray) -> FloatArray:
-    """Move a nominal point that coincides with the one before or after it: every leg has a length."""
+    """Move a nominal point that coincides with a neighbour, so that every leg has a positive length."""
     moved = inside.copy()
     for leg in np.flatnonzero((inside[1:] == inside[:-1]).all(axis=1)):
         free = leg if (upper[leg] > inside[leg]).any() else leg + 1

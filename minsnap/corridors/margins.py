@@ -1,4 +1,4 @@
-"""Margins: how near a trajectory comes to walls over all time, never more than it really keeps."""
+"""Margins: proved lower bounds of the distance of a trajectory to walls over all time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class Margin:
-    """How far a trajectory stays from a wall, at the place where it comes nearest.
+    """Least distance of a trajectory to a wall, and the place where it occurs.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def _round_slacks(traj: Trajectory, cones: Cones) -> Slacks:
     highest = maxima(polynomials.points, polynomials.errors)
     radius = cones.radius[row]
     slacks = _ball_slacks(radius, highest.bounds) if ball else _cone_slacks(radius, highest.bounds)
-    if not ball:  # the other half of a double cone has the same squares
+    if not ball:  # the opposite nappe of the cone has the same squares
         reach = cones.reach(traj)
         slacks = np.minimum(slacks, -maxima(-reach.points, reach.errors).bounds)
     return slacks, row, piece, highest.where

@@ -1,6 +1,6 @@
 """Boxes of free space along a path through an occupancy grid, by greedy inflation.
 
-Each box starts from cells of the path and grows by one layer of cells a side in turn until obstacles stop every side
+Each box starts from cells of the path and grows by one layer of cells per side in turn until obstacles block every side
 (the inflation of F. Gao, W. Wu, Y. Lin and S. Shen, "Online safe trajectory generation for quadrotors using fast
 marching method and Bernstein basis polynomial", ICRA 2018); the next one starts where the path leaves it.
 """
@@ -26,7 +26,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class GridCorridor:
-    """Boxes along a path, and where a curve through them may pass.
+    """Boxes along a path, with the start and end of a curve through them.
 
     Parameters
     ----------
@@ -41,12 +41,12 @@ class GridCorridor:
 
     @property
     def start(self) -> dict[str, FloatArray]:
-        """Where the path starts, as ``plan`` takes it."""
+        """Start of the path, in the form that ``plan`` takes."""
         return {"position": self.waypoints[0]}
 
     @property
     def end(self) -> dict[str, FloatArray]:
-        """Where the path ends, as ``plan`` takes it."""
+        """End of the path, in the form that ``plan`` takes."""
         return {"position": self.waypoints[-1]}
 
 
@@ -58,7 +58,7 @@ def corridor_from_grid(
     clearance: float = 0.0,
     largest: float = np.inf,
 ) -> GridCorridor:
-    """Inflate axis-aligned boxes of free cells along a path, as few as reach from its start to its end.
+    """Inflate axis-aligned boxes of free cells along a path, with redundant boxes removed.
 
     Parameters
     ----------

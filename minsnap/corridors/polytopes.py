@@ -50,7 +50,7 @@ class Polytopes(ReadOnly):
         return len(self.half_spaces)
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
-        """Return one plane for each row; an excess is judged by the inner ball's radius, at most a leg's length."""
+        """Return one plane for each row; the scale is the inner ball's radius, at most the leg's length."""
         check_legs(len(self), self.half_spaces[0][0].shape[1], waypoints, "polytopes")
         leg = np.repeat(np.arange(len(self)), [len(b) for _, b in self.half_spaces])
         normal, upper = (np.concatenate(part) for part in zip(*self.half_spaces, strict=True))

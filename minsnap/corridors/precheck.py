@@ -1,4 +1,4 @@
-"""Refuse, before any solve, waypoints and pins that lie outside what their legs must stay in."""
+"""Refuse, before any solve, waypoints and pinned states outside the walls of their legs."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls], closed
 
 
 def nearest_excess(cones: Cones, point: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """By how much each wall is missed by the best point of a box, (m,); 0 or less where it is met.
+    """Least excess over each wall among the points of a box, (m,); 0 or less if some point is inside.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def _meets(placement: Placement, planes: Sequence[Cones], waypoint: int) -> bool
 
 
 def _distance(normals: FloatArray, bounds: FloatArray) -> float:
-    """Distance of the origin to the points with normals . x <= bounds; infinite where there are none.
+    """Distance of the origin to the set of points with normals . x <= bounds; infinite if the set is empty.
 
     C. L. Lawson and R. J. Hanson, "Solving least squares problems", 1974, chapter 23.
     """
@@ -191,7 +191,7 @@ def _distance(normals: FloatArray, bounds: FloatArray) -> float:
 
 
 def _check_crossing(placement: Placement, planes: Sequence[Cones], waypoint: int, closed: bool) -> None:
-    """Raise if a gate must be crossed into a corridor that lies wholly behind it, or out of one wholly beyond it."""
+    """Raise if the corridor after a gate is wholly behind it, or the corridor before it wholly beyond it."""
     crossing, legs = placement.regions[waypoint].crossing, len(placement.points) - 1
     if crossing is None:
         return
@@ -207,7 +207,7 @@ def _check_crossing(placement: Placement, planes: Sequence[Cones], waypoint: int
 
 
 def _reach(planes: Sequence[Cones], leg: int, direction: FloatArray, point: FloatArray) -> float:
-    """How far a leg's planes reach from a point along a direction [m]; infinite where none stands in the way."""
+    """Distance from a point along a direction to a leg's planes [m]; infinite if none is in the way."""
     from scipy.optimize import linprog
 
     normals, bounds = _planes_at(planes, (leg,), len(point))

@@ -1,4 +1,4 @@
-"""Regions: the convex sets in which knots must lie, and how far outside of one a point is."""
+"""Regions: the convex sets in which knots must lie, and the distance of a point outside of one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from minsnap.corridors.gates import Gate
 
 @dataclass(frozen=True, eq=False)
 class KnotRegion:
-    """Where a knot must lie, as offsets from its nominal position; all of it holds together.
+    """The set in which a knot must lie, as offsets from its nominal position; all parts hold together.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class KnotRegion:
         own_arrays(self)
 
     def excess(self, offset: FloatArray) -> float:
-        """By how much an offset (dim,) is outside what it violates most [m]; 0 or less inside."""
+        """Largest violation by an offset (dim,) [m]; 0 or less inside."""
         parts = [float((offset - self.upper).max()), float((self.lower - offset).max())]
         parts += [] if np.isinf(self.radius) else [float(np.linalg.norm(offset)) - self.radius]
         parts += [float((self.normals @ offset - self.bounds).max())] if len(self.bounds) else []
@@ -61,7 +61,7 @@ def ball_region(radius: float, dim: int) -> KnotRegion:
 
 
 def gate_region(gate: Gate) -> KnotRegion:
-    """Return the opening of a gate; sides and planes along the axes are those of the box alone."""
+    """Return the opening of a gate; sides and planes along the axes are part of the box."""
     offsets, dim = gate.corners - gate.centre, len(gate.centre)
     normals, bounds = gate.edges()
     slanted = np.flatnonzero((np.abs(normals) < 1.0).all(axis=1))

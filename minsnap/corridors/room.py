@@ -40,7 +40,7 @@ class Room(ReadOnly):
         object.__setattr__(self, "upper", upper)
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
-        """Return two planes for each leg and axis, one or none where there is no bound."""
+        """Return two planes for each leg and axis, fewer where a bound is infinite."""
         _check_dim(len(self.lower), waypoints, "room")
         bounded = np.isfinite(self.lower) | np.isfinite(self.upper)
         legs, sides = len(waypoints) - 1, int(bounded.sum())
@@ -102,7 +102,7 @@ class HalfSpaces(ReadOnly):
 
 
 def leg_scales(waypoints: FloatArray) -> FloatArray:
-    """Length of each leg, that of a mean leg where it is zero: what an excess over a lone plane is measured by [m]."""
+    """Length of each leg, the mean length if it is zero: the scale of an excess over a single plane [m]."""
     steps = np.diff(waypoints, axis=0)
     lengths = np.sqrt((steps * steps).sum(axis=1))
     lengths[lengths == 0.0] = lengths.mean() or 1.0
@@ -110,7 +110,7 @@ def leg_scales(waypoints: FloatArray) -> FloatArray:
 
 
 def as_room(room: Room | Sequence[npt.ArrayLike] | None) -> list[Constraint]:
-    """Turn what the argument ``room`` may be into constraints: two corners become a ``Room``."""
+    """Convert the argument ``room`` to constraints: two corners become a ``Room``."""
     if room is None:
         return []
     if hasattr(room, "walls"):

@@ -1,4 +1,4 @@
-r"""Corridors: what a leg must stay inside, as constraints that give walls."""
+r"""Tubes around the legs, as constraints that give walls."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class RoundTube(ReadOnly):
         object.__setattr__(self, "radius", _half_widths(self.radius, "corridor radius"))
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
-        """Return one cylinder a leg."""
+        """Return one cylinder per leg."""
         projections = leg_projections(waypoints)
         legs = len(projections)
         if self.radius.ndim and self.radius.shape != (legs,):
@@ -139,7 +139,7 @@ class RoundTube(ReadOnly):
 
 
 def as_constraints(corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None) -> list[Constraint]:
-    """Turn what the argument ``corridor`` may be into constraints: half-widths become a ``Tube``."""
+    """Convert the argument ``corridor`` to constraints: half-widths become a ``Tube``."""
     if corridor is None:
         return []
     if hasattr(corridor, "walls"):

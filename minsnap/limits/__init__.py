@@ -1,1 +1,1 @@
-"""Limits of a vehicle on the derivatives of its path, and how far a path uses them."""
+"""Limits of a vehicle on the derivatives of its path, and their utilisation by a path."""

@@ -1,4 +1,4 @@
-"""What a fixed heading costs the rotors, for those who did not ask for one."""
+"""The additional rotor thrust that the default fixed heading needs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NOTICEABLE = 0.01
 
 
 def fixed_yaw_notes(limits: Limits | None, traj: Trajectory) -> tuple[str, ...]:
-    """Say how much less of the rotors' room the same curve would use without spin; nothing where it is no matter.
+    """Return a note if the same curve would use clearly less of the rotors' thrust range without spin.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def fixed_yaw_notes(limits: Limits | None, traj: Trajectory) -> tuple[str, ...]:
 
 
 def _used(limits: VehicleLimits, traj: Trajectory) -> float:
-    """Share of a rotor's room above or below hover that is used most, at many instants."""
+    """Largest used share of a rotor's thrust range above or below hover, over many instants."""
     vehicle, hover = limits.vehicle, limits.vehicle.hover_thrust
     above, below = RotorBound(vehicle, traj).sampled()[1].max(axis=1)
     least, most = vehicle.rotor_thrust_limits

@@ -1,4 +1,4 @@
-"""The table of limits: everything that is said of a limit somewhere in the library is said here.
+"""The table of limits: name, unit, option and measure of each limit, defined here once for the whole library.
 
 A row gives a limit its name, unit and option of the command line, and names what it measures
 (:data:`minsnap.limits.measures.MEASURES`). From a row and its measure come the walls of the QP, the exact maximum over
@@ -47,7 +47,7 @@ class Kind:
 
     @property
     def label(self) -> str:
-        """The name as figures and summaries show it."""
+        """The name in figures and summaries."""
         return self.name.replace("_", " ")
 
     @property

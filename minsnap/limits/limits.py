@@ -97,7 +97,7 @@ class Limits:
 
     @classmethod
     def of(cls, vehicle: Quadrotor, reserve: float = 0.1, **others: Any) -> Limits:
-        """Return what a vehicle's rotors allow, beside other limits.
+        """Return the limits of a vehicle's rotors, combined with other limits.
 
         Total thrust becomes a limit of its own, and each rotor's thrust is kept within its limits, torques included and
         drag left out, with bounds that interval arithmetic proves over all time.
@@ -123,7 +123,7 @@ class Limits:
         return {name: value for name, value in values.items() if value is not None}
 
     def utilisation(self, traj: Trajectory) -> tuple[Utilisation, ...]:
-        """Say how far each limit is used, exactly, over all time; 1 is fully used.
+        """Return the exact utilisation of each limit over all time; 1 is fully used.
 
         Raises
         ------
@@ -141,8 +141,8 @@ class Limits:
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return the convex limits as sets that derivatives must stay in on every leg.
 
-        A minimum thrust enters as the vertical part of it, which is sufficient; body and yaw rate are not convex and
-        are kept by the time scale.
+        A minimum thrust is replaced by a bound on its vertical part, which is sufficient; body and yaw rate are not
+        convex and are kept by the time scale.
         """
         extent = Extent(len(waypoints) - 1, waypoints.shape[1])
         self._check_dim(extent.dim)
@@ -164,7 +164,7 @@ def _check(name: str, value: Any) -> None:
 
 @dataclass(frozen=True)
 class VehicleLimits(Limits):
-    """Limits that follow from a vehicle, beside others; made by :meth:`Limits.of`.
+    """Limits derived from a vehicle, combined with others; made by :meth:`Limits.of`.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ class VehicleLimits(Limits):
     reserve: float = 0.0
 
     def utilisation(self, traj: Trajectory) -> tuple[Utilisation, ...]:
-        """Say how far each limit is used, and each side of the rotors' thrust limits.
+        """Return the utilisation of each limit, and of each side of the rotors' thrust limits.
 
         The rotors' ``method`` is ``"interval"`` where interval bounds prove that no thrust goes beyond the value given
         (``MARGIN`` above the largest of many samples), ``"sampled"`` where the yaw is along the velocity. A heading
@@ -188,7 +188,7 @@ class VehicleLimits(Limits):
 
 
 def limits_of(vehicle: Quadrotor, reserve: float, **others: Any) -> VehicleLimits:
-    """Return the limits of a vehicle and others besides; see :meth:`Limits.of`."""
+    """Return the limits of a vehicle combined with others; see :meth:`Limits.of`."""
     if not (np.isfinite(reserve) and 0.0 <= reserve < 1.0):
         raise LimitError(f"the reserve is {reserve}: it must be at least 0 and below 1")
     ratio = vehicle.max_thrust_to_weight

@@ -1,4 +1,4 @@
-r"""What limits measure, each in three ways: exactly over all time, at samples, and as walls of the QP.
+r"""The quantities that limits bound, each in three forms: exact over all time, at samples, and as walls of the QP.
 
 With gravity g up against :math:`e_3`, :math:`f = \ddot r + g e_3` is the thrust per mass (D. Mellinger and V. Kumar,
 ICRA 2011): its norm over g is the thrust-to-weight ratio, its angle to the vertical the tilt, and
@@ -64,7 +64,7 @@ def exact_motion(traj: Trajectory, norm: str, gravity: float) -> Motion:
 
 
 def sampled_motion(samples: Samples, norm: str, gravity: float) -> Motion:
-    """Return derivatives at samples, (m, dim); asking for one that there is not raises TypeError."""
+    """Return derivatives at samples, (m, dim); a missing derivative raises TypeError."""
     names = ("position", "velocity", "acceleration", "jerk", "snap")
     return Motion(lambda number: _there(getattr(samples, names[number])), norm, gravity)
 
@@ -77,7 +77,7 @@ class Extent(NamedTuple):
 
 
 class Measure(Protocol):
-    """What a limit measures."""
+    """The quantity that a limit bounds."""
 
     def largest(self, motion: Motion, order: int) -> Found:
         """Return the largest value over all time (the smallest of a lower bound)."""
@@ -93,7 +93,7 @@ class Measure(Protocol):
 
 
 class _Norm:
-    """Euclidean norm of a derivative, or of its first coordinates; of each axis where the limits say so."""
+    """Euclidean norm of a derivative, or of its first coordinates; of each axis with ``norm="axis"``."""
 
     def __init__(self, columns: int | None = None) -> None:
         self.columns = columns
@@ -135,7 +135,7 @@ class _Vertical:
 
 
 class _Thrust:
-    """Thrust over weight: a ball around free fall; of a least thrust its vertical part, which is enough."""
+    """Thrust over weight: a ball around free fall; for a least thrust its vertical part, which is sufficient."""
 
     def __init__(self, least: bool = False) -> None:
         self.least = least

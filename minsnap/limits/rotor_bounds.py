@@ -1,4 +1,4 @@
-r"""Rotor thrusts over all time, bounded by interval arithmetic on ever smaller parts of a path.
+r"""Bounds of rotor thrusts over all time, by interval arithmetic on successively smaller parts of a path.
 
 Without drag, with :math:`f = a + g e_z`, :math:`c = \|f\|` and :math:`h = (\cos\psi, \sin\psi, 0)` the body axes are
 :math:`z = f/c`, :math:`y = f \times h / \|f \times h\|`, :math:`x = y \times z` (D. Mellinger and V. Kumar, ICRA
@@ -7,9 +7,9 @@ accelerations:
 
 .. math:: p = -y \cdot j / c, \quad q = x \cdot j / c, \quad r = (y \cdot \dot h + p\, z \cdot h) / (x \cdot h).
 
-Ranges of control points bound the derivatives on each part (convex hull), interval arithmetic what follows from them.
-Without spin (a ``TiltHeading``) x and y are known in the middle of each part, turn no faster than the thrust axis, and
-:math:`r = 0`: nothing is singular where there is thrust.
+Ranges of control points bound the derivatives on each part (convex hull), interval arithmetic the quantities computed
+from them. Without spin (a ``TiltHeading``) x and y are known in the middle of each part, turn no faster than the thrust
+axis, and :math:`r = 0`: there is no singularity while the thrust is positive.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def heading_ranges(yaw: Interval, rate: Interval, acceleration: Interval) -> tup
 
 
 def axis_ranges(force: Vector, jerk: Vector, axes: tuple[FloatArray, FloatArray], half: FloatArray) -> list[Vector]:
-    """Ranges of body axes known in the middles of parts, (3, m) each, that turn with the thrust axis.
+    """Ranges of body axes that are known in the middle of each part, (3, m) each, and turn with the thrust axis.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How far the thrust of each rotor of a vehicle is used, certified over all time."""
+"""Utilisation of the thrust range of each rotor of a vehicle, certified over all time."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ROUNDS, PARTS, MOST = 9, 4, 400_000
 
 
 def measure_rotors(vehicle: Quadrotor, reserve: float, traj: Trajectory) -> list[Utilisation]:
-    """How far the room of a rotor's thrust above and below hover is used."""
+    """Return the utilisation of the rotors' thrust range above and below hover."""
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
     found = RotorBound(vehicle, traj).run()
     return [
@@ -52,7 +52,7 @@ def _used(traj: Trajectory, name: str, limit: float, side: float, hover: float, 
 
 
 class RotorBound:
-    """Largest departures of the rotors' thrusts from hover, sampled and then proved."""
+    """Largest deviations of the rotors' thrusts from hover, sampled and then proved."""
 
     def __init__(self, vehicle: Quadrotor, traj: Trajectory) -> None:
         self.vehicle, self.traj = vehicle, traj
@@ -60,7 +60,7 @@ class RotorBound:
         self.hover = vehicle.hover_thrust
 
     def run(self) -> list[Found]:
-        """Return the departures upwards and downwards."""
+        """Return the deviations upwards and downwards."""
         t, departures = self.sampled()
         best = departures.argmax(axis=1)
         values = departures.max(axis=1) + MARGIN * self.hover
@@ -74,7 +74,7 @@ class RotorBound:
         return isinstance(self.yaw, TiltHeading) and self.yaw.gravity == self.vehicle.gravity
 
     def sampled(self) -> tuple[FloatArray, FloatArray]:
-        """Return many instants (m,) [s] and there the largest departures upwards and downwards, (2, m) [N]."""
+        """Return many instants (m,) [s] and the largest deviations upwards and downwards there, (2, m) [N]."""
         from minsnap.vehicle import BodyDrag, flatness_of
 
         inner = np.linspace(0.0, 1.0, GRID, endpoint=False)
@@ -85,7 +85,7 @@ class RotorBound:
         return t, np.array([thrust.max(axis=1) - self.hover, self.hover - thrust.min(axis=1)])
 
     def _proved(self, values: FloatArray) -> FloatArray:
-        """Raise the values to what interval bounds prove."""
+        """Return the values raised until interval bounds prove them."""
         points, start, width = self._pieces()
         for level in range(ROUNDS):
             departures = self._bounds(points, start, width)
@@ -111,7 +111,7 @@ class RotorBound:
         return np.concatenate(orders, axis=1), self.traj.breaks[:-1], durations
 
     def _bounds(self, points: FloatArray, start: FloatArray, width: FloatArray) -> FloatArray:
-        """Upper bounds of the departures from hover upwards and downwards, shape (2, parts)."""
+        """Upper bounds of the deviations from hover upwards and downwards, shape (2, parts)."""
         low, high = points.min(axis=2), points.max(axis=2)
         ranges = [Interval(low[:, i], high[:, i]) for i in range(9)]
         with np.errstate(all="ignore"):

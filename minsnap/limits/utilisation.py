@@ -1,4 +1,4 @@
-"""How far a trajectory uses each limit: exact maxima of polynomials and of their quotients."""
+"""Utilisation of each limit by a trajectory: exact maxima of polynomials and of their quotients."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ YAW_RATE = 200
 
 
 class Given(Protocol):
-    """Limits, as far as they are measured here."""
+    """Protocol of the limits measured here."""
 
     @property
     def norm(self) -> str:
@@ -44,7 +44,7 @@ def measure_all(limits: Given, traj: Trajectory) -> tuple[Utilisation, ...]:
 
 
 def measure_state(limits: Given, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
-    """Measure a single instant.
+    """Measure the state at a single instant.
 
     Parameters
     ----------
@@ -58,13 +58,13 @@ def measure_state(limits: Given, derivatives: Mapping[int, FloatArray], dim: int
 
 
 class _Measures:
-    """What is measured of one trajectory, limit by limit."""
+    """The measurement of each limit on one trajectory."""
 
     def __init__(self, limits: Given, traj: Trajectory, motion: Motion) -> None:
         self.limits, self.traj, self.motion = limits, traj, motion
 
     def all(self) -> Iterator[Utilisation]:
-        """Go through the limits that are set."""
+        """Iterate over the limits that are set."""
         for name, limit in self.limits.given().items():
             kind = KIND[name]
             if kind.measure == "yaw_rate":
@@ -103,7 +103,7 @@ class _Measures:
 
 
 def used_share(kind: Kind, value: float, limit: float) -> float:
-    """Share of a limit that a value uses: 1 is fully used, of a lower bound too."""
+    """Share of a limit that a value uses; 1 is fully used, also for a lower bound."""
     if not kind.least:
         return float(max(value / limit, 0.0))
     return float(limit / value) if value > 0.0 else float(np.inf)

@@ -1,4 +1,4 @@
-"""Groups of axes that no wall couples: each is a QP of its own, in coordinates where its Hessian is scaled."""
+"""Groups of axes that no constraint couples: one QP per group, in coordinates with a scaled Hessian."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from minsnap.optimisation.rows import RowSet
 
 
 def split_axes(compiled: Compiled, problem: Problem) -> list[BoolArray]:
-    """Partition the axes into groups that no wall couples: masks of shape (dim,)."""
+    """Partition the axes into groups that no constraint couples: masks of shape (dim,)."""
     coupled = np.eye(problem.dim, dtype=bool)
     for block in compiled.blocks:
         touched = block.touched().astype(np.float64)
@@ -63,7 +63,7 @@ class AxisGroup:
 
     @property
     def always(self) -> bool:
-        """Whether its optimum without inequality rows is not the base."""
+        """Whether its optimum without inequality rows differs from the base, so that it always needs a solve."""
         return len(self.columns) > 0 and (self.equalities is not None or bool(self.slope.any()))
 
     def matrix(self, rows: RowSet, chosen: IntArray, shift: float) -> tuple[Any, FloatArray, FloatArray]:
@@ -108,14 +108,14 @@ def axis_group(problem: Problem, base: FloatArray, axes: BoolArray, whitened: bo
 
 
 def floating(problem: Problem, axes: BoolArray) -> bool:
-    """Whether the whole curve may move along an axis at no cost, so that the Hessian is singular."""
+    """Whether a translation of the curve along an axis costs nothing, so that the Hessian is singular."""
     return bool((problem.free[:, 0].all(axis=0) & axes).any())
 
 
 def programme(
     group: AxisGroup, rows: RowSet | None, chosen: IntArray, shift: float
 ) -> tuple[Programme, float, FloatArray]:
-    """Return the group's QP over the chosen rows in scaled units, what one unit is worth, and the norms of the rows."""
+    """Return the group's QP over the chosen rows in scaled units, the size of one unit, and the norms of the rows."""
     G, h, norms = None, None, np.ones(0)
     if rows is not None and len(chosen):
         G, h, norms = group.matrix(rows, chosen, shift)
@@ -127,7 +127,7 @@ def programme(
 
 
 def _slope(problem: Problem, base: FloatArray, columns: IntArray) -> FloatArray:
-    """Half the gradient at the base where it does not vanish: at positions that the base holds."""
+    """Half the gradient at the base; non-zero only at positions that the base keeps fixed."""
     if not problem.held.any():
         return np.zeros(len(columns))
     gradient = problem.gradient(base)

@@ -1,4 +1,4 @@
-"""One-sided walls made ready for a problem, in normalised units, piece by piece, of three kinds.
+"""One-sided constraints in the normalised units of a problem, per piece, of three kinds.
 
 Each kind gives control points of its excess, in widths, from the relative control points of all pieces
 (``excess``); normals (r, dim) and bounds (r,) of rows for walls ``index`` where the derivative has a ``value``
@@ -40,7 +40,7 @@ class FlatWalls:
         return self.normal[index], self.bound[index]
 
     def touched(self) -> npt.NDArray[np.bool_]:
-        """Axes with a component of the normal that is not rounding."""
+        """Axes with a component of the normal above rounding."""
         return np.asarray(np.abs(self.normal) > PARALLEL * np.abs(self.normal).max(axis=1, keepdims=True))
 
     def relaxation(self, excess: FloatArray) -> FloatArray:
@@ -81,7 +81,7 @@ class Spheres:
         return normal, self.radius[index] - (direction * self.offset[index]).sum(axis=1)
 
     def touched(self) -> npt.NDArray[np.bool_]:
-        """Axes that the matrix or the slope maps to something that is not rounding."""
+        """Axes whose column of the matrix or component of the slope is above rounding."""
         return np.asarray((np.abs(self.matrix).max(axis=1) > PARALLEL) | (np.abs(self.slope) > PARALLEL))
 
     def relaxation(self, excess: FloatArray) -> FloatArray:

@@ -1,8 +1,9 @@
-r"""Elastic problems: walls that may give way, at a price, to find by how much they must.
+r"""Elastic problems: constraints relaxed by slacks, to find the least relaxation at which a solution exists.
 
 Each group of walls gets a slack: :math:`g(z) \le b + \sigma\,\text{width}\,\text{weight}`.  The sum of the slacks is
-minimised (with a trace of the snap cost, so that the curve is unique), over all time by the same exchange of rows.
-One slack for all limits tells how far given durations are from flyable; one slack a leg tells which leg is too narrow.
+minimised (plus a small weight on the snap cost, so that the curve is unique), over all time by the same exchange of
+rows. One slack for all limits measures how far given durations are from feasible; one slack per leg shows which leg is
+too narrow.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ DENSELY, SPARSELY = ("daqp", "nnls", "piqp", "clarabel"), ("piqp", "clarabel")
 
 @dataclass(frozen=True, eq=False)
 class Give:
-    """How walls may give way.
+    """How constraints may be relaxed.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ class Give:
 
 @dataclass(frozen=True, eq=False)
 class Relaxed:
-    """What an elastic solve found.
+    """Result of an elastic solve.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ class Elastic:
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
 
-        Where the base holds them with every slack at its lowest there is nothing to solve, and no rows.
+        If the base satisfies them with every slack at its lower bound, no solve is needed and there are no rows.
 
         Raises
         ------
@@ -132,7 +133,7 @@ class Elastic:
         return Relaxed(knots, slacks, self.rows, self.multipliers, rounds)
 
     def _least_slacks(self) -> FloatArray:
-        """Slacks that a curve without unknowns needs."""
+        """Least slacks for a curve without unknowns."""
         excess = self.compiled.excess(self.problem, self.problem.relative_points(self.base))
         blocks = zip(self.compiled.blocks, excess, strict=True)
         out = np.concatenate([block.relaxation(maxima(points).values) for block, points in blocks])
@@ -151,7 +152,7 @@ class Elastic:
             self.rows = fresh if self.rows is None else self.rows.joined(fresh)
 
     def _unrelaxed(self, rows: WallRows, given: FloatArray) -> WallRows:
-        """Rows of the walls as they were asked for."""
+        """Rows of the walls without relaxation."""
         return replace(rows, bound=rows.bound - given[rows.wall] * self.compiled.widths[rows.wall])
 
     @property
@@ -170,7 +171,7 @@ class Elastic:
         raise SolverError("no solver found by how much the walls must give way: change units or durations")
 
     def _groups(self) -> Iterator[AxisGroup]:
-        """Coordinates of all axes together: those that suit the size, then dense ones."""
+        """Coordinates of all axes together: those chosen by size, then dense ones."""
         few = self.problem.size <= SMALL
         yield self._coordinates(few)
         if not few and self.problem.size <= DENSE:

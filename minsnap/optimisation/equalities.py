@@ -85,7 +85,7 @@ def plane_rows(problem: Problem, base: FloatArray, axes: BoolArray, local: IntAr
 
 
 def onto(planes: Equalities, unknowns: FloatArray) -> FloatArray:
-    """Move positions into their planes by what a solver left open."""
+    """Project positions onto their planes, to remove the residual of the solver."""
     padded = np.append(unknowns, 0.0)
     for columns, values, side in zip(planes.columns, planes.values, planes.sides, strict=True):
         padded[columns] += values * (side - values @ padded[columns]) / (values @ values)

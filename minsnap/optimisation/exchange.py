@@ -1,10 +1,10 @@
-r"""The exchange method: solve with few rows, look where the curve sticks out, add rows there, tighten, prove.
+r"""The exchange method: solve with few rows, find where the curve violates the walls, add rows, tighten, prove.
 
-A corridor that must hold at every instant makes a QP with infinitely many rows; only those at the few instants where
+A corridor that must hold at every instant leads to a QP with infinitely many rows; only those at the few instants where
 the optimum touches a wall matter (R. Hettich and K. O. Kortanek, "Semi-infinite programming: theory, methods, and
-applications", SIAM Review 35, 1993).  Every solve is a relaxation, so its cost is a lower bound.  Once the curve sticks
-out by little, the walls are moved inwards by as much as costs ``GAP`` of the optimum, as the multipliers tell; a curve
-that still sticks out of the moved walls by less than that is inside the true ones.
+applications", SIAM Review 35, 1993).  Every solve is a relaxation, so its cost is a lower bound.  Once the violation is
+small, the walls are moved inwards by the amount that costs the share ``GAP`` of the optimum, estimated from the
+multipliers; a curve that violates the moved walls by less than that amount is inside the true ones.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ STALLED = 10
 
 
 class Trouble(Enum):
-    """How an attempt ends without a curve that is proved to be inside."""
+    """Why an attempt ended without a curve that is proved to be inside."""
 
     UNSOLVED = "the solver gave no answer that passes its check"
     STALLED = "the curve sticks out by as much as before, round after round"
@@ -48,7 +48,7 @@ class Trouble(Enum):
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """What is known after some rounds.
+    """State of the exchange after some rounds.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class State:
 
     @property
     def faulty(self) -> bool:
-        """Whether much of the excess is that of rows which the solver was given."""
+        """Whether a large part of the excess is at rows that the solver was given."""
         return self.answer is not None and self.answer.broken > NEAR * self.excess
 
     @property
@@ -116,7 +116,7 @@ Proof = Callable[[State], bool]
 def exchange(
     master: MasterQP, state: State, proof: Proof | None, gap: float, deadline: float = np.inf
 ) -> tuple[State, Trouble | None]:
-    """Iterate from a state until the curve is proved to be inside, or until a trouble."""
+    """Iterate from a state until the curve is proved to be inside, or until a trouble occurs."""
     for number in range(ROUNDS):
         if number or master.always or state.rows is not None:
             try:
@@ -142,7 +142,7 @@ def exchange(
 
 
 def solved_once(master: MasterQP, state: State) -> tuple[State, Trouble | None]:
-    """Solve over the rows to begin with, and look no further."""
+    """Solve once over the initial rows, without the exchange."""
     try:
         return solved(master, state), None
     except InfeasibleRowsError:
@@ -150,7 +150,7 @@ def solved_once(master: MasterQP, state: State) -> tuple[State, Trouble | None]:
 
 
 def begun(master: MasterQP, seed: WallRows | None = None) -> State:
-    """Return the state before the first round: the optimum without walls, and the rows to begin with."""
+    """Return the state before the first round: the optimum without walls, and the initial rows."""
     curve = Curve(master.problem, master.compiled, master.base)
     rows = [*momentary_rows(curve), *([seed] if seed is not None and master.problem.size else [])]
     return added(master, State(curve, curve), rows)
@@ -164,7 +164,7 @@ def solved(master: MasterQP, state: State) -> State:
 
 
 def looked(state: State) -> tuple[State, list[WallRows]]:
-    """Find where the curve sticks out of the true walls: rows at its peaks there."""
+    """Find where the curve violates the true walls: rows at the local maxima of the excess."""
     found, excess = rows_outside(state.curve, state.rows, state.multipliers)
     idle = 0 if excess < 0.75 * state.least else state.idle + 1
     nearest = state.curve if excess < state.least else state.nearest
@@ -172,7 +172,7 @@ def looked(state: State) -> tuple[State, list[WallRows]]:
 
 
 def added(master: MasterQP, state: State, found: list[WallRows]) -> State:
-    """Add rows; in dense coordinates, where rows cost little, to the first ones some all along each wall."""
+    """Add rows; in dense coordinates, where rows are cheap, the first addition includes rows spread along each wall."""
     if state.answer is None and state.excess < np.inf and all(group.whitened for group in master.groups):
         found = [*found, *spread_rows(state.curve)]
     rows = state.rows
@@ -183,7 +183,7 @@ def added(master: MasterQP, state: State, found: list[WallRows]) -> State:
 
 
 def tightened(state: State, gap: float) -> State:
-    """Near the end, move the walls inwards by what costs ``gap`` of the optimum; later never further."""
+    """Once the violation is small, move the walls inwards by what costs ``gap`` of the optimum; later never further."""
     if state.answer is None or state.excess > NEAR:
         return state
     affordable = state.affordable(gap)

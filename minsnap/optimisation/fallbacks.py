@@ -1,4 +1,4 @@
-"""The ladder of fallbacks: what is tried, in which order, when the exchange ends in a trouble.
+"""The ladder of fallbacks: the attempts, in order, after an exchange that ended in a trouble.
 
 An attempt is one run of the exchange by one method: a solver, coordinates for its QPs, and an inward shift of the
 walls.  When it ends in a trouble, the next rung of ``LADDER`` whose condition holds makes the next attempt, with the
@@ -102,7 +102,7 @@ class Attempt:
         return max(len(group.columns) for group in self.master.groups)
 
     def again(self, method: Method) -> Attempt:
-        """Run the exchange by another method, with the rows found so far."""
+        """Run the exchange with another method, with the rows found so far."""
         master = self.master
         if (method.whitened, method.extended) == (self.method.whitened, self.method.extended):
             master = replace(master, solvers=method.solvers)
@@ -154,7 +154,7 @@ class Rung:
 
 
 def solvers_for(asked: str, dense: bool) -> tuple[str, ...]:
-    """Solvers to try in turn for every QP: the one that was asked for, then those that suit the coordinates."""
+    """Solvers to try in turn for every QP: the requested one, then those suitable for the coordinates."""
     usual = ("daqp", "nnls", "piqp", "clarabel") if dense else ("piqp", "clarabel")
     return usual if asked == "auto" else (asked, *(name for name in usual if name != asked))
 
@@ -173,7 +173,7 @@ def _with_more_digits(last: Attempt) -> Attempt:
 
 
 def _without_noise(last: Attempt) -> Attempt:
-    """Set derivatives that are rounding alone to zero: a curve that slides along a wall is then inside."""
+    """Set derivatives that are only rounding to zero, so that a curve that slides along a wall is inside."""
     knots = last.state.curve.knots
     kept = np.abs(knots) > NOISE * np.abs(knots).max(axis=(0, 2), keepdims=True)
     state = replace(last.state, curve=replace(last.state.curve, knots=np.where(kept, knots, 0.0)))
@@ -181,13 +181,13 @@ def _without_noise(last: Attempt) -> Attempt:
 
 
 def _moved_inwards(last: Attempt) -> Attempt:
-    """Begin with rounding, go on a hundred times as far, and at once as far as the curve is out."""
+    """Begin with a shift of rounding size, then 100 times as far, and at least as far as the violation."""
     inward = max(NUDGE, 100.0 * last.method.inward, 2.0 * last.state.excess)
     return last.again(replace(last.method, inward=inward))
 
 
 def _blended(last: Attempt) -> Attempt:
-    """Move the curve that sticks out least towards stop-and-go, by the least share that brings it inside.
+    """Blend the curve with the least violation with stop-and-go, by the least share that brings it inside.
 
     Walls are convex and stop-and-go has all free values zero, so the blend is a scaling of the knot values.
     """
@@ -231,7 +231,7 @@ LADDER = (
 
 
 def climb(first: Attempt) -> tuple[Attempt, tuple[str, ...]]:
-    """Take every rung that the troubles of an attempt lead to, until a curve is proved to be inside.
+    """Take every rung whose condition holds after an attempt, until a curve is proved to be inside.
 
     Returns
     -------
@@ -258,7 +258,7 @@ def climb(first: Attempt) -> tuple[Attempt, tuple[str, ...]]:
 
 
 def outcome(last: Attempt, rungs: tuple[str, ...]) -> Outcome:
-    """Return what the last attempt comes to."""
+    """Return the result of the last attempt."""
     state = last.state
     known = len(state.multipliers)
     rows = None if state.rows is None or not known else state.rows.chosen(np.arange(len(state.rows)) < known)
@@ -277,7 +277,7 @@ def first_attempt(
     deadline: float = np.inf,
     once: bool = False,
 ) -> Attempt:
-    """Run the exchange by the method that suits the size: dense with DAQP for few unknowns, sparse with PIQP for many.
+    """Run the exchange: dense coordinates with DAQP for few unknowns, sparse ones with PIQP for many.
 
     Parameters
     ----------

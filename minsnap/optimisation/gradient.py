@@ -1,4 +1,4 @@
-r"""How the optimal cost changes with the durations, by the envelope theorem.
+r"""Gradient of the optimal cost in the durations, by the envelope theorem.
 
 At the optimum the cost's derivative in a duration is that of the Lagrangian with the physical knot derivatives and
 the multipliers held: no finite differences, no second solve (J. M. Danskin, "The theory of max-min", 1967).

@@ -1,8 +1,8 @@
-"""The same linear algebra in 60 decimal digits, for problems that double precision cannot resolve.
+"""Linear algebra of the QP in 60 decimal digits, for problems that double precision cannot resolve.
 
-Durations that differ by a factor r put r^(2k - 1) into the Hessian: at high degrees, or over many decades, its small
-eigenvalues drown in rounding.  The standard library's decimal numbers in numpy's object arrays are slow (a millisecond
-a leg) but exact enough for any input that double precision can hold.
+Durations that differ by a factor r put r^(2k - 1) into the Hessian: at high degrees, or with r of many decades, its
+small eigenvalues are lost in rounding.  The standard library's decimal numbers in numpy's object arrays are slow (a
+millisecond per leg), but accurate enough for any input that double precision can represent.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Decimals = npt.NDArray[Any]
 
 
 def is_extreme(problem: Problem) -> bool:
-    """Whether a problem asks for decimal arithmetic, or its durations are too different for double precision."""
+    """Whether a problem requests decimal arithmetic, or its durations differ too much for double precision."""
     durations = problem.durations
     if len(durations) > LEGS or len(durations) == 1:
         return False

@@ -1,4 +1,4 @@
-"""Why no curve stays inside a corridor: which leg, when, and the smallest width that would do."""
+"""Why no curve stays inside a corridor: the leg, the instant, and the smallest sufficient width."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROOM = 1e-4
 
 
 def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | None:
-    """Find out whether the walls on positions alone have no solution at piece durations (pieces in all,) [s], and why.
+    """Find whether the walls on positions alone are infeasible at piece durations (pieces in all,) [s], and why.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def normalised(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compi
 
 
 def _leg_groups(task: Task, compiled: Compiled) -> tuple[IntArray, list[int | None]]:
-    """Give all legs one slack where walls are equally wide, else one each: slack of each wall, leg of each slack."""
+    """One common slack if all walls are equally wide, else one per leg: slack of each wall, leg of each slack."""
     leg = np.concatenate([block.piece // task.pieces for block in compiled.blocks])
     stands = compiled.momentary
     width = compiled.widths[~stands]
@@ -109,7 +109,7 @@ def _advice(task: Task) -> str:
 
 
 def hardest_pressed(task: Task, problem: Problem, units: Units, found: Relaxed) -> tuple[int, float]:
-    """Leg and instant of the row that presses hardest."""
+    """Leg and instant of the row with the largest multiplier."""
     if found.rows is None:
         return 0, 0.0
     rows = found.rows.source

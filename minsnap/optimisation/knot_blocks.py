@@ -1,4 +1,4 @@
-"""Balls and gates made ready for a problem: walls that hold at a knot only."""
+"""Balls and gates in the units of a problem: constraints that hold at a knot only."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def knot_places(task: Task, problem: Problem, waypoint: IntArray) -> tuple[IntAr
 
 
 def region_blocks(task: Task, problem: Problem) -> list[Block]:
-    """Return the sides of gates, the balls and the directions of crossing, as far as there are any."""
+    """Return the sides of gates, the balls and the directions of crossing that are present."""
     blocks = (_sides(task, problem), _balls(task, problem), _crossings(task, problem))
     return [block for block in blocks if block is not None]
 

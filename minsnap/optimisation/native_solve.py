@@ -1,4 +1,4 @@
-"""Asks the native core for the curve of a task, where it does that kind of task, and says why where it does not."""
+"""Solve a task with the native core if it supports that kind of task; otherwise return the reason."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def solve_natively(task: Task, durations: FloatArray, units: Units, gap: float) 
 
 
 def corridor_question(task: Task, durations: FloatArray, units: Units) -> CorridorQuestion | str:
-    """Return what the native core is asked for piece durations (pieces in all,) [s], or why it is not asked."""
+    """Return the input of the native core for piece durations (pieces in all,) [s], or why it is not used."""
     reason = core().reason or _unsupported(task, len(durations))
     if reason:
         return reason
@@ -40,7 +40,7 @@ def corridor_question(task: Task, durations: FloatArray, units: Units) -> Corrid
 
 
 def _unsupported(task: Task, pieces: int) -> str:
-    """Why the native core is not asked; empty if it is."""
+    """Why the native core is not used; empty if it is."""
     if task.solver != "auto":
         return f"the solver {task.solver} was asked for"
     if task.regions:

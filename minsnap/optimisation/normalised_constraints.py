@@ -1,4 +1,4 @@
-"""Walls made ready for a problem: one list of one-sided excesses, in normalised units, piece by piece."""
+"""All constraints of a problem as one list of one-sided excesses, in normalised units, per piece."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from minsnap.polynomials.bernstein import basis, differentiate
 
 @dataclass(frozen=True, eq=False)
 class WallRows:
-    """Rows of the QP before they meet its unknowns: normal . r^(order)(s) <= bound on a piece, relative to its start.
+    """Rows of the QP, not yet in its unknowns: normal . r^(order)(s) <= bound on a piece, relative to its start.
 
     Parameters
     ----------
@@ -70,12 +70,12 @@ class Compiled:
 
     @cached_property
     def widths(self) -> FloatArray:
-        """Widths of all walls in the common count."""
+        """Widths of all walls, in their common numbering."""
         return np.concatenate([block.width for block in self.blocks]) if self.blocks else np.zeros(0)
 
     @cached_property
     def momentary(self) -> npt.NDArray[np.bool_]:
-        """Which walls hold at one instant only, in the common count."""
+        """Which walls hold at one instant only, in their common numbering."""
         parts = [np.full(len(block.piece), isinstance(block, AT_KNOTS)) for block in self.blocks]
         return np.concatenate([np.zeros(0, dtype=bool), *parts])
 
@@ -107,7 +107,7 @@ class Compiled:
 
 
 def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
-    """Bring a task's walls and the bounds of its waypoints into a problem's units, pieces and origins."""
+    """Convert a task's walls and the bounds of its waypoints to a problem's units, pieces and origins."""
     blocks: list[Block] = []
     for cones in (walls.cones for walls in task.walls):
         build: Callable[[Cones, Problem, Units, int], Block] = _planes if cones.flat else _spheres

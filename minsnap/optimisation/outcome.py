@@ -1,4 +1,4 @@
-"""Outcome: what was found for given durations, by whichever core."""
+"""Result of a solve for given durations, from the native core or from Python."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from minsnap.optimisation.rows import RowSet
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What was found for given durations.
+    """Result of a solve for given durations.
 
     Parameters
     ----------

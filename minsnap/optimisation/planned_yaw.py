@@ -1,4 +1,4 @@
-"""The heading that a plan is asked for: constant, along the velocity, from the tilt, or one yaw per waypoint."""
+"""The requested heading of a plan: constant, along the velocity, from the tilt, or one yaw per waypoint."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ChosenHeading = Callable[[Trajectory], Heading]
 def asked_heading(
     yaw: float | str | npt.ArrayLike | None, legs: int, closed: bool, gravity: float = GRAVITY
 ) -> ChosenHeading:
-    """Check what is asked of the yaw and return what makes the heading of a curve.
+    """Check the requested yaw and return the function that gives a curve its heading.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Coordinates for the QP: the Hessian becomes the identity where the problem is small, else it gets a unit diagonal."""
+"""Coordinates for the QP: in small problems the Hessian is the identity, in large ones it has a unit diagonal."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Space(Protocol):
         ...
 
     def gradient(self, gradient: FloatArray) -> FloatArray:
-        """Bring a gradient in u to x."""
+        """Transform a gradient in u to x."""
         ...
 
     def unknowns(self, x: FloatArray) -> FloatArray:
@@ -62,7 +62,7 @@ class Whitened:
         return dense / norms[:, None], norms
 
     def gradient(self, gradient: FloatArray) -> FloatArray:
-        """Bring a gradient in u to x."""
+        """Transform a gradient in u to x."""
         return np.asarray(gradient @ self.basis)
 
     def unknowns(self, x: FloatArray) -> FloatArray:
@@ -99,7 +99,7 @@ class Scaled:
         return matrix, norms
 
     def gradient(self, gradient: FloatArray) -> FloatArray:
-        """Bring a gradient in u to x."""
+        """Transform a gradient in u to x."""
         return gradient * self.scale
 
     def unknowns(self, x: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Task: everything that is asked of a plan except its durations, checked once and solved many times."""
+"""Task: all requirements of a plan except its durations, checked once and solved many times."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Pins = Mapping[int, Mapping[int, FloatArray]]
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What a plan must do.
+    """All requirements of a plan except its durations.
 
     Parameters
     ----------
@@ -163,10 +163,10 @@ class Task:
 
     @property
     def still(self) -> bool:
-        """Whether all pinned derivatives are zero, so that time may be stretched."""
+        """Whether all pinned derivatives are zero, so that time may be scaled."""
         return not any(value.any() for state in self.pins.values() for value in state.values())
 
     @property
     def constrained(self) -> bool:
-        """Whether anything but pins and continuity restricts the curve."""
+        """Whether the curve has constraints other than pins and continuity."""
         return bool(self.walls) or bool(self.held.any())

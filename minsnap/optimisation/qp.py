@@ -1,4 +1,4 @@
-"""One quadratic programme, one solver: how exactly it is asked, and when its answer is believed."""
+"""One call of a QP solver: its tolerances, and the check of its solution."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Programme:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a QP solver found.
+    """Solution of a QP.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Solution:
 
 
 def check_solver(solver: str) -> str:
-    """Return the name of an installed solver, or raise UnknownSolverError with the list of those there are."""
+    """Return the name of an installed solver, or raise UnknownSolverError with the list of installed ones."""
     if solver == "auto" or solver in TOLERANCES:
         return solver
     import qpsolvers
@@ -137,7 +137,7 @@ def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
 
 
 def _holds(asked: Programme, found: Solution, tiny: float) -> bool:
-    """Whether a solution keeps its rows, and its duality gap is small beside its cost: ``found`` is not enough."""
+    """Whether a solution satisfies its rows with a small relative duality gap; ``found`` alone is not sufficient."""
     x = found.x
     Px, linear = asked.P @ x, float(asked.q @ x)
     gap = float(x @ Px) + linear
@@ -153,14 +153,14 @@ def _holds(asked: Programme, found: Solution, tiny: float) -> bool:
 
 
 def _within(violation: FloatArray, x: FloatArray, bounds: FloatArray) -> bool:
-    """Whether violations are rounding beside a solution and bounds of at least order one."""
+    """Whether violations are rounding relative to a solution and bounds of at least order one."""
     size = max(1.0, float(np.abs(x).max(initial=0.0)), float(np.abs(bounds).max(initial=0.0)))
     return float(violation.max(initial=0.0)) <= 0.1 * ACCURACY * size
 
 
 @contextmanager
 def _silence(name: str) -> Iterator[None]:
-    """Ignore warnings of solvers; DAQP, which is called most often, gives none."""
+    """Ignore warnings of solvers; DAQP, which is called most often, emits none."""
     if name == "daqp":
         yield
         return

@@ -1,4 +1,4 @@
-r"""The reduced problem: what is known and what is free at the knots, its Hessian and its rows.
+r"""The reduced problem: pinned and free values at the knots, the Hessian and the rows.
 
 The unknowns of a trajectory of degree 2k - 1 are the derivatives 0 … k - 1 at its knots, shared by the pieces
 on both sides, so that continuity and waypoints hold by construction.  A piece of duration T has the cost
@@ -6,8 +6,8 @@ on both sides, so that continuity and waypoints hold by construction.  A piece o
 constant (C. Richter, A. Bry and N. Roy, "Polynomial trajectory planning for aggressive quadrotor flight in dense
 indoor environments", ISRR 2013, in the scaled form).  The Hessian is block tridiagonal.
 
-Lengths and times are normalised, and positions are deviations from nominal ones, so that no result depends on
-units or on where the origin is.
+Lengths and times are normalised, and positions are deviations from nominal ones, so that results do not depend on units
+or on the position of the origin.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from minsnap.polynomials.bernstein import (
 
 @dataclass(frozen=True, eq=False)
 class Slots:
-    """Where the derivatives of a knot are kept.
+    """Layout of the derivatives of a knot.
 
     Derivatives up to the continuity have one slot; those above it have one for the piece that ends at the knot and
     one for the piece that starts there.
@@ -59,13 +59,13 @@ class Slots:
 
     @property
     def count(self) -> int:
-        """Slots a knot."""
+        """Slots per knot."""
         return int(self.start[-1]) + 1
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A chain of pieces with what is pinned at its knots; normalised units.
+    """A chain of pieces with the values pinned at its knots; normalised units.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rows of the QP: where the curve sticks out of its walls, and what that means for the unknowns."""
+"""Rows of the QP: where the curve violates its walls, and the same rows in the unknowns."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _factors(problem: Problem, rows: WallRows) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A curve as its walls see it.
+    """A curve and its excess over the walls.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class Curve:
 
 
 def momentary_rows(curve: Curve) -> list[WallRows]:
-    """Rows of all walls that hold at one instant only: without them free knots would fly away."""
+    """Rows of all walls that hold at one instant only; without them free knots would be unbounded."""
     sizes = [len(block.piece) if isinstance(block, KnotBounds) else 0 for block in curve.compiled.blocks]
     return [curve.rows(number, np.arange(size), np.zeros(size)) for number, size in enumerate(sizes) if size]
 
@@ -131,7 +131,7 @@ def spread_rows(curve: Curve) -> list[WallRows]:
 def rows_outside(
     curve: Curve, rows: RowSet | None, multipliers: FloatArray, floor: float = 0.0
 ) -> tuple[list[WallRows], float]:
-    """Rows at the peaks of a curve outside its walls, and the largest excess there, in widths.
+    """Rows at the local maxima of a curve's excess over its walls, and the largest excess, in widths.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def proved_rows(curve: Curve) -> list[WallRows]:
 
 
 def _pressed(balls: KnotBalls, first: int, row: IntArray, rows: WallRows, multipliers: FloatArray) -> WallRows:
-    """Tangent planes of balls where their present rows press together: where the contact is if the force stays."""
+    """Tangent planes of balls in the direction of the total force of their rows, the expected point of contact."""
     force = _forces(first + row, rows, multipliers)
     pressed = force.any(axis=1)
     row = row[pressed]

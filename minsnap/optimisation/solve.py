@@ -1,4 +1,4 @@
-"""Solve a task for given durations: linear system, exchange, and what makes the result hold exactly."""
+"""Solve a task for given durations: linear system, exchange, and exact satisfaction of pins and walls."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def solve(
 
 
 def _native_outcome(task: Task, problem: Problem, units: Units, answer: CorridorAnswer) -> Outcome:
-    """Wrap a native answer, its contacts as rows."""
+    """Convert a native solution, with its contacts as rows."""
     compiled = compile_walls(task, problem, units)
     block = np.searchsorted(compiled.first, answer.wall, side="right") - 1
     order, points, rows = np.argsort(block, kind="stable"), problem.relative_points(answer.knots), None
@@ -175,7 +175,7 @@ def _sampled(problem: Problem, base: FloatArray, compiled: Compiled, instants: i
 
 
 def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError:
-    """Say where the straight leg itself touches a wall, or else that the solvers are at their end."""
+    """Return the error: where the straight leg itself touches a wall, or else that all solvers failed."""
     curve = last.state.curve
     if last.trouble is Trouble.LATE:
         return SolverError("time_limit has passed without a certified plan: give more time, or widen the corridor")

@@ -1,4 +1,4 @@
-"""Stop-and-go along the straight legs: all free values zero, strictly inside convex walls, and so always at hand."""
+"""Stop-and-go along the straight legs: all free values zero, and strictly inside convex walls."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from minsnap.polynomials.extrema import maxima
 
 
 def straight_inside(curve: Curve) -> bool:
-    """Whether stop-and-go keeps every pin and stays strictly inside the walls of a curve."""
+    """Whether stop-and-go satisfies every pin and stays strictly inside the walls of a curve."""
     problem = curve.problem
     bounded = problem.values.any() or problem.jumps or any(block.order for block in curve.compiled.blocks)
     return not bounded and all((heights < 0.0).all() for heights in straight_heights(curve))
@@ -27,7 +27,7 @@ def heights(curve: Curve) -> list[FloatArray]:
 
 
 def least_share(curve: Curve) -> float:
-    """Share of stop-and-go that brings every exact extremum inside, but for rounding."""
+    """Least share of stop-and-go that brings every exact extremum inside, up to rounding."""
     share = 0.0
     for bent, straight in zip(heights(curve), straight_heights(curve), strict=True):
         out = bent > 0.0

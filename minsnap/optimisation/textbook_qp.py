@@ -1,9 +1,9 @@
-r"""The full problem, exactly as it is written on paper: every coefficient an unknown, every condition a row.
+r"""The full problem in its textbook form: every coefficient is an unknown, every condition a row.
 
 Leg i is :math:`x_i(s) = \sum_j c_{ij} s^j` on its own unit time :math:`s = (t - t_i) / T_i`, for each axis; waypoints,
-end states and continuity are equations, and the corridor is sampled at equally spaced instants of every leg
-(D. Mellinger and V. Kumar, "Minimum snap trajectory generation and control for quadrotors", ICRA 2011, sections IV and
-V).  ``plan`` solves an equivalent smaller problem, and at every instant; this one is for study, for comparison and for
+end states and continuity are equations, and the corridor is sampled at equally spaced instants of every leg (D.
+Mellinger and V. Kumar, "Minimum snap trajectory generation and control for quadrotors", ICRA 2011, sections IV and V).
+``plan`` solves an equivalent smaller problem, with the corridor at every instant; this one is for study, comparison and
 other solvers.
 """
 
@@ -90,7 +90,7 @@ class FullProblem:
             object.__setattr__(self, name, owned)
 
     def for_qpsolvers(self, dense: bool = False) -> Any:
-        """Return the same problem as a ``qpsolvers.Problem``, in arrays of its own that a solver may write to.
+        """Return the same problem as a ``qpsolvers.Problem``, with copied arrays that a solver may write to.
 
         Parameters
         ----------
@@ -136,7 +136,7 @@ def build_qp(
     *,
     pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None = None,
 ) -> FullProblem:
-    """Write down the quadratic programme of a trajectory with all its coefficients as unknowns.
+    """Build the quadratic programme of a trajectory with all its coefficients as unknowns.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ Entry = tuple[int, FloatArray, int]
 
 @dataclass
 class RowCollector:
-    """Rows of a sparse matrix over the coefficients, being collected."""
+    """Collector of the rows of a sparse matrix over the coefficients."""
 
     legs: int
     dim: int
@@ -96,7 +96,7 @@ def join(rows: RowCollector, durations: FloatArray, continuity: int, closed: boo
 
 
 def sample_planes(rows: RowCollector, walls: Walls, durations: FloatArray, instants: FloatArray) -> None:
-    """Keep a leg on the right side of its planes at the instants s, shape (m,)."""
+    """Keep a leg inside its planes at the instants s, shape (m,)."""
     planes = walls.cones
     if not planes.flat:
         raise CorridorError(f"the {walls.name} is round and has no linear rows: use plan, or a Tube")

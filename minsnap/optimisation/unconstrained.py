@@ -42,7 +42,7 @@ def _open_optimum(problem: Problem, free: BoolArray, values: FloatArray) -> Floa
 
 
 def _closed_optimum(problem: Problem, free: BoolArray) -> FloatArray:
-    """Least cost over the state that first and last knot share: its responses, then a small system."""
+    """Least cost over the state shared by first and last knot: responses to it, then a small linear system."""
     seam = free[0] & free[-1]
     inner = free.copy()
     inner[0] = inner[-1] = False
@@ -69,7 +69,7 @@ def _seam_pull(problem: Problem, knots: FloatArray, still: bool) -> FloatArray:
 
 
 def _still(problem: Problem) -> Problem:
-    """Take away the displacement: the same problem, for responses to boundary values alone."""
+    """Return the problem without displacements, for responses to boundary values only."""
     return Problem(
         problem.slots, problem.durations, np.zeros_like(problem.nominal), problem.values, problem.free, problem.held
     )
@@ -128,7 +128,7 @@ def _solve_axes(problem: Problem, free: BoolArray, slopes: FloatArray, knots: Fl
 
 
 def _singular(problem: Problem) -> SolverError:
-    """Say why the system without inequalities has no single solution in double precision."""
+    """Return the error: why the system without inequalities has no unique solution in double precision."""
     if not problem.slots.shared:
         continuity, least = problem.slots.continuity, problem.half - 1
         return SolverError(

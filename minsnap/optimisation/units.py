@@ -9,7 +9,7 @@ from minsnap.arrays import FloatArray
 
 @dataclass(frozen=True)
 class Units:
-    """What normalised lengths and times are worth.
+    """Size of the normalised units of length and time.
 
     Parameters
     ----------
