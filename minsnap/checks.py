@@ -33,10 +33,10 @@ def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
         points = np.array(waypoints, dtype=np.float64)
     except (TypeError, ValueError):
         raise WaypointError(
-            "waypoints must be numbers of shape (n, dim), one row a waypoint, all rows equally long"
+            "waypoints must be numbers of shape (n, dim), one row per waypoint, all rows equally long"
         ) from None
     if points.ndim != 2 or points.shape[1] < 1:
-        raise WaypointError(f"waypoints have shape {points.shape}: give (n, 3) or (n, 2), one row a waypoint")
+        raise WaypointError(f"waypoints have shape {points.shape}: give (n, 3) or (n, 2), one row per waypoint")
     if len(points) < 2:
         raise WaypointError(f"a trajectory needs at least 2 waypoints, {len(points)} given")
     if not np.isfinite(points).all():

@@ -1,4 +1,4 @@
-"""One name for what flying needs: the public names of simulation, tracking, mavlink, mocap and thesis.
+"""The public names of simulation, tracking, mavlink, mocap and thesis in one namespace.
 
 Each name belongs to the room that it comes from, and both ways of importing it give the same object.
 """

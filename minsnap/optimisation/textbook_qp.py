@@ -145,7 +145,7 @@ def build_qp(
     durations : array_like, shape (n - 1,)
         Seconds a leg.
     corridor : float, array_like, Constraint or sequence of Constraint, optional
-        Half-width of a ``Tube`` around each leg [m], one or one a leg; or constraints that give planes.
+        Half-width of a ``Tube`` around each leg [m], one for all or one per leg; or constraints that give planes.
     samples : int
         Equally spaced instants inside each leg at which the corridor holds; 0 for none.
     continuity : int, optional

@@ -1,8 +1,8 @@
 """The mixer: positions and spin directions of the four rotors, and the thrust and torques that they produce.
 
-Rotors are numbered counter-clockwise seen from above. In the + layout they are left, rear, right and front, as in the
-equations of the thesis (section 4.4); in the x layout front-left, rear-left, rear-right and front-right. Rotors 1 and 3
-turn the body counter-clockwise (+), 2 and 4 clockwise.
+Rotors are numbered counter-clockwise seen from above. In the + layout they are left, rear, right and front; in the x
+layout front-left, rear-left, rear-right and front-right. Rotors 1 and 3 turn the body counter-clockwise (+), 2 and 4
+clockwise.
 """
 
 from __future__ import annotations
