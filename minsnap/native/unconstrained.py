@@ -15,18 +15,21 @@ _RESTING = Entry("minsnap_unconstrained", c_void_p, c_void_p, c_int64, c_int32, 
 _PINNED = Entry(
     "minsnap_unconstrained_pinned",
     *(c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p),
-    *(c_int64, c_void_p, c_void_p, c_void_p, c_int32, c_void_p, c_void_p),
+    *(c_int64, c_void_p, c_void_p, c_void_p, c_int32, c_void_p, c_void_p, c_void_p),
 )
 
 Curve = tuple[FloatArray, FloatArray]
 """Control points (legs, 2k, dim) [m] and instants of the knots (legs + 1,) [s]."""
+
+PinnedCurve = tuple[FloatArray, FloatArray, FloatArray]
+"""The same and derivatives 1 … k - 1 at the knots, (legs + 1, k - 1, dim) [m/s^order]."""
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
 """Derivatives of order 1 … k - 1 by waypoint and order."""
 
 
 def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> Curve | Status | None:
-    """Curve of least integral of the squared k-th derivative through points, at rest at both ends.
+    """Return the curve of least integral of the squared k-th derivative through points, at rest at both ends.
 
     Parameters
     ----------
@@ -53,8 +56,8 @@ def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> Cur
 
 def pinned_optimum(
     points: FloatArray, durations: FloatArray, half: int, pins: Pins, closed: bool
-) -> Curve | Status | None:
-    """Return the same with derivatives pinned at any waypoint; what is not pinned at an open end is zero.
+) -> PinnedCurve | Status | None:
+    """Return the same and the states of the knots, with derivatives pinned; those of an open end not given are zero.
 
     Parameters
     ----------
@@ -73,12 +76,21 @@ def pinned_optimum(
     knots = np.array(inner, dtype=np.int64)
     masks = np.array([sum(1 << order for order in pins[knot]) for knot in inner], dtype=np.uint32)
     values = np.array([_state(pins[knot], half, dim) for knot in inner]).reshape(len(inner), half - 1, dim)
-    found, breaks = np.empty((legs, 2 * half, dim)), np.empty(legs + 1)
+    found, breaks, states = np.empty((legs, 2 * half, dim)), np.empty(legs + 1), np.empty((legs + 1, half - 1, dim))
     status = solve(
         *(address(points), address(durations), legs, dim, half, address(ends[0]), address(ends[1])),
-        *(len(inner), address(knots), address(masks), address(values), closed, writable(found), writable(breaks)),
+        *(
+            len(inner),
+            address(knots),
+            address(masks),
+            address(values),
+            closed,
+            writable(found),
+            writable(breaks),
+            writable(states),
+        ),
     )
-    return Status(status) if status else (found, breaks)
+    return Status(status) if status else (found, breaks, states)
 
 
 def _state(state: Mapping[int, FloatArray], half: int, dim: int) -> FloatArray:

@@ -9,6 +9,7 @@ from minsnap.corridors.constraint import Cones
 from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, Planes, solve_corridor
 from minsnap.native.library import core
 from minsnap.native.status import Status
+from minsnap.native.unconstrained import pinned_optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
 
@@ -37,6 +38,36 @@ def corridor_question(task: Task, durations: FloatArray, units: Units) -> Corrid
     return CorridorQuestion(
         task.half, positions, np.ascontiguousarray(durations), native_walls(task), units.length, units.time, *known
     )
+
+
+def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tuple[FloatArray, FloatArray] | str:
+    """Return control points [m] and normalised knot values of a task without walls, or why there are none.
+
+    Parameters
+    ----------
+    durations : ndarray, shape (legs,)
+        [s].
+    """
+    reason = core().reason or _unlike_a_chain(task)
+    if reason:
+        return reason
+    points, times = np.ascontiguousarray(task.waypoints), np.ascontiguousarray(durations)
+    found = pinned_optimum(points, times, task.half, task.pins, task.closed)
+    if not isinstance(found, tuple):
+        return core().reason if found is None else found.reason
+    knots = np.zeros((len(points), task.half, task.dim))
+    for order in range(1, task.half):
+        knots[:, order] = found[2][:, order - 1] / units.of_order(order)
+    return found[0], knots
+
+
+def _unlike_a_chain(task: Task) -> str:
+    """Why the native core does not solve a task without walls; empty if it does."""
+    if task.pieces != 1:
+        return "the native core plans one polynomial per leg where there are no walls"
+    if task.continuity != task.half - 1:
+        return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
+    return ""
 
 
 def _unsupported(task: Task, pieces: int) -> str:

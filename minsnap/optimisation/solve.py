@@ -13,7 +13,7 @@ from minsnap.errors import CorridorError, SolverError
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.exchange import GAP, State, Trouble
 from minsnap.optimisation.fallbacks import Attempt, climb, first_attempt, outcome
-from minsnap.optimisation.native_solve import solve_natively
+from minsnap.optimisation.native_solve import solve_natively, solve_without_walls
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.outcome import Outcome
 from minsnap.optimisation.problem import Task
@@ -114,13 +114,24 @@ def solve(
     """
     units = units or task.units(durations)
     problem = task.problem(durations, units)
-    if samples is not None or not task.constrained:
+    if not task.constrained and not (problem.jumps and task.pins):
+        return _solved_without_walls(task, problem, units, durations)
+    if samples is not None:
         return _solved_in_python(task, problem, units, samples, seed, gap, prove)
     answer = solve_natively(task, durations, units, gap)
     if isinstance(answer, CorridorAnswer):
         return Solved(task, problem, units, _native_outcome(task, problem, units, answer))
     found = _solved_in_python(task, problem, units, samples, seed, gap, prove)
     return replace(found, outcome=replace(found.outcome, handed_over=answer))
+
+
+def _solved_without_walls(task: Task, problem: Problem, units: Units, durations: FloatArray) -> Solved:
+    found = solve_without_walls(task, durations, units)
+    if isinstance(found, str):
+        outcome = Outcome(unbounded_optimum(problem), None, np.zeros(0), 0, "banded", handed_over=found)
+    else:
+        outcome = Outcome(found[1], None, np.zeros(0), 0, "banded", core=NATIVE, points=found[0])
+    return Solved(task, problem, units, outcome)
 
 
 def _native_outcome(task: Task, problem: Problem, units: Units, answer: CorridorAnswer) -> Outcome:
@@ -148,8 +159,6 @@ def _solved_in_python(
     prove: bool,
 ) -> Solved:
     base = unbounded_optimum(problem)
-    if not task.constrained and not (problem.jumps and task.pins):
-        return Solved(task, problem, units, Outcome(base, None, np.zeros(0), 0, "banded"))
     compiled = compile_walls(task, problem, units)
     once = samples is not None
     seed = seed if samples is None else _sampled(problem, base, compiled, samples)

@@ -52,10 +52,12 @@ def test_pinned_plans_are_those_of_the_python_core(seed, half, legs, dim):
     rng = np.random.default_rng(seed)
     points, durations = 3.0 * rng.normal(size=(legs + 1, dim)), rng.uniform(0.7, 1.5, legs)
     pins = random_pins(rng, range(legs + 1), half, dim, 0.5)
-    found, _ = pinned_optimum(points, durations, half, pins, False)
+    found, _, states = pinned_optimum(points, durations, half, pins, False)
     expected = in_python(points, durations, half, pins)
     assert np.abs(found - expected).max() <= 1e-9 * np.abs(expected).max()
     curve = minsnap.Trajectory(found, durations)
+    for order in range(1, half):
+        assert np.allclose(states[:, order - 1], curve(curve.breaks, order), rtol=1e-9, atol=1e-9 * np.abs(found).max())
     for knot, state in pins.items():
         for order, value in state.items():
             assert np.allclose(curve(curve.breaks[knot], order), value, rtol=1e-9, atol=1e-9 * np.abs(found).max())
@@ -68,9 +70,10 @@ def test_closed_laps_are_those_of_the_python_core(seed, half, legs, dim):
     points, durations = 3.0 * rng.normal(size=(legs + 1, dim)), rng.uniform(0.7, 1.4, legs)
     points[-1] = points[0]
     pins = random_pins(rng, range(1, legs), half, dim, 0.3)
-    found, _ = pinned_optimum(points, durations, half, pins, True)
+    found, _, states = pinned_optimum(points, durations, half, pins, True)
     expected = in_python(points, durations, half, pins, True)
     assert np.abs(found - expected).max() <= 1e-8 * np.abs(expected).max()
+    assert np.allclose(states[0], states[-1], rtol=1e-9, atol=1e-9 * np.abs(states).max())
 
 
 @pytest.mark.parametrize("half", [2, 3, 4, 5, 6])
@@ -153,7 +156,7 @@ PINNED = Entry(
     "minsnap_unconstrained_pinned",
     *(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int32, ctypes.c_int32, ctypes.c_void_p),
     *(ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int32),
-    *(ctypes.c_void_p, ctypes.c_void_p),
+    *(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
 )
 
 
@@ -164,7 +167,7 @@ def test_pins_out_of_order_or_place_are_refused(knots):
     arrays = [address(array) for array in (places, masks, values)]
     out, breaks = np.empty((3, 8, 2)), np.empty(4)
     inputs = (address(points), address(durations), 3, 2, 4, None, None)
-    assert Status(PINNED.function()(*inputs, 2, *arrays, 0, address(out), address(breaks))) is Status.BAD_NUMBER
+    assert Status(PINNED.function()(*inputs, 2, *arrays, 0, address(out), address(breaks), None)) is Status.BAD_NUMBER
 
 
 def test_a_pin_that_is_not_a_number_is_refused():
@@ -191,3 +194,18 @@ def test_the_python_core_answers_where_it_is_chosen():
         assert resting_optimum(points, durations, 4) is None
         assert pinned_optimum(points, durations, 4, {}, False) is None
         assert minsnap.plan(points, durations=durations).report.core == "python"
+
+
+def test_plans_name_the_core_and_why_it_was_left():
+    points, durations = [(0, 0), (1, 2), (3, 1), (0, 0)], [1.0, 1.0, 2.0]
+    pinned = minsnap.plan(points, durations, start={"velocity": (1, 0)}, pins={1: {"acceleration": (0, 1)}})
+    lap, turning = minsnap.plan(points, durations, closed=True), minsnap.plan(points, durations, yaw=1.0)
+    for traj in (pinned, lap, turning):
+        assert (traj.report.core, traj.report.handed_over, traj.report.solver) == ("native", "", "banded")
+    assert np.allclose(lap(0.0, 3), lap(4.0, 3), rtol=1e-9)
+    halves = minsnap.plan(points, durations, pieces=2)
+    assert halves.report.core == "python" and "one polynomial per leg" in halves.report.handed_over
+    loose = minsnap.plan(points, durations, continuity=2)
+    assert loose.report.core == "python" and "derivatives continuous" in loose.report.handed_over
+    wide = minsnap.plan(points, [1.0, 1e9, 1.0])
+    assert wide.report.core == "python" and "does not solve this kind" in wide.report.handed_over

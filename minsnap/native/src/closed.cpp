@@ -14,11 +14,11 @@ class Lap {
 public:
     explicit Lap(const ChainProblem &chain) : chain_(chain) {}
 
-    Status solve(double *points) {
+    Status solve(Output out) {
         const std::size_t knots = static_cast<std::size_t>(chain_.legs) + 1, dim = static_cast<std::size_t>(chain_.stride);
         if (!responses_.allocate(knots * n * n) || !states_.allocate(knots * n * dim)) return Status::no_memory;
         const Status status = respond();
-        return status == Status::done ? close(points) : status;
+        return status == Status::done ? close(out) : status;
     }
 
 private:
@@ -82,18 +82,18 @@ private:
         }
     }
 
-    Status close(double *points) {
+    Status close(Output out) {
         ChainProblem open = chain_;
         open.start = open.end = nullptr;
         const Status status = solve_chain(open, half, Spread::narrow, {nullptr, states_.data()});
         if (status != Status::done) return status;
         for (int axis = 0; axis < chain_.stride; ++axis) add_responses(axis);
-        return for_axes(chain_.stride, [&](auto axes, int axis) { return write<axes.value>(axis, points); });
+        return for_axes(chain_.stride, [&](auto axes, int axis) { return write<axes.value>(axis, out); });
     }
 
     template <int axes>
-    Status write(int axis, double *points) const {
-        LegWriter<half, axes> writer(chain_, axis, {points, nullptr});
+    Status write(int axis, Output out) const {
+        LegWriter<half, axes> writer(chain_, axis, out);
         double left[n][axes], right[n][axes];
         for (std::int64_t leg = 0; leg < chain_.legs; ++leg) {
             for (int a = 0; a < n; ++a)
@@ -133,11 +133,11 @@ private:
 
 }  // namespace
 
-Status solve_closed(const ChainProblem &chain, int half, Spread spread, double *points) {
+Status solve_closed(const ChainProblem &chain, int half, Spread spread, Output out) {
     if (spread == Spread::wide) return Status::unsupported;
     return for_half(half, [&](auto k) {
         Lap<k.value> lap(chain);
-        return lap.solve(points);
+        return lap.solve(out);
     });
 }
 

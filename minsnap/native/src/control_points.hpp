@@ -30,7 +30,7 @@ struct EndFactors {
     }
 };
 
-// Where the optimum of a chain goes: control points (legs, 2k, stride), or states (legs + 1, k - 1, stride).
+// Where the optimum of a chain goes: control points (legs, 2k, stride) and states (legs + 1, k - 1, stride), or null.
 struct Output {
     double *points = nullptr;
     double *states = nullptr;
@@ -44,9 +44,8 @@ public:
 
     MINSNAP_INLINE void operator()(std::int64_t leg, const double (&left)[half - 1][dim],
                                    const double (&right)[half - 1][dim]) {
-        if (out_.points != nullptr) {
-            write_points(leg, left, right);
-        } else {
+        if (out_.points != nullptr) write_points(leg, left, right);
+        if (out_.states != nullptr) {
             keep(leg, left);
             keep(leg + 1, right);
         }

@@ -105,13 +105,13 @@ MINSNAP_EXPORT std::int32_t minsnap_unconstrained(const double *points, const do
 
 // The same with states at the ends, (half - 1, dim) each, null at rest; pins at inner knots: their knots (pins,),
 // ascending, masks whose bit a stands for order a, values (pins, half - 1, dim); or closed, where the state at the end
-// is that at the start, and free.
+// is that at the start, and free.  Out also, unless null: the states of all knots, (legs + 1, half - 1, dim).
 MINSNAP_EXPORT std::int32_t minsnap_unconstrained_pinned(const double *points, const double *durations,
                                                          std::int64_t legs, std::int32_t dim, std::int32_t half,
                                                          const double *start, const double *end, std::int64_t pins,
                                                          const std::int64_t *knots, const std::uint32_t *masks,
                                                          const double *values, std::int32_t closed, double *out,
-                                                         double *breaks) {
+                                                         double *breaks, double *states) {
     using namespace minsnap;
     ChainProblem chain;
     chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = dim;
@@ -127,7 +127,7 @@ MINSNAP_EXPORT std::int32_t minsnap_unconstrained_pinned(const double *points, c
     Spread spread;
     Status status = check_chain(chain, half, spread);
     if (status == Status::done)
-        status = closed ? solve_closed(chain, half, spread, out) : solve_chain(chain, half, spread, {out, nullptr});
+        status = closed ? solve_closed(chain, half, spread, {out, states}) : solve_chain(chain, half, spread, {out, states});
     if (status == Status::done) write_breaks(durations, legs, breaks);
     return static_cast<std::int32_t>(status);
 }

@@ -29,8 +29,8 @@ Status solve_chain(const ChainProblem &chain, int half, Spread spread, Output ou
 // The same in double-double arithmetic.
 Status solve_chain_extended(const ChainProblem &chain, int half, Output out);
 
-// The optimum of a closed lap, whose state at the end is that at the start, and free: control points.
-Status solve_closed(const ChainProblem &chain, int half, Spread spread, double *points);
+// The optimum of a closed lap, whose state at the end is that at the start, and free.
+Status solve_closed(const ChainProblem &chain, int half, Spread spread, Output out);
 
 // Instants of the knots, (legs + 1,).
 void write_breaks(const double *durations, std::int64_t legs, double *breaks);
