@@ -1,5 +1,6 @@
 # make demo   a rectangle in a corridor: CSV, picture and check, in out/
 # make test   all tests (examples, doctests and the documentation's build among them), warnings as errors; JOBS=2: in 2 processes
+# make test-python  the tests of plans once more, by the Python core
 # make lint   ruff and mypy
 # make docs   the documentation, in docs/_build/html
 # make bench  the benchmarks
@@ -16,7 +17,7 @@ ifneq ($(COMPILER),)
 export MINSNAP_REQUIRE_NATIVE ?= 1
 endif
 
-.PHONY: demo test lint docs bench sanitize clean
+.PHONY: demo test test-python lint docs bench sanitize clean
 
 demo: $(VENV)/installed
 	mkdir -p out
@@ -26,6 +27,10 @@ demo: $(VENV)/installed
 test: $(VENV)/developing
 	MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build
 	MINSNAP_REQUIRE_NATIVE=1 MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error $(if $(JOBS),-n $(JOBS))
+
+test-python: $(VENV)/developing
+	MINSNAP_CORE=python MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error tests/optimisation tests/trajectory \
+		tests/test_planner.py tests/test_many.py tests/test_reference_values.py
 
 sanitize: $(VENV)/developing
 	MINSNAP_CXXFLAGS='-Werror -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all' \

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf
 from time import monotonic, perf_counter
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY
+from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.checks import (
     DEGREES,
     check_closing,
@@ -28,16 +28,19 @@ from minsnap.checks import (
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.knot_regions import place
+from minsnap.corridors.margins import margin_to
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
-from minsnap.corridors.tubes import as_constraints
+from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, TimingError
 from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.native.unconstrained import resting_optimum
+from minsnap.optimisation.native_solve import tube_at_rest
 from minsnap.optimisation.planned_yaw import asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.qp import check_solver
+from minsnap.optimisation.solve import NATIVE
 from minsnap.time_allocation.allocate import plan_timed
 from minsnap.time_allocation.timed import Timed, Timing
 from minsnap.trajectory.report import LinearSystem, Progress, Report
@@ -155,10 +158,10 @@ def plan(
         If every solver failed on a problem that has a solution.
     """
     began = perf_counter()
-    further = total_time, limits, corridor, continuity, yaw, start, end, pins, time_weight, enforce, progress, room
+    further = total_time, limits, continuity, yaw, start, end, pins, time_weight, enforce, progress, room
     finer = waypoint_tolerance, samples, certify, time_limit
     if _all_none(further) and _all_none(finer) and _usual(closed, solver, split, pieces, corridor_method):
-        quick = _at_rest(waypoints, durations, degree, began)
+        quick = _at_rest(waypoints, durations, corridor, degree, began)
         if quick is not None:
             return quick
     parts, refine = check_pieces(pieces)
@@ -193,12 +196,13 @@ def _usual(closed: bool, solver: str, split: str, pieces: int | str, corridor_me
 def _at_rest(
     waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
     durations: npt.ArrayLike | None,
+    corridor: object,
     degree: int,
     began: float,
 ) -> Trajectory | None:
-    """Plan from rest to rest with given durations and nothing else, by the native core.
+    """Plan from rest to rest with given durations, free or in a tube of one half-width, by the native core.
 
-    None where anything is unusual: the checks that follow name what is wrong, and the Python core solves the rest.
+    None where anything is unusual: the checks that follow name what is wrong, and the other ways solve the rest.
     """
     if type(degree) is not int or degree not in DEGREES or durations is None:
         return None
@@ -209,10 +213,42 @@ def _at_rest(
         return None
     if points.ndim != 2 or times.ndim != 1 or not 1 <= len(times) == len(points) - 1 or not points.shape[1]:
         return None
+    if corridor is not None:
+        return _in_tube(points, times, corridor, (degree + 1) // 2, began)
     found = resting_optimum(points, times, (degree + 1) // 2)
     if not isinstance(found, tuple):
         return None
     return Trajectory.solved(found[0], times, found[1], LinearSystem(began, perf_counter(), "native"))
+
+
+def _in_tube(points: FloatArray, times: FloatArray, width: object, half: int, began: float) -> Trajectory | None:
+    if type(width) not in (int, float) or not 0.0 < width < np.inf:  # type: ignore[operator]
+        return None
+    answer = tube_at_rest(points, times, half, float(width))  # type: ignore[arg-type]
+    if answer is None:
+        return None
+    breaks = np.zeros(len(points))
+    np.cumsum(times, out=breaks[1:])
+    points.setflags(write=False)
+    how = _TubeSolved(began, perf_counter(), answer.rounds, len(answer.wall), points, float(width))  # type: ignore[arg-type]
+    return Trajectory.solved(answer.points, times, breaks, how)
+
+
+@dataclass(frozen=True, eq=False)
+class _TubeSolved:
+    """What is known of a plan in a tube when it is made; its report is made when somebody asks for it."""
+
+    began: float
+    ended: float
+    rounds: int
+    rows: int
+    waypoints: FloatArray
+    width: float
+
+    def report(self, curve: Trajectory) -> Report:
+        margin = min(margin_to(curve, walls).value for walls in Tube(np.array(self.width)).walls(self.waypoints))
+        took = 1e3 * (self.ended - self.began)
+        return Report(NATIVE, self.rounds, self.rows, curve.cost(), margin, took, core=NATIVE)
 
 
 def _deadline(time_limit: float | None, durations: npt.ArrayLike | None) -> float:

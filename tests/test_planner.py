@@ -229,3 +229,30 @@ def test_importing_the_package_loads_nothing_heavy():
     code = f"import sys, minsnap; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+# Tubes from rest to rest take a way of their own to the native core.
+
+
+@pytest.mark.parametrize("width", [1.0, 0.3, 0.05, 0.001])
+@pytest.mark.parametrize("degree", [5, 7, 9])
+def test_the_short_way_to_a_tube_is_the_long_one(width, degree):
+    points = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 2), (0, 0, 1)]
+    short = minsnap.plan(points, durations=[4, 2, 4, 2], corridor=width, degree=degree)
+    long = minsnap.plan(points, durations=[4, 2, 4, 2], corridor=minsnap.Tube(width), degree=degree)
+    assert np.allclose(short.control_points, long.control_points, rtol=1e-7, atol=1e-7)
+    assert np.allclose(short.breaks, long.breaks, rtol=1e-14)
+    assert short.report.core == long.report.core
+    assert short.report.cost == pytest.approx(long.report.cost, rel=1e-6)
+    assert short.report.corridor_margin == pytest.approx(long.report.corridor_margin, abs=1e-6 * width)
+    assert minsnap.certify(short, waypoints=points, corridor=width).ok
+
+
+@pytest.mark.parametrize("width", [True, "0.3", np.nan, np.inf, -1.0, 0.0])
+def test_a_width_that_is_none_is_refused_as_ever(width):
+    points = [(0, 0), (1, 0), (1, 1)]
+    if width is True or width == "0.3":
+        assert minsnap.plan(points, durations=[1, 1], corridor=width).report.corridor_margin >= 0.0
+    else:
+        with pytest.raises(minsnap.CorridorError):
+            minsnap.plan(points, durations=[1, 1], corridor=width)

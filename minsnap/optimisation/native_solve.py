@@ -6,6 +6,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones
+from minsnap.corridors.tubes import PARALLEL
 from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, Planes, solve_corridor
 from minsnap.native.library import core
 from minsnap.native.status import Status
@@ -59,6 +60,36 @@ def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tupl
     for order in range(1, task.half):
         knots[:, order] = found[2][:, order - 1] / units.of_order(order)
     return found[0], knots
+
+
+def tube_at_rest(points: FloatArray, durations: FloatArray, half: int, width: float) -> CorridorAnswer | None:
+    """Return the proved curve from rest to rest in a ``Tube`` of one half-width; None where there is none.
+
+    Parameters
+    ----------
+    points : ndarray, shape (legs + 1, dim)
+        C-contiguous [m]; nothing is assumed of its values.
+    durations : ndarray, shape (legs,)
+        [s].
+    half : int
+        k, for degree 2k - 1.
+    width : float
+        Positive [m].
+    """
+    steps = points[1:] - points[:-1]
+    lengths = np.sqrt((steps * steps).sum(axis=1))
+    length = float(lengths.mean())
+    if len(durations) > MOST_WHOLE or not (lengths.min() > 0.0 and durations.min() > 0.0 and length < np.inf):
+        return None
+    u = steps / lengths[:, None]
+    across = np.eye(points.shape[1]) - u[:, :, None] * u[:, None, :]
+    leg, axis = np.nonzero(np.abs(across).max(axis=2) > PARALLEL)
+    normal, leg = across[leg, axis], np.concatenate((leg, leg))
+    bound, order = np.full(len(leg), width), np.zeros(len(leg), dtype=np.int64)
+    walls = Planes(leg, order, np.concatenate((normal, -normal)), points[leg], bound, bound)
+    question = CorridorQuestion(half, points, durations, walls, length, float(np.exp(np.log(durations).mean())))
+    answer = solve_corridor(question) if len(leg) else None
+    return answer if answer is not None and answer.status is Status.DONE else None
 
 
 def _unlike_a_chain(task: Task) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,14 @@ class Report:
         return max(self.utilisation, key=lambda used: used.fraction, default=None)
 
 
+class HasCost(Protocol):
+    """A curve that knows its cost."""
+
+    def cost(self) -> float:
+        """Return the integral of the squared norm of the derivative that its plan minimises."""
+        ...
+
+
 @dataclass(frozen=True)
 class LinearSystem:
     """What is known of a plan without walls when it is made; its report is made when somebody asks for it.
@@ -135,6 +144,6 @@ class LinearSystem:
     ended: float
     core: str
 
-    def report(self, cost: float) -> Report:
-        """Return the report of a plan of that cost."""
-        return Report("banded", 0, 0, cost, None, 1e3 * (self.ended - self.began), core=self.core)
+    def report(self, curve: HasCost) -> Report:
+        """Return the report of the plan."""
+        return Report("banded", 0, 0, curve.cost(), None, 1e3 * (self.ended - self.began), core=self.core)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import perm
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -33,13 +33,21 @@ from minsnap.trajectory.tilt_heading import TiltHeading
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly, PPoly
 
-    from minsnap.trajectory.report import LinearSystem, Report
+    from minsnap.trajectory.report import Report
 
 PLANNED_DEGREES = (3, 5, 7, 9, 11)
 """Degrees of a plan: 2k - 1 minimises the k-th derivative."""
 
 JOINT = 1e-9
 """How far apart, relative to their size, the ends of two trajectories may be that are joined."""
+
+
+class ReportMaker(Protocol):
+    """Makes the report of a plan from the finished curve."""
+
+    def report(self, curve: Trajectory) -> Report:
+        """Return how the plan was found."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,7 +156,7 @@ class Trajectory(ReadOnly, Path):
         return np.asarray(values / duration[:, None] ** order) if order else values
 
     @classmethod
-    def solved(cls, points: FloatArray, durations: FloatArray, breaks: FloatArray, how: LinearSystem) -> Trajectory:
+    def solved(cls, points: FloatArray, durations: FloatArray, breaks: FloatArray, how: ReportMaker) -> Trajectory:
         """Wrap what a core has just made of checked input, without checking it again; it keeps the arrays themselves.
 
         Parameters
@@ -156,8 +164,8 @@ class Trajectory(ReadOnly, Path):
         points : ndarray, shape (legs, degree + 1, dim)
         durations : ndarray, shape (legs,)
         breaks : ndarray, shape (legs + 1,)
-        how : LinearSystem
-            From which the report is made when it is asked for.
+        how : ReportMaker
+            Makes the report when it is asked for.
         """
         for array in (points, durations, breaks):
             array.setflags(write=False)
@@ -375,7 +383,7 @@ class _ReportWhenAsked:
         how = None if curve is None else curve.__dict__.get("_how")
         if curve is None or how is None:
             return None
-        report: Report = how.report(curve.cost())
+        report: Report = how.report(curve)
         curve.__dict__["report"] = report
         return report
 
