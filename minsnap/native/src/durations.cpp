@@ -96,7 +96,7 @@ private:
     Status lap(double &cost, double *slopes, double *forces) {
         const int dim = chain_.stride;
         if (!room_.allocate(std::size_t(chain_.legs) * 2 * half * dim)) return Status::no_memory;
-        const Status status = solve_closed(chain_, half, Spread::narrow, room_.data());
+        const Status status = solve_closed(chain_, half, Spread::narrow, Output{room_.data(), nullptr});
         if (status != Status::done) return status;
         const LegTables<double> &tables = leg_tables<double>(half);
         for (Integer leg = 0; leg < chain_.legs; ++leg) {
