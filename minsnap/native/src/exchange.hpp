@@ -36,7 +36,7 @@ public:
     Status solve(const Request &given, Answer &answer, bool rough = false, const Contact *known = nullptr,
                  int count = 0) {
         given_ = &given, rough_ = rough;
-        share_ = 0, pause_ = tries_ = rounds_ = 0, infeasible_ = false;
+        share_ = 0, pause_ = tries_ = rounds_ = 0, work_ = 0.0, infeasible_ = false;
         Status status = prepare();
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = iterate(answer.points);
@@ -56,6 +56,8 @@ public:
 
 private:
     static constexpr int most_rounds = 300, most_tries = 8;
+    // Products of vectors' entries, about, after which it gives up: some tenths of a second in either precision.
+    static constexpr double most_work = sizeof(Real) > 8 ? 1.5e7 : 1e8;
     static constexpr Real roughly = Real(1e-5);  // excess of a rough answer, in widths
 
     Status prepare() {
@@ -132,6 +134,7 @@ private:
                 pause_ = largest(pause_, 2);
             }
             if (pause_ == 0 && near_rows() && moved()) continue;
+            if (work_ > most_work) return Status::no_progress;
             if (pause_ > 0) --pause_;
             const Status status = take_in();
             if (status != Status::done) return status;
@@ -216,6 +219,7 @@ private:
     // Move the rows to the contacts; if that does not halve the excess, come back.
     bool moved() {
         const Real before = worst_;
+        work_ += 3.0 * active.count() * active.count() * active.layout().entries;
         contacts_.remember();
         if (contacts_.merge(share_) && contacts_.step(share_)) {
             find_peaks();
@@ -234,6 +238,7 @@ private:
         bool any = false;
         for (int i = 0; i < peak_count_; ++i) {
             const Peak<Real> &peak = peaks_[i];
+            work_ += (active.count() + 1.0) * active.layout().entries;
             if (any && peak.excess < Real(0.05) * worst_) break;
             if (!active.propose(peak.wall, peak.s, share_)) continue;
             const Real left = active.value(active.count()) - active.row(active.count()).limit;
@@ -295,6 +300,7 @@ private:
     int failure_count_ = 0, pause_ = 0, tries_ = 0;
     bool infeasible_ = false, rough_ = false;
     int rounds_ = 0;
+    double work_ = 0.0;
 };
 
 }  // namespace minsnap
