@@ -37,7 +37,7 @@ from minsnap.limits.heading_cost import fixed_yaw_notes
 from minsnap.limits.limits import Limits
 from minsnap.native.unconstrained import resting_optimum
 from minsnap.optimisation.native_solve import tube_at_rest
-from minsnap.optimisation.planned_yaw import asked_heading
+from minsnap.optimisation.planned_yaw import Held, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.qp import check_solver
 from minsnap.optimisation.solve import NATIVE
@@ -72,6 +72,8 @@ def plan(
     corridor_method: str = "exact",
     samples: int | None = None,
     certify: bool | None = None,
+    yaw_rate: float | None = None,
+    hold_below: float | None = None,
     time_limit: float | None = None,
 ) -> Trajectory:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
@@ -140,6 +142,10 @@ def plan(
         least or with a SolverError; checked after every round of the exchange.
     certify : bool, optional
         Deprecated: True means ``corridor_method="exact"``, False ``"sampled"``.
+    yaw_rate, hold_below : float, optional
+        With ``yaw="velocity"``: below this horizontal speed [m/s] the heading is held, and turned at this rate at most
+        [rad/s] to the direction in which the path goes on. A tenth of the top horizontal speed unless given, at most
+        0.5 m/s; the limit on the yaw rate, or 2 rad/s.
     time_limit : float, optional
         Seconds after which the search for the shortest time within ``limits`` ends with the best plan found so far.
 
@@ -159,7 +165,7 @@ def plan(
     """
     began = perf_counter()
     further = total_time, limits, continuity, yaw, start, end, pins, time_weight, enforce, progress, room
-    finer = waypoint_tolerance, samples, certify, time_limit
+    finer = waypoint_tolerance, samples, certify, time_limit, yaw_rate, hold_below
     if _all_none(further) and _all_none(finer) and _usual(closed, solver, split, pieces, corridor_method):
         quick = _at_rest(waypoints, durations, corridor, degree, began)
         if quick is not None:
@@ -174,7 +180,8 @@ def plan(
     asked = waypoints, waypoint_tolerance, start, end, pins, closed
     deadline = _deadline(time_limit, durations)
     task = replace(_placed(*asked, constraints, *smoothness, check_solver(solver)), deadline=deadline)
-    heading = asked_heading(yaw, task.legs, task.closed, GRAVITY if limits is None else limits.gravity)
+    gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
+    heading = asked_heading(yaw, task.legs, task.closed, gravity, Held(yaw_rate, hold_below, turning))
     timed = plan_timed(task, timing, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.with_report(_report(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
 

@@ -73,6 +73,14 @@ Corridor = Annotated[
 Yaw = Annotated[
     str | None, typer.Option("--yaw", help="Heading [rad]; 'velocity' to look where it flies; 'tilt' not to spin.")
 ]
+YawRate = Annotated[
+    float | None,
+    typer.Option("--yaw-rate", metavar="RAD/S", help="With --yaw velocity: largest rate of a held heading [rad/s]."),
+]
+HoldBelow = Annotated[
+    float | None,
+    typer.Option("--hold-below", metavar="M/S", help="With --yaw velocity: held below this horizontal speed [m/s]."),
+]
 Degree = Annotated[int, typer.Option("--degree", help="Degree of the polynomials: 3, 5, 7, 9 or 11.")]
 Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivatives continuous at the waypoints.")]
 Pieces = Annotated[int | None, typer.Option("--pieces", help="Polynomials per leg; 1 unless given.")]

@@ -3,30 +3,72 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.checks import is_number
 from minsnap.errors import YawError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.trajectory.heading import VelocityHeading, shortest_turns, wrap
+from minsnap.trajectory.heading import shortest_turns, wrap
 from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.velocity_heading import VelocityHeading
 
 SAME = 1e-9
 """Difference of two yaws that counts as rounding [rad]."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """How a heading along the velocity is held where the path is slow.
+
+    Parameters
+    ----------
+    yaw_rate : float, optional
+        Largest rate of a held heading [rad/s]; that of the limits unless given.
+    hold_below : float, optional
+        Horizontal speed below which it is held [m/s].
+    limit : float, optional
+        Of the yaw rate [rad/s].
+    """
+
+    yaw_rate: float | None = None
+    hold_below: float | None = None
+    limit: float | None = None
+
+    def heading(self, curve: Trajectory) -> Heading:
+        """Return the heading along the velocity of a curve."""
+        return VelocityHeading(curve, self.limit if self.yaw_rate is None else self.yaw_rate, self.hold_below)
+
+    def check(self, yaw: object) -> None:
+        """Raise YawError if this goes with another yaw than one along the velocity, or exceeds the limit."""
+        for name in ("yaw_rate", "hold_below"):
+            value = getattr(self, name)
+            if value is not None and not (isinstance(yaw, str) and yaw == "velocity"):
+                raise YawError(f"{name}={value!r} is for a heading along the velocity: give yaw='velocity' with it")
+            if value is not None and not (is_number(value) and value > 0):
+                raise YawError(f"{name} is {value!r}: give a positive number")
+        if self.yaw_rate is not None and self.limit is not None and self.yaw_rate > self.limit:
+            raise YawError(f"yaw_rate={self.yaw_rate:g} is more than the limit of {self.limit:g} rad/s: lower it")
+
 
 ChosenHeading = Callable[[Trajectory], Heading]
 """Gives a planned curve its heading."""
 
 
 def asked_heading(
-    yaw: float | str | npt.ArrayLike | None, legs: int, closed: bool, gravity: float = GRAVITY
+    yaw: float | str | npt.ArrayLike | None,
+    legs: int,
+    closed: bool,
+    gravity: float = GRAVITY,
+    held: Held = Held(),
 ) -> ChosenHeading:
     """Check the requested yaw and return the function that gives a curve its heading.
 
@@ -40,16 +82,19 @@ def asked_heading(
         Whether the yaw rate at the end equals that at the start.
     gravity : float
         For a heading from the tilt [m/s^2].
+    held : Held
+        For a heading along the velocity.
 
     Raises
     ------
     YawError
         If the yaw is malformed, or that at the end of a closed lap is not that at its start, but for whole turns.
     """
+    held.check(yaw)
     if isinstance(yaw, str):
         if yaw not in ("velocity", "tilt"):
             raise _unknown(yaw)
-        return VelocityHeading if yaw == "velocity" else lambda curve: TiltHeading(curve, gravity=gravity)
+        return held.heading if yaw == "velocity" else lambda curve: TiltHeading(curve, gravity=gravity)
     angles = _angles(0.0 if yaw is None else yaw)
     if angles.ndim == 0:
         return lambda _: ConstantHeading(float(angles))

@@ -69,7 +69,7 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
 def with_yaw(path: PhasePath, yaw: float | str) -> PhasePath:
     """Return the path with a constant yaw [rad], or with the yaw ``"velocity"`` or ``"tilt"``."""
     if yaw == "velocity":
-        from minsnap.trajectory.heading import VelocityHeading
+        from minsnap.trajectory.velocity_heading import VelocityHeading
 
         return replace(path, yaw=VelocityHeading(path))
     if yaw == "tilt":

@@ -29,6 +29,7 @@ from minsnap.polynomials.extrema import maximum
 from minsnap.trajectory.heading import JoinedHeading, RemappedHeading
 from minsnap.trajectory.path import ConstantHeading, Heading, Path, check_order
 from minsnap.trajectory.tilt_heading import TiltHeading
+from minsnap.trajectory.velocity_heading import VelocityHeading
 
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly, PPoly
@@ -309,6 +310,8 @@ class Trajectory(ReadOnly, Path):
         """Give a curve flown on another clock the heading of this one, from an instant on."""
         if isinstance(self.yaw, TiltHeading):
             return curve.with_yaw(self.yaw.turned(curve, start))
+        if isinstance(self.yaw, VelocityHeading) and start == 0.0 and rate not in (1.0, -1.0):
+            return curve.with_yaw(self.yaw.on(curve))
         return curve.with_yaw(RemappedHeading(self.yaw, start, rate))
 
     def elevated(self, degree: int) -> Trajectory:

@@ -13,7 +13,9 @@ import numpy as np
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.polynomials.bernstein import differentiate, multiply, squared_norm
 from minsnap.polynomials.ratios import largest_ratio
+from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.velocity_heading import VelocityHeading
 
 RESTING = 1e-9
 """Share of a piece's largest velocity control point below which one counts as rest."""
@@ -44,6 +46,35 @@ def largest_turn_rate(traj: Trajectory) -> tuple[float, float]:
         piece = pieces[row % len(pieces)]
         best = max(best, (value, float(traj.breaks[piece] + s * traj.durations[piece])))
     return best
+
+
+def largest_heading_rate(heading: VelocityHeading, traj: Trajectory) -> tuple[float, float]:
+    """Largest rate of a heading along the velocity of a trajectory, over all time.
+
+    Parameters
+    ----------
+    heading : VelocityHeading
+    traj : Trajectory
+        That it follows.
+
+    Returns
+    -------
+    rate : float
+        [rad/s].
+    instant : float
+        When [s].
+    """
+    best = heading.held_rate
+    for start, end in heading.followed:
+        value, instant = largest_turn_rate(_cut(traj, float(start), float(end)))
+        best = max(best, (value, float(start) + instant))
+    return best
+
+
+def _cut(traj: Trajectory, start: float, end: float) -> Trajectory:
+    """Return the bare curve between two instants, without its heading."""
+    bare = traj.with_yaw(ConstantHeading())
+    return bare if start <= 0.0 and end >= traj.duration else bare.between(start, end)
 
 
 def _turning(points: FloatArray) -> FloatArray:

@@ -5,8 +5,8 @@ import pytest
 
 import minsnap
 from minsnap.limits.limits import Limits
-from minsnap.trajectory.heading import VelocityHeading
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.velocity_heading import VelocityHeading
 from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
 
 GRAVITY = Limits().gravity

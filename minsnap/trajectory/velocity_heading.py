@@ -1,0 +1,154 @@
+"""A heading along the velocity that is held, and turned at a limited rate, where the path is slow."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import BoolArray, FloatArray
+from minsnap.errors import YawError
+from minsnap.trajectory.held_turns import HeadingTable, Turns, turns_of
+from minsnap.trajectory.path import Path
+
+HELD_RATE = 2.0
+"""Largest rate at which a held heading turns, unless given [rad/s]."""
+
+SLOW, SLOW_SHARE = 0.5, 0.1
+"""Horizontal speed below which the heading is held, unless given: 0.5 m/s, or that share of the top one if less."""
+
+RESTING = 1e-6
+"""Share of the top speed, climbing included, that no horizontal speed exceeds where a path only climbs."""
+
+GRID = 64
+"""Instants a polynomial piece at which the turns of the velocity are counted."""
+
+
+class VelocityHeading:
+    r"""Yaw along the horizontal velocity, continuous with a continuous rate over the whole path.
+
+    :math:`\psi = \operatorname{atan2}(v_y, v_x)`,
+    :math:`\dot\psi = (v_x a_y - v_y a_x) / (v_x^2 + v_y^2)`.  Where the path is slower than ``hold_below``, as where it
+    rests, climbs or turns back, that rate has no bound.  There the heading is held and turns the shortest way to the
+    direction in which the path goes on, at ``yaw_rate`` at most; where the time is too short for that, it begins to
+    turn earlier and ends later (see :mod:`minsnap.trajectory.held_turns`).
+
+    Parameters
+    ----------
+    path : Path
+        Anything with a horizontal velocity: dim 2 or more.
+    yaw_rate : float, optional
+        Largest rate of a held heading [rad/s]; 2 unless given. Where the path itself turns faster, at speed, the
+        heading does so too.
+    hold_below : float, optional
+        Horizontal speed below which the heading is held [m/s]; a tenth of the top one unless given, at most 0.5 m/s.
+
+    Raises
+    ------
+    YawError
+        If the path has fewer than two coordinates or never moves horizontally, or a parameter is not positive.
+    """
+
+    def __init__(self, path: Path, yaw_rate: float | None = None, hold_below: float | None = None) -> None:
+        if path.dim < 2:
+            raise YawError("a yaw along the velocity needs at least two coordinates, this path has one")
+        self.path = path
+        self.yaw_rate = HELD_RATE if yaw_rate is None else _positive("yaw_rate", yaw_rate, "rad/s")
+        self.hold_below = None if hold_below is None else _positive("hold_below", hold_below, "m/s")
+        self._grid = _turning_grid(path)
+        velocity = path(self._grid, 1)
+        speed = np.linalg.norm(velocity[:, :2], axis=1)
+        if not speed.max() > RESTING * np.linalg.norm(velocity, axis=1).max():
+            raise YawError("a yaw along the velocity needs a horizontal velocity, and this path has none")
+        self._fast = self._moving(speed)
+        self._angle = np.unwrap(_angle(velocity))
+
+    def _moving(self, speed: FloatArray) -> BoolArray:
+        """Where the heading follows the velocity: at the top speed in any case."""
+        top = float(speed.max())
+        slow = min(SLOW, SLOW_SHARE * top) if self.hold_below is None else self.hold_below
+        return np.asarray(speed >= min(slow, top))
+
+    @cached_property
+    def _turns(self) -> Turns:
+        """How the heading goes on, piece by piece."""
+        rate = self._rate(self._grid, np.where(self._fast[:, None], self.path(self._grid, 1)[:, :2], 1.0))
+        return turns_of(HeadingTable(self._grid, self._angle, rate, self._fast), self.yaw_rate)
+
+    @property
+    def held_rate(self) -> tuple[float, float]:
+        """Largest rate where the heading does not follow the velocity [rad/s], exact, and where it is reached [s]."""
+        return self._turns.largest
+
+    @property
+    def followed(self) -> FloatArray:
+        """Intervals in which the heading follows the velocity, shape (m, 2) [s]."""
+        starts = self._turns.starts
+        both = np.stack((starts, np.append(starts[1:], self.path.duration)), axis=1)
+        return np.asarray(both[self._turns.follows])
+
+    def on(self, path: Path) -> VelocityHeading:
+        """Return the heading along the velocity of another path, held by the same rules."""
+        return VelocityHeading(path, self.yaw_rate, self.hold_below)
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Yaw, yaw rate or yaw acceleration (order 0, 1, 2) at ``t``, in the shape of ``t``.
+
+        Raises
+        ------
+        YawError
+            For a higher order.
+        """
+        if order > 2:
+            raise YawError(f"a yaw along the velocity has derivatives up to order 2, not {order}")
+        instants = np.asarray(t, dtype=np.float64)
+        flat = np.minimum(instants.reshape(-1), self.path.duration)
+        value = self._turns(flat, order)
+        follows = self._turns.follows[self._turns.piece(flat)]
+        value[follows] = self._following(flat[follows], order)
+        return value.reshape(instants.shape)
+
+    def _following(self, t: FloatArray, order: int) -> FloatArray:
+        velocity = self.path(t, 1)[:, :2]
+        if order == 1:
+            return self._rate(t, velocity)
+        if order == 2:
+            return self._acceleration(t, velocity)
+        turns = self._turns
+        piece = turns.piece(t)
+        began = np.interp(turns.starts[piece], self._grid, self._angle)
+        near = turns.coefficients[piece, 0] + np.interp(t, self._grid, self._angle) - began
+        raw = _angle(velocity)
+        return np.asarray(raw + 2.0 * np.pi * np.round((near - raw) / (2.0 * np.pi)))
+
+    def _rate(self, t: FloatArray, velocity: FloatArray) -> FloatArray:
+        return np.asarray(_cross(velocity, self.path(t, 2)[:, :2]) / (velocity**2).sum(axis=1))
+
+    def _acceleration(self, t: FloatArray, velocity: FloatArray) -> FloatArray:
+        acceleration, jerk = self.path(t, 2)[:, :2], self.path(t, 3)[:, :2]
+        square, along = (velocity**2).sum(axis=1), (velocity * acceleration).sum(axis=1)
+        return np.asarray(_cross(velocity, jerk) / square - 2.0 * self._rate(t, velocity) * along / square)
+
+
+def _positive(name: str, value: float, unit: str) -> float:
+    if not (isinstance(value, (int, float, np.number)) and math.isfinite(value) and value > 0):
+        raise YawError(f"{name} is {value!r}: give a positive number [{unit}]")
+    return float(value)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+def _angle(velocity: FloatArray) -> FloatArray:
+    return np.arctan2(velocity[:, 1], velocity[:, 0])
+
+
+def _turning_grid(path: Path) -> FloatArray:
+    breaks = getattr(path, "breaks", None)
+    if breaks is None:
+        return np.linspace(0.0, path.duration, 4096)
+    inner = breaks[:-1, None] + np.diff(breaks)[:, None] * (np.arange(GRID) / GRID)
+    return np.append(inner.reshape(-1), path.duration)
