@@ -74,6 +74,7 @@ def plan(
     certify: bool | None = None,
     yaw_rate: float | None = None,
     hold_below: float | None = None,
+    on_interrupt: str = "raise",
     time_limit: float | None = None,
 ) -> Trajectory:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
@@ -123,7 +124,7 @@ def plan(
         How ``limits`` are kept: as walls of the QP (the default), so that long legs cruise at the limit; or, with
         ``limits`` alone, by planning without them and stretching time (the default for the other splits).
     progress : callable, optional
-        Called with a ``Step`` at every evaluation of a search; Ctrl-C ends a search with the best plan found so far.
+        Called with a ``Step`` at every evaluation of a search.
     pieces : int or "auto"
         Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide legs, into three
         and then six, as long as that gains more than half a percent; it is one elsewhere.
@@ -146,6 +147,9 @@ def plan(
         With ``yaw="velocity"``: below this horizontal speed [m/s] the heading is held, and turned at this rate at most
         [rad/s] to the direction in which the path goes on. A tenth of the top horizontal speed unless given, at most
         0.5 m/s; the limit on the yaw rate, or 2 rad/s.
+    on_interrupt : {"raise", "return"}
+        What Ctrl-C does during a search: raise KeyboardInterrupt, or end it with the best plan found so far, certified
+        like any other (``report.interrupted`` says so).
     time_limit : float, optional
         Seconds after which the search for the shortest time within ``limits`` ends with the best plan found so far.
 
@@ -171,7 +175,9 @@ def plan(
         if quick is not None:
             return quick
     parts, refine = check_pieces(pieces)
-    timing = Timing(durations, total_time, limits, split, time_weight, enforce, progress, time_limit, refine)
+    timing = Timing(
+        durations, total_time, limits, split, time_weight, enforce, progress, time_limit, refine, on_interrupt
+    )
     timing.check()
     instants = check_samples(_named_method(corridor_method, certify), samples, limits is not None)
     half = check_degree(degree)

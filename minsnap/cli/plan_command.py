@@ -42,7 +42,7 @@ def plan(
     if asked.keys() & {"total_time", "time_weight", "limits"}:
         del asked["durations"]
     with searching(destination.json) as progress:
-        path = plan_path(found.points, closed=closed, **asked, **progress)
+        path = plan_path(found.points, closed=closed, on_interrupt="return", **asked, **progress)
     destination.deliver(path, planning.walls, found.points, limits=planning.limits)
 
 

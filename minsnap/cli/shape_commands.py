@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -44,7 +44,9 @@ def rect(
         "center": center,
     }
     with searching(destination.json) as progress:
-        path = rectangle(width, length, altitude=altitude, **asked | {"corridor": walls}, **progress)
+        path = rectangle(
+            width, length, altitude=altitude, **asked | {"corridor": walls}, on_interrupt="return", **progress
+        )
     destination.deliver(path, walls, limits=planning.limits)
 
 
@@ -60,8 +62,9 @@ def line(
     """Plan a straight line, from rest to rest or at constant speed."""
     from minsnap.shapes import line as plan_line
 
+    best: dict[str, Any] = {} if constant_speed else {"on_interrupt": "return"}
     with searching(destination.json) as progress:
-        path = plan_line(start, goal, constant_speed=constant_speed, **timing.arguments(), **progress)
+        path = plan_line(start, goal, constant_speed=constant_speed, **timing.arguments(), **best, **progress)
     destination.deliver(path, limits=timing.limits)
 
 

@@ -52,9 +52,15 @@ def _unlimited(task: Task, timing: Timing) -> tuple[FloatArray, Run | None]:
     """Leg durations where nothing limits derivatives."""
     if timing.time_weight is not None:
         price = check_weight(timing.time_weight)
-        return searched(CostSearch(task, priced_first_guess(task, price), price, timing.progress))
+        return searched(
+            CostSearch(task, priced_first_guess(task, price), price, timing.progress), timing.best_on_interrupt
+        )
     total = check_positive_time(timing.total_time)
     if timing.split == "trapezoid":
         raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
     first = distance_split(task, total)
-    return (first, None) if timing.split == "distance" else searched(CostSearch(task, first, None, timing.progress))
+    return (
+        (first, None)
+        if timing.split == "distance"
+        else searched(CostSearch(task, first, None, timing.progress), timing.best_on_interrupt)
+    )

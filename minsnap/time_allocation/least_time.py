@@ -58,6 +58,8 @@ class LeastTime:
         Seconds after which the search ends with the best that it has.
     refine : bool
         Whether legs are divided further as long as that gains more than ``WORTHWHILE``, whatever the task's pieces.
+    best_on_interrupt : bool
+        Whether Ctrl-C ends the search with the best plan it has, instead of raising KeyboardInterrupt.
     """
 
     def __init__(
@@ -68,13 +70,14 @@ class LeastTime:
         progress: Progress | None = None,
         time_limit: float | None = None,
         refine: bool = False,
+        best_on_interrupt: bool = False,
     ) -> None:
         self.task, self.limits, self.finish, self.refine = task, limits, finish, refine
         guess = stop_and_go_times(guessed_lengths(task), limits)
         self.problem = JointProblem(task, limits, guess, self._yaw(guess))
         self.log = Log(progress)
         self.deadline = np.inf if time_limit is None else perf_counter() + time_limit
-        self.interrupted = False
+        self.interrupted, self.best_on_interrupt = False, best_on_interrupt
 
     def run(self) -> tuple[Solved, Run]:
         """Return the shortest plan found, certified, and how it was found.
@@ -132,7 +135,9 @@ class LeastTime:
     def _run(self, search: JointSearch, state: JointState) -> Evaluated:
         try:
             return search.run(state)
-        except (KeyboardInterrupt, OutOfTimeError):
+        except (KeyboardInterrupt, OutOfTimeError) as end:
+            if isinstance(end, KeyboardInterrupt) and not self.best_on_interrupt:
+                raise
             self.interrupted = True
             return search.best
 

@@ -28,7 +28,7 @@ def scaled_plan(task: Task, timing: Timing, limits: Limits, finish: Finish) -> T
     first = task.legs * proportions(task, split, limits)
     search = None
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
-        first, search = searched(_ScaledSearch(task, timing, limits, finish))
+        first, search = searched(_ScaledSearch(task, timing, limits, finish), timing.best_on_interrupt)
     solved = solved_or_explained(task, task.piece_durations(first))
     return timed(solved, finish, search, touching_factor(limits, finish(solved.trajectory)))
 

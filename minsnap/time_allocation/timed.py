@@ -43,6 +43,8 @@ class Timing:
         Seconds after which a search within limits ends with the best plan that it has.
     refine : bool
         Whether such a search chooses the number of polynomials a leg.
+    on_interrupt : str
+        What Ctrl-C does: ``"raise"`` KeyboardInterrupt, or ``"return"`` the best plan found so far.
     """
 
     durations: npt.ArrayLike | None = None
@@ -54,11 +56,19 @@ class Timing:
     progress: Progress | None = None
     time_limit: float | None = None
     refine: bool = False
+    on_interrupt: str = "raise"
+
+    @property
+    def best_on_interrupt(self) -> bool:
+        """Whether Ctrl-C ends a search with the best plan found so far."""
+        return self.on_interrupt == "return"
 
     def check(self) -> None:
         """Raise unless exactly one way of choosing durations is asked for, and nothing that it would ignore."""
         check_split(self.split)
         self._check_limits()
+        if self.on_interrupt not in ("raise", "return"):
+            raise TimingError(f"on_interrupt is {self.on_interrupt!r}: use 'raise' or 'return'")
         if self.time_limit is not None:
             check_positive_time(self.time_limit, "time_limit")
         names = ("durations", "total_time", "time_weight")
@@ -147,13 +157,13 @@ class Run:
     interrupted: bool = False
 
 
-def searched(search: Any) -> tuple[FloatArray, Run]:
-    """Run a search; Ctrl-C ends it with the best it has, if it has any."""
+def searched(search: Any, best: bool) -> tuple[FloatArray, Run]:
+    """Run a search; Ctrl-C ends it, and with ``best`` gives the best it has, if it has any."""
     interrupted = False
     try:
         durations = search.run()
     except KeyboardInterrupt:
-        if not np.isfinite(search.best[0]):
+        if not (best and np.isfinite(search.best[0])):
             raise
         durations, interrupted = search.best[1], True
     return durations, Run(tuple(search.log.steps), interrupted)

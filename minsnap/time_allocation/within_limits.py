@@ -58,7 +58,9 @@ def _searchable(bounded: Task, limits: Limits) -> bool:
 
 
 def _fastest(task: Task, timing: Timing, limits: Limits, finish: Finish) -> tuple[Solved, Run]:
-    return LeastTime(task, limits, finish, timing.progress, timing.time_limit, timing.refine).run()
+    return LeastTime(
+        task, limits, finish, timing.progress, timing.time_limit, timing.refine, timing.best_on_interrupt
+    ).run()
 
 
 def _leg_durations(solved: Solved) -> FloatArray:
@@ -134,7 +136,7 @@ def _cheapest(
         solve(task, task.piece_durations(durations), prove=False)
     except InfeasibleRowsError:
         return None
-    durations, last = searched(CostSearch(task, durations, price, timing.progress))
+    durations, last = searched(CostSearch(task, durations, price, timing.progress), timing.best_on_interrupt)
     search = Run(search.steps + last.steps, last.interrupted)
     for reserve in (0.0, *(RESERVES if price is not None else ())):
         try:

@@ -88,7 +88,7 @@ class Report:
     steps : tuple of Step
         The search for durations, evaluation by evaluation; empty where they were given.
     interrupted : bool
-        Whether that search was stopped by Ctrl-C; the plan is the best found until then.
+        Whether that search was stopped by Ctrl-C (``on_interrupt="return"``); the plan is the best found until then.
     core : str
         Which core solved the problem: ``"native"`` (compiled) or ``"python"``.
     handed_over : str

@@ -216,7 +216,7 @@ class Patience:
     ],
 )
 def test_an_interrupted_search_gives_the_best_certified_plan_and_says_so(asked):
-    path = minsnap.plan(REFERENCE, progress=Patience(4), **asked)
+    path = minsnap.plan(REFERENCE, progress=Patience(4), on_interrupt="return", **asked)
     assert path.report.interrupted and len(path.report.steps) >= 4
     certificate = minsnap.certify(path, REFERENCE, corridor=asked.get("corridor"), limits=asked.get("limits"))
     assert certificate.ok
@@ -224,6 +224,26 @@ def test_an_interrupted_search_gives_the_best_certified_plan_and_says_so(asked):
         assert path.duration == pytest.approx(asked["total_time"])
     if set(asked) == {"total_time", "corridor"}:
         assert path.cost() == pytest.approx(path.report.steps[-1].best, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"total_time": 12.0},
+        {"time_weight": 10.0},
+        {"limits": LIMITS},
+        {"limits": LIMITS, "enforce": "scaling"},
+        {"limits": LIMITS, "total_time": 16.0},
+    ],
+)
+def test_an_interrupt_is_the_callers_own_unless_asked_for(asked):
+    with pytest.raises(KeyboardInterrupt):
+        minsnap.plan(REFERENCE, progress=Patience(3), **asked)
+
+
+def test_an_unknown_answer_to_interrupts_is_refused():
+    with pytest.raises(minsnap.TimingError, match="'raise' or 'return'"):
+        minsnap.plan(REFERENCE, total_time=12.0, on_interrupt="ignore")
 
 
 def test_a_search_that_runs_to_its_end_was_not_interrupted():

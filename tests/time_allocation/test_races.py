@@ -95,7 +95,7 @@ def test_an_interrupted_search_returns_what_it_has(step):
         if found.evaluation == step:
             raise KeyboardInterrupt
 
-    path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, pieces=2, progress=stop)
+    path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, pieces=2, progress=stop, on_interrupt="return")
     assert path.report.interrupted and minsnap.certify(path, REFERENCE, corridor=0.3, limits=LIMITS).ok
 
 
