@@ -32,7 +32,7 @@ NUDGE = 1e-9
 
 
 NOISE = 1e-13
-"""Share of the largest derivative of its order below which one is rounding, where that decides what is inside."""
+"""Share of the largest derivative, of its order or of all in normalised units, below which one is rounding."""
 
 
 @dataclass(frozen=True)
@@ -175,9 +175,13 @@ def _with_more_digits(last: Attempt) -> Attempt:
 def _without_noise(last: Attempt) -> Attempt:
     """Set derivatives that are only rounding to zero, so that a curve that slides along a wall is inside."""
     knots = last.state.curve.knots
-    kept = np.abs(knots) > NOISE * np.abs(knots).max(axis=(0, 2), keepdims=True)
-    state = replace(last.state, curve=replace(last.state.curve, knots=np.where(kept, knots, 0.0)))
-    return replace(last, state=state, trouble=None) if last.proof is not None and last.proof(state) else last
+    by_order, by_all = np.abs(knots).max(axis=(0, 2), keepdims=True), np.abs(knots).max()
+    for scale in (by_order, by_all):
+        kept = np.abs(knots) > NOISE * scale
+        state = replace(last.state, curve=replace(last.state.curve, knots=np.where(kept, knots, 0.0)))
+        if last.proof is not None and last.proof(state):
+            return replace(last, state=state, trouble=None)
+    return last
 
 
 def _moved_inwards(last: Attempt) -> Attempt:
@@ -217,7 +221,7 @@ LADDER = (
         lambda last: last.size <= DENSE and not last.method.extended and straight_inside(last.state.curve),
         _with_more_digits,
     ),
-    Rung("rounding removed", (OUTSIDE,), lambda last: True, _without_noise),
+    Rung("rounding removed", (STALLED, OUTSIDE), lambda last: True, _without_noise),
     Rung(
         "inward shift",
         (STALLED, OUTSIDE),
