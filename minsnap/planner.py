@@ -138,9 +138,6 @@ def plan(
         planners that do so; ``"sampled"`` does not go with ``limits``.
     samples : int, optional
         Instants per polynomial with ``corridor_method="sampled"``, 20 unless given; not with ``"exact"``.
-    time_limit : float, optional
-        Seconds after which a plan for given ``durations`` ends, with a certified plan that may cost more than the
-        least or with a SolverError; checked after every round of the exchange.
     certify : bool, optional
         Deprecated: True means ``corridor_method="exact"``, False ``"sampled"``.
     yaw_rate, hold_below : float, optional
@@ -151,7 +148,9 @@ def plan(
         What Ctrl-C does during a search: raise KeyboardInterrupt, or end it with the best plan found so far, certified
         like any other (``report.interrupted`` says so).
     time_limit : float, optional
-        Seconds after which the search for the shortest time within ``limits`` ends with the best plan found so far.
+        Seconds after which planning ends: for given ``durations`` with a certified plan that may cost more than the
+        least or with a SolverError (checked after every round of the exchange); for the shortest time within
+        ``limits`` with the best certified plan found so far. Not with ``total_time`` or ``time_weight`` alone.
 
     Returns
     -------
@@ -184,7 +183,7 @@ def plan(
     smoothness = half, check_continuity(continuity, half), parts
     constraints = as_constraints(corridor) + as_room(room)
     asked = waypoints, waypoint_tolerance, start, end, pins, closed
-    deadline = _deadline(time_limit, durations)
+    deadline = _deadline(time_limit, durations, limits)
     task = replace(_placed(*asked, constraints, *smoothness, check_solver(solver)), deadline=deadline)
     gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, gravity, Held(yaw_rate, hold_below, turning))
@@ -264,12 +263,12 @@ class _TubeSolved:
         return Report(NATIVE, self.rounds, self.rows, curve.cost(), margin, took, core=NATIVE)
 
 
-def _deadline(time_limit: float | None, durations: npt.ArrayLike | None) -> float:
-    """Return the value of ``time.monotonic()`` at which planning ends."""
-    if time_limit is None:
+def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits: Limits | None) -> float:
+    """Return the value of ``time.monotonic()`` at which planning for given durations ends; a search has its own."""
+    if time_limit is None or (durations is None and limits is not None):
         return inf
     if durations is None:
-        raise TimingError("time_limit goes with given durations: a search for durations is ended by Ctrl-C")
+        raise TimingError("time_limit goes with durations or limits: a search for a split is ended by Ctrl-C")
     return monotonic() + check_positive_time(time_limit, "time_limit")
 
 

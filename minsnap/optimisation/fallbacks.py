@@ -176,7 +176,7 @@ def _without_noise(last: Attempt) -> Attempt:
     """Set derivatives that are only rounding to zero, so that a curve that slides along a wall is inside."""
     knots = last.state.curve.knots
     by_order, by_all = np.abs(knots).max(axis=(0, 2), keepdims=True), np.abs(knots).max()
-    for scale in (by_order, by_all):
+    for scale in (by_order, by_all) if last.trouble is Trouble.STALLED else (by_order,):
         kept = np.abs(knots) > NOISE * scale
         state = replace(last.state, curve=replace(last.state.curve, knots=np.where(kept, knots, 0.0)))
         if last.proof is not None and last.proof(state):

@@ -72,7 +72,7 @@ def plot_path(
     """
     samples = dense_samples(path)
     chosen = _coordinates(view, samples.dim)
-    axes = new_axes("3d" if view == "3d" else None) if ax is None else ax
+    axes = new_axes("3d" if view == "3d" else None) if ax is None else _suitable(ax, view)
     points, gates = _waypoints(path, waypoints)
     if corridor is not None and points is not None:
         _draw_corridor(axes, corridor, points, chosen)
@@ -88,6 +88,13 @@ def plot_path(
             draw_balls(axes, points, tolerance, gates, chosen)
     _finish(axes, chosen, samples.dim)
     return axes
+
+
+def _suitable(ax: Axes, view: str) -> Axes:
+    """Return axes that have the dimension of a view."""
+    if (ax.name == "3d") != (view == "3d"):
+        raise InputError(f"the view {view!r} needs axes of {'three' if view == '3d' else 'two'} dimensions")
+    return ax
 
 
 def _coordinates(view: str, dim: int) -> list[int]:

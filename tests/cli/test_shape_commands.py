@@ -145,12 +145,13 @@ def test_figure_and_file_together(call, tmp_path):
 
 @pytest.mark.parametrize("target", ["-o", "--plot"])
 def test_no_clobber_keeps_what_is_there(call, tmp_path, target):
-    file = tmp_path / "a.png"
+    name = "a.csv" if target == "-o" else "a.png"
+    file = tmp_path / name
     file.write_text("precious")
-    run = call("circle", target, "a.png", "--no-clobber")
+    run = call("circle", target, name, "--no-clobber")
     assert run.returncode == 2 and "there already" in run.stderr
     assert file.read_text() == "precious"
-    assert call("circle", target, "a.png").returncode == 0
+    assert call("circle", target, name).returncode == 0
     assert not file.read_bytes().startswith(b"precious")
 
 

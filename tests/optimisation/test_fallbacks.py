@@ -217,7 +217,16 @@ def test_the_time_limit_ends_with_a_certified_plan_or_a_sentence():
 
 
 def test_a_time_limit_goes_with_durations():
-    with pytest.raises(TimingError, match="time_limit goes with given durations"):
+    with pytest.raises(TimingError, match="time_limit goes with durations or limits"):
         minsnap.plan(REFERENCE, total_time=12.0, time_limit=1.0)
     with pytest.raises(TimingError, match="time_limit is 0"):
         plan(time_limit=0)
+
+
+@pytest.mark.parametrize("lower", [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
+def test_a_room_whose_walls_lie_along_the_legs_is_no_obstacle(lower):
+    """Velocities at the corners are zero there, and what rounding leaves of them must not refuse the plan."""
+    room = (lower, (8.0, 4.0, 2.0))
+    traj = minsnap.plan(REFERENCE, TIMES, room=room, solver="daqp")
+    assert minsnap.certify(traj, REFERENCE, minsnap.Room(*room)).corridor_margin >= 0.0
+    assert traj.cost() == pytest.approx(3340.14, rel=1e-5)

