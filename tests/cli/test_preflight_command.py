@@ -3,22 +3,10 @@
 import json
 
 from flying import PATH
+from px4_parameters import PX4
 from standin import StandIn
 
 from minsnap import write_csv
-
-PX4 = {
-    "COM_OF_LOSS_T": 1.0,
-    "COM_OBL_RC_ACT": 4,
-    "RTL_RETURN_ALT": 60.0,
-    "COM_RCL_EXCEPT": 4,
-    "COM_RC_IN_MODE": 0,
-    "MPC_XY_VEL_MAX": 12.0,
-    "MPC_Z_VEL_MAX_UP": 3.0,
-    "MPC_Z_VEL_MAX_DN": 1.5,
-    "MPC_TILTMAX_AIR": 45.0,
-    "EKF2_EV_CTRL": 11,
-}
 
 
 def test_the_command_says_what_does_not_fit_and_writes_what_is_named(call, tmp_path):

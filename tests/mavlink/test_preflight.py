@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from flying import PATH
+from px4_parameters import PX4
 from standin import StandIn
 
 from minsnap.errors import LinkError
@@ -14,18 +15,6 @@ from minsnap.mavlink.parameters import Parameter, Parameters
 from minsnap.mavlink.preflight import RULES, FlightNeeds, check_parameters, flight_needs, rule_parameters
 from minsnap.mavlink.schedule import Clock
 
-PX4 = {
-    "COM_OF_LOSS_T": 1.0,
-    "COM_OBL_RC_ACT": 4,
-    "RTL_RETURN_ALT": 60.0,
-    "COM_RCL_EXCEPT": 4,
-    "COM_RC_IN_MODE": 0,
-    "MPC_XY_VEL_MAX": 12.0,
-    "MPC_Z_VEL_MAX_UP": 3.0,
-    "MPC_Z_VEL_MAX_DN": 1.5,
-    "MPC_TILTMAX_AIR": 45.0,
-    "EKF2_EV_CTRL": 11,
-}
 COPTER = {
     "GUID_TIMEOUT": 1.0,
     "WPNAV_SPEED": 1000.0,
