@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
+from minsnap.cards import Facts, card
 from minsnap.corridors.constraint import Constraint, Walls
 from minsnap.corridors.exact_margins import margin_holds, norm_holds
 from minsnap.corridors.gates import Ball, Gate
@@ -26,6 +27,8 @@ from minsnap.errors import InputError, WaypointError
 from minsnap.native import certificate as native
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
+from minsnap.trajectory.path_card import path_drawings
+from minsnap.trajectory.report import utilisation_facts
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -98,6 +101,25 @@ class Certificate:
             and all(norm_holds(self.trajectory, order, norm) for order, norm in enumerate(norms, 1))
             and self._waypoints_hold()
         )
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the path, and what holds of it."""
+        verdict = "Certificate: everything asked holds" if self.ok else "Certificate: not everything asked holds"
+        return card(verdict, self._facts(), path_drawings(self.trajectory), good=self.ok)
+
+    def _facts(self) -> Facts:
+        near, error, excess = self.nearest, self.waypoint_error, self.waypoint_excess
+        norms = (self.max_speed, self.max_acceleration, self.max_jerk, self.max_snap)
+        names = (("speed", "m/s"), ("acceleration", "m/s²"), ("jerk", "m/s³"), ("snap", "m/s⁴"))
+        where = "" if near is None else f", least on leg {near.leg} at {near.instant:.4g} s"
+        return [
+            ("corridor margin", None if self.corridor_margin is None else f"{self.corridor_margin:.3g} m{where}"),
+            ("waypoint error", None if error is None else f"{error:.3g} m"),
+            ("outside of waypoints", f"{excess:.3g} m" if excess else None),
+            *((f"max {name}", f"{norm:.4g} {unit}") for (name, unit), norm in zip(names, norms, strict=True)),
+            ("continuous derivatives", str(self.continuity)),
+            *utilisation_facts(self.utilisation),
+        ]
 
     def _waypoints_hold(self) -> bool:
         if self.waypoints is None or self.waypoint_error is None:

@@ -54,11 +54,11 @@ def plot_overview(
     -------
     matplotlib Figure
     """
-    from matplotlib.figure import Figure
+    from minsnap.plot.shown_figure import ShownFigure
 
     samples = dense_samples(path)
     orders = available_orders(samples)
-    drawn = Figure(figsize=(13.0, max(4.5, 1.5 * len(orders))), layout="constrained") if figure is None else figure
+    drawn = ShownFigure(figsize=(13.0, max(4.5, 1.5 * len(orders))), layout="constrained") if figure is None else figure
     left, right = np.asarray(drawn.subfigures(1, 2, width_ratios=(1.15, 1.0)))
     plane = left.add_subplot(projection="3d" if view == "3d" else None)
     plot_path(path, plane, view=view, corridor=corridor, waypoints=waypoints)

@@ -81,9 +81,9 @@ def plot_race(
     -------
     matplotlib Figure
     """
-    from matplotlib.figure import Figure
+    from minsnap.plot.shown_figure import ShownFigure
 
-    drawn = Figure(figsize=(9.0, 9.0), layout="constrained") if figure is None else figure
+    drawn = ShownFigure(figsize=(9.0, 9.0), layout="constrained") if figure is None else figure
     above, below = np.asarray(drawn.subfigures(2, 1, height_ratios=(2.4, 1.0)))
     plane = above.add_subplot(projection="3d" if view == "3d" else None)
     how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}

@@ -124,6 +124,12 @@ class Path(ABC):
         yaw, yaw_rate = self.yaw(inside), self.yaw(inside, 1)
         return Samples(grid, position, velocity, acceleration, jerk, snap, yaw, yaw_rate)
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a small drawing, and the facts."""
+        from minsnap.trajectory.path_card import path_card
+
+        return path_card(self)
+
 
 def sample_times(duration: float, rate: float) -> FloatArray:
     """Return the uniform grid k/rate from 0 to the first instant at or past the duration, shape (m,) [s]."""

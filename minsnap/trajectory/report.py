@@ -6,6 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
+from minsnap.cards import card, strip_svg
+
 
 @dataclass(frozen=True)
 class Step:
@@ -63,6 +67,18 @@ class Utilisation:
     method: str = "exact"
 
 
+def utilisation_facts(utilisation: tuple[Utilisation, ...]) -> list[tuple[str, str | None]]:
+    """Return how far each limit is used, as names and texts."""
+    return [
+        (
+            f"limit {used.name}",
+            f"{100.0 * used.fraction:.2f} %, {used.value:.4g} of {used.limit:.4g}, "
+            f"on leg {used.leg} at {used.instant:.4g} s",
+        )
+        for used in utilisation
+    ]
+
+
 @dataclass(frozen=True)
 class Report:
     """How a plan was found.
@@ -118,6 +134,29 @@ class Report:
     def binding(self) -> Utilisation | None:
         """The limit that is used most; None without limits."""
         return max(self.utilisation, key=lambda used: used.fraction, default=None)
+
+    def facts(self) -> list[tuple[str, str | None]]:
+        """Return how the plan was found, but for its cost: names and texts, None where one does not apply."""
+        margin = self.corridor_margin
+        return [
+            ("corridor margin", None if margin is None else f"{margin:.3g} m, at every instant"),
+            *utilisation_facts(self.utilisation),
+            ("solver", f"{self.solver} ({self.core} core)"),
+            ("rounds", f"{self.rounds}, {self.rows} rows" if self.rounds else None),
+            ("durations searched", f"{len(self.steps)} plans tried" if self.steps else None),
+            ("interrupted", "yes: the best plan found until then" if self.interrupted else None),
+            ("fallbacks", ", ".join((*self.fallback, *self.rungs)) or None),
+            ("handed over", self.handed_over or None),
+            ("planned in", f"{self.milliseconds:.4g} ms"),
+            *(("note", note) for note in self.notes),
+        ]
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the facts, and the best value against the plans tried."""
+        best = np.array([step.best for step in self.steps])
+        drawn = len(best) > 1 and bool(np.isfinite(best).all())
+        search = [strip_svg(np.arange(1.0, len(best) + 1.0), best, "best so far")] if drawn else []
+        return card("Report", [("cost", f"{self.cost:.6g}"), *self.facts()], search)
 
 
 class HasCost(Protocol):

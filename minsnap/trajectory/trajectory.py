@@ -128,6 +128,12 @@ class Trajectory(ReadOnly, Path):
     def __repr__(self) -> str:
         return f"Trajectory(legs={self.legs}, duration={self.duration:g} s, dim={self.dim}, degree={self.degree})"
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: a small drawing of the path, and the facts."""
+        from minsnap.trajectory.path_card import trajectory_card
+
+        return trajectory_card(self)
+
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Position, or a derivative of it, at any instants; see ``Path``."""
         if type(order) is int and order >= 0:
