@@ -16,6 +16,7 @@ html_static_path: list[str] = []
 autosummary_generate = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
+autodoc_default_options = {"exclude-members": "set"}  # matplotlib writes one for every class derived from its own
 napoleon_google_docstring = False
 napoleon_use_param = False
 napoleon_use_rtype = False
