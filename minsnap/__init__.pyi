@@ -49,6 +49,7 @@ from .plot import plot_profiles as plot_profiles
 from .plot import plot_race as plot_race
 from .plot import plot_rotors as plot_rotors
 from .plot import plot_utilisation as plot_utilisation
+from .shapes import as_polynomials as as_polynomials
 from .shapes import circle as circle
 from .shapes import helix as helix
 from .shapes import lemniscate as lemniscate

@@ -12,6 +12,8 @@ from typing import Any
 
 from minsnap.errors import FileError
 from minsnap.files.format import Content, Format, Writing
+from minsnap.files.formats.pieces import polynomials_of
+from minsnap.shapes.phase import PhasePath
 from minsnap.trajectory.path import Path as Curve
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
@@ -82,8 +84,8 @@ def write_any(
 ) -> str:
     """Write a trajectory, another path or samples in a format, and return its name.
 
-    A path is sampled if the format holds samples; samples are fitted with quintics, to one millimetre, if the format
-    holds polynomials.
+    A path is sampled if the format holds samples. If it holds polynomials, a shape is written as polynomials of a
+    proved error (:func:`minsnap.as_polynomials`), and samples are fitted with quintics, to one millimetre.
 
     Parameters
     ----------
@@ -113,18 +115,20 @@ def write_any(
 def written(
     content: Content | Curve, path: str | os.PathLike[str], to: str | None, rate: float, writing: Writing
 ) -> tuple[str, str | None]:
-    """Write as :func:`write_any` does; return the format's name and a sentence on lost data, empty if none was lost."""
+    """Write as :func:`write_any` does; return the format's name and a sentence on lost data, None if none was lost."""
     chosen = format_of(path, to)
     assert chosen.write is not None
-    if not isinstance(content, (Trajectory, Samples)):
-        content = content.sample(rate)
-    if chosen.holds == "samples" and isinstance(content, Trajectory):
+    note = None
+    if isinstance(content, PhasePath) and chosen.holds != "samples":
+        content, note = polynomials_of(content, chosen.most_pieces)
+    if not isinstance(content, Samples) and not (isinstance(content, Trajectory) and chosen.holds != "samples"):
         content = content.sample(rate)
     if chosen.holds == "polynomials" and isinstance(content, Samples):
         from minsnap.files.formats.refit import refit
 
         content = refit(content, chosen.most_pieces)
-    return chosen.name, chosen.write(content, path, writing)
+    sentences = [sentence for sentence in (note, chosen.write(content, path, writing)) if sentence]
+    return chosen.name, "; ".join(sentences) or None
 
 
 def format_of(path: str | os.PathLike[str], to: str | None = None) -> Format:

@@ -7,7 +7,8 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError
-from minsnap.files.convert import read_any, write_any
+from minsnap.files.convert import read_any, write_any, written
+from minsnap.files.format import Writing
 from minsnap.files.formats.refit import refit
 from minsnap.trajectory.samples import Samples
 
@@ -44,6 +45,16 @@ def test_endings_mean_formats(tmp_path, ending, name):
     assert write_any(PLAN, path) == name and path.stat().st_size > 100
     with pytest.raises(FileError, match="there already"):
         write_any(PLAN, path, clobber=False)
+
+
+@pytest.mark.parametrize("name", ["crazyflie", "mav", "npz", "polynomials", "crazyflie-compressed"])
+def test_a_shape_is_written_as_polynomials_and_its_error_is_stated(tmp_path, name):
+    circle = minsnap.circle(radius=2.0, period=8.0)
+    chosen, note = written(circle, tmp_path / NAMES[name], name, 20.0, Writing())
+    assert chosen == name and "the shape is written as 19 polynomials, at most 1e-06 m from it" in note
+    back = read_any(tmp_path / NAMES[name])
+    t = np.linspace(0.0, min(circle.duration, back.duration), 1001)
+    assert np.linalg.norm(back(t) - circle(t), axis=1).max() <= (3e-3 if "compressed" in name else 1e-6)
 
 
 def test_setpoints_keep_the_frame_they_are_asked_for(tmp_path):

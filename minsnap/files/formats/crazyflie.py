@@ -14,10 +14,11 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
-from minsnap.files.formats.pieces import from_powers, position_powers, yaw_powers
+from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import reading
 from minsnap.storage.text import read_text
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
 DEGREE = 7
@@ -28,7 +29,7 @@ COLUMNS = ("duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") fo
 
 
 def write_crazyflie(
-    trajectory: Trajectory,
+    trajectory: Path,
     path: str | os.PathLike[str],
     *,
     max_pieces: int | None = MAX_PIECES,
@@ -41,8 +42,9 @@ def write_crazyflie(
 
     Parameters
     ----------
-    trajectory : Trajectory
-        Three coordinates, degree 7 at most.
+    trajectory : Path
+        Three coordinates; a trajectory of degree 7 at most, or a shape: its polynomials are within 1e-6 m of it, or
+        within 1e-5, 1e-4 or 1e-3 m if only those are few enough.
     path : str or path
         Destination.
     max_pieces : int or None
@@ -57,7 +59,7 @@ def write_crazyflie(
     YawError
         If its heading is no polynomial.
     """
-    rows = crazyflie_rows(trajectory, max_pieces)
+    rows = crazyflie_rows(polynomials_of(trajectory, max_pieces)[0], max_pieces)
     with atomic_write(path, clobber=clobber) as file:
         file.write(",".join(COLUMNS) + "\n")
         file.writelines(",".join(map(repr, row)) + "\n" for row in rows.tolist())

@@ -17,10 +17,11 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
-from minsnap.files.formats.pieces import position_powers, yaw_powers
+from minsnap.files.formats.pieces import polynomials_of, position_powers, yaw_powers
 from minsnap.polynomials.bernstein import multiply, powers_to_points
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import check_size, reading
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -35,6 +36,9 @@ POINTS = (0, 1, 3, 7)
 """Control points that each type adds."""
 
 LARGEST = 32767
+
+MOST_PIECES = (MEMORY - 8) // 31
+"""Pieces that fit at constant height and yaw."""
 
 
 def compressed(trajectory: Trajectory) -> bytes:
@@ -84,9 +88,9 @@ def rounding_bound(trajectory: Trajectory) -> float:
     return float(np.sqrt(3.0) * 0.5e-3 + 0.5e-3 * trajectory.max_norm(1)[0])
 
 
-def write_compressed(trajectory: Trajectory, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
-    """Write a trajectory as the firmware's bytes in one atomic step; errors are those of :func:`compressed`."""
-    content = compressed(trajectory)
+def write_compressed(trajectory: Path, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+    """Write a trajectory or a shape as the firmware's bytes in one atomic step; errors as of :func:`compressed`."""
+    content = compressed(polynomials_of(trajectory, MOST_PIECES)[0])
     with atomic_write(path, "wb", clobber=clobber) as file:
         file.write(content)
 
@@ -160,6 +164,4 @@ def _read(path: str | os.PathLike[str], frame: str | None) -> Trajectory:
     return read_compressed(path)
 
 
-FORMAT = Format(
-    "crazyflie-compressed", "polynomials", (".traj",), _write, (".traj",), _read, most_pieces=(MEMORY - 8) // 31
-)
+FORMAT = Format("crazyflie-compressed", "polynomials", (".traj",), _write, (".traj",), _read, most_pieces=MOST_PIECES)

@@ -14,23 +14,23 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
-from minsnap.files.formats.pieces import from_powers, position_powers, yaw_powers
+from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import reading
 from minsnap.storage.text import load_yaml
-from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.path import ConstantHeading, Path
 from minsnap.trajectory.trajectory import Trajectory
 
 
 def write_mav_yaml(
-    trajectory: Trajectory, path: str | os.PathLike[str], *, yaw: bool | None = None, clobber: bool = True
+    trajectory: Path, path: str | os.PathLike[str], *, yaw: bool | None = None, clobber: bool = True
 ) -> None:
     """Write a trajectory as segments.
 
     Parameters
     ----------
-    trajectory : Trajectory
-        Of any degree; 1 to 3 coordinates.
+    trajectory : Path
+        A trajectory of any degree, 1 to 3 coordinates; or a shape: its polynomials are within 1e-6 m of it.
     path : str or path
         Destination.
     yaw : bool or None
@@ -45,6 +45,7 @@ def write_mav_yaml(
     YawError
         If its heading is no polynomial.
     """
+    trajectory = polynomials_of(trajectory)[0]
     powers = _powers(trajectory, yaw)
     with atomic_write(path, clobber=clobber) as file:
         file.write("# mav_trajectory_generation segments; world axes, z up (frame: enu)\nsegments:\n")

@@ -10,11 +10,12 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
+from minsnap.files.formats.pieces import from_powers, polynomials_of, yaw_powers
 from minsnap.files.formats.sample_checks import checked_samples
 from minsnap.storage.archive import read_archive
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import reading, shown
-from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.path import ConstantHeading, Heading, Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
@@ -24,9 +25,10 @@ _TRAJECTORY = ("control_points", "durations", "yaw_angle", "yaw_control_points",
 _KNOWN = (*_SAMPLES, *_TRAJECTORY, "frame")
 
 
-def write_npz(source: Trajectory | Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+def write_npz(source: Path | Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
     """Write a trajectory or samples, in z-up world axes (the archive's ``frame`` says ``enu``).
 
+    A shape is written as polynomials within 1e-6 m of it.
     A constant or planned heading is kept exactly. Any other heading is approximated by polynomials within one
     milliradian, or refused.
 
@@ -35,7 +37,7 @@ def write_npz(source: Trajectory | Samples, path: str | os.PathLike[str], *, clo
     YawError
         If a heading is no polynomial.
     """
-    arrays = _of_samples(source) if isinstance(source, Samples) else _of_trajectory(source)
+    arrays = _of_samples(source) if isinstance(source, Samples) else _of_trajectory(polynomials_of(source)[0])
     with atomic_write(path, "wb", clobber=clobber) as file:
         np.savez_compressed(file, frame=np.array("enu"), **arrays)  # type: ignore[arg-type]
 
@@ -50,8 +52,6 @@ def _of_trajectory(trajectory: Trajectory) -> dict[str, FloatArray]:
     if isinstance(heading, ConstantHeading):
         return arrays | {"yaw_angle": np.array(heading.angle)}
     if not isinstance(heading, PlannedHeading):
-        from minsnap.files.formats.pieces import from_powers, yaw_powers
-
         powers = yaw_powers(trajectory, max(trajectory.degree, 7))
         heading = PlannedHeading(from_powers(trajectory.durations, powers[:, :, None], None))
     planned = heading.trajectory

@@ -7,14 +7,42 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError, YawError
 from minsnap.polynomials.bernstein import points_to_powers, powers_to_points
-from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.shapes.polynomial_form import as_polynomials
+from minsnap.trajectory.path import ConstantHeading, Heading, Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 YAW_TOLERANCE = 1e-3
 """How far a heading may be from the polynomial that is written for it [rad]."""
 
+SHAPE_ERRORS = (1e-6, 1e-5, 1e-4, 1e-3)
+"""Errors that a shape's polynomials may have: the first for which they fit the format [m]."""
+
 _CHECKS = 33
+
+
+def polynomials_of(path: Path, most_pieces: int | None = None) -> tuple[Trajectory, str | None]:
+    """Return a path as polynomials, and a sentence on their error if it is none already.
+
+    Parameters
+    ----------
+    path : Path
+        A trajectory, or a shape.
+    most_pieces : int or None
+        What the format holds.
+
+    Raises
+    ------
+    InputError
+        If no polynomials of a proved error are known for such a path.
+    """
+    if isinstance(path, Trajectory):
+        return path, None
+    for error in SHAPE_ERRORS:
+        curve = as_polynomials(path, error)
+        if most_pieces is None or len(curve.durations) <= most_pieces:
+            break
+    return curve, f"the shape is written as {len(curve.durations)} polynomials, at most {error:g} m from it"
 
 
 def position_powers(trajectory: Trajectory, degree: int) -> FloatArray:

@@ -10,7 +10,7 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from pathlib import Path
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -21,11 +21,12 @@ from minsnap.corridors.room import HalfSpaces, Room
 from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
+from minsnap.files.formats.pieces import from_powers, polynomials_of, yaw_powers
 from minsnap.limits.limits import Limits
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import reading
 from minsnap.storage.text import load_yaml, read_text
-from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.path import ConstantHeading, Heading, Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -67,7 +68,7 @@ class PlanFile:
 
 
 def write_polynomials(
-    trajectory: Trajectory,
+    trajectory: Path,
     path: str | os.PathLike[str],
     *,
     waypoints: Any = None,
@@ -80,8 +81,9 @@ def write_polynomials(
 
     Parameters
     ----------
-    trajectory : Trajectory
-        Its heading is constant, planned, or a polynomial to a milliradian on every piece.
+    trajectory : Path
+        A trajectory, or a shape: its polynomials are within 1e-6 m of it. The heading is constant, planned, or a
+        polynomial to a milliradian on every piece.
     path : str or path
         Destination.
     waypoints, corridor, limits
@@ -98,8 +100,8 @@ def write_polynomials(
     YawError
         If the heading is no polynomial.
     """
-    content = description(trajectory, waypoints, corridor, limits, command)
-    if Path(path).suffix.lower() in (".yaml", ".yml"):
+    content = description(polynomials_of(trajectory)[0], waypoints, corridor, limits, command)
+    if FilePath(path).suffix.lower() in (".yaml", ".yml"):
         import yaml
 
         text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100_000)
@@ -148,7 +150,7 @@ def read_polynomials(path: str | os.PathLike[str]) -> PlanFile:
     ImportError
         If it is YAML and PyYAML is not there.
     """
-    if Path(path).suffix.lower() in (".yaml", ".yml"):
+    if FilePath(path).suffix.lower() in (".yaml", ".yml"):
         said = load_yaml(path)
     else:
         text = read_text(path, LARGEST_JSON)
@@ -188,8 +190,6 @@ def _yaw(trajectory: Trajectory) -> dict[str, Any]:
     if isinstance(heading, ConstantHeading):
         return {"angle": heading.angle}
     if not isinstance(heading, PlannedHeading):
-        from minsnap.files.formats.pieces import from_powers, yaw_powers
-
         powers = yaw_powers(trajectory, max(trajectory.degree, 7))
         heading = PlannedHeading(from_powers(trajectory.durations, powers[:, :, None], None))
     planned = heading.trajectory

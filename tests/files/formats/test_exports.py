@@ -8,9 +8,12 @@ import yaml
 from curves import curve
 
 import minsnap
-from minsnap.errors import FileError, YawError
+from minsnap.errors import FileError, InputError, YawError
 from minsnap.files.formats.crazyflie import read_crazyflie, write_crazyflie
+from minsnap.files.formats.crazyflie_compressed import read_compressed, write_compressed
 from minsnap.files.formats.mav_yaml import read_mav_yaml, write_mav_yaml
+from minsnap.files.formats.npz import read_npz, write_npz
+from minsnap.files.formats.polynomials import read_polynomials, write_polynomials
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -157,3 +160,36 @@ def test_bad_segments(tmp_path, text, said):
     path.write_text(text)
     with pytest.raises(FileError, match=said):
         read_mav_yaml(path)
+
+
+SHAPES = [minsnap.circle(), minsnap.helix(), minsnap.lemniscate(laps=2.0, ramp=2 * np.pi), minsnap.circle(ramp=0.0)]
+SHAPE_WRITERS = [
+    (write_crazyflie, read_crazyflie, 1e-4),
+    (write_mav_yaml, read_mav_yaml, 1e-6),
+    (write_polynomials, lambda path: read_polynomials(path).trajectory, 1e-6),
+    (write_npz, read_npz, 1e-6),
+    (write_compressed, read_compressed, 3e-3),
+]
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=["circle", "helix", "eight", "no ramp"])
+@pytest.mark.parametrize(("write", "read", "error"), SHAPE_WRITERS)
+def test_shapes_are_written_as_polynomials_near_them(tmp_path, shape, write, read, error):
+    write(shape, tmp_path / "shape")
+    back = read(tmp_path / "shape")
+    t = np.linspace(0.0, min(shape.duration, back.duration), 5001)
+    assert np.linalg.norm(back(t) - shape(t), axis=1).max() <= error
+    assert abs(back.duration - shape.duration) <= 1e-3
+
+
+def test_paths_of_ones_own_have_no_polynomials(tmp_path):
+    class Own(minsnap.Path):
+        duration, dim = 1.0, 3
+
+        def _evaluate(self, t, order):
+            return np.zeros((len(t), 3))
+
+    for write, _, _ in SHAPE_WRITERS:
+        with pytest.raises(InputError, match="no polynomials of a proved error"):
+            write(Own(), tmp_path / "own")
+    assert not list(tmp_path.iterdir())
