@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact.hpp"
 #include "orthogonal.hpp"
 #include "square_root.hpp"
 #include "walls.hpp"
@@ -25,12 +26,6 @@ struct Row {
     Real value;       // of n.r on the curve as last placed
     Real multiplier;  // for the row of unit length and the cost without 1/2, halved
     Reach reach;
-};
-
-// A place where a curve touches a wall, and by how much half the cost falls for each unit by which the bound grows.
-struct Contact {
-    int wall;
-    double s, pressure;
 };
 
 enum class Entered { added, kept_already, infeasible, stalled };

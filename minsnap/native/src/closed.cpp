@@ -88,7 +88,7 @@ private:
         const Status status = solve_chain(open, half, Spread::narrow, {nullptr, states_.data()});
         if (status != Status::done) return status;
         for (int axis = 0; axis < chain_.stride; ++axis) add_responses(axis);
-        return for_axes(chain_.stride, [&](auto axes, int axis) { return write<axes.value>(axis, out); });
+        return for_axes<half>(chain_.stride, [&](auto axes, int axis) { return write<axes.value>(axis, out); });
     }
 
     template <int axes>

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "export.hpp"
+#include "proof.hpp"
 #include "windows.hpp"
 
 namespace minsnap {
@@ -51,26 +52,20 @@ bool numbers_fit(const Request &given) {
            all_finite(walls.bound, walls.count) && all_positive(walls.width, walls.count);
 }
 
-template <class Real, int Half>
-Status solve(const Request &given, Answer &answer) {
-    Exchange<Real, Half> exchange(given.half);
-    return exchange.solve(given, answer);
-}
-
 Status solve_in_windows(const Request &given, Answer &answer) {
     if (given.closed || given.walls.when != nullptr) return Status::unsupported;
-    if (given.half != 4) return Windows<0>(given.half).solve(given, answer);
-    return Windows<4>(given.half).solve(given, answer);
+    return Windows(given.half).solve(given, answer);
 }
 
 // In double precision; where that does not end with a proof, once more in the longest floating type there is.
 Status solve_twice(const Request &given, Answer &answer, std::int64_t &attempts) {
     attempts = 1;
     if (given.pieces > most_whole) return solve_in_windows(given, answer);
-    const Status status = given.half == 4 ? solve<double, 4>(given, answer) : solve<double, 0>(given, answer);
+    ExchangeSolver solver;
+    const Status status = solver.solve(given, answer);
     if (status == Status::done || status == Status::no_memory || status == Status::infeasible) return status;
     attempts = 2;
-    return solve<long double, 0>(given, answer);
+    return solve_extended(given, answer);
 }
 
 }  // namespace

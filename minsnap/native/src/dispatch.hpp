@@ -27,16 +27,20 @@ Status for_half(int half, Action &&action) {
     }
 }
 
-// Call action(Constant<count>, first axis) for groups of at most three axes, until one does not end well.
-template <class Action>
+// Call action(Constant<count>, first axis) for groups of at most three axes, until one does not end well. Above degree 7
+// there are no groups of two: each kind of group takes seconds to compile.
+template <int half, class Action>
 Status for_axes(int dim, Action &&action) {
+    constexpr int pair = half > 4 ? 1 : 2;
     Status status = Status::done;
-    for (int axis = 0; axis < dim && status == Status::done; axis += axes_at_once) {
-        switch (dim - axis) {
-            case 1: status = action(Constant<1>{}, axis); break;
-            case 2: status = action(Constant<2>{}, axis); break;
-            default: status = action(Constant<3>{}, axis); break;
-        }
+    for (int axis = 0, count = 0; axis < dim && status == Status::done; axis += count) {
+        count = dim - axis >= axes_at_once ? axes_at_once : dim - axis == 2 ? pair : 1;
+        if (count == axes_at_once)
+            status = action(Constant<axes_at_once>{}, axis);
+        else if (count == pair)
+            status = action(Constant<pair>{}, axis);
+        else
+            status = action(Constant<1>{}, axis);
     }
     return status;
 }

@@ -5,7 +5,7 @@
 
 #include "cost_slopes.hpp"
 #include "dispatch.hpp"
-#include "exchange.hpp"
+#include "exchange_solver.hpp"
 #include "export.hpp"
 #include "quasi_newton.hpp"
 #include "unconstrained.hpp"
@@ -38,12 +38,13 @@ private:
     template <int half>
     Status run(Spread spread, double &cost, double *slopes, double *forces) {
         if (closed_) return spread == Spread::wide ? Status::unsupported : lap<half>(cost, slopes, forces);
-        if (spread == Spread::wide) return extended<half>(cost, slopes, forces);
-        return for_axes(chain_.stride, [&](auto axes, int axis) {
-            return open<half, axes.value>(axis, cost, slopes, forces);
+        if (spread == Spread::wide || half != 4) return from_states<half>(spread, cost, slopes, forces);
+        return for_axes<4>(chain_.stride, [&](auto axes, int axis) {
+            return open<4, axes.value>(axis, cost, slopes, forces);
         });
     }
 
+    // Leg by leg while the elimination gives their states.
     template <int half, int axes>
     Status open(int axis, double &cost, double *slopes, double *forces) {
         using Chain = TwoWayChain<half, axes>;
@@ -66,13 +67,13 @@ private:
         return Chain::solve(chain_, axis, {room_.data(), Chain::width}, sink);
     }
 
-    // Durations too far apart for doubles: states in double-double arithmetic.
+    // The same after the elimination, for rare degrees, and for durations too far apart for doubles.
     template <int half>
-    Status extended(double &cost, double *slopes, double *forces) {
+    Status from_states(Spread spread, double &cost, double *slopes, double *forces) {
         constexpr int n = half - 1;
         const int dim = chain_.stride;
         if (!room_.allocate(std::size_t(chain_.legs + 1) * n * dim)) return Status::no_memory;
-        const Status status = solve_chain(chain_, half, Spread::wide, {nullptr, room_.data()});
+        const Status status = solve_chain(chain_, half, spread, {nullptr, room_.data()});
         if (status != Status::done) return status;
         const LegTables<double> &tables = leg_tables<double>(half);
         for (Integer leg = 0; leg < chain_.legs; ++leg) {
@@ -155,8 +156,7 @@ public:
     Status evaluate(const double *durations, double &cost, double *slopes) {
         given_.durations = durations;
         Answer answer = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0};
-        const Status status = given_.half == 4 ? Exchange<double, 4>(4).solve(given_, answer)
-                                               : Exchange<double, 0>(given_.half).solve(given_, answer);
+        const Status status = solver_.solve(given_, answer);
         if (status != Status::done) return status;
         return for_half(given_.half, [&](auto k) { return slope<k.value>(int(answer.rows), cost, slopes); });
     }
@@ -205,6 +205,7 @@ private:
     }
 
     Request given_;
+    ExchangeSolver solver_;
     Buffer<double> points_, knots_, s_, multiplier_;
     Buffer<Integer> wall_;
 };

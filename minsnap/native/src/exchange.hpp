@@ -9,21 +9,11 @@
 #include <algorithm>
 
 #include "contacts.hpp"
+#include "exchange_solver.hpp"
 #include "peaks.hpp"
 #include "proof.hpp"
-#include "request.hpp"
 
 namespace minsnap {
-
-// What is written for the caller; normalised units but for the control points.
-struct Answer {
-    double *points;                  // (pieces, 2k, dim) [m]
-    double *knots;                   // (pieces + 1, k, dim)
-    std::int64_t *wall;              // (pieces * k * dim + 2,): the active rows' walls,
-    double *s, *multiplier;          // their instants, and by how much the cost falls for each unit of their bounds
-    double cost, bound, share;       // of the curve; a lower bound of any cost; share of the widths moved inwards
-    std::int64_t rows, rounds;
-};
 
 template <class Real, int Half>
 class Exchange {

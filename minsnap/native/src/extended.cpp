@@ -1,4 +1,5 @@
-// Chains whose durations are too far apart for doubles: the same elimination in double-double arithmetic.
+// Chains whose durations are too far apart for doubles: the same elimination in double-double arithmetic. They are rare,
+// so the axes do not share it: that would take three times as long to compile.
 #define MINSNAP_UNROLL
 #define MINSNAP_INLINE inline
 #include "dispatch.hpp"
@@ -7,11 +8,11 @@
 namespace minsnap {
 namespace {
 
-template <int half, int dim>
-Status solve_axes(const ChainProblem &chain, int axis, Output out) {
-    Buffer<typename Elimination<half, dim, DoubleDouble>::Record> records;
-    LegWriter<half, dim> writer(chain, axis, out);
-    const Status status = OneWayChain<half, dim, DoubleDouble>::solve(chain, axis, records, writer);
+template <int half>
+Status solve_axis(const ChainProblem &chain, int axis, Output out) {
+    Buffer<typename Elimination<half, 1, DoubleDouble>::Record> records;
+    LegWriter<half, 1> writer(chain, axis, out);
+    const Status status = OneWayChain<half, 1, DoubleDouble>::solve(chain, axis, records, writer);
     return status == Status::done && !writer.finite() ? Status::singular : status;
 }
 
@@ -19,8 +20,10 @@ Status solve_axes(const ChainProblem &chain, int axis, Output out) {
 
 Status solve_chain_extended(const ChainProblem &chain, int half, Output out) {
     return for_half(half, [&](auto k) {
-        return for_axes(chain.stride,
-                        [&](auto axes, int axis) { return solve_axes<k.value, axes.value>(chain, axis, out); });
+        Status status = Status::done;
+        for (int axis = 0; axis < chain.stride && status == Status::done; ++axis)
+            status = solve_axis<k.value>(chain, axis, out);
+        return status;
     });
 }
 

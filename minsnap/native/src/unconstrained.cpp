@@ -34,22 +34,6 @@ bool well_pinned(const ChainProblem &chain, int half) {
     return true;
 }
 
-template <int half, int dim>
-Status solve_axes(const ChainProblem &chain, int axis, Output out) {
-    using TwoWay = TwoWayChain<half, dim>;
-    LegWriter<half, dim> writer(chain, axis, out);
-    Status status;
-    if (out.points != nullptr && TwoWay::width <= 2 * half * dim && dim == chain.stride) {
-        // the records fit where the control points of their legs will be
-        status = TwoWay::solve(chain, axis, {out.points, 2 * half * dim}, writer);
-    } else {
-        Buffer<double> room;
-        if (!room.allocate(static_cast<std::size_t>(chain.legs * TwoWay::width))) return Status::no_memory;
-        status = TwoWay::solve(chain, axis, {room.data(), TwoWay::width}, writer);
-    }
-    return status == Status::done && !writer.finite() ? Status::singular : status;
-}
-
 }  // namespace
 
 Status check_chain(const ChainProblem &chain, int half, Spread &spread) {
@@ -75,10 +59,7 @@ Status check_chain(const ChainProblem &chain, int half, Spread &spread) {
 
 Status solve_chain(const ChainProblem &chain, int half, Spread spread, Output out) {
     if (spread == Spread::wide) return solve_chain_extended(chain, half, out);
-    return for_half(half, [&](auto k) {
-        return for_axes(chain.stride,
-                        [&](auto axes, int axis) { return solve_axes<k.value, axes.value>(chain, axis, out); });
-    });
+    return half <= most_usual_half ? solve_chain_usual(chain, half, out) : solve_chain_high(chain, half, out);
 }
 
 void write_breaks(const double *durations, std::int64_t legs, double *breaks) {

@@ -26,6 +26,11 @@ Status check_chain(const ChainProblem &chain, int half, Spread &spread);
 // The optimum of an open chain.
 Status solve_chain(const ChainProblem &chain, int half, Spread spread, Output out);
 
+// The same for degrees up to 7, and above.
+constexpr int most_usual_half = 4;
+Status solve_chain_usual(const ChainProblem &chain, int half, Output out);
+Status solve_chain_high(const ChainProblem &chain, int half, Output out);
+
 // The same in double-double arithmetic.
 Status solve_chain_extended(const ChainProblem &chain, int half, Output out);
 

@@ -8,15 +8,16 @@
 // if not, tiles with other ends follow, whose states are those of the last ones.
 #pragma once
 
-#include "exchange.hpp"
+#include "exchange_solver.hpp"
 #include "sorted_walls.hpp"
+#include "square_root.hpp"
+#include "vectors.hpp"
 
 namespace minsnap {
 
-template <int Half>
 class Windows {
 public:
-    explicit Windows(int half) : exchange_(half), chain_(half) {}
+    explicit Windows(int half) : chain_(half) {}
 
     Status solve(const Request &given, Answer &answer) {
         given_ = &given, answer_ = &answer;
@@ -213,9 +214,9 @@ private:
     const Request *given_ = nullptr;
     Answer *answer_ = nullptr;
     SortedWalls walls_;
-    Exchange<double, Half> exchange_;
-    Chain<double, Half> chain_;
-    SquareRoot<double, Half> factors_[max_dim];
+    ExchangeSolver exchange_;
+    Chain<double, 0> chain_;
+    SquareRoot<double, 0> factors_[max_dim];
     Buffer<double> force_[max_dim], states_, values_, points_, knots_, s_, multiplier_;
     Buffer<std::uint8_t> pinned_;
     Buffer<std::int64_t> wall_;
