@@ -11,6 +11,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from minsnap.cli.words import in_options
 from minsnap.errors import DivergenceError, FlightError, InfeasibleError, MinsnapError, SolverError, ThrustError
 
 COMMANDS = (
@@ -109,7 +110,7 @@ def exit_status(error: MinsnapError) -> int:
 def _leave(error: Exception) -> NoReturn:
     """Convert an exception to its message and exit status; an unexpected one keeps its traceback."""
     if isinstance(error, MinsnapError):
-        fail(str(error), exit_status(error))
+        fail(in_options(str(error)), exit_status(error))
     if isinstance(error, BrokenPipeError):
         _leave_pipe()
     if isinstance(error, OSError):

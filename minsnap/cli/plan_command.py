@@ -24,7 +24,9 @@ def plan(
     planning: Planning,
     destination: Destination,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="x,y,z[,yaw][,duration] in CSV; YAML; or a plan.")],
-    closed: Annotated[bool, typer.Option("--closed", help="End in the state it starts with, at speed.")] = False,
+    closed: Annotated[
+        bool, typer.Option("--closed", help="A lap, at speed throughout: appends the first waypoint if need be.")
+    ] = False,
 ) -> None:
     """Plan through the waypoints of a file; at 1 m/s on average unless times or limits are given.
 
@@ -37,9 +39,13 @@ def plan(
     if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
         _deliver_again(file, planning, destination, closed)
         return
-    found = read_waypoints(file)
-    asked = _of_file(found) | planning.arguments()
-    if asked.keys() & {"total_time", "time_weight", "limits"}:
+    given, chosen = read_waypoints(file), planning.arguments()
+    searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
+    found = _closed(given, file, searched) if closed else given
+    if "split" in chosen and not searched:
+        raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
+    asked = _of_file(found) | chosen
+    if searched:
         del asked["durations"]
     with searching(destination.json) as progress:
         path = plan_path(found.points, closed=closed, on_interrupt="return", **asked, **progress)
@@ -53,6 +59,16 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
         raise InputError(f"{file} is a plan already: leave out the options of planning, or plan through its waypoints")
     stored = read_polynomials(file)
     destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, limits=stored.limits)
+
+
+def _closed(given: Waypoints, file: Path, searched: bool) -> Waypoints:
+    """Return the waypoints of a lap, whose last leg must have a duration if the others have theirs."""
+    lap = given.closed()
+    if lap.durations is None and given.durations is not None and not searched:
+        raise InputError(
+            f"{file} has no duration for the leg that closes the lap: append the first waypoint and give one, or --time"
+        )
+    return lap
 
 
 def _of_file(found: Waypoints) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from minsnap.cli import options
-from minsnap.errors import TimingError
+from minsnap.errors import InputError, TimingError
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -20,16 +20,20 @@ Clockwise = Annotated[bool, typer.Option("--clockwise", help="Turn clockwise see
 Laps = Annotated[float, typer.Option("--laps", help="Turns, spin-up and spin-down included.")]
 Period = Annotated[float | None, typer.Option("--period", metavar="S", help="Seconds per lap at full speed; 6 [s].")]
 Speed = Annotated[float | None, typer.Option("--speed", metavar="M/S", help="Full speed, instead of the period [m/s].")]
+RectangleCorridor = Annotated[
+    str | None,
+    typer.Option(
+        "--corridor", metavar="M", help="Half-width around each side [m]; 0.3. One, or one per side with commas."
+    ),
+]
+NoCorridor = Annotated[bool, typer.Option("--no-corridor", help="Leave the sides free.")]
 Ramp = Annotated[
     float | None, typer.Option("--ramp", metavar="RAD", help="Angle of spin-up and spin-down; pi/2. 0 starts at speed.")
 ]
 
 
-CAREFUL_SPEED = 3.0
-"""Speed of a rectangle that is given neither times nor limits [m/s]."""
-
-CAREFUL_ACCELERATION = 6.0
-"""Its acceleration [m/s^2]."""
+RECTANGLE_WALLS = 0.3
+"""Half-width around the sides of a rectangle, unless another is given or none is wanted [m]."""
 
 
 @dataclass(frozen=True)
@@ -103,17 +107,30 @@ class Planning(TimingOptions):
 class RectanglePlanning(Planning):
     """The same for a rectangle: in a corridor, and within limits where no time is given."""
 
-    corridor: options.Corridor = "0.3"
+    corridor: RectangleCorridor = None
+    no_corridor: NoCorridor = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.no_corridor and self.corridor is not None:
+            raise InputError(f"--no-corridor and --corridor {self.corridor} were given: leave out one of them")
+
+    @property
+    def walls(self) -> float | list[float] | None:
+        """The half-widths of the corridor [m], or None."""
+        if self.no_corridor:
+            return None
+        return RECTANGLE_WALLS if self.corridor is None else super().walls
 
     @property
     def limits(self) -> Limits | None:
-        """The limits given, or moderate default limits if no time is given either."""
+        """The limits given, or those of ``rectangle`` if no time is given either."""
         chosen = super().limits
         if chosen is not None or self.time is not None or self.time_weight is not None:
             return chosen
-        from minsnap.limits.limits import Limits
+        from minsnap.shapes.straight import rectangle_limits
 
-        return Limits(speed=CAREFUL_SPEED, acceleration=CAREFUL_ACCELERATION)
+        return rectangle_limits()
 
 
 @dataclass(frozen=True)

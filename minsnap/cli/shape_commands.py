@@ -24,11 +24,10 @@ def rect(
     width: Annotated[float, typer.Option("--width", metavar="M", help="Side along x [m].")] = 6.0,
     length: Annotated[float, typer.Option("--length", metavar="M", help="Side along y [m].")] = 4.0,
     altitude: Altitude = 1.5,
-    laps: Annotated[int, typer.Option("--laps", help="Times round.")] = 1,
+    laps: Annotated[int, typer.Option("--laps", help="Times round, without a stop between.")] = 1,
     start_corner: Annotated[int, typer.Option("--start-corner", help="0 to 3, from the least x and y.")] = 0,
     clockwise: Clockwise = False,
     center: Center = (0.0, 0.0),
-    no_corridor: Annotated[bool, typer.Option("--no-corridor", help="Leave the sides free.")] = False,
 ) -> None:
     """Plan a rectangle, corner by corner from rest to rest, inside a corridor around its sides.
 
@@ -36,18 +35,16 @@ def rect(
     """
     from minsnap.shapes import rectangle
 
-    walls = None if no_corridor else planning.walls
     asked = planning.arguments() | {
+        "corridor": planning.walls,
         "laps": laps,
         "start_corner": start_corner,
         "clockwise": clockwise,
         "center": center,
     }
     with searching(destination.json) as progress:
-        path = rectangle(
-            width, length, altitude=altitude, **asked | {"corridor": walls}, on_interrupt="return", **progress
-        )
-    destination.deliver(path, walls, limits=planning.limits)
+        path = rectangle(width, length, altitude=altitude, **asked, on_interrupt="return", **progress)
+    destination.deliver(path, planning.walls, limits=planning.limits)
 
 
 @app.command()

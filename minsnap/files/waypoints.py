@@ -46,6 +46,16 @@ class Waypoints(ReadOnly):
                 owned.flags.writeable = False
                 object.__setattr__(self, name, owned)
 
+    def closed(self) -> Waypoints:
+        """Return the waypoints of a lap: those that do not end where they begin go on to the first one again.
+
+        Durations are left out then, since none is known for the leg that closes the lap.
+        """
+        if np.array_equal(self.points[0], self.points[-1]):
+            return self
+        yaw = None if self.yaw is None else np.append(self.yaw, self.yaw[0])
+        return Waypoints(np.concatenate((self.points, self.points[:1])), yaw)
+
 
 def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
     """Read waypoints from a CSV or YAML file, by its ending (``.yaml``, ``.yml``; anything else is CSV).

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from minsnap.trajectory.trajectory import Trajectory
 
 SPEED = 1.0
-"""Average speed of shapes that are given neither times nor limits [m/s]."""
+"""Average speed of a line that is given neither a time nor limits [m/s]."""
+
+SPEED_LIMIT, ACCELERATION_LIMIT = 3.0, 6.0
+"""Limits of a rectangle that is given neither times nor limits [m/s, m/s^2]."""
 
 LINE_SAMPLES = 120
 """Samples of the constant-speed line at 20 Hz, both ends included, unless it is given a time."""
@@ -106,7 +109,7 @@ def rectangle(
     center : sequence of 2 floats
         Centre in the plane [m].
     total_time, durations, limits
-        As :func:`minsnap.plan` takes them; every side at 1 m/s on average unless one is given.
+        As :func:`minsnap.plan` takes them; unless one is given, the shortest time found within 3 m/s and 6 m/s^2.
     **options
         More arguments of :func:`minsnap.plan`, such as ``yaw``, ``closed`` or ``split``.
 
@@ -128,9 +131,16 @@ def rectangle(
     steps = np.arange(4 * turns + 1) * (-1 if clockwise else 1)
     waypoints = corners[(first + steps) % 4]
     if total_time is None and durations is None and limits is None and options.get("time_weight") is None:
-        durations = leg_durations(waypoints)
+        limits = rectangle_limits()
     times = {"total_time": total_time, "durations": durations, "limits": limits}
     return _plan(waypoints, corridor=corridor, **times, **options)
+
+
+def rectangle_limits() -> Limits:
+    """Return the limits of a rectangle that is given neither times nor limits."""
+    from minsnap.limits.limits import Limits
+
+    return Limits(speed=SPEED_LIMIT, acceleration=ACCELERATION_LIMIT)
 
 
 def leg_durations(waypoints: FloatArray) -> FloatArray:

@@ -88,7 +88,13 @@ def test_rect_without_a_time_is_flown_within_careful_limits_and_uses_one_in_full
     said = summary(call("rect", "--json"))
     assert said["max_speed"] <= 3.0 * (1 + 1e-9) and said["max_acceleration"] <= 6.0 * (1 + 1e-9)
     assert max(used["fraction"] for used in said["limits"]) >= 0.999
-    assert said["duration"] < 20.0
+    assert said["duration"] == pytest.approx(minsnap.rectangle().duration, rel=1e-9)
+
+
+def test_contradicting_options_are_refused(call):
+    run = call("rect", "--no-corridor", "--corridor", "0.3", "-o", "a.csv")
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr == "minsnap: --no-corridor and --corridor 0.3 were given: leave out one of them\n"
 
 
 def test_limits_asked_for_are_kept_and_told(call):

@@ -137,7 +137,16 @@ def test_line_from_rest_to_rest_is_the_septic_of_least_snap():
 @pytest.mark.parametrize("clockwise", [False, True])
 def test_rectangle_visits_its_corners_in_order_and_stays_inside(corner, clockwise):
     path = minsnap.rectangle(
-        5.0, 3.0, altitude=2.0, center=(1.0, -1.0), laps=2, start_corner=corner, clockwise=clockwise, corridor=0.2
+        5.0,
+        3.0,
+        altitude=2.0,
+        center=(1.0, -1.0),
+        laps=2,
+        start_corner=corner,
+        clockwise=clockwise,
+        corridor=0.2,
+        total_time=32.0,
+        split="distance",
     )
     found = path(path.leg_breaks)
     assert found[[0, 4, 8]] == pytest.approx(np.array([found[0]] * 3), abs=1e-9)
@@ -148,6 +157,13 @@ def test_rectangle_visits_its_corners_in_order_and_stays_inside(corner, clockwis
     assert (turn < 0.0) == clockwise
     assert minsnap.certify(path, corridor=0.2).ok
     assert path.durations == pytest.approx(np.linalg.norm(np.diff(found, axis=0), axis=1))
+
+
+def test_a_rectangle_alone_is_flown_within_3_metres_a_second_and_6_a_second_squared():
+    limits = minsnap.Limits(speed=3.0, acceleration=6.0)
+    certificate = minsnap.certify(minsnap.rectangle(), corridor=0.3, limits=limits)
+    assert certificate.ok and max(used.fraction for used in certificate.utilisation) >= 0.999
+    assert minsnap.rectangle(limits=minsnap.Limits(speed=1.0)).max_norm(2)[0] < 6.0
 
 
 def test_rectangle_passes_on_times_limits_and_options():

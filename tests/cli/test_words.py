@@ -1,0 +1,65 @@
+"""Messages of commands name their options, not arguments of Python functions."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.cli.words import ARGUMENTS, in_options
+
+SENTENCES = [
+    (
+        "closed=True leaves it free: give neither start= nor end=",
+        "--closed leaves it free: give neither start= nor end=",
+    ),
+    ("yaw_rate=2.0 is not: give yaw='velocity' with it", "--yaw-rate 2.0 is not: give --yaw velocity with it"),
+    ("split='distance' does not go with time_weight, which", "--split distance does not go with --time-weight, which"),
+    ("needs limits: give limits=, or leave it", "needs limits: give a limit such as --max-speed, or leave it"),
+    ("total_time is -1.0 s", "--time is -1.0 s"),
+    ("my_total_time.csv, line 3: corridor of leg 2", "my_total_time.csv, line 3: corridor of leg 2"),
+]
+
+
+@pytest.mark.parametrize(("sentence", "said"), SENTENCES)
+def test_arguments_become_options(sentence, said):
+    assert in_options(sentence) == said
+
+
+CALLS = [
+    ["plan", "w.csv", "--yaw-rate", "2"],
+    ["plan", "w.csv", "--hold-below", "2", "--yaw", "1"],
+    ["plan", "w.csv", "--split", "distance"],
+    ["plan", "w.csv", "--split", "trapezoid", "--time", "9"],
+    ["plan", "w.csv", "--time-weight", "-1"],
+    ["line", "--time", "-1"],
+]
+
+
+@pytest.mark.parametrize("arguments", CALLS, ids=" ".join)
+def test_messages_name_options(call, arguments):
+    Path("w.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,4,1\n")
+    run = call(*arguments)
+    assert run.returncode == 2 and run.stderr.count("\n") == 1
+    assert "--" in run.stderr
+    assert not re.search(rf"\b({'|'.join(ARGUMENTS)})=|[a-z]_[a-z]", run.stderr), run.stderr
+
+
+def test_closed_appends_the_first_waypoint(call):
+    Path("w.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,4,1\n")
+    Path("round.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,4,1\n0,0,1\n")
+    for name in ("w", "round"):
+        assert call("plan", f"{name}.csv", "--closed", "--corridor", "0.3", "-o", f"{name}_out.csv").returncode == 0
+    one, other = minsnap.read_csv("w_out.csv"), minsnap.read_csv("round_out.csv")
+    assert np.array_equal(one.position, other.position)
+    assert one.velocity[-1] == pytest.approx(one.velocity[0], abs=1e-9) and np.linalg.norm(one.velocity[0]) > 0.1
+
+
+def test_a_lap_with_durations_needs_that_of_its_last_leg(call):
+    Path("w.csv").write_text("x,y,z,duration\n0,0,1,3\n4,0,1,3\n4,4,1,\n")
+    run = call("plan", "w.csv", "--closed")
+    assert run.returncode == 2 and "append the first waypoint" in run.stderr
+    assert call("plan", "w.csv", "--closed", "--time", "12").returncode == 0
