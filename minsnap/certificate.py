@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
 from minsnap.cards import Facts, card
+from minsnap.checks import is_number
 from minsnap.corridors.constraint import Constraint, Walls
 from minsnap.corridors.exact_margins import margin_holds, norm_holds
 from minsnap.corridors.gates import Ball, Gate
@@ -24,6 +25,7 @@ from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
+from minsnap.limits.span import kept_from, use_from
 from minsnap.native import certificate as native
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
@@ -65,6 +67,8 @@ class Certificate:
     waypoint_excess : float or None
         Largest distance outside of where a waypoint's box, ball or gate lets it pass [m], 0 inside; None without
         waypoints.
+    limits : Limits or None
+        What was not to be exceeded.
     trajectory : Trajectory
         What it is about.
     walls : tuple of Walls
@@ -84,9 +88,15 @@ class Certificate:
     continuity: int
     utilisation: tuple[Utilisation, ...]
     waypoint_excess: float | None
+    limits: Limits | None = field(repr=False)
     trajectory: Trajectory = field(repr=False)
     walls: tuple[Walls, ...] = field(repr=False)
     waypoints: FloatArray | None = field(repr=False)
+
+    @property
+    def limits_from(self) -> float:
+        """First instant from which all limits are kept to the end [s]; 0 where they always are, or none were given."""
+        return 0.0 if self.limits is None else kept_from(self.limits, self.trajectory)
 
     def verify(self) -> bool:
         """Prove margin, greatest norms and waypoint error again, in exact rational arithmetic of the stored numbers.
@@ -139,6 +149,7 @@ def certify(
     corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
     limits: Limits | None = None,
     tolerance: npt.ArrayLike | Ball = 0.0,
+    limits_from: float = 0.0,
 ) -> Certificate:
     """Say what holds, exactly, of any trajectory.
 
@@ -154,6 +165,8 @@ def certify(
         What it should not exceed.
     tolerance : float, array_like or Ball
         How far from its waypoints it may be [m], as ``plan`` takes it for ``waypoint_tolerance``.
+    limits_from : float
+        Instant from which the limits are asked for [s]: ``report.limits_from`` of a plan that starts outside of them.
 
     Returns
     -------
@@ -171,7 +184,7 @@ def certify(
     walls = tuple(wall for constraint in as_constraints(corridor) for wall in constraint.walls(points))
     nearest = nearest_wall(traj, walls)
     error, excess, met = (None, None, True) if placement is None else _passing(traj, placement)
-    utilisation = () if limits is None else limits.utilisation(traj)
+    utilisation = () if limits is None else use_from(limits, traj, _start_of_limits(limits_from, traj))
     inside = nearest is None or nearest.value >= 0.0
     speed, acceleration, jerk, snap = (norm for norm, _ in traj.max_norms((1, 2, 3, 4)))
     return Certificate(
@@ -186,10 +199,18 @@ def certify(
         continuity(traj),
         utilisation,
         excess,
+        limits,
         traj,
         walls,
         None if placement is None else placement.points,
     )
+
+
+def _start_of_limits(instant: float, traj: Trajectory) -> float:
+    """Return the instant from which limits are asked for, or raise InputError."""
+    if not (is_number(instant) and 0.0 <= instant < traj.duration):
+        raise InputError(f"limits_from is {instant!r}: give an instant from 0 to below {traj.duration:g} s")
+    return float(instant)
 
 
 def _knot_positions(traj: Trajectory) -> FloatArray:

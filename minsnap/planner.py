@@ -313,7 +313,7 @@ def _report(timed: Timed, limits: Limits | None, unasked: bool, milliseconds: fl
         rounds=outcome.rounds,
         rows=0 if outcome.rows is None else len(outcome.rows),
         cost=timed.cost,
-        corridor_margin=timed.solved.corridor_margin,
+        corridor_margin=timed.corridor_margin,
         milliseconds=milliseconds,
         fallback=outcome.fallback,
         utilisation=() if limits is None else limits.utilisation(timed.trajectory),
@@ -323,4 +323,5 @@ def _report(timed: Timed, limits: Limits | None, unasked: bool, milliseconds: fl
         core=outcome.core,
         handed_over=outcome.handed_over,
         rungs=outcome.rungs,
+        limits_from=timed.limits_from,
     )

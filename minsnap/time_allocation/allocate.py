@@ -34,7 +34,7 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
     limits, bounded = timing.limits, task
     if limits is not None:
         bounded = task.with_walls(limits.walls(task.waypoints))
-        check_pinned_limits(task, limits)
+        check_pinned_limits(task, limits, mended=_shortest(timing) and task.continuity <= task.half - 1)
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
         plan = timed(solved_or_explained(bounded, durations, samples), finish)
@@ -43,9 +43,14 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
     if limits is None:
         durations, search = _unlimited(task, timing)
         return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)
-    if timing.total_time is None and timing.time_weight is None:
+    if _shortest(timing):
         return shortest_plan(task, bounded, timing, limits, finish)
     return limited_plan(task, bounded, timing, limits, finish)
+
+
+def _shortest(timing: Timing) -> bool:
+    """Whether the shortest time is asked for."""
+    return timing.durations is None and timing.total_time is None and timing.time_weight is None
 
 
 def _unlimited(task: Task, timing: Timing) -> tuple[FloatArray, Run | None]:

@@ -104,7 +104,7 @@ class JointModel:
         penalties : Penalties
         inwards : Inwards
         """
-        self._inwards = inwards
+        self._inwards, self._gradients = inwards, []
         self._state, self._ends = state, self.layout.ends(state)
         self._scales = self.layout.end_scales(state.durations)
         rows = [self._block_rows(block, found) for block, found in zip(self.blocks, peaks, strict=True)]

@@ -123,6 +123,16 @@ class Timed:
     interrupted: bool = False
 
     @property
+    def limits_from(self) -> float:
+        """Instant from which the limits hold [s]."""
+        return 0.0
+
+    @property
+    def corridor_margin(self) -> float | None:
+        """Exact least distance to the walls on positions [m]; None where there are none."""
+        return self.solved.corridor_margin
+
+    @property
     def cost(self) -> float:
         """Integral of the squared norm of the k-th derivative of the trajectory as it is."""
         return self.trajectory.cost(self.solved.task.half)

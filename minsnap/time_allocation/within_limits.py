@@ -14,7 +14,7 @@ from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import Solved, solve
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, leg_sums, priced_first_guess
-from minsnap.time_allocation.least_time import LeastTime
+from minsnap.time_allocation.moving_start import as_timed, moves, searched_from, shortest_from
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
@@ -46,6 +46,8 @@ def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fin
     """
     if timing.enforce == "scaling" or timing.split != "optimal" or not _searchable(bounded, limits):
         return scaled_plan(task, timing, limits, finish)
+    if moves(task) and task.continuity <= task.half - 1:
+        return as_timed(shortest_from(task, limits, timing, finish), finish)
     solved, search = _fastest(task, timing, limits, finish)
     if task.continuity <= task.half - 1:
         return timed(solved, finish, search)
@@ -58,9 +60,7 @@ def _searchable(bounded: Task, limits: Limits) -> bool:
 
 
 def _fastest(task: Task, timing: Timing, limits: Limits, finish: Finish) -> tuple[Solved, Run]:
-    return LeastTime(
-        task, limits, finish, timing.progress, timing.time_limit, timing.refine, timing.best_on_interrupt
-    ).run()
+    return searched_from(task, limits, timing, finish)
 
 
 def _leg_durations(solved: Solved) -> FloatArray:
@@ -180,9 +180,19 @@ def kept(found: Timed, limits: Limits, stretchable: bool = False) -> Timed:
     )
 
 
-def check_pinned_limits(task: Task, limits: Limits) -> None:
-    """Raise LimitError if a pinned state already exceeds a limit, or leaves it no room."""
+def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> None:
+    """Raise LimitError if a pinned state already exceeds a limit, or leaves it no room.
+
+    Parameters
+    ----------
+    task : Task
+    limits : Limits
+    mended : bool
+        Whether a start on or outside its limits is brought back to them.
+    """
     for waypoint, state in task.pins.items():
+        if mended and waypoint == 0 and not task.closed:
+            continue
         for used in measure_state(limits, state, task.dim):
             if used.fraction > 1.0 - TOUCHING:
                 raise _pinned_at(waypoint, used)

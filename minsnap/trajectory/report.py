@@ -113,6 +113,8 @@ class Report:
         Names of the fallbacks that were needed, in their order; empty where the first attempt succeeded.
     notes : tuple of str
         Sentences about what the request costs and need not.
+    limits_from : float
+        Instant from which the limits hold to the end [s]: 0, but for a start outside of them.
     """
 
     solver: str
@@ -129,6 +131,7 @@ class Report:
     handed_over: str = ""
     rungs: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    limits_from: float = 0.0
 
     @property
     def binding(self) -> Utilisation | None:

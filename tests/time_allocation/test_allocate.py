@@ -64,9 +64,9 @@ PINNED = [
 
 
 @pytest.mark.parametrize(("limits", "state", "smallest"), PINNED)
-@pytest.mark.parametrize("where", ["start", "inner"])
+@pytest.mark.parametrize("where", ["end", "inner"])
 def test_a_pinned_state_beyond_a_limit_is_named_with_the_value_that_would_do(limits, state, smallest, where):
-    pins = {"start": state} if where == "start" else {"pins": {2: state}}
+    pins = {"end": state} if where == "end" else {"pins": {2: state}}
     with pytest.raises(LimitError) as refused:
         minsnap.plan(REFERENCE, limits=Limits(**({"speed": 30.0} | limits)), **pins)
     name = next(name for name in limits if name != "norm")
@@ -93,11 +93,15 @@ def test_start_and_inner_states_are_met_and_limits_kept(corridor):
 
 
 def test_a_start_at_the_limit_itself():
-    """With acceleration and jerk pinned too there is no room to stay below: the sentence says how much it takes."""
+    path = minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3)
+    check(path, LIMITS, corridor=0.3)
+    assert path.report.limits_from == 0.0
+
+
+def test_an_end_at_its_limit_is_refused():
     with pytest.raises(LimitError, match="has speed 3, at its limit 3: raise the limit to at least 3.03") as refused:
-        minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3)
-    wider = Limits(speed=refused.value.smallest, acceleration=6.0)
-    check(minsnap.plan(REFERENCE, limits=wider, start={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3), wider, corridor=0.3)
+        minsnap.plan(REFERENCE, limits=LIMITS, end={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3)
+    assert refused.value.waypoint == 4
 
 
 def test_pinned_states_do_not_scale():

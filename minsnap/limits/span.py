@@ -1,0 +1,52 @@
+"""From which instant on a trajectory keeps its limits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from minsnap.limits.limits import Limits
+from minsnap.trajectory.report import Utilisation
+from minsnap.trajectory.trajectory import Trajectory
+
+KEPT = 1e-9
+"""How far above 1 a utilisation may be."""
+
+PRECISION = 1e-9
+"""Of the instant, relative to the duration."""
+
+
+def use_from(limits: Limits, trajectory: Trajectory, start: float) -> tuple[Utilisation, ...]:
+    """Utilisation of every limit from an instant on [s]; legs and instants are those of the whole trajectory."""
+    if start <= 0.0:
+        return limits.utilisation(trajectory)
+    used = limits.utilisation(trajectory.between(start, trajectory.duration))
+    return tuple(_moved(entry, trajectory, start) for entry in used)
+
+
+def _moved(used: Utilisation, trajectory: Trajectory, start: float) -> Utilisation:
+    instant, breaks = used.instant + start, trajectory.leg_breaks
+    leg = int(np.clip(np.searchsorted(breaks, instant, side="right") - 1, 0, trajectory.legs - 1))
+    return replace(used, leg=leg, instant=instant)
+
+
+def kept_from(limits: Limits, trajectory: Trajectory) -> float:
+    """First instant from which all limits are kept to the end [s]: 0 where they always are.
+
+    Returns
+    -------
+    float
+        By bisection, to ``PRECISION`` and never too early; the duration where they are not kept at the end.
+    """
+    if _kept(limits, trajectory, 0.0):
+        return 0.0
+    low, high = 0.0, trajectory.duration
+    while high - low > PRECISION * trajectory.duration:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _kept(limits, trajectory, middle) else (middle, high)
+    return high
+
+
+def _kept(limits: Limits, trajectory: Trajectory, start: float) -> bool:
+    return all(used.fraction <= 1.0 + KEPT for used in use_from(limits, trajectory, start))

@@ -1,0 +1,174 @@
+"""The way back from a start on or outside its limits or its corridor: the shortest piece that ends with room.
+
+Conditions that the start keeps hold during the piece; those that it does not keep hold at its end, and before it as far
+as they can.  At its end all are kept with room, also a moment ahead, so that a search can go on from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.arrays import GRAVITY, BoolArray, FloatArray
+from minsnap.corridors.constraint import Walls
+from minsnap.limits.limits import Limits
+from minsnap.limits.utilisation import measure_state
+from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.initial_guess import norm_limits
+from minsnap.time_allocation.single_piece import Condition, Demand, PieceFound, SinglePiece, conditions_of
+from minsnap.trajectory.trajectory import Trajectory
+
+INSTANTS = 16
+"""Instants of the piece at which conditions hold."""
+
+MARGINS = (1e-4, 1e-3, 4e-3, 2e-2)
+"""By how many widths conditions are moved inwards, so that they hold between instants, by order of the derivative."""
+
+DOUBTFUL = 0.02
+"""Excess, below zero, above which a start, or the moment ahead of it, counts as not keeping a condition."""
+
+LENIENCE = ((DOUBTFUL, 0.05), (np.inf, 0.3), (np.inf, 3.0))
+"""Excess, below zero, above which a limit counts as not kept, and by how many widths it may be exceeded further.
+
+They are tried in this order."""
+
+ROOM = {0: 0.02, 1: 0.02}
+"""Share of the room of a motion at rest that is left at the end of the piece, by order of the derivative."""
+
+HIGHER_ROOM = 0.5
+"""The same for the orders above."""
+
+AHEAD = 0.1
+"""Moment ahead for which the end has room, in the time that full acceleration takes to the largest speed."""
+
+SHORTEST, LONGEST, FINER = 0.02, 20.0, 1.1
+"""Durations tried, in the same time, and how near the least one is found."""
+
+FEASIBLE = 1e-6
+"""Slack of the solver that counts as none, in widths."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recovery:
+    """A way back.
+
+    Parameters
+    ----------
+    piece : Trajectory
+        From the start; one polynomial.
+    """
+
+    piece: Trajectory
+
+    def state(self, half: int) -> FloatArray:
+        """Return the derivatives 0 ... k - 1 at the end, (k, dim)."""
+        return np.stack([self.piece(self.piece.duration, order) for order in range(half)])
+
+
+def start_state(task: Task) -> FloatArray:
+    """Position and pinned derivatives of the first waypoint, (k, dim)."""
+    pinned = task.pins.get(0, {})
+    zero = np.zeros(task.dim)
+    return np.stack([task.waypoints[0], *(pinned.get(order, zero) for order in range(1, task.half))])
+
+
+def start_use(task: Task, limits: Limits) -> float:
+    """Share of the most used limit at the start."""
+    return max(used.fraction for used in measure_state(limits, task.pins.get(0, {}), task.dim))
+
+
+def way_back(state: FloatArray, walls: Sequence[Walls], limits: Limits) -> Recovery | None:
+    """Return the shortest way back from a state; None where there is none.
+
+    Parameters
+    ----------
+    state : ndarray, shape (k, dim)
+        Derivatives 0 ... k - 1.
+    walls : sequence of Walls
+        Of the corridor; those of the first leg are kept.
+    limits : Limits
+    """
+    scales = typical(state, limits)
+    piece = SinglePiece(state, scales[1])
+    moment = scales[0] / scales[1]
+    known = conditions_of([*walls, *limits.walls(np.zeros((2, state.shape[1])))], 0, state[0])
+    for lenience in LENIENCE:
+        demands = [demand for condition in known for demand in _demands(condition, piece.state, moment, lenience)]
+        duration, answer = shortest(_Solves(piece, demands), SHORTEST * moment, LONGEST * moment, FINER)
+        if answer is not None:
+            return Recovery(Trajectory(answer.points[None] + state[0], np.array([duration])))
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class _Solves:
+    """The piece of a duration, if it keeps every hard demand."""
+
+    piece: SinglePiece
+    demands: list[Demand]
+
+    def __call__(self, duration: float) -> PieceFound | None:
+        ends = self.piece.start_ends(duration)
+        answer = self.piece.solve(duration, ends, range(self.piece.half), self.demands)
+        return answer if answer is not None and answer.hard <= FEASIBLE else None
+
+
+def shortest(
+    found: Callable[[float], PieceFound | None], least: float, most: float, finer: float
+) -> tuple[float, PieceFound | None]:
+    """Look for the least duration that has an answer: coarsely upwards, then by bisection."""
+    high, answer = least, found(least)
+    low = high
+    while answer is None and high < most:
+        low, high = high, 1.6 * high
+        answer = found(high)
+    while answer is not None and high > finer * low:
+        middle = float(np.sqrt(low * high))
+        shorter = found(middle)
+        low, high, answer = (low, middle, shorter) if shorter is not None else (middle, high, answer)
+    return high, answer
+
+
+def typical(state: FloatArray, limits: Limits) -> tuple[float, float]:
+    """Return a speed and an acceleration that count as large from a state on: of the limits, or else of the state."""
+    speed, acceleration = norm_limits(limits)[:2]
+    acceleration = acceleration if np.isfinite(acceleration) else GRAVITY / 2.0
+    moving = float(np.linalg.norm(state[1])) if len(state) > 1 else 0.0
+    speed = speed if np.isfinite(speed) else max(moving, 1.0)
+    return max(speed, moving), acceleration
+
+
+def _demands(condition: Condition, state: FloatArray, moment: float, lenience: tuple[float, float]) -> list[Demand]:
+    """Return the demands of a condition on the piece and on its end."""
+    order, half = condition.order, len(state)
+    inside = np.arange(1, INSTANTS + 1) / INSTANTS
+    margin = np.full(INSTANTS, MARGINS[min(order, len(MARGINS) - 1)])
+    if order >= half:
+        return [Demand(condition, inside, margin)]
+    now, ahead = condition.excess(state[order]), bool(order) and order + 1 < half
+    soon = condition.excess(state[order] + AHEAD * moment * state[order + 1]) if ahead else now
+    unsure = np.maximum(now, soon) > (-lenience[0] if order else -DOUBTFUL)
+    last = Demand(condition, np.ones(1), _room(condition))
+    found = [last, *([Demand(condition, np.ones(1), last.inwards, ahead=AHEAD * moment)] if ahead else [])]
+    if (~unsure).any():
+        found.append(Demand(_part(condition, ~unsure), inside, margin))
+    if unsure.any():
+        part, allowed = _part(condition, unsure), np.maximum(now[unsure], 0.0) + lenience[1]
+        found.append(Demand(part, inside, margin * inside, soft=True))
+        found.append(Demand(part, inside, np.broadcast_to(-allowed, (INSTANTS, len(allowed)))))
+    return found
+
+
+def _part(condition: Condition, chosen: BoolArray) -> Condition:
+    return Condition(condition.order, condition.rows[chosen], condition.offset[chosen], condition.name)
+
+
+def _room(condition: Condition) -> FloatArray:
+    """Inward move at the end, (1, r): a share of the room that rest has, or of the width for positions."""
+    share = ROOM.get(condition.order, HIGHER_ROOM)
+    if condition.order == 0:
+        return np.full((1, len(condition.rows)), share)
+    rest = condition.excess(np.zeros(condition.rows.shape[2]))
+    return np.asarray(share * np.maximum(-rest, 0.0))[None]

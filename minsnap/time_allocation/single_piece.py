@@ -1,0 +1,192 @@
+r"""One polynomial from a moving state: the conditions that it keeps at instants, as one small cone programme.
+
+The unknowns are some of the derivatives at the end of the piece, as deviations from the motion that keeps the highest
+given derivative of the start.  A wall :math:`\|A(x - a)\| \le \rho + c \cdot x` of a derivative x becomes a
+second-order cone at every instant of a grid (S. Boyd and L. Vandenberghe, "Convex Optimization", section 4.4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import factorial
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.constraint import Cones, Walls
+from minsnap.polynomials.bernstein import ends_gram, ends_to_points
+from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_programme
+from minsnap.time_allocation.joint_layout import Chain, end_basis
+
+SMOOTH = 1e-6
+"""Weight of the squared highest derivative beside the slacks, so that the solution is unique."""
+
+FAILED = 1e-4
+"""Price of the slack of a soft condition, as a share of the price of a hard one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """Walls of one derivative on one piece: the norm of all rows but the first does not exceed the first row.
+
+    Parameters
+    ----------
+    order : int
+        Derivative that is bounded.
+    rows : ndarray, shape (r, c, dim)
+        In widths per unit of the derivative.
+    offset : ndarray, shape (r, c)
+        In widths; positions are counted from the start of the piece.
+    name : str
+        What messages call it.
+    """
+
+    order: int
+    rows: FloatArray
+    offset: FloatArray
+    name: str
+
+    def excess(self, values: FloatArray) -> FloatArray:
+        """Excess in widths at values (..., dim) of the derivative: (..., r)."""
+        parts = np.einsum("rcd,...d->...rc", self.rows, values) + self.offset
+        rest = parts[..., 1:]
+        return np.asarray(np.sqrt((rest * rest).sum(axis=-1)) - parts[..., 0])
+
+
+def conditions_of(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[Condition]:
+    """Return the walls of one leg, positions counted from an origin (dim,) [m]."""
+    found = [_condition(wall.cones, leg, origin) for wall in walls]
+    return [condition for condition in found if len(condition.rows)]
+
+
+def _condition(cones: Cones, leg: int, origin: FloatArray) -> Condition:
+    own = np.flatnonzero(cones.leg == leg)
+    rows = np.concatenate((cones.slope[own, None], cones.matrix[own]), axis=1) / cones.width[own, None, None]
+    shift = (origin if cones.order == 0 else 0.0) - cones.anchor[own]
+    offset = np.einsum("rcd,rd->rc", rows, shift)
+    offset[:, 0] += cones.radius[own] / cones.width[own]
+    return Condition(cones.order, rows, offset, cones.name)
+
+
+@dataclass(frozen=True, eq=False)
+class Demand:
+    """A condition at some instants of the piece.
+
+    Parameters
+    ----------
+    condition : Condition
+    s : ndarray, shape (m,)
+        Instants, in [0, 1].
+    inwards : ndarray, shape (m,) or (m, r)
+        By how many widths it is moved inwards there.
+    soft : bool
+        Whether it may be exceeded where nothing else will do.
+    ahead : float
+        Seconds by which the derivative is extrapolated with the next one.
+    """
+
+    condition: Condition
+    s: FloatArray
+    inwards: FloatArray
+    soft: bool = False
+    ahead: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class PieceFound:
+    """A solved piece: control points (2k, dim) from the start, and the excesses left of hard and soft conditions."""
+
+    points: FloatArray
+    hard: float
+    soft: float
+
+
+class SinglePiece:
+    """Pieces from one state.
+
+    Parameters
+    ----------
+    state : ndarray, shape (k, dim)
+        Derivatives 0 ... k - 1 at the start; the position is taken as the origin.
+    acceleration : float
+        One that counts as large here [m/s^2], positive.
+    """
+
+    def __init__(self, state: FloatArray, acceleration: float) -> None:
+        self.half, self.dim = state.shape
+        self.state, self.acceleration = state.copy(), acceleration
+        self.state[0] = 0.0
+        self.degree = 2 * self.half - 1
+
+    def start_ends(self, duration: float) -> FloatArray:
+        """End derivatives on the unit interval of the motion that keeps the highest derivative, (2k, dim)."""
+        orders = np.arange(self.half)
+        scale = duration**orders
+        start = self.state * scale[:, None]
+        taylor = [[1.0 / factorial(q - p) if q >= p else 0.0 for q in orders] for p in orders]
+        return np.concatenate((start, np.asarray(taylor) @ start))
+
+    def rest_ends(self, duration: float) -> FloatArray:
+        """Like ``start_ends``, but at rest at the end, half way as far as at the speed of the start."""
+        ends = self.start_ends(duration)
+        ends[self.half :] = 0.0
+        ends[self.half] = 0.5 * duration * self.state[1]
+        return ends
+
+    def solve(
+        self, duration: float, ends: FloatArray, free: Sequence[int], demands: Sequence[Demand]
+    ) -> PieceFound | None:
+        """Choose the free derivatives at the end.
+
+        Parameters
+        ----------
+        duration : float
+            [s].
+        ends : ndarray, shape (2k, dim)
+            Derivatives at both ends on the unit interval [m]; the free ones are a guess.
+        free : sequence of int
+            Orders of the derivatives at the end that are unknown.
+        demands : sequence of Demand
+        """
+        unit = self.acceleration * duration**2
+        size = len(free) * self.dim + 2
+        rows = [self._rows(demand, duration, ends, free, unit) for demand in demands]
+        for slack in (size - 2, size - 1):
+            bound = np.zeros((1, 1, size))
+            bound[0, 0, slack] = -1.0
+            rows.append(Rows(np.zeros(1, dtype=np.intp), bound, np.zeros((1, 1))))
+        solution = solve_programme(self._programme(ends / unit, free, rows))
+        if solution is None:
+            return None
+        moved = ends.copy()
+        moved[self.half + np.asarray(free)] += unit * solution.x[:-2].reshape(len(free), self.dim)
+        return PieceFound(ends_to_points(self.degree) @ moved, float(solution.x[-2]), float(solution.x[-1]))
+
+    def _rows(self, demand: Demand, duration: float, ends: FloatArray, free: Sequence[int], unit: float) -> Rows:
+        condition, order = demand.condition, demand.condition.order
+        factors = end_basis(self.degree, order, demand.s) / duration**order
+        if demand.ahead:
+            factors = factors + demand.ahead * end_basis(self.degree, order + 1, demand.s) / duration ** (order + 1)
+        value = np.einsum("rcd,md->mrc", condition.rows, factors @ ends) + condition.offset
+        inwards = np.broadcast_to(demand.inwards.reshape(len(demand.s), -1), value.shape[:2])
+        value[:, :, 0] -= inwards
+        slope = unit * np.einsum("rcd,mf->mrcfd", condition.rows, factors[:, self.half + np.asarray(free)])
+        count, cone = value.shape[0] * value.shape[1], value.shape[2]
+        matrix = np.zeros((count, cone, len(free) * self.dim + 2))
+        matrix[:, :, :-2] = -slope.reshape(count, cone, -1)
+        matrix[:, 0, -1 if demand.soft else -2] = -1.0
+        return Rows(np.zeros(count, dtype=np.intp), matrix, value.reshape(count, cone))
+
+    def _programme(self, ends: FloatArray, free: Sequence[int], rows: list[Rows]) -> ConeProgramme:
+        """Slacks, and the cost of the curve as a tie-break."""
+        size = len(free) * self.dim + 2
+        gram = SMOOTH * ends_gram(self.degree) / ends_gram(self.degree).max()
+        places = self.half + np.asarray(free)
+        hessian = np.zeros((1, size, size))
+        hessian[0, :-2, :-2] = np.kron(gram[np.ix_(places, places)], np.eye(self.dim))
+        linear = np.zeros(size)
+        linear[:-2] = (gram[places] @ ends).reshape(-1)
+        linear[-2:] = 1.0, FAILED
+        chain = Chain(np.arange(size + 1), 0)
+        return ConeProgramme(size, np.arange(size)[None], hessian, np.full(size, 1e-9), linear, rows, chain)

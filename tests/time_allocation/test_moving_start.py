@@ -1,0 +1,71 @@
+"""Shortest plans from starts on and outside their limits, judged by the certificate and by dense samples."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Boxes, LimitError, Limits
+from minsnap.time_allocation.moving_start import joined
+
+POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)
+BOXES = Boxes(np.minimum(POINTS[:-1], POINTS[1:]) - 0.5, np.maximum(POINTS[:-1], POINTS[1:]) + 0.5)
+LIMITS = Limits(speed=3.0, acceleration=6.0)
+
+
+def planned(speed, acceleration=0.0):
+    start = {"velocity": (speed, 0, 0), "acceleration": (acceleration, 0, 0)}
+    return minsnap.plan(POINTS, limits=LIMITS, corridor=BOXES, start=start)
+
+
+def check(path, start):
+    after = minsnap.certify(path, POINTS, BOXES, LIMITS, limits_from=start)
+    assert after.ok and after.continuity >= 3
+    instants = np.linspace(start, path.duration, 4001)
+    assert np.linalg.norm(path(instants, 1), axis=1).max() <= 3.0 * (1.0 + 1e-8)
+    assert np.linalg.norm(path(instants, 2), axis=1).max() <= 6.0 * (1.0 + 1e-8)
+
+
+@pytest.mark.parametrize("speed", [2.999, 3.0, 3.0 + 1e-13, 3.0 - 1e-13])
+def test_a_start_within_rounding_of_its_limit_keeps_it_from_the_first_instant(speed):
+    path = planned(speed)
+    assert path.report.limits_from == 0.0
+    assert path(0.0, 1) == pytest.approx([speed, 0, 0], abs=1e-9)
+    check(path, 0.0)
+
+
+@pytest.mark.parametrize(("speed", "acceleration"), [(3.1, 0.0), (3.5, 0.0), (2.0, 7.0)])
+def test_a_start_outside_is_brought_back_and_the_certificate_names_the_span(speed, acceleration):
+    path = planned(speed, acceleration)
+    assert path(0.0, 1) == pytest.approx([speed, 0, 0], abs=1e-9)
+    assert path(0.0, 2) == pytest.approx([acceleration, 0, 0], abs=1e-8)
+    start = path.report.limits_from
+    assert 0.0 < start < 0.3
+    certificate = minsnap.certify(path, POINTS, BOXES, LIMITS)
+    assert not certificate.ok
+    assert certificate.limits_from == pytest.approx(start, abs=1e-6)
+    assert path.report.corridor_margin == pytest.approx(certificate.corridor_margin, abs=1e-9)
+    check(path, start)
+
+
+def test_where_nothing_can_be_mended_the_start_is_refused():
+    narrow = Boxes([(-0.5, -0.5, 0.5), (0.1, -0.5, 0.5)], [(0.3, 0.5, 1.5), (3.0, 0.5, 1.5)])
+    points = [(0, 0, 1), (0.2, 0, 1), (2, 0, 1)]
+    with pytest.raises(LimitError, match="the start has speed 6 where 3 is allowed, and no way back") as refused:
+        minsnap.plan(points, limits=LIMITS, corridor=narrow, start={"velocity": (6, 0, 0)})
+    assert refused.value.waypoint == 0
+
+
+def test_a_piece_joined_before_a_plan_is_the_same_curve_with_as_many_legs():
+    rest = minsnap.plan(POINTS, durations=[1.0, 1.2, 0.9, 1.1], pieces=2)
+    first, second = rest.between(0.0, 0.2), rest.between(0.2, rest.duration)
+    again = joined(first, minsnap.Trajectory(second.control_points, second.durations, pieces=2))
+    assert (again.legs, again.pieces) == (rest.legs, 3)
+    t = np.linspace(0.0, rest.duration, 101)
+    assert again(np.minimum(t, again.duration)) == pytest.approx(rest(t), abs=1e-12)
+    assert again.leg_breaks == pytest.approx(rest.leg_breaks)
+
+
+@pytest.mark.parametrize("instant", [-1.0, 9.0, True, "0"])
+def test_limits_from_is_an_instant_of_the_trajectory(instant):
+    with pytest.raises(minsnap.errors.InputError, match="limits_from is"):
+        minsnap.certify(planned(2.0), limits=LIMITS, limits_from=instant)
