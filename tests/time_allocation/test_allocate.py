@@ -71,7 +71,7 @@ def test_a_pinned_state_beyond_a_limit_is_named_with_the_value_that_would_do(lim
         minsnap.plan(REFERENCE, limits=Limits(**({"speed": 30.0} | limits)), **pins)
     name = next(name for name in limits if name != "norm")
     assert name in str(refused.value) or name.replace("_", " ") in str(refused.value)
-    assert f"waypoint {0 if where == 'start' else 2}" in str(refused.value)
+    assert f"waypoint {4 if where == 'end' else 2}" in str(refused.value)
     assert refused.value.smallest == pytest.approx(smallest)
 
 
