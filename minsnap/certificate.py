@@ -29,6 +29,7 @@ from minsnap.limits.span import kept_from, use_from
 from minsnap.native import certificate as native
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
+from minsnap.tolerances import EXACT
 from minsnap.trajectory.path_card import path_drawings
 from minsnap.trajectory.report import utilisation_facts
 from minsnap.trajectory.trajectory import Trajectory
@@ -37,10 +38,7 @@ if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.report import Utilisation
 
-EXACT = 1e-9
-"""Error, relative to the extent of the curve, below which a waypoint counts as met and a limit as kept."""
-
-ROUNDING = 8.0 * UNIT
+STORED = 8.0 * UNIT
 """Error of a stored position, relative to the largest."""
 
 
@@ -228,13 +226,13 @@ def _passing(traj: Trajectory, placement: Placement) -> tuple[float, float, bool
     positions, points = _knot_positions(traj), placement.points
     distance = np.sqrt(((positions - points) ** 2).sum(axis=2)).max() * (1.0 + (traj.dim + 8) * UNIT)
     excess = max(float(placement.outside(side).max()) for side in positions)
-    allowed = EXACT * np.abs(points - points[0]).max() + ROUNDING * np.abs(points).max()
+    allowed = EXACT * np.abs(points - points[0]).max() + STORED * np.abs(points).max()
     return float(distance), excess, bool(excess <= allowed) and _crossed(traj, placement)
 
 
 def continuity(traj: Trajectory) -> int:
     """Highest order up to which both sides of every knot agree, but for the rounding of their control points."""
-    found = native.continuity(traj.control_points, traj.durations, EXACT, ROUNDING)
+    found = native.continuity(traj.control_points, traj.durations, EXACT, STORED)
     return _continuity(traj) if found is None else found
 
 
@@ -247,7 +245,7 @@ def _continuity(traj: Trajectory) -> int:
     for order in range(traj.degree + 1):
         points = differentiate(relative, order) / traj.durations[:, None, None] ** order
         jump = np.abs(points[1:, 0] - points[:-1, -1]).max(axis=1)
-        rounding = ROUNDING * size * perm(traj.degree, order) * (2.0 / shorter) ** order
+        rounding = STORED * size * perm(traj.degree, order) * (2.0 / shorter) ** order
         if (jump > EXACT * np.abs(points).max() + rounding).any():
             return order - 1
     return traj.degree

@@ -11,12 +11,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import WaypointError
-
-FLAT = 1e-9
-"""Distance of a corner from its polygon's plane, relative to the polygon's size, that counts as rounding."""
-
-ALIGNED = 1e-15
-"""Component of a unit vector below which it counts as zero."""
+from minsnap.tolerances import EXACT, ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +135,7 @@ class Gate(ReadOnly):
         spokes = points - middle
         axis = _unit(np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0), "the area of a polygon")
         size = float(np.abs(spokes).max())
-        if np.abs(spokes @ axis).max() > FLAT * size:
+        if np.abs(spokes @ axis).max() > EXACT * size:
             raise WaypointError("the corners of a gate must lie in one plane")
         edges = np.roll(points, -1, axis=0) - points
         if (np.cross(edges, np.roll(edges, -1, axis=0)) @ axis <= 0.0).any():
@@ -189,13 +184,13 @@ def _sides(axis: FloatArray, up: npt.ArrayLike | None) -> Sequence[FloatArray]:
     """Return unit vectors along the width and the height of an opening."""
     if len(axis) == 2:
         return [np.array([-axis[1], axis[0]])]
-    level = abs(axis[2]) > 1.0 - FLAT
+    level = abs(axis[2]) > 1.0 - EXACT
     vertical = (0.0, 1.0, 0.0) if level else (0.0, 0.0, 1.0)
     upwards = _numbers(vertical if up is None else up, "up of a gate")
     if upwards.shape != (3,):
         raise WaypointError(f"up of a gate is {up!r}: give three coordinates")
     across = np.cross(upwards, axis)
-    if np.linalg.norm(across) <= FLAT * np.linalg.norm(upwards):
+    if np.linalg.norm(across) <= EXACT * np.linalg.norm(upwards):
         raise WaypointError(f"up of a gate is {up!r}, along its normal: give a direction in its plane")
     across = _snapped(across / np.linalg.norm(across))
     return [across, _snapped(np.cross(axis, across))]
@@ -210,7 +205,7 @@ def _unit(vector: FloatArray, what: str) -> FloatArray:
 
 def _snapped(vectors: FloatArray) -> FloatArray:
     """Set components to zero that are only rounding."""
-    return np.where(np.abs(vectors) <= ALIGNED, 0.0, vectors)
+    return np.where(np.abs(vectors) <= ROUNDING, 0.0, vectors)
 
 
 def _size(value: Any, what: str) -> float:

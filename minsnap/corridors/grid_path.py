@@ -9,9 +9,7 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.checks import point_text
 from minsnap.errors import CorridorError
-
-SLIVER = 1e-9
-"""Share of a segment within which crossing two cell borders counts as passing through their common edge."""
+from minsnap.tolerances import EXACT
 
 
 def visited(shape: IntArray, points: FloatArray, size: FloatArray, corner: FloatArray) -> IntArray:
@@ -44,7 +42,7 @@ def _middles(start: FloatArray, end: FloatArray) -> FloatArray:
         if last > first:
             shares.append((np.arange(np.ceil(first), np.floor(last) + 1.0) - low) / (high - low))
     cuts = np.sort(np.clip(np.concatenate(shares), 0.0, 1.0))
-    long = np.diff(cuts) > SLIVER
+    long = np.diff(cuts) > EXACT
     middle = ((cuts[1:] + cuts[:-1]) / 2.0)[long]
     return np.asarray(start + middle[:, None] * (end - start))
 

@@ -13,12 +13,10 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import CorridorError, SolverError
+from minsnap.tolerances import EXACT
 
 HalfSpaceRows = tuple[FloatArray, FloatArray]
 """A (m, dim) with rows of unit length, and b (m,)."""
-
-FLAT = 1e-9
-"""Radius, relative to the offsets, below which a set counts as having no interior."""
 
 FAR = 1e3
 """Inner balls are not sought larger than so many times the largest offset: that is unbounded."""
@@ -84,7 +82,7 @@ def _size(offsets: FloatArray) -> float:
 
 def flatness(rows: HalfSpaceRows) -> float:
     """Radius below which a set counts as having no interior [m]."""
-    return FLAT * _size(rows[1])
+    return EXACT * _size(rows[1])
 
 
 def _diagonal(blocks: Sequence[FloatArray]) -> Any:

@@ -19,9 +19,7 @@ from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.grid_boxes import grown, inflated, pruned
 from minsnap.corridors.grid_path import connected, visited
 from minsnap.errors import CorridorError
-
-ROUNDING = 1e-9
-"""Share of a cell by which the largest side may miss a whole number of cells."""
+from minsnap.tolerances import EXACT
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +92,7 @@ def corridor_from_grid(
         raise CorridorError(f"the path has {points.shape[1]} coordinates and the grid {taken.ndim} axes")
     free = ~grown(taken, _margin(clearance), size)
     cells = connected(free, visited(np.array(free.shape), points, size, corner), size, corner)
-    limit = np.maximum(np.floor(np.minimum(largest / size, np.array(free.shape)) + ROUNDING), 2).astype(np.intp)
+    limit = np.maximum(np.floor(np.minimum(largest / size, np.array(free.shape)) + EXACT), 2).astype(np.intp)
     boxes = pruned(inflated(free, cells, limit), cells[0], cells[-1])
     lower, upper = (corner + size * np.array([box[side] for box in boxes]) for side in (0, 1))
     corridor = Boxes(lower, upper)

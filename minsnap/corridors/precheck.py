@@ -12,9 +12,7 @@ from minsnap.checks import DERIVATIVES, point_text
 from minsnap.corridors.constraint import Cones, Walls
 from minsnap.corridors.knot_regions import Placement
 from minsnap.errors import CorridorError, WaypointError
-
-ROUNDING = 1e-14
-"""Excess, relative to the coordinates, that comes of rounding alone."""
+from minsnap.tolerances import ROUNDING
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
 

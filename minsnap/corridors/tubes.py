@@ -11,9 +11,7 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
 from minsnap.errors import CorridorError
-
-PARALLEL = 1e-12
-"""Length below which a projected axis counts as parallel to its leg."""
+from minsnap.tolerances import ROUNDING
 
 
 def leg_projections(waypoints: FloatArray) -> FloatArray:
@@ -84,7 +82,7 @@ class Tube(ReadOnly):
         projections = leg_projections(waypoints)
         legs, dim = projections.shape[:2]
         widths = self._of_legs(legs, dim)
-        across = np.abs(projections).max(axis=2) > PARALLEL
+        across = np.abs(projections).max(axis=2) > ROUNDING
         leg, axis = np.nonzero(across)
         width = widths[leg, axis]
         return [Faces(leg, projections[leg, axis], waypoints[leg], -width, width, width)]

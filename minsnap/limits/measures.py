@@ -19,14 +19,9 @@ from minsnap.corridors.constraint import Balls, Faces, Walls
 from minsnap.polynomials.bernstein import differentiate, multiply, squared_norm
 from minsnap.polynomials.extrema import maximum
 from minsnap.polynomials.ratios import largest_ratio
+from minsnap.tolerances import EXACT, ROUNDING
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
-
-UPWARD = 0.999
-"""Share of gravity by which a path with a limit on tilt may accelerate downwards: its thrust points up."""
-
-VANISHING = 1e-20
-"""Squared thrust, over gravity squared, below which its direction is lost and the body rate infinite."""
 
 Found = tuple[float, int, float]
 """Largest value, its piece, and its place on [0, 1]."""
@@ -175,7 +170,7 @@ class _Tilt:
 
     def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
         slope = float(np.tan(limit))
-        up = _faces(extent, np.eye(3)[2], (-UPWARD * gravity, np.inf), 2, name)
+        up = _faces(extent, np.eye(3)[2], (-(1.0 - EXACT) * gravity, np.inf), 2, name)
         return [up, _ball(extent, np.eye(2, 3), slope * gravity, 2, name, slope=(0.0, 0.0, slope))]
 
 
@@ -186,7 +181,7 @@ class _BodyRate:
         thrust, jerk = motion.thrust(), motion.order(3) / motion.gravity
         square = squared_norm(thrust)
         highest, piece, s = maximum(-square)
-        if highest >= -VANISHING:
+        if highest >= -(ROUNDING**2):
             return np.inf, piece, s
         cross = [
             multiply(jerk[..., a], thrust[..., b]) - multiply(jerk[..., b], thrust[..., a])

@@ -14,9 +14,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.polynomials.bernstein import squared_norm
-
-PARALLEL = 1e-12
-"""Share of a wall's size below which an axis counts as not bounded by it."""
+from minsnap.tolerances import ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +39,7 @@ class FlatWalls:
 
     def touched(self) -> npt.NDArray[np.bool_]:
         """Axes with a component of the normal above rounding."""
-        return np.asarray(np.abs(self.normal) > PARALLEL * np.abs(self.normal).max(axis=1, keepdims=True))
+        return np.asarray(np.abs(self.normal) > ROUNDING * np.abs(self.normal).max(axis=1, keepdims=True))
 
     def relaxation(self, excess: FloatArray) -> FloatArray:
         """Widths by which each wall must move outwards for its largest excess, (m,)."""
@@ -82,7 +80,7 @@ class Spheres:
 
     def touched(self) -> npt.NDArray[np.bool_]:
         """Axes whose column of the matrix or component of the slope is above rounding."""
-        return np.asarray((np.abs(self.matrix).max(axis=1) > PARALLEL) | (np.abs(self.slope) > PARALLEL))
+        return np.asarray((np.abs(self.matrix).max(axis=1) > ROUNDING) | (np.abs(self.slope) > ROUNDING))
 
     def relaxation(self, excess: FloatArray) -> FloatArray:
         """Widths by which each wall must move outwards for its largest excess, (m,); exact where it has no slope.

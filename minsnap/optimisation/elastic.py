@@ -18,16 +18,13 @@ from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import AxisGroup, axis_group
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
-from minsnap.optimisation.qp import DENSE, SMALL, Programme, solve_qp
+from minsnap.optimisation.qp import DENSE, Programme, solve_qp
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, rows_in_unknowns, rows_outside
 from minsnap.polynomials.extrema import maxima
 
 TRACE = 1e-5
 """Weight of the scaled snap cost beside the slacks, unless another is given."""
-
-SPARSE = 100.0
-"""Times that weight where the Hessian only has a unit diagonal."""
 
 ACCURACY = 3e-4
 """Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
@@ -171,11 +168,10 @@ class Elastic:
         raise SolverError("no solver found by how much the walls must give way: change units or durations")
 
     def _groups(self) -> Iterator[AxisGroup]:
-        """Coordinates of all axes together: those chosen by size, then dense ones."""
-        few = self.problem.size <= SMALL
-        yield self._coordinates(few)
-        if not few and self.problem.size <= DENSE:
+        """Coordinates of all axes together, dense ones first where the unknowns are few."""
+        if self.problem.size <= DENSE:
             yield self._coordinates(True)
+        yield self._coordinates(False)
 
     def _coordinates(self, whitened: bool) -> AxisGroup:
         if whitened not in self._made:
@@ -206,7 +202,6 @@ class Elastic:
         from scipy.sparse import coo_matrix, csc_matrix, identity
 
         n, m, weight = len(group.columns), self.give.slacks, self.trace
-        weight *= 1.0 if group.whitened else SPARSE
         slack_of = self.give.group[self._known.source.wall]
         gives = np.flatnonzero(slack_of >= 0)
         moved = coo_matrix((-moves[gives], (gives, slack_of[gives])), shape=(len(h), m))

@@ -23,13 +23,10 @@ from minsnap.optimisation.qp import DENSE
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.stop_and_go import least_share, straight_inside
 from minsnap.optimisation.unconstrained import unbounded_optimum
+from minsnap.tolerances import EXACT
 
 MIDDLE = 1500
 """Unknowns up to which a QP that sparse solvers left is tried in dense coordinates."""
-
-NUDGE = 1e-9
-"""Widths by which walls are moved inwards first where rounding alone leaves a curve outside."""
-
 
 NOISE = 1e-13
 """Share of the largest derivative, of its order or of all in normalised units, below which one is rounding."""
@@ -186,7 +183,7 @@ def _without_noise(last: Attempt) -> Attempt:
 
 def _moved_inwards(last: Attempt) -> Attempt:
     """Begin with a shift of rounding size, then 100 times as far, and at least as far as the violation."""
-    inward = max(NUDGE, 100.0 * last.method.inward, 2.0 * last.state.excess)
+    inward = max(EXACT, 100.0 * last.method.inward, 2.0 * last.state.excess)
     return last.again(replace(last.method, inward=inward))
 
 
@@ -202,7 +199,7 @@ def _blended(last: Attempt) -> Attempt:
         state = replace(last.state, curve=curve)
         if share == 1.0 or last.proof is None or last.proof(state):
             return replace(last, state=state, trouble=None)
-        share = min(1.0, 2.0 * share + NUDGE)
+        share = min(1.0, 2.0 * share + EXACT)
 
 
 UNSOLVED, STALLED, OUTSIDE, LATE = Trouble.UNSOLVED, Trouble.STALLED, Trouble.OUTSIDE, Trouble.LATE

@@ -24,16 +24,13 @@ DIGITS = 60
 RESOLVED = {2: np.inf, 3: 1e6, 4: 300.0, 5: 20.0, 6: 4.0}
 """By k: the ratio of durations up to which double precision gives the optimum to about 1e-9."""
 
-LEGS = 5000
-"""Pieces up to which decimal arithmetic is used."""
-
 Decimals = npt.NDArray[Any]
 
 
 def is_extreme(problem: Problem) -> bool:
     """Whether a problem requests decimal arithmetic, or its durations differ too much for double precision."""
     durations = problem.durations
-    if len(durations) > LEGS or len(durations) == 1:
+    if len(durations) == 1:
         return False
     return problem.extended or bool(durations.max() > RESOLVED[problem.half] * durations.min())
 

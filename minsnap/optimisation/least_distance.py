@@ -8,15 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.tolerances import ROUNDING
 
 KEPT = 1e-14
 """Violation of a normalised row, beside the solution, that is rounding."""
-
-LARGEST = 1e12
-"""Size of a solution, in scaled units, beyond which rows count as contradictory."""
-
-DEPENDENT = 1e-13
-"""Share of the largest diagonal entry below which rows count as dependent."""
 
 RESCALINGS = 6
 """How often a least-distance problem is scaled again so that its solution is of order one."""
@@ -72,7 +67,7 @@ def _least_norm(rows: FloatArray, bounds: FloatArray) -> tuple[FloatArray, Float
             return None
         residual = dual @ weights
         residual[-1] -= 1.0
-        if not residual[-1] < -np.finfo(np.float64).eps or size > LARGEST:
+        if not residual[-1] < -np.finfo(np.float64).eps or size * ROUNDING > 1.0:
             return None
         length = float(np.linalg.norm(residual[:-1])) / -residual[-1]
         if 0.1 < length < 10.0:
@@ -92,7 +87,7 @@ def _sharpened(
         return x, multipliers
     Q, R = np.linalg.qr(rows[active].T)
     diagonal = np.abs(np.diag(R))
-    if diagonal.min() <= DEPENDENT * diagonal.max():
+    if diagonal.min() <= ROUNDING * diagonal.max():
         return x, multipliers
     y = solve_triangular(R, bounds[active], trans="T")
     sharpened = np.zeros(len(rows))

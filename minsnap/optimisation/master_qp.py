@@ -10,7 +10,7 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.optimisation.axis_group import AxisGroup, axis_group, programme, split_axes
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
-from minsnap.optimisation.qp import SMALL, solve_qp
+from minsnap.optimisation.qp import DENSE, solve_qp
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, rows_in_unknowns
 
@@ -168,7 +168,7 @@ class MasterQP:
 
 def axis_masks(problem: Problem, compiled: Compiled) -> list[BoolArray]:
     """Axes of each group, masks of shape (dim,): one group for all where there are few unknowns."""
-    return split_axes(compiled, problem) if problem.size > SMALL else [np.ones(problem.dim, dtype=bool)]
+    return split_axes(compiled, problem) if problem.size > DENSE else [np.ones(problem.dim, dtype=bool)]
 
 
 def master_qp(

@@ -6,13 +6,13 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones
-from minsnap.corridors.tubes import PARALLEL
 from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, Planes, solve_corridor
 from minsnap.native.library import core
 from minsnap.native.status import Status
 from minsnap.native.unconstrained import pinned_optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
+from minsnap.tolerances import ROUNDING
 
 MOST_WHOLE = 48
 """Pieces up to which the native core solves a corridor as a whole; more are solved in windows."""
@@ -83,7 +83,7 @@ def tube_at_rest(points: FloatArray, durations: FloatArray, half: int, width: fl
         return None
     u = steps / lengths[:, None]
     across = np.eye(points.shape[1]) - u[:, :, None] * u[:, None, :]
-    leg, axis = np.nonzero(np.abs(across).max(axis=2) > PARALLEL)
+    leg, axis = np.nonzero(np.abs(across).max(axis=2) > ROUNDING)
     normal, leg = across[leg, axis], np.concatenate((leg, leg))
     bound, order = np.full(len(leg), width), np.zeros(len(leg), dtype=np.int64)
     walls = Planes(leg, order, np.concatenate((normal, -normal)), points[leg], bound, bound)

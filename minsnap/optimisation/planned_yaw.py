@@ -14,15 +14,13 @@ from minsnap.checks import is_number
 from minsnap.errors import YawError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
+from minsnap.tolerances import EXACT
 from minsnap.trajectory.heading import shortest_turns, wrap
 from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
-
-SAME = 1e-9
-"""Difference of two yaws that counts as rounding [rad]."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +98,7 @@ def asked_heading(
         return lambda _: ConstantHeading(float(angles))
     if angles.shape != (legs + 1,):
         raise YawError(f"yaw has shape {angles.shape}: give one angle, or one for each of {legs + 1} waypoints")
-    if closed and abs(wrap(angles[-1] - angles[0])) > SAME:
+    if closed and abs(wrap(angles[-1] - angles[0])) > EXACT:
         raise YawError(
             f"a closed lap begins at a yaw of {angles[0]:g} rad and ends at {angles[-1]:g} rad: give the same, but for "
             "whole turns"

@@ -13,18 +13,13 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray
 from minsnap.errors import UnknownSolverError
 from minsnap.optimisation.least_distance import least_distance
-
-SMALL = 60
-"""Unknowns up to which one QP for all axes is quicker than one for each group of axes."""
+from minsnap.tolerances import ROUNDING
 
 DENSE = 150
-"""Unknowns up to which the Hessian is made the identity and QPs are dense."""
+"""Unknowns up to which one QP takes all axes, its Hessian is made the identity, and it is dense."""
 
 ACCURACY = 1e-6
 """Duality gap as a share of the cost, and a tenth of it the violation of a normalised row, that count as solved."""
-
-TINY = 1e-12
-"""Cost, in scaled units, below which a gap does not matter."""
 
 TOLERANCES: dict[str, dict[str, Any]] = {
     "daqp": {"primal_tol": 1e-13, "sing_tol": 1e-13, "dual_tol": 1e-12, "iter_limit": 10_000, "time_limit": 2.0},
@@ -90,7 +85,7 @@ def check_solver(solver: str) -> str:
 
 
 def solve_qp(
-    asked: Programme, solver: str, tiny: float = TINY, active: BoolArray | None = None, weight: float = 1.0
+    asked: Programme, solver: str, tiny: float = ROUNDING, active: BoolArray | None = None, weight: float = 1.0
 ) -> Solution | None:
     """Solve a programme, or return None if the solver fails or gives an answer that fails the check.
 

@@ -22,10 +22,8 @@ from minsnap.optimisation.rows import Curve, rows_in_unknowns
 from minsnap.optimisation.stop_and_go import straight_heights
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
+from minsnap.tolerances import EXACT
 from minsnap.trajectory.trajectory import Trajectory
-
-TOUCHING = 1e-9
-"""Distance to a wall, in its widths, below which a straight leg touches it."""
 
 NATIVE = "native"
 """What reports call the native core, as a core and as a solver."""
@@ -189,7 +187,7 @@ def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError:
     if last.trouble is Trouble.LATE:
         return SolverError("time_limit has passed without a certified plan: give more time, or widen the corridor")
     for block, straight in zip(curve.compiled.blocks, straight_heights(curve), strict=True):
-        for wall in np.flatnonzero((straight >= -TOUCHING) & (block.order == 0)):
+        for wall in np.flatnonzero((straight >= -EXACT) & (block.order == 0)):
             leg = int(block.piece[wall]) // task.pieces
             return CorridorError(
                 f"waypoint {leg} or {leg + 1} lies on a wall of leg {leg}, and the curve has no room to stay inside: "

@@ -18,9 +18,6 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 
-FEW = 40
-"""Instants up to which powers are quicker than cumulative products."""
-
 Rational = list[list[Fraction]]
 
 
@@ -183,9 +180,6 @@ def basis(degree: int, s: FloatArray) -> FloatArray:
     ndarray, shape (m, degree + 1)
         Non-negative; every row sums to one.
     """
-    if len(s) <= FEW:
-        powers = _exponents(degree)
-        return np.asarray(_binomials(degree) * s[:, None] ** powers * (1.0 - s)[:, None] ** powers[::-1])
     rising = np.empty((len(s), degree + 1))
     falling = np.empty((len(s), degree + 1))
     rising[:, 0] = falling[:, 0] = 1.0
@@ -196,11 +190,6 @@ def basis(degree: int, s: FloatArray) -> FloatArray:
     rising *= falling[:, ::-1]
     rising *= _binomials(degree)
     return rising
-
-
-@cache
-def _exponents(degree: int) -> FloatArray:
-    return np.arange(degree + 1.0)
 
 
 def differentiate(points: FloatArray, order: int) -> FloatArray:
@@ -318,9 +307,7 @@ def multiply(left: FloatArray, right: FloatArray) -> FloatArray:
 
 
 def rising_powers(base: FloatArray, lowest: int, count: int) -> FloatArray:
-    """Powers lowest, lowest + 1, … of each value of shape (m,): (m, count), of many by repeated multiplication."""
-    if len(base) <= FEW:
-        return np.asarray(base[:, None] ** np.arange(lowest, lowest + count, dtype=np.float64))
+    """Powers lowest, lowest + 1, … of each value of shape (m,): (m, count), by repeated multiplication."""
     powers = np.empty((len(base), count))
     powers[:, 0] = base ** float(lowest)
     for j in range(1, count):

@@ -23,9 +23,6 @@ from minsnap.polynomials.enclosures import UNIT, Enclosure, above, below
 PARTS = 8
 """Into how many parts an interval is cut."""
 
-ROUNDS = 14
-"""How often; the last parts are as wide as the rounding of an instant."""
-
 NEWTON = 5
 """Newton steps to the top of a concave part."""
 
@@ -85,7 +82,7 @@ class _Search:
 
     def run(self) -> Maxima:
         width = 1.0
-        for _ in range(ROUNDS):
+        while width > UNIT:
             self._attain_ends(width)
             self._settle(self._core(), self._hull())
             if len(self.group) and width < 1.0:

@@ -12,8 +12,6 @@ from minsnap.arrays import FloatArray
 from minsnap.polynomials.bernstein import basis
 from minsnap.polynomials.extrema import maximum
 
-STEPS = 60
-
 
 def largest_ratio(top: FloatArray, bottom: FloatArray) -> tuple[float, int, float]:
     """Largest p/q over many pairs of polynomials on [0, 1], q not negative.
@@ -32,17 +30,16 @@ def largest_ratio(top: FloatArray, bottom: FloatArray) -> tuple[float, int, floa
     where : float
         Instant in [0, 1].
     """
-    value, row, where = -np.inf, 0, 0.0
-    trial = float(np.max(top[:, 0] / np.maximum(bottom[:, 0], np.finfo(np.float64).tiny)))
-    for _ in range(STEPS):
+    first = top[:, 0] / np.maximum(bottom[:, 0], np.finfo(np.float64).tiny)
+    row, where = int(np.argmax(first)), 0.0
+    trial = float(first[row])
+    while np.isfinite(trial):
         _, row, where = maximum(top - trial * bottom)
         ratio = _ratio(top[row], bottom[row], where)
-        if not ratio > trial * (1.0 + 4.0 * np.finfo(np.float64).eps):
+        if not ratio > trial + 4.0 * np.finfo(np.float64).eps * abs(trial):
             return max(ratio, trial), row, where
-        value = trial = ratio
-        if not np.isfinite(trial):
-            break
-    return value, row, where
+        trial = ratio
+    return trial, row, where
 
 
 def _ratio(top: FloatArray, bottom: FloatArray, where: float) -> float:

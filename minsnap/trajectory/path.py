@@ -12,11 +12,8 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.checks import is_whole
 from minsnap.errors import IntervalError, TimingError
+from minsnap.tolerances import ROUNDING
 from minsnap.trajectory.samples import Samples
-
-ROUNDING = 1e-12
-"""Share of the duration by which an instant may be outside for rounding alone; it counts as the end."""
-
 
 MOST_SAMPLES = 20_000_000
 """Instants on which a path is sampled at most: 6 hours at 1 kHz, 2 GB."""

@@ -270,7 +270,7 @@ class Trajectory(ReadOnly, Path):
         return float(self.breaks[piece] + s * self.durations[piece]) if s < 1.0 else float(self.breaks[piece + 1])
 
     def arc_length(self, tolerance: float = 1e-10) -> float:
-        """Length of the curve [m], by adaptive Gauss-Legendre quadrature to that relative tolerance."""
+        """Length of the curve [m], by adaptive quadrature to that relative tolerance."""
         from minsnap.polynomials.quadrature import arc_length
 
         return arc_length(self.derivative(1).control_points, self.durations, tolerance)

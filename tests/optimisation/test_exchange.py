@@ -141,10 +141,10 @@ def groups_made(monkeypatch):
 
 
 def test_axes_that_no_wall_couples_are_solved_apart(monkeypatch):
-    points, durations = staircase(10)
+    points, durations = staircase(20)
     made = groups_made(monkeypatch)
     apart = minsnap.plan(points, durations, corridor=0.1)
-    monkeypatch.setattr(master_qp, "SMALL", 1000)
+    monkeypatch.setattr(master_qp, "DENSE", 1000)
     together = minsnap.plan(points, durations, corridor=0.1)
     assert made == [(81, 3), (81, 1)]
     assert apart.report.rows > 0 and apart.report.rungs == together.report.rungs == ()

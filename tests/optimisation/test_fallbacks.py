@@ -12,6 +12,7 @@ from minsnap.errors import CorridorError, SolverError, TimingError
 from minsnap.optimisation import fallbacks, master_qp, preconditioning
 from minsnap.optimisation.exchange import Trouble
 from minsnap.optimisation.solve import Solved
+from minsnap.tolerances import EXACT
 
 TIMES = [4.0, 2.0, 4.0, 2.0]
 
@@ -161,7 +162,7 @@ def test_walls_move_inwards_while_rounding_leaves_the_curve_outside(monkeypatch,
     traj = plan()
     assert traj.report.rungs[-1] == "inward shift"
     assert traj.cost() == pytest.approx(1557.0050, rel=1e-4)
-    assert traj.report.corridor_margin >= fallbacks.NUDGE * 0.3
+    assert traj.report.corridor_margin >= EXACT * 0.3
 
 
 def test_without_the_inward_shift_a_plan_that_no_blend_can_save_is_missing(monkeypatch):

@@ -1,0 +1,9 @@
+"""The two tolerances that all rooms share."""
+
+from __future__ import annotations
+
+EXACT = 1e-9
+"""Share of a length, an angle or a limit below which two values count as equal."""
+
+ROUNDING = 1e-12
+"""Share of the largest entry of a vector or a matrix below which an entry counts as the rounding of zero."""
