@@ -146,7 +146,7 @@ def test_axes_that_no_wall_couples_are_solved_apart(monkeypatch):
     apart = minsnap.plan(points, durations, corridor=0.1)
     monkeypatch.setattr(master_qp, "DENSE", 1000)
     together = minsnap.plan(points, durations, corridor=0.1)
-    assert made == [(81, 3), (81, 1)]
+    assert made == [(171, 3), (171, 1)]
     assert apart.report.rows > 0 and apart.report.rungs == together.report.rungs == ()
     assert apart.cost() == pytest.approx(together.cost(), rel=3e-6)
     t = np.linspace(0.0, apart.duration, 200)
