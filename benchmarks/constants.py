@@ -15,8 +15,20 @@ import numpy as np
 from problems import DURATIONS, RECTANGLE, corridor, walk
 
 import minsnap
+from minsnap import tolerances
 from minsnap.errors import MinsnapError
-from minsnap.optimisation import elastic, exchange, fallbacks, high_precision, least_distance, qp, rows, solve
+from minsnap.optimisation import (
+    elastic,
+    exchange,
+    fallbacks,
+    high_precision,
+    infeasibility,
+    least_distance,
+    qp,
+    rows,
+    solve,
+)
+from minsnap.polynomials import extrema, local_maxima
 
 CONSTANTS = (
     (exchange, "GAP"),
@@ -25,22 +37,24 @@ CONSTANTS = (
     (exchange, "ROUNDS"),
     (exchange, "STALLED"),
     (rows, "SPREAD"),
-    (qp, "SMALL"),
     (qp, "DENSE"),
     (qp, "ACCURACY"),
-    (qp, "TINY"),
     (fallbacks, "MIDDLE"),
-    (fallbacks, "NUDGE"),
     (fallbacks, "NOISE"),
     (high_precision, "DIGITS"),
-    (high_precision, "LEGS"),
     (least_distance, "KEPT"),
-    (least_distance, "LARGEST"),
-    (least_distance, "DEPENDENT"),
     (least_distance, "RESCALINGS"),
-    (elastic, "SPARSE"),
+    (elastic, "TRACE"),
+    (elastic, "ACCURACY"),
     (elastic, "ROUNDS"),
-    (solve, "TOUCHING"),
+    (infeasibility, "NOTICEABLE"),
+    (infeasibility, "ROOM"),
+    (extrema, "PARTS"),
+    (extrema, "NEWTON"),
+    (local_maxima, "NEAR"),
+    (local_maxima, "STEPS"),
+    (tolerances, "EXACT"),
+    (tolerances, "ROUNDING"),
 )
 
 
@@ -49,10 +63,9 @@ def scaled(module, name, factor):
     """Multiply a constant wherever a module of the package took it from there, defaults of arguments included."""
     value = getattr(module, name)
     changed = value * factor if isinstance(value, float) else max(1, round(value * factor))
-    homes = [
-        m for k, m in sys.modules.items() if k.startswith("minsnap.optimisation.") and getattr(m, name, 0) == value
-    ]
-    takers = [solve.solve, fallbacks.first_attempt] if name == "GAP" else []
+    homes = [m for k, m in sys.modules.items() if k.startswith("minsnap.") and vars(m).get(name) == value]
+    takers = {"GAP": [solve.solve, fallbacks.first_attempt], "TRACE": [elastic.Elastic.__init__]}.get(name, [])
+    takers += [elastic.Elastic.__init__] if module is elastic and name == "ACCURACY" else []
     defaults = [taker.__defaults__ for taker in takers]
     for home in homes:
         setattr(home, name, changed)

@@ -16,7 +16,6 @@ from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
 
-TRACE, ACCURACY = 1e-6, 1e-6
 NOTICEABLE = 1e-6
 """Slack, in widths, below which a problem counts as solvable after all."""
 
@@ -65,7 +64,7 @@ def _relax(
     task: Task, problem: Problem, base: FloatArray, compiled: Compiled, groups: IntArray, slacks: int
 ) -> Relaxed:
     give = Give(groups, np.ones(len(groups)), slacks)
-    return Elastic(problem, base, compiled, task.solver, give, trace=TRACE, accuracy=ACCURACY).run()
+    return Elastic(problem, base, compiled, task.solver, give, trace=NOTICEABLE, accuracy=NOTICEABLE).run()
 
 
 def _too_narrow(
