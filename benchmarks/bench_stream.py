@@ -1,6 +1,7 @@
 """How punctual streaming is: setpoints to a second process over loopback UDP, in real time, counted where they arrive.
 
-Run it by hand: ``python benchmarks/bench_stream.py --rate 50 --seconds 60``. It prints one line of JSON.
+Run it by hand: ``python benchmarks/bench_stream.py --rate 50 --seconds 60 --load 2``, where the load is so many busy
+processes of stress-ng. It prints one line of JSON.
 """
 
 from __future__ import annotations
@@ -10,7 +11,10 @@ import json
 import multiprocessing
 import os
 import platform
+import subprocess
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from multiprocessing.connection import Connection
 
 import numpy as np
@@ -69,22 +73,44 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rate", type=float, default=50.0)
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--load", type=int, default=0, help="busy processes of stress-ng beside it")
     wanted = parser.parse_args()
-    samples = fly_in_place(wanted.rate, wanted.seconds)
+    with busy(wanted.load):
+        measure(wanted.rate, wanted.seconds, wanted.load)
+
+
+@contextmanager
+def busy(processes: int) -> Iterator[None]:
+    """Keep so many processes busy."""
+    if not processes:
+        yield
+        return
+    load = subprocess.Popen(["stress-ng", "--cpu", str(processes), "--quiet"])
+    try:
+        yield
+    finally:
+        load.terminate()
+        load.wait()
+
+
+def measure(rate: float, seconds: float, load: int) -> None:
+    """Fly and print what was measured."""
+    samples = fly_in_place(rate, seconds)
     ours, theirs = multiprocessing.Pipe()
-    hold = round(3.5 * wanted.rate)
+    hold = round(3.5 * rate)
     receiver = multiprocessing.Process(target=receive, args=(theirs, len(samples) + hold), daemon=True)
     receiver.start()
     steps: list[int] = []
+    said: list[str] = []
 
     def note(status: StreamStatus) -> None:
         if status.index is not None:
             steps.append(status.index)
 
     connection, rules = f"udpout:127.0.0.1:{ours.recv()}", SafetyRules(abort_distance=9)
-    report = stream(samples, connection, trigger="now", rules=rules, on_status=note)
+    report = stream(samples, connection, trigger="now", rules=rules, on_status=note, on_event=said.append)
     arrived, heights = ours.recv()
-    gaps = np.diff(arrived) * wanted.rate
+    gaps = np.diff(arrived) * rate
     flown = np.float32(-samples.position[steps, 2])
     first = int(np.argmax(np.float32(heights) != flown[0])) - 1
     equal = np.array_equal(np.float32(heights)[first : first + len(flown)], flown)
@@ -92,15 +118,18 @@ def main() -> None:
     print(
         json.dumps(
             {
-                "rate": wanted.rate,
-                "seconds": wanted.seconds,
+                "rate": rate,
+                "seconds": seconds,
+                "busy processes": load,
+                "system load": os.getloadavg()[0],
+                "sender": next((text for text in said if "thread" in text), "the interpreter"),
                 "sent": schedule.sent,
                 "arrived": len(arrived),
                 "skipped": schedule.skipped,
                 "what was sent arrived, equal and in order": bool(equal),
                 "mean rate": schedule.rate,
-                "lateness ms (median, p99, worst)": [
-                    round(1e3 * x, 3) for x in (schedule.median, schedule.p99, schedule.worst)
+                "lateness ms (median, p99, p99.9, worst)": [
+                    round(1e3 * x, 3) for x in (schedule.median, schedule.p99, schedule.p999, schedule.worst)
                 ],
                 "gaps in steps (p1, p99, largest)": np.percentile(gaps, [1, 99, 100]).round(3).tolist(),
                 "python": platform.python_version(),

@@ -158,11 +158,11 @@ def _stopped_by_signals(streamer: Streamer) -> Iterator[None]:
 def _summary(report: StreamReport) -> str:
     """Return the result of the flight in a few lines."""
     late = report.schedule
-    milliseconds = [1e3 * value for value in (late.median, late.p99, late.worst)]
+    milliseconds = [1e3 * value for value in (late.median, late.p99, late.p999, late.worst)]
     lines = [
         "completed" if report.completed else f"not completed: {report.reason}",
         f"{report.flown} setpoints of the flight, {late.sent} in all at {late.rate:.4f} Hz, {late.skipped} left out",
-        "late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (at most)".format(*milliseconds),
+        "late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (99.9 %), {:.2f} ms (at most)".format(*milliseconds),
     ]
     if report.rmse is not None:
         lines.append(f"tracking error {report.rmse:.3f} m (rms), {report.worst_error:.3f} m (at most)")

@@ -30,6 +30,9 @@ class UdpListener(LinkTransport):
     def readers(self) -> Sequence[int]:
         return [self._socket.fileno()]
 
+    def datagrams(self) -> tuple[socket.socket, Peer] | None:
+        return (self._socket, next(iter(self._peers))) if len(self._peers) == 1 else None
+
     def choose(self, peer: Peer) -> None:
         self._chosen = True
         self._peers = {peer}
@@ -46,6 +49,9 @@ class UdpSender(LinkTransport):
         self._destination = (resolve(host, self.address), port)
         own = LOOPBACK if self._destination[0].startswith("127.") else "0.0.0.0"
         self._socket = bind_udp(own, 0, self.address)
+
+    def datagrams(self) -> tuple[socket.socket, Peer] | None:
+        return self._socket, self._destination
 
     def send(self, data: bytes) -> None:
         _send_datagram(self._socket, data, self._destination)

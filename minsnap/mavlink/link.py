@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -43,6 +44,8 @@ class Link:
         Messages of other systems and components, by (system, component).
     refused : int
         Messages that were damaged or not signed as they should be.
+    numbering : callable or None
+        Where sequence numbers come from while another thread sends as well.
     """
 
     def __init__(
@@ -60,6 +63,7 @@ class Link:
         self.vehicle = VehicleState()
         self.ignored: Counter[tuple[int, int]] = Counter()
         self.refused = 0
+        self.numbering: Callable[[], int] | None = None
         self._codec = self._dialect.MAVLink(self, srcSystem=source_system, srcComponent=source_component)
         self._parsers: dict[Peer, Any] = {}
         self._next_heartbeat = clock.now()
@@ -80,7 +84,17 @@ class Link:
 
     def send(self, message: Message) -> None:
         """Send a message."""
+        if self.numbering is not None:
+            self._codec.seq = self.numbering()
         self._codec.send(message)
+
+    def packed(self, message: Message) -> bytes:
+        """Return a message as bytes, for a thread that sends it later."""
+        return bytes(message.pack(self._codec))
+
+    def datagrams(self) -> tuple[socket.socket, Peer] | None:
+        """Return the socket and the destination of messages; None if they are signed, or no datagrams to one peer."""
+        return None if self._codec.signing.sign_outgoing else self._transport.datagrams()
 
     def close(self) -> None:
         """Close the port."""

@@ -41,6 +41,10 @@ class LinkTransport(ABC):
     def close(self) -> None:
         """Close the port."""
 
+    def datagrams(self) -> tuple[socket.socket, Peer] | None:
+        """Return the socket of a channel of datagrams and where they go; None for other channels and several peers."""
+        return None
+
     def choose(self, peer: Peer) -> None:  # noqa: B027 - most transports have one peer from the start
         """Send only to this peer from now on."""
 

@@ -44,7 +44,7 @@ class Lateness:
         Slots that were served, and slots that had passed when their turn came.
     rate : float
         Mean rate of the slots served and skipped, over the time they took [Hz].
-    median, p99, worst : float
+    median, p99, p999, worst : float
         Time from the instant a slot was due to the instant it was served [s].
     """
 
@@ -53,6 +53,7 @@ class Lateness:
     rate: float
     median: float
     p99: float
+    p999: float
     worst: float
 
 
@@ -90,6 +91,11 @@ class Schedule:
         """The instant of the next slot [s]."""
         return self.start + (self._last + 1) / self.rate
 
+    @property
+    def last_lateness(self) -> float:
+        """Lateness of the slot served last [s]."""
+        return self._lateness[-1]
+
     def take(self, now: float) -> int:
         """Serve the slot due at ``now`` and return its number; missed slots are skipped and counted."""
         self._lateness.append(max(0.0, now - self.due))
@@ -102,9 +108,9 @@ class Schedule:
     def lateness(self) -> Lateness:
         """Summarise the slots served so far."""
         if not self._lateness:
-            return Lateness(0, 0, 0.0, 0.0, 0.0, 0.0)
+            return Lateness(0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
         late = np.array(self._lateness)
         took = self._served[-1] - self._served[0]
         rate = self._last / took if took > 0 else 0.0
-        median, p99 = np.percentile(late, [50, 99])
-        return Lateness(len(late), self.skipped, rate, float(median), float(p99), float(late.max()))
+        median, p99, p999 = np.percentile(late, [50, 99, 99.9]).tolist()
+        return Lateness(len(late), self.skipped, rate, median, p99, p999, float(late.max()))

@@ -166,6 +166,14 @@ class Sequence:
             self.phase = Phase.DONE
         return None if self.phase is Phase.DONE else self._answer(at)
 
+    def foreseen(self, slot: int) -> SetpointStep:
+        """Return what is sent in a later slot if nothing happens until then; commands apart."""
+        if self.phase is not Phase.FLYING:
+            return SetpointStep(self.setpoint)
+        index = slot - self._first_slot
+        setpoint = self._table[index].shifted(self.offset)
+        return SetpointStep(setpoint, index) if index < len(self._table) else SetpointStep(setpoint.held())
+
     def hold(self, reason: str | None, at: Conditions, where_it_is: bool = True) -> None:
         """Stop and hold: at the vehicle's position if it was reported recently, else at the last setpoint."""
         fresh = where_it_is and at.vehicle.position is not None and at.now - at.vehicle.positioned <= FRESH

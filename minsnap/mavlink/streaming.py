@@ -9,9 +9,11 @@ import math
 
 from minsnap.errors import FlightError, LinkError
 from minsnap.mavlink.autopilot import Autopilot, get_autopilot, position_request
+from minsnap.mavlink.dialect import Message
 from minsnap.mavlink.link import Link
 from minsnap.mavlink.observer import EventCallback, StatusCallback, StreamObserver
-from minsnap.mavlink.schedule import Clock, Schedule
+from minsnap.mavlink.schedule import Clock
+from minsnap.mavlink.sender import Foreseer, SentSetpoint, frozen_garbage, open_sender
 from minsnap.mavlink.sequence import Conditions, Phase, Sequence, SetpointStep
 from minsnap.mavlink.setpoints import SetpointTable, setpoint_message
 from minsnap.mavlink.stream_options import StreamOptions, StreamReport
@@ -59,6 +61,7 @@ class Streamer:
         self._triggered = not callable(options.trigger)
         self._failures: list[Exception] = []
         self._sequence: Sequence | None = None
+        self._said = False
 
     def stop(self) -> None:
         """Request a stop, from any thread or signal handler.
@@ -80,7 +83,8 @@ class Streamer:
         try:
             autopilot = self._meet()
             here = self._check_start()
-            self._fly(autopilot, here)
+            with frozen_garbage():
+                self._fly(autopilot, here)
         finally:
             self._observer.close()
         return self._conclude()
@@ -129,7 +133,6 @@ class Streamer:
     def _fly(self, autopilot: Autopilot, here: Vector | None) -> None:
         """Serve slots until the flight is over; after an exception the flight stops and the hold continues."""
         options, self._origin = self._options, self._clock.now()
-        self._schedule = Schedule(self._table.rate, self._origin)
         self._sequence = Sequence(
             self._table,
             autopilot,
@@ -149,8 +152,20 @@ class Streamer:
         if self._table.note:
             self._say(self._table.note)
         self._say(f"streaming the start at {self._table.rate:g} Hz")
-        while not self._is_over(self._sequence):
-            pass
+        self._sender = open_sender(self._link, self._clock, self._table.rate, options.rules.max_gap, self._message)
+        try:
+            while not self._is_over(self._sequence):
+                pass
+        finally:
+            self._finish(self._sequence)
+
+    def _finish(self, sequence: Sequence) -> None:
+        """Stop sending, and record what has left since the last slot."""
+        left = self._sender.close()
+        try:
+            self._tell(left, sequence)
+        except Exception as error:
+            self._failures.append(error)
 
     def _is_over(self, sequence: Sequence) -> bool:
         """Serve one slot, also after an exception; return whether it was the last."""
@@ -164,18 +179,38 @@ class Streamer:
 
     def _slot(self, sequence: Sequence) -> bool:
         """Receive until a slot is due and serve it; return whether the flight is over."""
-        self._listen(self._schedule.due)
-        late = max(0.0, self._clock.now() - self._schedule.due)
-        conditions = self._conditions(sequence, late)
+        self._listen(self._sender.decisions.due)
+        conditions = self._conditions(sequence, self._sender.late(self._clock.now()))
         step = sequence.step(conditions)
         if step is None:
             self._observer.announce(conditions.now, sequence)
             self._say_what_is_left(conditions)
             return True
-        self._send(step)
-        self._observer.sent(conditions.now, step, late, sequence, self._link.vehicle)
+        for command in step.commands:
+            self._link.send(command)
+        self._observer.announce(conditions.now, sequence)
+        self._tell(self._sender.deliver(conditions.slot, step, self._foreseen(sequence, step)), sequence)
+        self._say_how_it_sends()
         self._remind(conditions, sequence)
         return False
+
+    @staticmethod
+    def _foreseen(sequence: Sequence, step: SetpointStep) -> Foreseer:
+        """Return what tells the setpoints after this step; none are sent while the autopilot takes off by itself."""
+        return (lambda slot: SetpointStep(None)) if step.setpoint is None else sequence.foreseen
+
+    def _message(self, step: SetpointStep, milliseconds: int) -> Message:
+        assert step.setpoint is not None
+        return setpoint_message(step.setpoint, self._table.mask, self._link.vehicle, milliseconds)
+
+    def _tell(self, sent: list[SentSetpoint], sequence: Sequence) -> None:
+        for each in sent:
+            self._observer.sent(each.time, each.step, each.lateness, sequence, self._link.vehicle)
+
+    def _say_how_it_sends(self) -> None:
+        if self._sender.note is not None and not self._said:
+            self._said = True
+            self._say(self._sender.note)
 
     def _remind(self, at: Conditions, sequence: Sequence) -> None:
         """Report periodically what a waiting flight waits for."""
@@ -211,18 +246,11 @@ class Streamer:
 
     def _conditions(self, sequence: Sequence, late: float = 0.0) -> Conditions:
         now = self._clock.now()
-        slot = self._schedule.take(now)
+        slot = self._sender.decisions.take(now)
         trigger = self._options.trigger
         if not self._triggered and callable(trigger) and sequence.phase is Phase.READY:
             self._triggered = bool(trigger())
         return Conditions(slot, now, self._link.vehicle, self._triggered, self._stops, late)
-
-    def _send(self, step: SetpointStep) -> None:
-        if step.setpoint is not None:
-            milliseconds = round((self._clock.now() - self._origin) * 1000)
-            self._link.send(setpoint_message(step.setpoint, self._table.mask, self._link.vehicle, milliseconds))
-        for command in step.commands:
-            self._link.send(command)
 
     def _fail(self, error: Exception, sequence: Sequence) -> None:
         """Stop and hold after an exception of this program; use neither callbacks nor log from now on."""
@@ -252,7 +280,7 @@ class Streamer:
             reason=None if self._sequence is None else self._sequence.reason,
             fields=self._table.fields,
             missing=self._table.missing,
-            schedule=self._schedule.lateness(),
+            schedule=self._sender.departures.lateness(),
             flown=self._observer.flown,
             rmse=None if tracking is None else tracking[0],
             worst_error=None if tracking is None else tracking[1],
