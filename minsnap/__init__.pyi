@@ -48,7 +48,12 @@ from .plot import plot_path as plot_path
 from .plot import plot_profiles as plot_profiles
 from .plot import plot_race as plot_race
 from .plot import plot_rotors as plot_rotors
+from .plot import plot_route as plot_route
 from .plot import plot_utilisation as plot_utilisation
+from .routes.grid_map import GridMap as GridMap
+from .routes.map_files import read_map as read_map
+from .routes.plan_route import Route as Route
+from .routes.plan_route import plan_through as plan_through
 from .shapes import as_polynomials as as_polynomials
 from .shapes import circle as circle
 from .shapes import helix as helix

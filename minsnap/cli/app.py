@@ -17,6 +17,7 @@ from minsnap.errors import DivergenceError, FlightError, InfeasibleError, Minsna
 COMMANDS = (
     "shape_commands",
     "plan_command",
+    "route_command",
     "check_command",
     "plot_command",
     "convert_command",

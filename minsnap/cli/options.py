@@ -97,8 +97,19 @@ def parse_corridor(text: str | None) -> float | list[float] | None:
     """
     if text is None:
         return None
-    numbers = [_number("--corridor", part) for part in text.split(",")]
+    numbers = parse_numbers("--corridor", text)
     return numbers[0] if len(numbers) == 1 else numbers
+
+
+def parse_numbers(option: str, text: str) -> list[float]:
+    """Return numbers that are separated by commas.
+
+    Raises
+    ------
+    InputError
+        If the text is something else.
+    """
+    return [_number(option, part) for part in text.split(",")]
 
 
 def parse_yaw(text: str | None) -> float | str | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from minsnap.errors import FileError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
+    from matplotlib.figure import Figure
 
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.path import Path
@@ -91,10 +93,18 @@ class Destination:
         corridor: Any = None,
         waypoints: npt.ArrayLike | None = None,
         limits: Limits | None = None,
+        further: Mapping[str, Any] | None = None,
+        draw: Callable[[], Figure] | None = None,
     ) -> None:
-        """Write the requested files, then print the summary: on stderr when standard output carries the setpoints."""
-        figures = summarise(path, corridor, waypoints, limits)
-        if self.plot is not None:
+        """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
+
+        ``further`` are figures for the summary beside those of the path; ``draw`` makes the figure to write, that of
+        :func:`minsnap.plot_overview` unless given.
+        """
+        figures = summarise(path, corridor, waypoints, limits) | dict(further or {})
+        if self.plot is not None and draw is not None:
+            self._save(draw())
+        elif self.plot is not None:
             self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits)
         if self.output is not None:
             known = {"waypoints": waypoints, "corridor": corridor, "limits": limits}
@@ -125,7 +135,12 @@ class Destination:
             write_csv(path, self.output, self.rate, self.frame, clobber=not self.no_clobber)
 
     def _draw(self, path: Path, **drawing: Any) -> None:
-        from minsnap.plot.figures import plot_overview, save_figure
+        from minsnap.plot.figures import plot_overview
+
+        self._save(plot_overview(path, **drawing))
+
+    def _save(self, figure: Figure) -> None:
+        from minsnap.plot.figures import save_figure
 
         if self.plot is not None:
-            save_figure(plot_overview(path, **drawing), self.plot, clobber=not self.no_clobber)
+            save_figure(figure, self.plot, clobber=not self.no_clobber)

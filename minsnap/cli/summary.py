@@ -23,6 +23,7 @@ _LINES = (
     ("max_acceleration", "max acceleration", "{:.4g} m/s²"),
     ("max_jerk", "max jerk", "{:.4g} m/s³"),
     ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
+    ("obstacle_distance", "obstacle distance", "{:.4g} m, at every instant"),
     ("solver", "solver", "{}"),
     ("rounds", "rounds", "{}"),
     ("milliseconds", "planned in", "{:.1f} ms"),

@@ -4,32 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.arrays import BoolArray, IntArray
 
 CellBox = tuple[IntArray, IntArray]
 """Lower corner and upper corner (excluded), in cells."""
-
-
-def grown(taken: BoolArray, clearance: float, size: FloatArray) -> BoolArray:
-    """Return the occupied cells and all cells nearer than the clearance to one of them.
-
-    Parameters
-    ----------
-    taken : ndarray of bool
-        Occupied cells.
-    clearance : float
-        [m].
-    size : ndarray, shape (dim,)
-        Sides of a cell [m].
-    """
-    if clearance == 0.0:
-        return taken
-    from scipy.ndimage import binary_dilation
-
-    count = np.minimum(np.ceil(clearance / size), np.array(taken.shape) - 1).astype(np.intp)
-    steps = np.meshgrid(*(np.arange(-n, n + 1) for n in count), indexing="ij")
-    gaps = [np.maximum(np.abs(step) - 1, 0) * side for step, side in zip(steps, size, strict=True)]
-    return np.asarray(binary_dilation(taken, np.sqrt(sum(gap * gap for gap in gaps)) < clearance))
 
 
 def inflated(free: BoolArray, cells: IntArray, limit: IntArray) -> list[CellBox]:

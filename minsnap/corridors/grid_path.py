@@ -25,7 +25,8 @@ def visited(shape: IntArray, points: FloatArray, size: FloatArray, corner: Float
     if outside.any():
         index = int(np.argmax(outside))
         raise CorridorError(
-            f"point {index} of the path, {point_text(points[index])}, is outside the grid: cut the path"
+            f"point {index} of the path, {point_text(points[index])} m, is outside the grid, which reaches from "
+            f"{point_text(corner)} to {point_text(corner + size * shape)} m: cut the path"
         )
     parts = [np.floor(scaled[:1])]
     for start, end in zip(scaled[:-1], scaled[1:], strict=True):
@@ -47,8 +48,12 @@ def _middles(start: FloatArray, end: FloatArray) -> FloatArray:
     return np.asarray(start + middle[:, None] * (end - start))
 
 
-def connected(free: BoolArray, cells: IntArray, size: FloatArray, corner: FloatArray) -> IntArray:
+def connected(
+    free: BoolArray, cells: IntArray, size: FloatArray, corner: FloatArray, clearance: float = 0.0
+) -> IntArray:
     """Return the same cells with steps through an edge or a corner replaced by steps through faces.
+
+    ``clearance`` [m] is what occupied cells were grown by, for the message.
 
     Raises
     ------
@@ -61,9 +66,13 @@ def connected(free: BoolArray, cells: IntArray, size: FloatArray, corner: FloatA
     joined = np.array(linked)
     blocked = ~free[tuple(joined.T)]
     if blocked.any():
-        place = corner + size * (joined[int(np.argmax(blocked))] + 0.5)
+        cell = joined[int(np.argmax(blocked))]
+        place = f"{point_text(corner + size * (cell + 0.5))} m, cell {point_text(cell)},"
+        if clearance == 0.0:
+            raise CorridorError(f"the path meets an occupied cell at {place} of the grid: lead it around")
         raise CorridorError(
-            f"the path meets a cell that is occupied or too near to one at {point_text(place)}: keep it farther away"
+            f"the path meets a cell at {place} that is nearer than {clearance:g} m to an occupied one: "
+            f"leave {size.max():g} m, a cell, more than the clearance"
         )
     return joined
 

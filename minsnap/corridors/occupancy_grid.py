@@ -16,7 +16,8 @@ import numpy.typing as npt
 from minsnap.arrays import BoolArray, FloatArray
 from minsnap.checks import check_waypoints, is_number
 from minsnap.corridors.boxes import Boxes
-from minsnap.corridors.grid_boxes import grown, inflated, pruned
+from minsnap.corridors.grid_boxes import inflated, pruned
+from minsnap.corridors.grid_gaps import grown
 from minsnap.corridors.grid_path import connected, visited
 from minsnap.errors import CorridorError
 from minsnap.tolerances import EXACT
@@ -90,8 +91,44 @@ def corridor_from_grid(
     points = check_waypoints(path)
     if points.shape[1] != taken.ndim:
         raise CorridorError(f"the path has {points.shape[1]} coordinates and the grid {taken.ndim} axes")
-    free = ~grown(taken, _margin(clearance), size)
-    cells = connected(free, visited(np.array(free.shape), points, size, corner), size, corner)
+    margin = _margin(clearance)
+    return boxes_along(~grown(taken, margin, size), size, corner, points, margin, largest)
+
+
+def boxes_along(
+    free: BoolArray,
+    size: FloatArray,
+    corner: FloatArray,
+    points: FloatArray,
+    clearance: float = 0.0,
+    largest: float = np.inf,
+) -> GridCorridor:
+    """Inflate boxes along a path through cells that are known to be far enough from all that is occupied.
+
+    Parameters
+    ----------
+    free : ndarray of bool
+        Cells that boxes may have.
+    size, corner : ndarray, shape (dim,)
+        Sides of a cell, outer corner of the first one [m].
+    points : ndarray, shape (m, dim)
+        The path [m].
+    clearance : float
+        What ``free`` is the result of, for messages [m].
+    largest : float
+        Longest side that a box may have [m].
+
+    Returns
+    -------
+    GridCorridor
+
+    Raises
+    ------
+    CorridorError
+        If the path leaves the grid or meets a cell that is not free.
+    """
+    way = visited(np.array(free.shape), points, size, corner)
+    cells = connected(free, way, size, corner, clearance)
     limit = np.maximum(np.floor(np.minimum(largest / size, np.array(free.shape)) + EXACT), 2).astype(np.intp)
     boxes = pruned(inflated(free, cells, limit), cells[0], cells[-1])
     lower, upper = (corner + size * np.array([box[side] for box in boxes]) for side in (0, 1))

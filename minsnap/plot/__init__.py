@@ -5,6 +5,7 @@ from minsnap.plot.geometry import plot_path
 from minsnap.plot.limit_use import plot_convergence, plot_utilisation
 from minsnap.plot.profiles import plot_profiles
 from minsnap.plot.race import plot_race, plot_rotors
+from minsnap.plot.route_figure import plot_route
 
 __all__ = [
     "plot_convergence",
@@ -13,6 +14,7 @@ __all__ = [
     "plot_profiles",
     "plot_race",
     "plot_rotors",
+    "plot_route",
     "plot_utilisation",
     "save_figure",
 ]

@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap import corridor_from_grid
-from minsnap.corridors.grid_boxes import grown
+from minsnap.corridors.grid_gaps import gaps, grown
 from minsnap.corridors.grid_path import connected, visited
 from minsnap.errors import CorridorError
 
@@ -67,6 +67,18 @@ def test_obstacles_grow_by_all_cells_that_have_a_point_too_near():
         apart = np.abs(np.argwhere(np.ones_like(taken))[:, None] - np.argwhere(taken)[None])
         near = np.linalg.norm(np.maximum(apart - 1, 0) * size, axis=2).min(axis=1) < clearance
         assert np.array_equal(grown(taken, clearance, size).reshape(-1), near)
+        assert np.array_equal((taken | (gaps(taken, size) < clearance)).reshape(-1), near)
+
+
+def test_growing_by_shifts_and_by_distances_agree_in_the_plane(monkeypatch):
+    taken = np.random.default_rng(2).random((60, 50)) < 0.003
+    quick = grown(taken, 0.9, np.array([0.1, 0.2]))
+    monkeypatch.setattr("minsnap.corridors.grid_gaps.FEW_SHIFTS", 0)
+    assert np.array_equal(quick, grown(taken, 0.9, np.array([0.1, 0.2]))) and quick.sum() > 2 * taken.sum()
+
+
+def test_gaps_without_anything_occupied_are_infinite():
+    assert np.isinf(gaps(np.zeros((3, 4), dtype=bool), np.ones(2))).all()
 
 
 def test_random_grids_in_space_are_crossed_along_any_free_path():
@@ -101,7 +113,7 @@ def test_step_through_a_corner_goes_round_by_the_free_side(corner):
     found = corridor_from_grid(grid, 1.0, [(0.5, 0.5), (1.5, 1.5)])
     assert not any(grid[cells].any() for cells in covered(found.boxes, grid.shape, 1.0))
     grid[corner[::-1]] = 1
-    with pytest.raises(CorridorError, match="meets a cell that is occupied"):
+    with pytest.raises(CorridorError, match="meets an occupied cell"):
         corridor_from_grid(grid, 1.0, [(0.5, 0.5), (1.5, 1.5)])
 
 
@@ -125,11 +137,14 @@ def test_visited_cells_are_those_that_fine_sampling_finds():
         ({"resolution": (0.1, 0.1, 0.1)}, "resolution is .* give one number, or 2"),
         ({"resolution": np.nan}, "every entry must be finite"),
         ({"origin": (0, 0, 0)}, "origin is"),
-        ({"path": [(0.5, 0.5), (3.5, 0.5)]}, r"point 1 of the path, \(3.5, 0.5\), is outside the grid"),
-        ({"path": [(0.5, 0.5), (1.5, 0.5)]}, r"occupied or too near to one at \(1.05, 0.55\)"),
+        (
+            {"path": [(0.5, 0.5), (3.5, 0.5)]},
+            r"point 1 of the path, \(3.5, 0.5\) m, is outside .* \(0, 0\) to \(3, 2\) m",
+        ),
+        ({"path": [(0.5, 0.5), (1.5, 0.5)]}, r"an occupied cell at \(1.05, 0.55\) m, cell \(10, 5\)"),
         ({"path": [(0.5, 0.5, 0.5), (1.5, 0.5, 0.5)]}, "the path has 3 coordinates and the grid 2 axes"),
         ({"clearance": -1.0}, "the clearance is -1.0"),
-        ({"clearance": 0.2}, "too near to one"),
+        ({"clearance": 0.2}, "nearer than 0.2 m to an occupied one: leave 0.1 m, a cell, more than the clearance"),
     ],
 )
 def test_bad_input_is_refused(arguments, message):

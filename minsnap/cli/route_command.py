@@ -1,0 +1,97 @@
+"""The command that plans from a start to a goal through a map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from minsnap.cli import options
+from minsnap.cli.app import app
+from minsnap.cli.groups import grouped
+from minsnap.cli.output import Destination
+from minsnap.cli.planning import TimingOptions
+from minsnap.cli.points import PointCommand, parse_point, point_option
+from minsnap.cli.progress import searching
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.routes.plan_route import Route
+
+START, GOAL = point_option("--start", "Where to fly from"), point_option("--goal", "Where to fly to")
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """How a map is read."""
+
+    clearance: Annotated[
+        float, typer.Option("--clearance", metavar="M", help="Least distance to all that is occupied [m].")
+    ] = 0.3
+    resolution: Annotated[
+        float | None, typer.Option("--resolution", metavar="M", help="Side of a cell of an array or a cloud [m].")
+    ] = None
+    origin: Annotated[
+        str | None, typer.Option("--origin", metavar="X,Y[,Z]", help="Corner of an array [m]; zero unless given.")
+    ] = None
+    threshold: Annotated[
+        float | None, typer.Option("--threshold", metavar="P", help="Probability from which a cell is occupied.")
+    ] = None
+    unknown: Annotated[str, typer.Option("--unknown", help="Unknown cells are occupied or free.")] = "occupied"
+    altitudes: Annotated[
+        tuple[float, float] | None, typer.Option("--altitudes", metavar="LOW HIGH", help="Cells to fly through [m].")
+    ] = None
+    transpose: Annotated[bool, typer.Option("--transpose", help="The first axis of the array is y.")] = False
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of a route that were given."""
+        chosen = options.given(threshold=self.threshold, altitudes=self.altitudes, resolution=self.resolution)
+        corner = None if self.origin is None else options.parse_numbers("--origin", self.origin)
+        return chosen | options.given(origin=corner) | {"clearance": self.clearance, "unknown": self.unknown}
+
+
+@app.command(cls=PointCommand)
+@grouped
+def route(
+    reading: MapOptions,
+    timing: TimingOptions,
+    destination: Destination,
+    map_file: Annotated[
+        Path, typer.Argument(metavar="MAP", help="map_server YAML, .npy (axes x, y[, z]), .pcd, .ply or .xyz.")
+    ],
+    start: Annotated[str, START],
+    goal: Annotated[str, GOAL],
+) -> None:
+    """Plan from a start to a goal through the free cells of a map, at a distance from all that is occupied.
+
+    Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given. Exit status 1 if no way is
+    wide enough.
+    """
+    from minsnap.routes.plan_route import plan_through
+
+    ends = parse_point("--start", start), parse_point("--goal", goal)
+    with searching(destination.json) as progress:
+        asked = reading.arguments() | timing.arguments() | {"on_interrupt": "return"} | progress
+        found = plan_through(_source(map_file, reading.transpose), *ends, **asked)
+    figures = {"obstacle_distance": found.distance, "obstacle_instant": found.approach.instant}
+    how: dict[str, Any] = {"corridor": found.corridor, "limits": found.limits, "further": figures}
+    destination.deliver(found.trajectory, **how, draw=lambda: _figure(found, map_file))
+
+
+def _source(file: Path, transpose: bool) -> Any:
+    if not transpose:
+        return file
+    if file.suffix.lower() != ".npy":
+        raise InputError(f"--transpose is for arrays: {file} says which axis is which")
+    from minsnap.routes.map_files import read_array
+
+    cells = read_array(file)
+    return cells.swapaxes(0, 1) if cells.ndim > 1 else cells
+
+
+def _figure(found: Route, file: Path) -> Any:
+    from minsnap.plot.route_figure import plot_route
+
+    return plot_route(found, title=file.name)

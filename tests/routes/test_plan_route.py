@@ -1,0 +1,146 @@
+"""Plans through maps: free over all time, near the distance that is said, and refused with the place and the amount."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import GridMap, plan_through
+from minsnap.errors import CorridorError, InfeasibleError, WaypointError
+
+CELLS = np.zeros((100, 80), dtype=np.uint8)
+CELLS[30:33, :55] = CELLS[60:63, 25:] = CELLS[45:48, 40:60] = 1
+START, GOAL = (1.0, 1.0), (9.0, 7.0)
+
+
+def distance_of_samples(route, count=20_001):
+    """Least distance of many samples to any occupied cell, by brute force."""
+    grid = route.grid
+    points = route(np.linspace(0.0, route.duration, count))[:, : grid.dim]
+    best = np.inf
+    for cell in np.argwhere(grid.occupied):
+        low = grid.lower + grid.resolution * cell
+        apart = np.maximum(np.maximum(low - points, points - low - grid.resolution), 0.0)
+        best = min(best, np.sqrt((apart**2).sum(axis=1)).min())
+    return best
+
+
+@pytest.fixture(scope="module")
+def route():
+    return plan_through(CELLS, START, GOAL, clearance=0.3, resolution=0.1)
+
+
+def test_a_route_leads_from_start_to_goal_and_keeps_its_clearance(route):
+    assert np.allclose(route(0.0), START) and np.allclose(route(route.duration), GOAL)
+    assert route.distance >= 0.3 - 1e-9
+    assert distance_of_samples(route) == pytest.approx(route.distance, abs=1e-6)
+    assert minsnap.certify(route.trajectory, corridor=route.corridor, limits=route.limits).ok
+
+
+def test_where_it_is_nearest_is_said(route):
+    low = route.grid.resolution * np.array(route.approach.cell)
+    place = route(route.approach.instant)
+    apart = np.maximum(np.maximum(low - place, place - low - 0.1), 0.0)
+    assert np.linalg.norm(apart) == pytest.approx(route.distance, abs=1e-9)
+    assert route.approach.lower <= route.distance <= route.approach.lower + 2e-9
+
+
+def test_a_route_is_a_path(route, tmp_path):
+    minsnap.write_csv(route, tmp_path / "route.csv")
+    assert minsnap.read_csv(tmp_path / "route.csv").position[0] == pytest.approx([1.0, 1.0, 0.0])
+
+
+def test_altitudes_above_a_plane_map_are_flown():
+    found = plan_through(CELLS, (*START, 1.0), (*GOAL, 2.0), clearance=0.3, resolution=0.1, total_time=20.0)
+    assert found.dim == 3 and found(found.duration)[2] == pytest.approx(2.0)
+    assert distance_of_samples(found, 4001) == pytest.approx(found.distance, abs=1e-4)
+    assert found.limits is None and found.duration == pytest.approx(20.0)
+
+
+def test_walls_in_space_are_passed_above_unless_altitudes_forbid_it():
+    cells = np.zeros((40, 20, 30), dtype=bool)
+    cells[18:22, :, :15] = True
+    cells[18:22, :4, :] = False
+    over = plan_through(cells, (0.5, 1.5, 0.8), (3.5, 1.5, 0.8), clearance=0.15, resolution=0.1)
+    around = plan_through(cells, (0.5, 1.5, 0.8), (3.5, 1.5, 0.8), clearance=0.15, resolution=0.1, altitudes=(0, 1.5))
+    assert over(np.linspace(0, over.duration, 500))[:, 2].max() > 1.6
+    assert around(np.linspace(0, around.duration, 500))[:, 2].max() <= 1.5 + 1e-9
+    assert min(over.distance, around.distance) >= 0.15 - 1e-9
+
+
+def test_origin_and_sides_of_cells_are_those_of_the_world():
+    grid = GridMap(CELLS.astype(bool), (0.1, 0.2), (-5.0, 2.0))
+    found = plan_through(grid, (-4.0, 4.0), (4.0, 16.0), clearance=0.25)
+    assert np.allclose(found(found.duration), (4.0, 16.0)) and found.distance >= 0.25 - 1e-9
+
+
+def test_an_empty_map_is_flown_straight():
+    found = plan_through(np.zeros((50, 50)), (1, 1), (4, 4), resolution=0.1)
+    assert found.distance == np.inf and len(found.corridor) == 1
+
+
+def test_the_widest_way_is_named_where_it_is_too_narrow():
+    cells = np.zeros((40, 40), dtype=int)
+    cells[20, :18] = cells[20, 25:] = 1
+    with pytest.raises(
+        InfeasibleError, match=r"at \((1.95|2.05), 2.15\) m, cell \((19|20), 21\), 0.1 m too narrow"
+    ) as caught:
+        plan_through(cells, (0.5, 0.5), (3.5, 3.5), clearance=0.4, resolution=0.1)
+    assert caught.value.smallest_width == pytest.approx(0.3)
+    passing = plan_through(cells, (0.5, 0.5), (3.5, 3.5), clearance=caught.value.smallest_width, resolution=0.1)
+    assert passing.distance >= 0.3 - 1e-9
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"start": (1, 9)}, WaypointError, r"start \(1, 9\) m is outside .* y from 0 to 8 m, 100 x 80 cells"),
+        ({"goal": (7, 9)}, WaypointError, "the first axis of the array is x; if its rows are y, transpose it"),
+        ({"start": (3.1, 1)}, WaypointError, r"start \(3.1, 1\) m, cell \(31, 10\), is in an occupied cell"),
+        (
+            {"start": (2.85, 1)},
+            WaypointError,
+            r"is 0.15 m from the occupied cell at \(3.05, (0.95|1.05)\) m, cell \(30, (9|10)\)",
+        ),
+        (
+            {"start": (2.72, 1), "clearance": 0.25},
+            WaypointError,
+            "leave 0.1 m, a cell, more than the clearance of 0.25",
+        ),
+        ({"goal": START}, WaypointError, "start and goal are one point"),
+        ({"goal": (1, 2, 3, 4)}, WaypointError, "give two coordinates, or three"),
+        ({"resolution": None}, CorridorError, "does not say how large its cells are"),
+        ({"clearance": -1}, CorridorError, "the clearance is -1"),
+        ({"unknown": "maybe"}, CorridorError, "unknown cells count as 'occupied' or 'free'"),
+        ({"altitudes": (0, 1)}, CorridorError, "is plane"),
+    ],
+)
+def test_what_cannot_be_flown_is_refused_in_metres_and_cells(arguments, error, message):
+    asked = {"start": START, "goal": GOAL, "resolution": 0.1, "clearance": 0.3, "total_time": 20.0} | arguments
+    with pytest.raises(error, match=message):
+        plan_through(CELLS, **asked)
+
+
+def test_a_large_map_in_space_is_crossed():
+    draw, cells = np.random.default_rng(0), np.zeros((200, 200, 40), dtype=bool)
+    for x, y in draw.integers(0, 190, (60, 2)):
+        cells[x : x + 8, y : y + 8, : draw.integers(10, 40)] = True
+    cells[:, :, 0] = True
+    found = plan_through(cells, (0.5, 0.5, 1.0), (19.0, 19.5, 1.0), clearance=0.35, resolution=0.1, total_time=30.0)
+    assert found.distance >= 0.35 - 1e-9
+
+
+def test_the_figure_has_the_cells_the_path_and_where_it_is_nearest(route):
+    figure = minsnap.plot_route(route, title="map")
+    plane = figure.subfigs[0].axes[0]
+    assert "m from what is occupied" in figure.get_suptitle() and len(plane.images) == 1
+    shown = plane.images[0].get_array()
+    assert (~np.ma.getmaskarray(shown)).sum() == CELLS.sum()
+    nearest = next(line for line in plane.lines if line.get_label() == "nearest")
+    assert np.linalg.norm(np.diff(nearest.get_xydata(), axis=0)) == pytest.approx(route.distance, abs=1e-8)
+
+
+def test_a_closed_room_has_no_way_whatever_the_clearance():
+    cells = np.zeros((30, 30))
+    cells[15] = 1
+    with pytest.raises(CorridorError, match="occupied cells close it off"):
+        plan_through(cells, (0.5, 0.5), (2.5, 2.5), clearance=0.1, resolution=0.1)
