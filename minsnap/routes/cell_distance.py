@@ -65,7 +65,7 @@ def nearest_cell(traj: Trajectory, grid: GridMap) -> Approach:
     if not len(cells):
         return Approach(np.inf, np.inf)
     arcs = _short_arcs(traj, grid)
-    search = _Search(arcs, cells, grid)
+    search = _NearestPairs(arcs, cells, grid)
     return search.run()
 
 
@@ -109,7 +109,7 @@ def _short_arcs(traj: Trajectory, grid: GridMap) -> _Arcs:
     return _Arcs(*(np.concatenate([getattr(arcs, name) for arcs in short]) for name in ("points", "start", "length")))
 
 
-class _Search:
+class _NearestPairs:
     """Pairs of an arc and a cell that may have the least distance."""
 
     def __init__(self, arcs: _Arcs, cells: IntArray, grid: GridMap) -> None:
