@@ -140,7 +140,7 @@ def plan_through(
 
     Examples
     --------
-    >>> import numpy as np
+    >>> import minsnap, numpy as np
     >>> cells = np.zeros((100, 80))
     >>> cells[50, :60] = 1
     >>> route = minsnap.plan_through(cells, (1, 1), (9, 7), clearance=0.3, resolution=0.1)
