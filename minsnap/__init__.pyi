@@ -24,6 +24,7 @@ from .errors import InputError as InputError
 from .errors import IntervalError as IntervalError
 from .errors import LimitError as LimitError
 from .errors import LinkError as LinkError
+from .errors import MagnitudeWarning as MagnitudeWarning
 from .errors import MinsnapError as MinsnapError
 from .errors import OutsideRangeWarning as OutsideRangeWarning
 from .errors import ShapeError as ShapeError

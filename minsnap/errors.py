@@ -181,6 +181,10 @@ class OutsideRangeWarning(UserWarning):
     """A fitted model was evaluated outside the range of its measurements."""
 
 
+class MagnitudeWarning(UserWarning):
+    """A number has the size of another unit than the one it is taken in, such as millimetres for metres."""
+
+
 class UnknownSolverError(InputError):
     """The solver asked for is not known or not installed."""
 

@@ -210,8 +210,9 @@ def _alone(
     points, durations = batch.problem(index)
     names = DERIVATIVES[1:half]
     start, end = (None if e is None else dict(zip(names, e[index], strict=True)) for e in ends)
+    dim = batch.dim if batch.dim > 3 and index not in batch.odd else None
     try:
-        curve = plan(points, durations=durations, corridor=corridor, degree=2 * half - 1, start=start, end=end)
+        curve = plan(points, durations, corridor=corridor, degree=2 * half - 1, start=start, end=end, dim=dim)
         if curve.dim != batch.dim:
             raise WaypointError(
                 f"problem {index} has {curve.dim} coordinates and the others {batch.dim}: plan it apart"

@@ -27,6 +27,7 @@ from minsnap.checks import (
 )
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.given_waypoints import check_dimension, is_table, read_columns, warn_magnitude
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.margins import margin_to
 from minsnap.corridors.precheck import check_reach
@@ -76,6 +77,7 @@ def plan(
     hold_below: float | None = None,
     on_interrupt: str = "raise",
     time_limit: float | None = None,
+    dim: int | None = None,
 ) -> Trajectory:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
 
@@ -85,9 +87,11 @@ def plan(
     Parameters
     ----------
     waypoints : array_like, shape (n, dim), sequence with Gates among them, or None
-        Positions to pass through [m], n >= 2; a ``Gate`` is passed anywhere in its opening. With None the curve
-        passes from set to set through their overlaps; the corridor is then ``Boxes`` or ``Polytopes``, and ``start``
-        and ``end`` give positions.
+        Positions to pass through [m], n >= 2; a ``Gate`` is passed anywhere in its opening. A table with columns named
+        x, y and z is used by these names (a data frame, a structured array, a mapping); its ``yaw`` [rad], and ``t`` or
+        ``duration`` [s], where neither ``yaw`` nor a time or limits are given. With None the curve passes from set to
+        set through their overlaps; the corridor is then ``Boxes`` or ``Polytopes``, and ``start`` and ``end`` give
+        positions.
     durations : array_like, shape (n - 1,), optional
         Duration of each leg [s].
     total_time : float, optional
@@ -151,6 +155,8 @@ def plan(
         Seconds after which planning ends: for given ``durations`` with a certified plan that may cost more than the
         least or with a SolverError (checked after every round of the exchange); for the shortest time within
         ``limits`` with the best certified plan found so far. Not with ``total_time`` or ``time_weight`` alone.
+    dim : int, optional
+        Number of coordinates; needed where it is more than three.
 
     Returns
     -------
@@ -167,10 +173,15 @@ def plan(
         If every solver failed on a problem that has a solution.
     """
     began = perf_counter()
+    if is_table(waypoints):
+        table = read_columns(waypoints)
+        waypoints, yaw = table.points, table.yaw if yaw is None else yaw
+        free = _all_none((durations, total_time, limits, time_weight))
+        durations = table.durations if free else durations
     further = total_time, limits, continuity, yaw, start, end, pins, time_weight, enforce, progress, room
     finer = waypoint_tolerance, samples, certify, time_limit, yaw_rate, hold_below
     if _all_none(further) and _all_none(finer) and _usual(closed, solver, split, pieces, corridor_method):
-        quick = _at_rest(waypoints, durations, corridor, degree, began)
+        quick = _at_rest(waypoints, durations, corridor, degree, began, dim)
         if quick is not None:
             return quick
     parts, refine = check_pieces(pieces)
@@ -182,7 +193,7 @@ def plan(
     half = check_degree(degree)
     smoothness = half, check_continuity(continuity, half), parts
     constraints = as_constraints(corridor) + as_room(room)
-    asked = waypoints, waypoint_tolerance, start, end, pins, closed
+    asked = waypoints, waypoint_tolerance, start, end, pins, closed, dim
     deadline = _deadline(time_limit, durations, limits)
     task = replace(_placed(*asked, constraints, *smoothness, check_solver(solver)), deadline=deadline)
     gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
@@ -211,6 +222,7 @@ def _at_rest(
     corridor: object,
     degree: int,
     began: float,
+    dim: int | None,
 ) -> Trajectory | None:
     """Plan from rest to rest with given durations, free or in a tube of one half-width, by the native core.
 
@@ -225,6 +237,9 @@ def _at_rest(
         return None
     if points.ndim != 2 or times.ndim != 1 or not 1 <= len(times) == len(points) - 1 or not points.shape[1]:
         return None
+    if (dim is None and points.shape[1] > 3) or (dim is not None and dim != points.shape[1]):
+        return None
+    warn_magnitude(points)
     if corridor is not None:
         return _in_tube(points, times, corridor, (degree + 1) // 2, began)
     found = resting_optimum(points, times, (degree + 1) // 2)
@@ -290,6 +305,7 @@ def _placed(
     end: Mapping[str, npt.ArrayLike] | None,
     pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None,
     closed: bool,
+    dim: int | None,
     constraints: Sequence[Constraint],
     half: int,
     continuity: int,
@@ -299,6 +315,8 @@ def _placed(
     """Check where the curve passes, with which derivatives, and that both are inside the walls of their legs."""
     placement = place(waypoints, tolerance, constraints, start, end, closed)
     points, lower, upper = placement.points, placement.lower, placement.upper
+    check_dimension(points.shape[1], dim)
+    warn_magnitude(points)
     pinned = check_pins(pins, placement.start, placement.end, closed, half, points)
     lap = check_closing(closed, points)
     walls = [wall for constraint in constraints for wall in constraint.walls(points) if len(wall.leg)]

@@ -3,6 +3,7 @@
 import os
 import signal
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 COMMON = {"deadline": None, "max_examples": 30, "suppress_health_check": [HealthCheck.too_slow]}
@@ -13,3 +14,9 @@ settings.load_profile("ci" if os.environ.get("CI") else "local")
 # A shell starts what it runs in the background with interrupts ignored, and processes pass that on to those they start:
 # the tests that interrupt a process would wait for ever.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_modifyitems(items):
+    """Let tests use numbers of any size: only the tests of the warning look at it."""
+    for item in items:
+        item.add_marker(pytest.mark.filterwarnings("ignore::minsnap.errors.MagnitudeWarning"))

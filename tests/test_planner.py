@@ -61,7 +61,7 @@ def test_nothing_passed_in_is_changed_or_kept():
 def test_any_dimension(dim):
     points = np.random.default_rng(0).normal(size=(5, dim))
     for corridor in (None, 0.2):
-        traj = minsnap.plan(points, DURATIONS, corridor=corridor)
+        traj = minsnap.plan(points, DURATIONS, corridor=corridor, dim=dim)
         assert (traj(traj.breaks) == points).all()
         assert minsnap.certify(traj, points, corridor).ok
 

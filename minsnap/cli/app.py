@@ -7,6 +7,7 @@ import importlib.util
 import io
 import os
 import sys
+import warnings
 from typing import Annotated, NoReturn
 
 import typer
@@ -86,6 +87,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a superscript must not raise on a terminal that lacks it
     command = typer.main.get_command(app)
+    warnings.showwarning = _show_warning  # type: ignore[assignment]
     try:
         with command.make_context("minsnap", sys.argv[1:] if arguments is None else list(arguments)) as context:
             status = command.invoke(context)
@@ -95,6 +97,11 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except KeyboardInterrupt:
         sys.exit(130)
     sys.exit(status if isinstance(status, int) else 0)
+
+
+def _show_warning(message: Warning | str, *_: object) -> None:
+    """Print a warning in one line on stderr, like an error."""
+    print(f"minsnap: {message}", file=sys.stderr)
 
 
 def fail(message: str, status: int) -> NoReturn:

@@ -71,7 +71,7 @@ Corridor = Annotated[
     typer.Option("--corridor", metavar="M", help="Half-width around each leg [m]: one, or one per leg with commas."),
 ]
 Yaw = Annotated[
-    str | None, typer.Option("--yaw", help="Heading [rad]; 'velocity' to look where it flies; 'tilt' not to spin.")
+    str | None, typer.Option("--yaw", help="Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin.")
 ]
 YawRate = Annotated[
     float | None,
@@ -113,14 +113,14 @@ def parse_numbers(option: str, text: str) -> list[float]:
 
 
 def parse_yaw(text: str | None) -> float | str | None:
-    """Return an angle [rad], the word "velocity" or "tilt", or None.
+    """Return an angle [rad] given in degrees, the word "velocity" or "tilt", or None.
 
     Raises
     ------
     InputError
         If the text is none of them.
     """
-    return text if text in (None, "velocity", "tilt") else _number("--yaw", text)
+    return text if text is None or text in ("velocity", "tilt") else radians(_number("--yaw", text))
 
 
 def given(**options: Any) -> dict[str, Any]:

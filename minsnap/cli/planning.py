@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, make_dataclass
+from math import radians
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -28,7 +29,8 @@ RectangleCorridor = Annotated[
 ]
 NoCorridor = Annotated[bool, typer.Option("--no-corridor", help="Leave the sides free.")]
 Ramp = Annotated[
-    float | None, typer.Option("--ramp", metavar="RAD", help="Angle of spin-up and spin-down; pi/2. 0 starts at speed.")
+    float | None,
+    typer.Option("--ramp", metavar="DEG", help="Angle of spin-up and spin-down [degrees]; 90. 0 starts at speed."),
 ]
 
 
@@ -148,7 +150,8 @@ class Turning:
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a shape that were given."""
-        return options.given(**asdict(self) | {"yaw": options.parse_yaw(self.yaw)})
+        angles = {"yaw": options.parse_yaw(self.yaw), "ramp": None if self.ramp is None else radians(self.ramp)}
+        return options.given(**asdict(self) | angles)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import radians
 from typing import Annotated, Any
 
 import typer
@@ -12,7 +13,7 @@ from minsnap.cli.output import Destination
 from minsnap.cli.planning import Altitude, Center, Climbing, Clockwise, RectanglePlanning, TimingOptions, Turning
 from minsnap.cli.progress import searching
 
-StartAngle = Annotated[float, typer.Option("--start-angle", metavar="RAD", help="Where it begins.")]
+StartAngle = Annotated[float, typer.Option("--start-angle", metavar="DEG", help="Where it begins [degrees].")]
 Point = tuple[float, float, float]
 
 
@@ -76,7 +77,7 @@ def circle(
     """Trace a circle, from rest to rest unless the ramp is 0."""
     from minsnap.shapes import circle as trace
 
-    destination.deliver(trace(radius, start_angle=start_angle, **turning.arguments()))
+    destination.deliver(trace(radius, start_angle=radians(start_angle), **turning.arguments()))
 
 
 @app.command()
@@ -91,7 +92,7 @@ def helix(
     """Trace a helix from an altitude upwards, or downwards with a negative pitch."""
     from minsnap.shapes import helix as trace
 
-    destination.deliver(trace(radius, pitch, start_angle=start_angle, **turning.arguments()))
+    destination.deliver(trace(radius, pitch, start_angle=radians(start_angle), **turning.arguments()))
 
 
 @app.command()

@@ -13,11 +13,22 @@ import numpy as np
 from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import FileError
 from minsnap.storage.budget import shown
-from minsnap.storage.table import read_table
+from minsnap.storage.loose_table import LooseColumns, read_loose_table
 from minsnap.storage.text import load_yaml
 
 COLUMNS = ("x", "y", "z", "yaw", "duration")
 """Columns of a waypoint file; the first two must be there."""
+
+LENGTHS, TIMES, ANGLES = ("m",), ("s",), ("rad", "deg", "°")
+"""Units that a header may say."""
+
+TABLE = LooseColumns(
+    known={"x": LENGTHS, "y": LENGTHS, "z": LENGTHS, "yaw": ANGLES, "duration": TIMES, "t": TIMES, "time": TIMES},
+    blank=("duration",),
+    headerless=(("x", "y"), ("x", "y", "z")),
+    ambiguous=": two are x,y and three x,y,z, more could be times or headings; name the columns in a first line",
+)
+"""Columns of waypoints as text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +71,11 @@ class Waypoints(ReadOnly):
 def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
     """Read waypoints from a CSV or YAML file, by its ending (``.yaml``, ``.yml``; anything else is CSV).
 
-    CSV has a header with ``x,y`` and optionally ``z``, ``yaw`` [rad] and ``duration`` [s]; plain numbers without a
-    header are x,y or x,y,z. A duration is that of the leg to the next waypoint, with the last cell empty, or that of
-    the leg from the previous waypoint, with the first cell empty. YAML is a list of waypoints, each ``[x, y, z]`` or a
+    CSV has a header with ``x,y`` and optionally ``z``, ``yaw`` [rad] or ``yaw [deg]``, and ``duration`` or ``t`` [s];
+    plain numbers without a header are x,y or x,y,z. Commas, semicolons, tabs or spaces separate them; capitals, empty
+    lines and ``#`` comments do not matter. A duration is that of the leg to the next waypoint, with the last cell
+    empty, or that of the leg from the previous waypoint, with the first cell empty; ``t`` is when each waypoint is
+    passed. YAML is a list of waypoints, each ``[x, y, z]`` or a
     mapping of the same names; or a mapping with ``waypoints`` and optionally ``yaw`` and ``durations``. It is loaded
     safely: tags that construct objects are refused.
 
@@ -84,14 +97,36 @@ def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
     """
     if Path(path).suffix.lower() in (".yaml", ".yml"):
         return _from_yaml(path)
-    table = read_table(path, COLUMNS[:2], COLUMNS[2:], may_be_blank=("duration",), headerless=COLUMNS[:3])
+    table, units = read_loose_table(path, TABLE)
+    missing = [name for name in COLUMNS[:2] if name not in table]
+    if missing:
+        raise FileError(f"{path}, line 1: no column {', '.join(missing)}; the columns are {','.join(table)}")
+    if units.get("yaw", "rad") != "rad":
+        table["yaw"] = np.deg2rad(table["yaw"])
     return _from_columns(f"{path}", table)
 
 
 def _from_columns(where: str, table: Mapping[str, FloatArray]) -> Waypoints:
     points = np.stack([table[name] for name in COLUMNS[:3] if name in table], axis=-1)
-    durations = _leg_durations(where, table["duration"]) if "duration" in table else None
+    timed = [name for name in ("duration", "t", "time") if name in table]
+    if len(timed) > 1:
+        raise FileError(f"{where}: {' and '.join(timed)} both say when waypoints are passed: leave one out")
+    if timed in ([], ["duration"]):
+        durations = _leg_durations(where, table["duration"]) if timed else None
+    else:
+        durations = durations_of_times(where, table[timed[0]])
     return Waypoints(points, table.get("yaw"), durations)
+
+
+def durations_of_times(where: str, t: FloatArray) -> FloatArray:
+    """Return the durations of the legs between increasing times (n,) [s], or raise FileError."""
+    late = np.flatnonzero(np.diff(t) <= 0.0)
+    if len(late):
+        i = int(late[0])
+        raise FileError(
+            f"{where}: waypoint {i + 1} is passed at t = {t[i + 1]:g} s, not after waypoint {i} at {t[i]:g} s"
+        )
+    return np.diff(t)
 
 
 def _leg_durations(where: str, cells: FloatArray) -> FloatArray | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
@@ -10,7 +11,7 @@ import numpy as np
 
 from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.corridors.constraint import Walls
-from minsnap.errors import LimitError
+from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.kinds import KIND, KINDS
 from minsnap.limits.measures import MEASURES, Extent
 from minsnap.limits.rotor_use import measure_rotors
@@ -20,6 +21,9 @@ from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from minsnap.vehicle import Quadrotor
+
+STRONG = 15.0
+"""Thrust-to-weight ratio above which one is taken for a mistake of units; racing vehicles reach about ten."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,12 @@ class Limits:
             raise LimitError(
                 f"max_thrust is {self.max_thrust}, below hover: the thrust-to-weight ratio must exceed 1",
                 smallest=1.0,
+            )
+        if type(self) is Limits and self.max_thrust is not None and self.max_thrust > STRONG:
+            warnings.warn(
+                f"max_thrust is {self.max_thrust:g} times the weight: if it is newtons, divide it by the weight",
+                MagnitudeWarning,
+                stacklevel=4,
             )
         if self.min_thrust is not None and self.min_thrust >= 1.0:
             raise LimitError(f"min_thrust is {self.min_thrust}, above hover: it must be below 1", largest=1.0)

@@ -18,8 +18,6 @@ def read_table(
     path: str | os.PathLike[str],
     required: Sequence[str],
     optional: Sequence[str] = (),
-    may_be_blank: Sequence[str] = (),
-    headerless: Sequence[str] = (),
 ) -> dict[str, FloatArray]:
     """Read the columns of a comma-separated file whose first line names them, in any order.
 
@@ -29,10 +27,6 @@ def read_table(
         The file.
     required, optional : sequence of str
         Names of the columns that must and may be there; no other may.
-    may_be_blank : sequence of str
-        Columns whose cells may be empty: they read as not-a-number.
-    headerless : sequence of str
-        The columns, in order, of a file that starts with numbers at once; it may have the first few only.
 
     Returns
     -------
@@ -47,24 +41,13 @@ def read_table(
     lines = read_text(path).rstrip().splitlines()
     if not lines:
         raise FileError(f"{path} is empty")
-    names, first = _header(path, lines[0], headerless)
+    names = [cell.strip() for cell in lines[0].split(",")]
     _check_names(path, names, required, optional)
-    rows = [_row(path, number, line, names, may_be_blank) for number, line in enumerate(lines[first:], first + 1)]
+    rows = [_row(path, number, line, names) for number, line in enumerate(lines[1:], 2)]
     if not rows:
         raise FileError(f"{path} has a header and no rows")
     values = np.fromiter(chain.from_iterable(rows), dtype=np.float64, count=len(rows) * len(names))
     return dict(zip(names, values.reshape(len(rows), len(names)).T, strict=True))
-
-
-def _header(path: str | os.PathLike[str], line: str, headerless: Sequence[str]) -> tuple[list[str], int]:
-    """Return the names of the columns and the number of header lines."""
-    cells = [cell.strip() for cell in line.split(",")]
-    if not headerless or not all(_is_number(cell) for cell in cells):
-        return cells, 1
-    if len(cells) > len(headerless):
-        wanted = ",".join(headerless)
-        raise FileError(f"{path}, line 1: {len(cells)} numbers without a header; name the columns, or give {wanted}")
-    return list(headerless[: len(cells)]), 0
 
 
 def _check_names(
@@ -81,7 +64,7 @@ def _check_names(
             raise FileError(f"{path}, line 1: column {name} is there twice")
 
 
-def _row(path: str | os.PathLike[str], number: int, line: str, names: list[str], blank: Sequence[str]) -> list[float]:
+def _row(path: str | os.PathLike[str], number: int, line: str, names: list[str]) -> list[float]:
     cells = line.split(",")
     if len(cells) != len(names):
         raise FileError(f"{path}, line {number}: {_count(line, cells)}, but there are {len(names)} columns")
@@ -92,13 +75,11 @@ def _row(path: str | os.PathLike[str], number: int, line: str, names: list[str],
     if "_" not in line and all(map(math.isfinite, values)):
         return values
     where = f"{path}, line {number}"
-    return [_cell(where, name, cell.strip(), name in blank) for name, cell in zip(names, cells, strict=True)]
+    return [_cell(where, name, cell.strip()) for name, cell in zip(names, cells, strict=True)]
 
 
-def _cell(where: str, name: str, cell: str, may_be_blank: bool) -> float:
+def _cell(where: str, name: str, cell: str) -> float:
     """Return the number in a cell, or raise an error that says what is wrong."""
-    if may_be_blank and not cell:
-        return math.nan
     if not _is_number(cell):
         raise FileError(f"{where}: {name} is {cell[:40]!r}, not a finite number")
     return float(cell)

@@ -44,9 +44,9 @@ def test_plan_takes_durations_and_yaw_of_the_file(call, tmp_path):
 
 def test_options_go_before_what_the_file_says(call, tmp_path):
     (tmp_path / "w.csv").write_text("x,y,z,yaw,duration\n0,0,1,0,3\n4,0,1,1,2\n4,4,1,2,\n")
-    run = call("plan", "w.csv", "--time", "8", "--split", "distance", "--yaw", "0.25", "--json", "-o", "a.csv")
+    run = call("plan", "w.csv", "--time", "8", "--split", "distance", "--yaw", "90", "--json", "-o", "a.csv")
     assert json.loads(run.stdout)["duration"] == pytest.approx(8.0)
-    assert minsnap.read_csv("a.csv").yaw == pytest.approx(0.25)
+    assert minsnap.read_csv("a.csv").yaw == pytest.approx(np.pi / 2)
 
 
 def test_plan_reads_yaml_and_closes_laps(call, tmp_path):

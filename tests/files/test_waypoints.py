@@ -31,6 +31,16 @@ def write(tmp_path):
         ("a.csv", "x,y,z\n0,0,1\n8,0,1\n8,4,1.5\n"),
         ("a.txt", "0,0,1\n8,0,1\n8,4,1.5\n"),
         ("a.csv", "z,x,y\n1,0,0\n1,8,0\n1.5,8,4\n"),
+        ("a.csv", "X,Y,Z\n0,0,1\n8,0,1\n8,4,1.5\n"),
+        ("a.csv", "x;y;z\n0;0;1\n8;0;1\n8;4;1.5\n"),
+        ("a.tsv", "x\ty\tz\n0\t0\t1\n8\t0\t1\n8\t4\t1.5\n"),
+        ("a.txt", "x y  z\n0  0 1\n 8 0 1\n8 4 1.5\n"),
+        ("a.txt", "0.0e+00 0.0e+00 1.0e+00\n8.0e+00 0.0e+00 1.0e+00\n8.0e+00 4.0e+00 1.5e+00\n"),
+        ("a.txt", "# x y z\n0 0 1\n8 0 1\n8 4 1.5\n"),
+        ("a.txt", "# z, x, y\n1 0 0\n1 8 0\n1.5 8 4\n"),
+        ("a.csv", "# a flight of 2026\nx, y, z\n\n0, 0, 1  # the start\n8, 0, 1\n8, 4, 1.5\n\n"),
+        ("a.csv", '"x [m]","y [m]","z (m)"\n0,0,1\n8,0,1\n8,4,1.5\n'),
+        ("a.csv", "\ufeffx,y,z\r\n0,0,1\r\n8,0,1\r\n8,4,1.5\r\n"),
         ("a.yaml", "- [0, 0, 1]\n- [8, 0, 1]\n- {x: 8, y: 4, z: 1.5}\n"),
         ("a.yml", "waypoints: [[0, 0, 1], [8, 0, 1], [8, 4, 1.5]]\n"),
     ],
@@ -46,6 +56,9 @@ def test_points_in_every_form(write, name, text):
     [
         ("a.csv", "x,y,z,yaw,duration\n0,0,1,0,4\n8,0,1,0.5,2\n8,4,1.5,1,\n"),
         ("a.csv", "x,y,z,yaw,duration\n0,0,1,0,\n8,0,1,0.5,4\n8,4,1.5,1,2\n"),
+        ("a.csv", "t,x,y,z,yaw\n1,0,0,1,0\n5,8,0,1,0.5\n7,8,4,1.5,1\n"),
+        ("a.csv", "Time;X;Y;Z;Yaw\n0;0;0;1;0\n4;8;0;1;0.5\n6;8;4;1.5;1\n"),
+        ("a.tsv", "x\ty\tz\tyaw\tduration\n0\t0\t1\t0\t4\n8\t0\t1\t0.5\t2\n8\t4\t1.5\t1\t\n"),
         (
             "a.yaml",
             "- {x: 0, y: 0, z: 1, yaw: 0, duration: 4}\n"
@@ -68,6 +81,20 @@ def test_two_dimensions_and_an_empty_column_of_durations(write):
     assert found.durations is None
 
 
+def test_what_numpy_writes_is_read_to_the_last_bit(tmp_path):
+    points = np.random.default_rng(0).normal(size=(6, 3))
+    np.savetxt(tmp_path / "plain.txt", points)
+    np.savetxt(tmp_path / "named.txt", points[:, [1, 2, 0]], header="y z x")
+    np.savetxt(tmp_path / "commas.csv", points, delimiter=",", header="x,y,z", comments="")
+    for name in ("plain.txt", "named.txt", "commas.csv"):
+        assert np.array_equal(minsnap.read_waypoints(tmp_path / name).points, points)
+
+
+def test_a_yaw_in_degrees_says_so(write):
+    found = minsnap.read_waypoints(write("x,y,yaw [deg]\n0,0,90\n1,2,-180\n"))
+    assert found.yaw == pytest.approx([np.pi / 2, -np.pi])
+
+
 def test_what_is_read_cannot_be_written_to(write):
     found = minsnap.read_waypoints(write("0,0\n1,2\n"))
     with pytest.raises(ValueError, match="read-only"):
@@ -83,6 +110,15 @@ def test_what_is_read_cannot_be_written_to(write):
         ("a.csv", "x,y,z,speed\n0,0,1,2\n", "line 1: column 'speed' is not known"),
         ("a.csv", "0,0,1,4\n8,0,1,2\n", "line 1: 4 numbers without a header"),
         ("a.csv", "x,y,z\n0,0,1\n8,0\n", "line 3: 2 numbers"),
+        ("a.csv", "x;y\n1,5;2\n3;4\n", "line 2: semicolons and commas are mixed.*a point for decimals"),
+        ("a.csv", "0,0,1\n8\t0\t1\n", "are mixed"),
+        ("a.csv", "t,x,y\n0,0,0\n0,1,1\n", "waypoint 1 is passed at t = 0 s, not after waypoint 0"),
+        ("a.csv", "t,x,y,duration\n0,0,0,1\n1,1,1,\n", "duration and t both say when"),
+        ("a.csv", "x [mm],y [mm]\n0,0\n1,1\n", "line 1: x is in 'mm': convert it to m"),
+        ("a.csv", "0,0,one\n8,0,1\n", "line 1: 'one' is not a finite number"),
+        ("a.csv", "5\n6\n", "line 1: 1 number without a header"),
+        ("a.csv", "# x y z w\n", "is empty"),
+        ("a.csv", "x,y,X\n0,0,1\n", "column x is there twice"),
         ("a.csv", "x,y,z\n0,0,1\n8,zero,1\n", "line 3: y is 'zero'"),
         ("a.csv", "x,y,z\n0,0,1\n8,inf,1\n", "line 3: y is 'inf'"),
         ("a.csv", "x,y,duration\n0,0,nan\n8,1,2\n", "line 2: duration is 'nan'"),

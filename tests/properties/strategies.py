@@ -40,6 +40,8 @@ def corridors(draw, legs=(1, 6), dims=(1, 4), degrees=DEGREES, walls=True, close
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     durations = lengths * 10.0 ** random.uniform(-pace, pace, len(lengths))
     given = {"waypoints": points, "durations": durations, "degree": degree}
+    if dim > 3:
+        given["dim"] = dim
     if walls:
         given["corridor"] = draw(decades(0.03, 1.6)) * 10.0 ** random.uniform(-0.3, 0.3, len(lengths))
     if closed:

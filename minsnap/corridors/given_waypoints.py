@@ -1,0 +1,149 @@
+"""Waypoints as callers have them: tables with named columns, and numbers that look like another unit."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import MagnitudeWarning, WaypointError
+from minsnap.storage.budget import shown
+
+AXES = ("x", "y", "z")
+BESIDE = ("yaw", "t", "time", "duration")
+"""Columns that a table of waypoints may have beside its coordinates."""
+
+LONG, HIGH = 1000.0, 500.0
+"""Extent and altitude from which waypoints may be millimetres [m]."""
+
+NEAR = 0.02
+"""Extent below which waypoints may be latitudes and longitudes [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class WaypointTable:
+    """The columns of a table of waypoints.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2) or (n, 3)
+        [m].
+    yaw : ndarray, shape (n,), or None
+        [rad].
+    durations : ndarray, shape (n - 1,), or None
+        [s].
+    """
+
+    points: FloatArray
+    yaw: FloatArray | None = None
+    durations: FloatArray | None = None
+
+
+def is_table(waypoints: Any) -> bool:
+    """Whether waypoints have named columns: a data frame, a structured array, or a mapping of columns."""
+    names = _names(waypoints)
+    return names is not None and not all(isinstance(name, (int, np.integer)) for name in names)
+
+
+def read_columns(waypoints: Any) -> WaypointTable:
+    """Return waypoints by the names of their columns: x, y and z, with yaw [rad] and t, time or duration [s].
+
+    Raises
+    ------
+    WaypointError
+        If x or y is missing, a column is not known or not of numbers, or two say when waypoints are passed.
+    """
+    names = [str(name) for name in _names(waypoints) or ()]
+    unknown = [name for name in names if name.lower() not in AXES + BESIDE]
+    lower = [name.lower() for name in names]
+    if unknown or not {"x", "y"} <= set(lower) or len(set(lower)) < len(lower):
+        what = f"the column {shown(unknown[0])}" if unknown else f"the columns {', '.join(names)}"
+        raise WaypointError(
+            f"the table of waypoints has {what}: select x, y and z, and where they are meant yaw and t or duration"
+        )
+    timed = [name for name in lower if name in BESIDE[1:]]
+    if len(timed) > 1:
+        raise WaypointError(f"{' and '.join(timed)} both say when waypoints are passed: leave one out")
+    columns = {name.lower(): _column(waypoints, name) for name in names}
+    points = np.stack([columns[axis] for axis in AXES if axis in columns], axis=-1)
+    return WaypointTable(points, columns.get("yaw"), _durations(columns[timed[0]], timed[0]) if timed else None)
+
+
+def _names(waypoints: Any) -> list[Any] | None:
+    if isinstance(waypoints, np.ndarray):
+        return list(waypoints.dtype.names) if waypoints.dtype.names else None
+    if isinstance(waypoints, Mapping):
+        return list(waypoints)
+    columns = getattr(waypoints, "columns", None)
+    return None if columns is None else list(columns)
+
+
+def _column(waypoints: Any, name: str) -> FloatArray:
+    try:
+        values = np.array(waypoints[name], dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.zeros((0, 0))
+    if values.ndim != 1:
+        raise WaypointError(f"the column {name} of the waypoints must be numbers, one for each waypoint")
+    return values
+
+
+def _durations(values: FloatArray, name: str) -> FloatArray | None:
+    if name != "duration":
+        late = np.flatnonzero(~(np.diff(values) > 0.0))
+        if len(late):
+            at = int(late[0])
+            raise WaypointError(
+                f"waypoint {at + 1} is passed at {name} = {values[at + 1]:g} s, not after waypoint {at}"
+            )
+        return np.diff(values)
+    blank = np.isnan(values)
+    if blank.sum() == 1 and (blank[0] or blank[-1]):
+        return values[~blank]
+    raise WaypointError(
+        f"{len(values)} waypoints have {len(values) - 1} legs: leave the duration of the first or the last one empty"
+    )
+
+
+def check_dimension(count: int, dim: int | None) -> None:
+    """Raise WaypointError if waypoints have more than three coordinates and nobody said so, or others than said."""
+    if dim is None and count > 3:
+        raise WaypointError(
+            f"waypoints have {count} coordinates: give rows of x, y, z (transpose an array whose rows are x, y and z), "
+            f"or dim={count} if there are as many"
+        )
+    if dim is not None and dim != count:
+        raise WaypointError(f"dim={dim!r}, and the waypoints have {count} coordinates: leave dim out, or mend them")
+
+
+def warn_magnitude(points: FloatArray) -> None:
+    """Warn of waypoints (n, dim) that look like millimetres, or like latitudes and longitudes, in place of metres."""
+    first, second = points[0].tolist(), points[1].tolist()
+    largest = max(map(abs, first + second))
+    if largest < LONG / 2.0 and not _beside(first, second):
+        return
+    extent = np.ptp(points, axis=0)
+    whole = bool((points == np.round(points)).all())
+    high = points.shape[1] == 3 and np.abs(points[:, 2]).max() >= HIGH
+    if extent.max() >= LONG and (whole or high):
+        _warn(f"waypoints extend over {extent.max():g} m: if they are millimetres, divide them by 1000")
+    elif _beside(first, second) and extent[:2].max() < NEAR and points.shape[1] > 1:
+        place = f"({first[0]:g}, {first[1]:g})"
+        _warn(
+            f"waypoints near {place} lie within {extent[:2].max():.2g} m: if they are latitudes and longitudes, "
+            "convert them to metres"
+        )
+
+
+def _beside(first: list[float], second: list[float]) -> bool:
+    """Whether two points are so near to each other, and so far from zero, as degrees on the globe are."""
+    steps = [abs(b - a) for a, b in zip(first[:2], second[:2], strict=True)]
+    return 0.0 < max(steps) < NEAR and 1.0 < max(map(abs, first[:2])) <= 180.0
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, MagnitudeWarning, stacklevel=4)
