@@ -7,12 +7,10 @@ from itertools import product
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.tolerances import ROUNDING
 
 FEW_SHIFTS = 500
 """Shifts of the grid up to which growing by shifts is quicker than a distance transform."""
-
-ROUNDING = 1e-12
-"""Share of the clearance by which a whole number of cells may miss it."""
 
 
 def gaps(taken: BoolArray, size: FloatArray) -> FloatArray:

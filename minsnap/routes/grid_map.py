@@ -12,12 +12,10 @@ from minsnap.arrays import BoolArray, FloatArray, IntArray, ReadOnly, own_arrays
 from minsnap.checks import is_number
 from minsnap.corridors.boxes import axis_name
 from minsnap.errors import CorridorError
+from minsnap.tolerances import EXACT
 
 LARGEST_MAP = 50_000_000
 """Cells of the largest map."""
-
-ROUNDING = 1e-9
-"""Share of a cell by which a point may be outside for rounding alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +77,7 @@ class GridMap(ReadOnly):
 
     def holds(self, point: FloatArray) -> bool:
         """Whether a point (dim,) is inside the map."""
-        slack = ROUNDING * self.resolution
+        slack = EXACT * self.resolution
         return bool(((point >= self.lower - slack) & (point <= self.upper + slack)).all())
 
     def cell(self, point: FloatArray) -> IntArray:
@@ -113,8 +111,8 @@ class GridMap(ReadOnly):
         if self.dim != 3:
             raise CorridorError(f"{self.name} is plane: altitudes are those of a map in space")
         side = float(self.resolution[2])
-        first = max(int(np.floor((low - self.lower[2]) / side + ROUNDING)), 0)
-        last = min(int(np.ceil((high - self.lower[2]) / side - ROUNDING)), self.occupied.shape[2])
+        first = max(int(np.floor((low - self.lower[2]) / side + EXACT)), 0)
+        last = min(int(np.ceil((high - self.lower[2]) / side - EXACT)), self.occupied.shape[2])
         if not first < last:
             raise CorridorError(f"the altitudes {low:g} to {high:g} m are not in {self.name}: {self.extent_text()}")
         corner = self.lower + np.array([0.0, 0.0, first * side])
