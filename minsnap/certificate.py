@@ -19,7 +19,6 @@ from minsnap.arrays import FloatArray
 from minsnap.cards import Facts, card
 from minsnap.checks import is_number
 from minsnap.corridors.constraint import Constraint, Walls
-from minsnap.corridors.exact_margins import margin_holds, norm_holds
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.margins import Margin, nearest_wall
@@ -102,6 +101,8 @@ class Certificate:
         Slow: some milliseconds per leg and wall. False means that a figure does not hold, or that the curve touches it
         at an instant that no halving reaches.
         """
+        from minsnap.corridors.exact_margins import margin_holds, norm_holds
+
         norms = (self.max_speed, self.max_acceleration, self.max_jerk, self.max_snap)
         margin = self.corridor_margin
         return (

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from time import monotonic, perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -34,18 +35,17 @@ from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, TimingError
-from minsnap.limits.heading_cost import fixed_yaw_notes
-from minsnap.limits.limits import Limits
 from minsnap.native.unconstrained import resting_optimum
 from minsnap.optimisation.native_solve import tube_at_rest
 from minsnap.optimisation.planned_yaw import Held, asked_heading
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.qp import check_solver
-from minsnap.optimisation.solve import NATIVE
-from minsnap.time_allocation.allocate import plan_timed
+from minsnap.optimisation.solved import NATIVE
 from minsnap.time_allocation.timed import Timed, Timing
 from minsnap.trajectory.report import LinearSystem, Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from minsnap.limits.limits import Limits
 
 
 def plan(
@@ -184,6 +184,8 @@ def plan(
         quick = _at_rest(waypoints, durations, corridor, degree, began, dim)
         if quick is not None:
             return quick
+    from minsnap.time_allocation.allocate import plan_timed
+
     parts, refine = check_pieces(pieces)
     timing = Timing(
         durations, total_time, limits, split, time_weight, enforce, progress, time_limit, refine, on_interrupt
@@ -195,7 +197,7 @@ def plan(
     constraints = as_constraints(corridor) + as_room(room)
     asked = waypoints, waypoint_tolerance, start, end, pins, closed, dim
     deadline = _deadline(time_limit, durations, limits)
-    task = replace(_placed(*asked, constraints, *smoothness, check_solver(solver)), deadline=deadline)
+    task = replace(_placed(*asked, constraints, *smoothness, _named_solver(solver)), deadline=deadline)
     gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, gravity, Held(yaw_rate, hold_below, turning))
     timed = plan_timed(task, timing, lambda curve: curve.with_yaw(heading(curve)), instants)
@@ -298,6 +300,15 @@ def _named_method(corridor_method: str, certify: bool | None) -> str:
     return method
 
 
+def _named_solver(solver: str) -> str:
+    """Return the name of a solver that is installed; see ``check_solver``."""
+    if solver == "auto":
+        return solver
+    from minsnap.optimisation.qp import check_solver
+
+    return check_solver(solver)
+
+
 def _placed(
     waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
     tolerance: npt.ArrayLike | Ball | None,
@@ -326,10 +337,15 @@ def _placed(
 
 def _report(timed: Timed, limits: Limits | None, unasked: bool, milliseconds: float) -> Report:
     outcome = timed.solved.outcome
+    notes: tuple[str, ...] = ()
+    if limits is not None and unasked:
+        from minsnap.limits.heading_cost import fixed_yaw_notes
+
+        notes = fixed_yaw_notes(limits, timed.trajectory)
     return Report(
         solver=outcome.solver,
         rounds=outcome.rounds,
-        rows=0 if outcome.rows is None else len(outcome.rows),
+        rows=outcome.active,
         cost=timed.cost,
         corridor_margin=timed.corridor_margin,
         milliseconds=milliseconds,
@@ -337,7 +353,7 @@ def _report(timed: Timed, limits: Limits | None, unasked: bool, milliseconds: fl
         utilisation=() if limits is None else limits.utilisation(timed.trajectory),
         steps=timed.steps,
         interrupted=timed.interrupted,
-        notes=fixed_yaw_notes(limits, timed.trajectory) if unasked else (),
+        notes=notes,
         core=outcome.core,
         handed_over=outcome.handed_over,
         rungs=outcome.rungs,

@@ -31,6 +31,9 @@ COMMANDS = (
 )
 """Modules of this package that register commands with :data:`app` when imported, in the order of the help."""
 
+SHAPES = ("rect", "line", "circle", "helix", "eight")
+"""Commands of ``shape_commands``; every other module is named after its one command."""
+
 UNMET = (InfeasibleError, SolverError, FlightError, ThrustError, DivergenceError)
 """Errors that mean that the request cannot be met: exit status 1. All others mean bad input: 2."""
 
@@ -64,11 +67,23 @@ def _root(
         raise typer.Exit(2)
 
 
-def load_commands() -> None:
-    """Import every module of :data:`COMMANDS`; none of them imports anything slow before its command runs."""
-    for name in COMMANDS:
+def load_commands(first: str = "") -> None:
+    """Import the modules that register commands; none of them imports anything slow before its command runs.
+
+    Parameters
+    ----------
+    first : str
+        The first word of the command line: where it names a command, that command's module alone is imported.
+    """
+    for name in _module_of(first) or COMMANDS:
         if importlib.util.find_spec(f"minsnap.cli.{name}") is not None:
             importlib.import_module(f"minsnap.cli.{name}")
+
+
+def _module_of(first: str) -> tuple[str, ...]:
+    """Return the module of a command, or nothing where the word names none."""
+    name = "shape_commands" if first in SHAPES else f"{first}_command"
+    return (name,) if name in COMMANDS else ()
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
@@ -82,14 +97,15 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     arguments : list of str, optional
         What follows the command's name; ``sys.argv[1:]`` unless given.
     """
-    load_commands()
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    load_commands(words[0] if words else "")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a superscript must not raise on a terminal that lacks it
     command = typer.main.get_command(app)
     warnings.showwarning = _show_warning  # type: ignore[assignment]
     try:
-        with command.make_context("minsnap", sys.argv[1:] if arguments is None else list(arguments)) as context:
+        with command.make_context("minsnap", words) as context:
             status = command.invoke(context)
         sys.stdout.flush()
     except Exception as error:

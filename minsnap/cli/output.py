@@ -61,13 +61,14 @@ class Destination:
 
     def __post_init__(self) -> None:
         from minsnap.frames import get_frame
-        from minsnap.plot.figures import check_figure_name
         from minsnap.storage.atomic import check_destination
         from minsnap.trajectory.path import sample_times
 
         get_frame(self.frame)
         sample_times(1.0, self.rate)
         if self.plot is not None:
+            from minsnap.plot.figures import check_figure_name
+
             check_figure_name(self.plot)
         for file in (self.output, self.plot):
             if file is not None and file != STANDARD_OUTPUT:

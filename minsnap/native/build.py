@@ -1,21 +1,15 @@
 """Compile the native core: ``python -m minsnap.native.build`` puts the library beside this file.
 
-Nothing heavy is imported here: the module runs where minsnap is only being installed, without numpy.
+Nothing heavy is imported here: the module runs where minsnap is only being installed, without numpy. And what
+compiling needs is imported where it is needed, since every process that plans loads this module for ``LIBRARY``.
 
 Environment: ``CXX`` names the compiler, ``MINSNAP_CXXFLAGS`` adds flags (``-Werror`` in development, sanitizers).
 """
 
 from __future__ import annotations
 
-import argparse
-import hashlib
 import os
-import shlex
-import shutil
-import subprocess
 import sys
-import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -50,6 +44,9 @@ def find_compiler() -> list[str]:
     NoCompilerError
         If there is none.
     """
+    import shlex
+    import shutil
+
     named = os.environ.get("CXX", "")
     for command in [shlex.split(named)] if named else [[name] for name in COMPILERS]:
         if command and shutil.which(command[0]):
@@ -60,11 +57,15 @@ def find_compiler() -> list[str]:
 
 def flags() -> list[str]:
     """Return the flags of a compilation, those of ``MINSNAP_CXXFLAGS`` last."""
+    import shlex
+
     return [*FLAGS, *shlex.split(os.environ.get("MINSNAP_CXXFLAGS", ""))]
 
 
 def digest() -> str:
     """Return a digest of all sources and flags: what decides whether a library is up to date."""
+    import hashlib
+
     total = hashlib.sha256(" ".join(flag for flag in flags() if flag != "-Werror").encode())
     for path in sorted(SOURCES.glob("*.[ch]pp")):
         total.update(path.name.encode() + path.read_bytes())
@@ -84,6 +85,9 @@ def compile_library(target: Path) -> str:
     NoCompilerError, CompilationError
         If there is no compiler, or if it fails.
     """
+    import tempfile
+    from concurrent.futures import ThreadPoolExecutor
+
     compiler = find_compiler()
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
@@ -99,6 +103,9 @@ def compile_library(target: Path) -> str:
 
 
 def _run(command: list[str]) -> None:
+    import shlex
+    import subprocess
+
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     except OSError as error:
@@ -131,6 +138,8 @@ def build(force: bool = False) -> bool:
 
 def main(arguments: list[str] | None = None) -> int:
     """Build and say what was done; the exit status is 1 if it failed."""
+    import argparse
+
     parser = argparse.ArgumentParser(prog="python -m minsnap.native.build", description="Compile the native core.")
     parser.add_argument("--force", action="store_true", help="compile even if the library is up to date")
     parser.add_argument("--output", type=Path, help="compile into this file instead, which MINSNAP_LIBRARY may name")

@@ -9,6 +9,7 @@ import importlib.util
 import os
 import sys
 import tempfile
+from compileall import compile_dir
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -23,6 +24,8 @@ class NativeCoreHook(BuildHookInterface[Any]):  # type: ignore[misc, unused-igno
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile, and mark the wheel as one for this platform if that succeeded."""
         recipe = _recipe(Path(self.root))
+        if version == "editable":
+            compile_dir(str(Path(self.root) / "minsnap"), quiet=2)  # an installer does so for the files that it copies
         try:
             if version == "editable":
                 recipe.build()

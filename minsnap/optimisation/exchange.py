@@ -17,12 +17,10 @@ from time import monotonic
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.optimisation.master_qp import Answer, InfeasibleRowsError, MasterQP
+from minsnap.optimisation.master_qp import Answer, MasterQP
 from minsnap.optimisation.normalised_constraints import WallRows
+from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_outside, spread_rows
-
-GAP = 1e-6
-"""Share of the cost that may be lost by moving walls inwards."""
 
 NEAR = 0.3
 """Excess, in widths, below which walls are moved inwards; share of it that a faulty answer breaks rows by."""

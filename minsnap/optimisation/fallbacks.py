@@ -15,10 +15,10 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.optimisation.axis_group import floating
-from minsnap.optimisation.exchange import GAP, NEAR, Proof, State, Trouble, begun, exchange, solved_once
-from minsnap.optimisation.master_qp import InfeasibleRowsError, MasterQP, axis_masks, master_qp
+from minsnap.optimisation.exchange import NEAR, Proof, State, Trouble, begun, exchange, solved_once
+from minsnap.optimisation.master_qp import MasterQP, axis_masks, master_qp
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
-from minsnap.optimisation.outcome import Outcome
+from minsnap.optimisation.outcome import GAP, InfeasibleRowsError, Outcome
 from minsnap.optimisation.qp import DENSE
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.stop_and_go import least_share, straight_inside

@@ -12,7 +12,7 @@ from minsnap.arrays import FloatArray
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import RowSet
-from minsnap.optimisation.solve import Solved
+from minsnap.optimisation.solved import Solved
 from minsnap.polynomials.bernstein import ends_to_highest, gram_root
 
 
@@ -23,10 +23,11 @@ def cost_gradient(solved: Solved) -> FloatArray:
     :math:`T_i \, \partial c_i / \partial T_i = (1 - 2k) c_i + 2 T_i^{1-2k} e_i^\top A Q e_i`; every active row adds
     its multiplier times its own derivative.
     """
-    problem, outcome = solved.problem, solved.outcome
-    relative = _cost_slopes(problem, outcome.knots)
-    if outcome.rows is not None and len(outcome.multipliers):
-        relative += row_slopes(problem, outcome.knots, outcome.rows, outcome.multipliers)
+    problem, knots = solved.problem, solved.outcome.knots
+    relative = _cost_slopes(problem, knots)
+    rows, multipliers = solved.active
+    if rows is not None and len(multipliers):
+        relative += row_slopes(problem, knots, rows, multipliers)
     unit = solved.units.length**2 * solved.units.time ** (-2.0 * problem.half)
     return np.asarray(relative / problem.durations * unit)
 

@@ -3,9 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from minsnap.arrays import FloatArray
-from minsnap.optimisation.rows import RowSet
+from minsnap.native.corridor import CorridorAnswer
+
+if TYPE_CHECKING:
+    from minsnap.optimisation.rows import RowSet
+
+GAP = 1e-6
+"""Share of the cost that may be lost by moving walls inwards."""
+
+
+class InfeasibleRowsError(Exception):
+    """No curve was found that keeps the rows so far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,7 +27,7 @@ class Outcome:
     ----------
     knots : ndarray, shape (knots, slots, dim)
     rows : RowSet or None
-        Rows of the last QP.
+        Rows of the last QP of the Python core.
     multipliers : ndarray, shape (r,)
         Of these rows, for the normalised cost without 1/2.
     rounds : int
@@ -25,6 +36,8 @@ class Outcome:
         Solvers that failed on the way.
     rungs : tuple of str
         Names of the fallbacks taken.
+    native : CorridorAnswer or None
+        What the native core returned, with the contacts that take the place of rows.
     core : str
         Which core found it, ``"native"`` or ``"python"``.
     handed_over : str
@@ -43,3 +56,11 @@ class Outcome:
     core: str = "python"
     handed_over: str = ""
     points: FloatArray | None = None
+    native: CorridorAnswer | None = None
+
+    @property
+    def active(self) -> int:
+        """Number of rows, or of contacts with walls."""
+        if self.native is not None:
+            return len(self.native.wall)
+        return 0 if self.rows is None else len(self.rows)

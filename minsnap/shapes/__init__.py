@@ -1,8 +1,5 @@
 """Paths of standard shapes: circle, helix, lemniscate, line, rectangle."""
 
-from minsnap.shapes.curves import circle, helix, lemniscate
-from minsnap.shapes.phase import PhaseLaw, PhasePath
-from minsnap.shapes.polynomial_form import as_polynomials
-from minsnap.shapes.straight import line, rectangle
+import lazy_loader
 
-__all__ = ["PhaseLaw", "PhasePath", "as_polynomials", "circle", "helix", "lemniscate", "line", "rectangle"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_durations, check_positive_time, check_weight, refuse_repeated
 from minsnap.errors import TimingError
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, priced_first_guess
 from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, searched, solved_or_explained, timed
-from minsnap.time_allocation.within_limits import check_pinned_limits, kept, limited_plan, shortest_plan
+
+if TYPE_CHECKING:
+    from minsnap.limits.limits import Limits
+
+EACH = "give every leg a duration of its own"
+"""Advice where waypoints repeat."""
 
 
 def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None = None) -> Timed:
@@ -31,18 +38,25 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
     InfeasibleError
         If nothing fits, with the reason.
     """
-    limits, bounded = timing.limits, task
-    if limits is not None:
-        bounded = task.with_walls(limits.walls(task.waypoints))
-        check_pinned_limits(task, limits, mended=_shortest(timing) and task.continuity <= task.half - 1)
+    if timing.limits is not None:
+        return _within_limits(task, timing, timing.limits, finish, samples)
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
-        plan = timed(solved_or_explained(bounded, durations, samples), finish)
-        return plan if limits is None else kept(plan, limits)
-    refuse_repeated(task.waypoints, "give every leg a duration of its own")
-    if limits is None:
-        durations, search = _unlimited(task, timing)
-        return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)
+        return timed(solved_or_explained(task, durations, samples), finish)
+    refuse_repeated(task.waypoints, EACH)
+    durations, search = _unlimited(task, timing)
+    return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)
+
+
+def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, samples: int | None) -> Timed:
+    from minsnap.time_allocation.within_limits import check_pinned_limits, kept, limited_plan, shortest_plan
+
+    bounded = task.with_walls(limits.walls(task.waypoints))
+    check_pinned_limits(task, limits, mended=_shortest(timing) and task.continuity <= task.half - 1)
+    if timing.durations is not None:
+        durations = task.piece_durations(check_durations(timing.durations, task.legs))
+        return kept(timed(solved_or_explained(bounded, durations, samples), finish), limits)
+    refuse_repeated(task.waypoints, EACH)
     if _shortest(timing):
         return shortest_plan(task, bounded, timing, limits, finish)
     return limited_plan(task, bounded, timing, limits, finish)

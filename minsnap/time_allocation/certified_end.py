@@ -14,7 +14,7 @@ import numpy as np
 from minsnap.limits.limits import Limits
 from minsnap.native.library import core
 from minsnap.optimisation.outcome import Outcome
-from minsnap.optimisation.solve import Solved
+from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.cone_programme import solve_programme
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_model import Inwards

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import TimingError
-from minsnap.optimisation.gradient import cost_gradient
-from minsnap.optimisation.master_qp import InfeasibleRowsError
-from minsnap.optimisation.normalised_constraints import WallRows
+from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.solve import Solved, solve
+from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.native_split import native_split
 from minsnap.trajectory.report import Progress, Step
+
+if TYPE_CHECKING:
+    from minsnap.optimisation.normalised_constraints import WallRows
 
 SHORTEST = 1e-4
 """Least share of its first guess that a leg may get; the most is one over it."""
@@ -124,6 +128,8 @@ class CostSearch:
             solved = solve(self.task, times, units=self.units, seed=self.seed, prove=False)
         except InfeasibleRowsError:
             return float(np.log(self.best[0])) + BARRED, np.zeros(len(durations))
+        from minsnap.optimisation.gradient import cost_gradient
+
         self.seed = active_rows(solved)
         relative = leg_sums(cost_gradient(solved) * solved.problem.durations * self.units.time, self.task.pieces)
         value = solved.cost
@@ -152,7 +158,7 @@ def priced_first_guess(task: Task, price: float) -> FloatArray:
 
 def active_rows(solved: Solved) -> WallRows | None:
     """Rows of a solved task whose multipliers are not zero, to begin the next solve with."""
-    rows, multipliers = solved.outcome.rows, solved.outcome.multipliers
+    rows, multipliers = solved.active
     if rows is None or not (multipliers > 0.0).any():
         return None
     return rows.source.chosen(multipliers > 1e-9 * multipliers.max())

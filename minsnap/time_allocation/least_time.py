@@ -11,7 +11,7 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.solve import Solved
+from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.certified_end import CertifiedEnd
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
 from minsnap.time_allocation.joint_layout import JointLayout, JointState

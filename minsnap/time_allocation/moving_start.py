@@ -13,7 +13,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.span import KEPT, kept_from
 from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.solve import Solved
+from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.least_time import LeastTime
 from minsnap.time_allocation.recovery import Recovery, start_state, start_use, way_back
 from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, timed

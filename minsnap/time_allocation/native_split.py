@@ -8,8 +8,8 @@ from minsnap.arrays import FloatArray
 from minsnap.native.corridor import CorridorQuestion
 from minsnap.native.durations import SplitFound, best_corridor_split, best_split
 from minsnap.native.library import core
-from minsnap.optimisation.exchange import GAP
 from minsnap.optimisation.native_solve import corridor_question
+from minsnap.optimisation.outcome import GAP
 from minsnap.optimisation.problem import Task
 
 

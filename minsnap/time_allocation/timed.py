@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,14 +12,16 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_positive_time
 from minsnap.errors import LimitError, TimingError
-from minsnap.limits.limits import Limits
-from minsnap.optimisation.master_qp import InfeasibleRowsError
+from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.solve import Solved, solve
+from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.least_cost import check_split
-from minsnap.time_allocation.refusal import explain
 from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from minsnap.limits.limits import Limits
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,9 +86,13 @@ class Timing:
     def _check_limits(self) -> None:
         if self.enforce not in (None, "qp", "scaling"):
             raise TimingError(f"enforce is {self.enforce!r}: use 'qp' or 'scaling'")
-        if self.limits is not None and not isinstance(self.limits, Limits):
+        if self.limits is None:
+            return
+        from minsnap.limits.limits import Limits
+
+        if not isinstance(self.limits, Limits):
             raise LimitError(f"limits must be a Limits, not {type(self.limits).__name__}")
-        if self.limits is not None and not self.limits.given():
+        if not self.limits.given():
             raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
 
     def _check_ignored(self, given: list[str]) -> None:
@@ -156,6 +162,8 @@ def solved_or_explained(task: Task, durations: FloatArray, samples: int | None =
     try:
         return solve(task, durations, samples)
     except InfeasibleRowsError:
+        from minsnap.time_allocation.refusal import explain
+
         raise explain(task, durations) from None
 
 

@@ -9,9 +9,10 @@ from minsnap.checks import check_positive_time, check_weight
 from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import measure_state
-from minsnap.optimisation.master_qp import InfeasibleRowsError
+from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.solve import Solved, solve
+from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, leg_sums, priced_first_guess
 from minsnap.time_allocation.moving_start import as_timed, moves, searched_from, shortest_from

@@ -10,6 +10,9 @@ import time
 
 import pytest
 
+from minsnap.cli import app
+from minsnap.native.library import core
+
 from .conftest import COMMAND
 
 WAYPOINTS = "x,y,z,duration\n0,0,1,4\n8,0,1,2\n8,4,1,\n"
@@ -121,3 +124,40 @@ def test_the_command_loads_nothing_heavy_before_it_is_needed(tmp_path):
     )
     run = subprocess.run([COMMAND[0], "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
+
+
+def test_every_command_is_found_in_the_module_that_it_alone_loads():
+    app.load_commands()
+    for command in app.app.registered_commands:
+        name = command.name or command.callback.__name__
+        assert app._module_of(name) == (command.callback.__module__.rpartition(".")[2],), name
+    assert app._module_of("no-such-command") == app._module_of("") == ()
+
+
+@pytest.mark.skipif(core().library is None, reason="the Python core loads scipy and the solvers")
+def test_a_plan_by_the_native_core_loads_no_solver_and_no_search_that_it_does_not_run(tmp_path):
+    arguments = ["rect", "--corridor", "0.3", "--time", "12", "-o", str(tmp_path / "t.csv")]
+    listed = "import sys, atexit; atexit.register(lambda: print(*sys.modules))"
+    code = f"{listed}; from minsnap.cli import main; main({arguments})"
+    run = subprocess.run([COMMAND[0], "-c", code], capture_output=True, text=True, check=True)
+    loaded = run.stdout.splitlines()[-1].split()
+    assert "minsnap.planner" in loaded and "numpy" in loaded
+    outside = {
+        "scipy",
+        "qpsolvers",
+        "clarabel",
+        "daqp",
+        "piqp",
+        "osqp",
+        "matplotlib",
+        "pandas",
+        "numpy.ma",
+        "concurrent",
+    }
+    unused = {
+        "minsnap.plot",
+        "minsnap.optimisation.exchange",
+        "minsnap.time_allocation.joint_search",
+        "minsnap.vehicle",
+    }
+    assert not (outside | unused | {"minsnap.cli.stream_command", "minsnap.limits.limits"}) & set(loaded)

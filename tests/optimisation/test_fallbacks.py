@@ -11,7 +11,7 @@ import minsnap
 from minsnap.errors import CorridorError, SolverError, TimingError
 from minsnap.optimisation import fallbacks, master_qp, preconditioning
 from minsnap.optimisation.exchange import Trouble
-from minsnap.optimisation.solve import Solved
+from minsnap.optimisation.solved import Solved
 from minsnap.tolerances import EXACT
 
 TIMES = [4.0, 2.0, 4.0, 2.0]

@@ -1,0 +1,73 @@
+"""Solve a task with the Python core: linear system, exchange, and the ladder of fallbacks."""
+
+from __future__ import annotations
+
+from functools import reduce
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import CorridorError, SolverError
+from minsnap.optimisation.exchange import State, Trouble
+from minsnap.optimisation.fallbacks import Attempt, climb, first_attempt, outcome
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
+from minsnap.optimisation.outcome import Outcome
+from minsnap.optimisation.problem import Task
+from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.rows import Curve
+from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.stop_and_go import straight_heights
+from minsnap.optimisation.unconstrained import unbounded_optimum
+from minsnap.optimisation.units import Units
+from minsnap.tolerances import EXACT
+
+
+def solved_in_python(
+    task: Task,
+    problem: Problem,
+    units: Units,
+    samples: int | None,
+    seed: WallRows | None,
+    gap: float,
+    prove: bool,
+) -> Solved:
+    """Solve with the Python core; the arguments are those of ``solve``."""
+    base = unbounded_optimum(problem)
+    compiled = compile_walls(task, problem, units)
+    once = samples is not None
+    seed = seed if samples is None else _sampled(problem, base, compiled, samples)
+    proof = (lambda state: Solved(task, problem, units, _bare(state)).inside) if prove else None
+    last, rungs = climb(first_attempt(problem, base, compiled, task.solver, seed, proof, gap, task.deadline, once))
+    if last.trouble is not None:
+        raise _no_room(task, last)
+    return Solved(task, last.problem, units, outcome(last, rungs))
+
+
+def _bare(state: State) -> Outcome:
+    return Outcome(state.curve.knots, None, np.zeros(0), state.rounds, "")
+
+
+def _sampled(problem: Problem, base: FloatArray, compiled: Compiled, instants: int) -> WallRows:
+    """Rows of every wall at equally spaced inner instants of its pieces."""
+    s, curve = np.arange(1, instants + 1) / (instants + 1), Curve(problem, compiled, base)
+    rows = [
+        curve.rows(number, np.repeat(np.arange(len(block.piece)), instants), np.tile(s, len(block.piece)))
+        for number, block in enumerate(compiled.blocks)
+    ]
+    return reduce(WallRows.joined, rows)
+
+
+def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError:
+    """Return the error: where the straight leg itself touches a wall, or else that all solvers failed."""
+    curve = last.state.curve
+    if last.trouble is Trouble.LATE:
+        return SolverError("time_limit has passed without a certified plan: give more time, or widen the corridor")
+    for block, straight in zip(curve.compiled.blocks, straight_heights(curve), strict=True):
+        for wall in np.flatnonzero((straight >= -EXACT) & (block.order == 0)):
+            leg = int(block.piece[wall]) // task.pieces
+            return CorridorError(
+                f"waypoint {leg} or {leg + 1} lies on a wall of leg {leg}, and the curve has no room to stay inside: "
+                f"move the wall or the waypoint a little",
+                leg=leg,
+            )
+    return SolverError("the solvers found no curve inside the walls to working precision: widen them or change units")

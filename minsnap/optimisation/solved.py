@@ -1,0 +1,99 @@
+"""A task solved for given durations: its curve, its distance to the walls, its active rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.margins import Margin, margin_to
+from minsnap.native.corridor import CorridorAnswer
+from minsnap.optimisation.outcome import Outcome
+from minsnap.optimisation.problem import Task
+from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.units import Units
+from minsnap.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from minsnap.optimisation.rows import RowSet
+
+NATIVE = "native"
+"""What reports call the native core, as a core and as a solver."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A task solved for given durations.
+
+    Parameters
+    ----------
+    task : Task
+    problem : Problem
+    units : Units
+    outcome : Outcome
+    """
+
+    task: Task
+    problem: Problem
+    units: Units
+    outcome: Outcome
+
+    @property
+    def cost(self) -> float:
+        """Integral of the squared norm of the k-th derivative."""
+        unit = self.units.length**2 * self.units.time ** (1.0 - 2.0 * self.task.half)
+        return float(self.problem.cost(self.outcome.knots) * unit)
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """The curve in metres and seconds."""
+        points = self.outcome.points
+        if points is None:
+            points = self.problem.control_points(self.outcome.knots, self.task.positions, self.units.length)
+        points.flags.writeable = False
+        durations = self.problem.durations * self.units.time
+        return Trajectory(points, durations, pieces=self.task.pieces)
+
+    @cached_property
+    def margins(self) -> list[Margin]:
+        """Exact least distance to each block of walls, in their order."""
+        return [margin_to(self.trajectory, wall) for wall in self.task.walls]
+
+    @property
+    def inside(self) -> bool:
+        """Whether no margin is negative."""
+        return all(margin.value >= 0.0 for margin in self.margins)
+
+    @property
+    def corridor_margin(self) -> float | None:
+        """Exact least distance to the walls on positions [m]; None where there are none."""
+        pairs = zip(self.task.walls, self.margins, strict=True)
+        return min((margin.value for wall, margin in pairs if wall.order == 0), default=None)
+
+    @cached_property
+    def active(self) -> tuple[RowSet | None, FloatArray]:
+        """Rows that the optimum was found with, and their multipliers for the normalised cost without 1/2."""
+        if self.outcome.native is None:
+            return self.outcome.rows, self.outcome.multipliers
+        return _contact_rows(self, self.outcome.native)
+
+
+def _contact_rows(solved: Solved, answer: CorridorAnswer) -> tuple[RowSet | None, FloatArray]:
+    """Convert the contacts of the native core to rows."""
+    from minsnap.optimisation.normalised_constraints import compile_walls
+    from minsnap.optimisation.rows import rows_in_unknowns
+
+    problem = solved.problem
+    compiled = compile_walls(solved.task, problem, solved.units)
+    block = np.searchsorted(compiled.first, answer.wall, side="right") - 1
+    order, points, rows = np.argsort(block, kind="stable"), problem.relative_points(answer.knots), None
+    for number in sorted(set(block.tolist())):
+        chosen = order[block[order] == number]
+        index = answer.wall[chosen] - compiled.first[number]
+        found = compiled.rows(problem, points, number, index, answer.s[chosen])
+        rows = found if rows is None else rows.joined(found)
+    known = None if rows is None else rows_in_unknowns(problem, problem.plain_ends(answer.knots), compiled, rows)
+    return known, answer.multiplier[order]
