@@ -24,7 +24,6 @@ from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
-from minsnap.limits.span import kept_from, use_from
 from minsnap.native import certificate as native
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
@@ -93,7 +92,11 @@ class Certificate:
     @property
     def limits_from(self) -> float:
         """First instant from which all limits are kept to the end [s]; 0 where they always are, or none were given."""
-        return 0.0 if self.limits is None else kept_from(self.limits, self.trajectory)
+        if self.limits is None:
+            return 0.0
+        from minsnap.limits.span import kept_from
+
+        return kept_from(self.limits, self.trajectory)
 
     def verify(self) -> bool:
         """Prove margin, greatest norms and waypoint error again, in exact rational arithmetic of the stored numbers.
@@ -183,7 +186,7 @@ def certify(
     walls = tuple(wall for constraint in as_constraints(corridor) for wall in constraint.walls(points))
     nearest = nearest_wall(traj, walls)
     error, excess, met = (None, None, True) if placement is None else _passing(traj, placement)
-    utilisation = () if limits is None else use_from(limits, traj, _start_of_limits(limits_from, traj))
+    utilisation = () if limits is None else _use(limits, traj, _start_of_limits(limits_from, traj))
     inside = nearest is None or nearest.value >= 0.0
     speed, acceleration, jerk, snap = (norm for norm, _ in traj.max_norms((1, 2, 3, 4)))
     return Certificate(
@@ -203,6 +206,12 @@ def certify(
         walls,
         None if placement is None else placement.points,
     )
+
+
+def _use(limits: Limits, traj: Trajectory, start: float) -> tuple[Utilisation, ...]:
+    from minsnap.limits.span import use_from
+
+    return use_from(limits, traj, start)
 
 
 def _start_of_limits(instant: float, traj: Trajectory) -> float:
