@@ -24,6 +24,7 @@ from minsnap.optimisation import (
     high_precision,
     infeasibility,
     least_distance,
+    outcome,
     qp,
     rows,
     solve,
@@ -31,7 +32,7 @@ from minsnap.optimisation import (
 from minsnap.polynomials import extrema, local_maxima
 
 CONSTANTS = (
-    (exchange, "GAP"),
+    (outcome, "GAP"),
     (exchange, "NEAR"),
     (exchange, "MOST_INWARD"),
     (exchange, "ROUNDS"),
@@ -50,7 +51,6 @@ CONSTANTS = (
     (infeasibility, "NOTICEABLE"),
     (infeasibility, "ROOM"),
     (extrema, "PARTS"),
-    (extrema, "NEWTON"),
     (local_maxima, "NEAR"),
     (local_maxima, "STEPS"),
     (tolerances, "EXACT"),

@@ -19,12 +19,10 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.polynomials.bernstein import basis, subdivision
 from minsnap.polynomials.enclosures import UNIT, Enclosure, above, below
+from minsnap.polynomials.local_maxima import STEPS
 
 PARTS = 8
 """Into how many parts an interval is cut."""
-
-NEWTON = 5
-"""Newton steps to the top of a concave part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +173,7 @@ def _top(points: FloatArray) -> FloatArray:
     first = np.diff(points, axis=1)
     second, degree = np.diff(first, axis=1), points.shape[1] - 1
     s = first[:, 0] / (first[:, 0] - first[:, -1])
-    for _ in range(NEWTON):
+    for _ in range(STEPS):
         slope = np.einsum("rj,rj->r", basis(degree - 1, s), first)
         curve = (degree - 1) * np.einsum("rj,rj->r", basis(degree - 2, s), second)
         s = np.clip(s - slope / np.where(curve < 0.0, curve, np.inf), 0.0, 1.0)

@@ -1,0 +1,40 @@
+"""The numeric constants of the core: few, and each in the documentation with what it does."""
+
+import ast
+import re
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[1] / "minsnap"
+PAGE = PACKAGE.parent / "docs" / "constants.rst"
+CORE = ("tolerances.py", "polynomials/*.py", "corridors/*.py", "certificate.py", "optimisation/*.py")
+APART = ("grid_", "given_", "occupancy_")
+"""Modules that answer questions of users about maps and waypoints."""
+
+
+def is_number(node):
+    """Whether an expression is made of numbers and names alone, with at least one number."""
+    kinds = (ast.Constant, ast.BinOp, ast.UnaryOp, ast.Name, ast.operator, ast.unaryop, ast.expr_context)
+    parts = list(ast.walk(node))
+    return all(isinstance(part, kinds) for part in parts) and any(
+        isinstance(part, ast.Constant) and isinstance(part.value, int | float) for part in parts
+    )
+
+
+def constants(path):
+    """Names in capitals to which a module gives a number."""
+    for node in ast.parse(path.read_text()).body:
+        if not isinstance(node, ast.Assign):
+            continue
+        target, value = node.targets[0], node.value
+        several = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
+        for name, given in zip(target.elts, value.elts, strict=True) if several else [(target, value)]:
+            if isinstance(name, ast.Name) and name.id.isupper() and is_number(given):
+                yield f"{path.stem}.{name.id}"
+
+
+def test_the_core_has_at_most_thirty_numeric_constants_and_the_documentation_has_all():
+    paths = [path for pattern in CORE for path in PACKAGE.glob(pattern) if not path.name.startswith(APART)]
+    found = {name for path in paths for name in constants(path)}
+    assert {"outcome.GAP", "tolerances.EXACT", "rows.SPREAD"} <= found
+    assert len(found) <= 30
+    assert found == set(re.findall(r"``(\w+\.[A-Z_]+)``", PAGE.read_text()))
