@@ -24,5 +24,8 @@ from minsnap.thesis import course as course
 from minsnap.thesis import plot_experiment as plot_experiment
 from minsnap.thesis import run_experiment as run_experiment
 from minsnap.tracking import Comparison as Comparison
+from minsnap.tracking import FlightFit as FlightFit
 from minsnap.tracking import compare as compare
+from minsnap.tracking import fit_flight as fit_flight
+from minsnap.tracking import plot_flight_fit as plot_flight_fit
 from minsnap.tracking import plot_tracking as plot_tracking

@@ -1,12 +1,15 @@
 import json
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from flown_logs import Measured, ulog_of
 
 import minsnap
+from minsnap.flight import CascadeController, simulate
 from minsnap.thesis import PUBLISHED_PARASITIC
-from minsnap.vehicle import RPM, Quadrotor
+from minsnap.vehicle import RPM, BodyDrag, Quadrotor
 
 
 def test_the_experiment_prints_the_table_and_draws_the_figure(call, tmp_path) -> None:
@@ -186,3 +189,27 @@ def test_fit_says_what_is_missing(call, tmp_path) -> None:
     assert done.returncode == 2 and "no column speed_rpm" in done.stderr
     done = call("fit", "bench.csv", "--form", "lift")
     assert done.returncode == 2 and "no form is called 'lift'" in done.stderr
+
+
+def test_fit_to_a_flight_writes_a_vehicle_and_a_figure(call, tmp_path):
+    vehicle = replace(Quadrotor.px4_sih(), drag=BodyDrag((0.8, 0.8, 0.8)))
+    path = minsnap.plan([(0, 0, 2), (6, 0, 2), (6, 4, 3), (0, 4, 1), (0, 0, 2)], total_time=12.0, corridor=0.5)
+    (tmp_path / "flight.ulg").write_bytes(ulog_of(Measured(vehicle, simulate(vehicle, CascadeController(), path))))
+    done = call("fit", "flight.ulg", "-o", "mine.yaml", "--plot", "fit.png", "--mass", 2)
+    assert done.returncode == 0, done.stderr
+    assert "drag along x           0." in done.stdout and "note: wind is not told" in done.stdout
+    assert (tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
+    mine = Quadrotor.from_yaml(tmp_path / "mine.yaml")
+    assert mine.mass == 2.0 and mine.drag.linear == pytest.approx([1.6] * 3, abs=0.05)
+    told = json.loads(call("fit", "flight.ulg", "--json").stdout)
+    assert told["drag per mass"]["x"]["linear"]["value"] == pytest.approx(0.8, abs=0.02)
+    again = call("fit", "flight.ulg", "--base", "mine.yaml", "-o", "other.yaml")
+    assert again.returncode == 0 and Quadrotor.from_yaml(tmp_path / "other.yaml").mass == 2.0
+
+
+def test_fit_refuses_what_has_no_effect(call, tmp_path):
+    (tmp_path / "a.csv").write_text("speed_rpm,thrust\n1,2\n")
+    done = call("fit", "a.csv", "--form", "thrust", "--mass", 1)
+    assert done.returncode == 2 and "are for logs of flights" in done.stderr
+    done = call("fit", "a.csv")
+    assert done.returncode == 2 and "is no log of a flight" in done.stderr

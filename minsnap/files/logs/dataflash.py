@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +15,17 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
+from minsnap.files.logs.inertial_log import InertialLog, from_euler, inertial_log
 from minsnap.storage.budget import check_size, reading
 
 AXES = {"PSCN": "N", "PSCE": "E", "PSCD": "D"}
 """Messages of the position controller; their fields end in the axis (metres, ArduPilot's log messages)."""
 
 _TYPES = [*AXES, "XKF1", "ATT"]
+_INERTIAL = ["IMU", "CTUN"]
 
 
-def read_dataflash(path: str | os.PathLike[str]) -> FlightLog:
+def read_dataflash(path: str | os.PathLike[str], inertial: bool = False) -> FlightLog:
     """Read an ArduPilot log.
 
     The position controller's targets are the reference, its positions the flight. For a log without them, the flight is
@@ -32,6 +35,8 @@ def read_dataflash(path: str | os.PathLike[str]) -> FlightLog:
     ----------
     path : str or path
         A ``.bin`` file.
+    inertial : bool
+        Read attitude, accelerometer and throttle too.
 
     Returns
     -------
@@ -54,7 +59,7 @@ def read_dataflash(path: str | os.PathLike[str]) -> FlightLog:
     complaints = io.StringIO()
     with contextlib.redirect_stderr(complaints), contextlib.redirect_stdout(complaints):
         try:
-            columns = _columns(DFReader_binary(os.fspath(path)))
+            columns = _columns(DFReader_binary(os.fspath(path)), [*_TYPES, *(_INERTIAL if inertial else ())])
         except Exception as error:
             raise FileError(f"{path} is no dataflash log: {error or type(error).__name__}") from None
     damage = f"{path} is damaged" if complaints.getvalue() else None
@@ -62,21 +67,36 @@ def read_dataflash(path: str | os.PathLike[str]) -> FlightLog:
         result = flight_log(*_tracks(columns), damage)
     if result.flight is None:
         raise FileError(f"{path} holds no positions (PSCN, PSCE, PSCD or XKF1)")
-    return result
+    with reading(path, "a dataflash log that makes sense"):
+        return replace(result, inertial=_inertial_of(columns, result.start) if inertial else None)
 
 
-def _columns(reader: Any) -> dict[str, dict[str, FloatArray]]:
+def _inertial_of(columns: dict[str, dict[str, FloatArray]], start: float) -> InertialLog | None:
+    """Return what the body felt, None where attitude or accelerometer was not logged."""
+    attitude, felt, thrust = (columns.get(name, {}) for name in ("ATT", "IMU", "CTUN"))
+    names = ("Roll", "Pitch", "Yaw"), ("AccX", "AccY", "AccZ")
+    if not (all(name in attitude for name in names[0]) and all(name in felt for name in names[1])):
+        return None
+    turns = from_euler(*(np.radians(attitude[name]) for name in names[0]))
+    force = np.stack([felt[name] for name in names[1]], axis=1)
+    throttle = (thrust["TimeUS"] * 1e-6, thrust["ThO"]) if "ThO" in thrust else None
+    hover = float(np.median(thrust["ThH"])) if "ThH" in thrust else None
+    return inertial_log((attitude["TimeUS"] * 1e-6, turns), (felt["TimeUS"] * 1e-6, force), throttle, hover, start)
+
+
+def _columns(reader: Any, types: list[str]) -> dict[str, dict[str, FloatArray]]:
     """Return every message type that is read as columns."""
-    rows: dict[str, list[dict[str, float]]] = {name: [] for name in _TYPES}
+    rows: dict[str, list[dict[str, float]]] = {name: [] for name in types}
     with reader:
-        for message in _messages(reader):
+        for message in _messages(reader, types):
             rows[message.get_type()].append(message.to_dict())
-    first = [row for row in rows["XKF1"] if not row.get("C")]
-    return {name: _table(first if name == "XKF1" else found) for name, found in rows.items() if found}
+    for name, instance in (("XKF1", "C"), ("IMU", "I")):
+        rows[name] = [row for row in rows.get(name, []) if not row.get(instance)]
+    return {name: _table(found) for name, found in rows.items() if found}
 
 
-def _messages(reader: Any) -> Iterator[Any]:
-    while (message := reader.recv_match(type=_TYPES)) is not None:
+def _messages(reader: Any, types: list[str]) -> Iterator[Any]:
+    while (message := reader.recv_match(type=types)) is not None:
         yield message
 
 

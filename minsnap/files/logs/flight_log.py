@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
+from minsnap.files.logs.inertial_log import InertialLog
 from minsnap.frames import map_samples
 from minsnap.trajectory.samples import Samples
 
@@ -26,12 +27,15 @@ class FlightLog:
         Time since boot of the log's first instant, which is 0 in both [s].
     damage : str or None
         What was wrong with the file and what could be read all the same; None for a sound one.
+    inertial : InertialLog or None
+        What the body felt, if it was asked for and logged.
     """
 
     reference: Samples | None
     flight: Samples | None
     start: float
     damage: str | None = None
+    inertial: InertialLog | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,21 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
+from minsnap.files.logs.inertial_log import InertialLog, inertial_log
 from minsnap.storage.budget import check_size, reading
 
 POSITION = "vehicle_local_position"
 SETPOINTS = ("trajectory_setpoint", "vehicle_local_position_setpoint")
 """Topics that hold setpoints: the current one, and the controller's own of older logs."""
+
+ACCELEROMETERS = {
+    "sensor_combined": [f"accelerometer_m_s2[{k}]" for k in range(3)],
+    "vehicle_acceleration": [f"xyz[{k}]" for k in range(3)],
+}
+"""Topics with what the accelerometer measured, the better one first, and their fields."""
+
+INERTIAL = (*ACCELEROMETERS, "vehicle_attitude", "vehicle_thrust_setpoint", "hover_thrust_estimate")
+"""Topics that say what the body felt."""
 
 READS = 2
 """Reads for each byte of a log after which its parser is stopped; a sound log takes less than one."""
@@ -27,13 +38,15 @@ _HEADER = 16
 _MAGIC = b"ULog\x01\x12\x35"
 
 
-def read_ulog(path: str | os.PathLike[str]) -> FlightLog:
+def read_ulog(path: str | os.PathLike[str], inertial: bool = False) -> FlightLog:
     """Read a PX4 log.
 
     Parameters
     ----------
     path : str or path
         A ``.ulg`` file.
+    inertial : bool
+        Read attitude, accelerometer and throttle too.
 
     Returns
     -------
@@ -54,7 +67,7 @@ def read_ulog(path: str | os.PathLike[str]) -> FlightLog:
     raw = _bytes(path)
     with contextlib.redirect_stdout(io.StringIO()):  # it prints messages about damage
         try:
-            log = ULog(_Patient(raw), [POSITION, *SETPOINTS])
+            log = ULog(_Patient(raw), [POSITION, *SETPOINTS, *(INERTIAL if inertial else ())])
         except Exception as error:
             raise FileError(f"{path} is too damaged to be read: {error or type(error).__name__}") from None
     with reading(path, "a ULog file that makes sense"):
@@ -63,7 +76,24 @@ def read_ulog(path: str | os.PathLike[str]) -> FlightLog:
         result = flight_log(reference, _positions(topics.get(POSITION)), _damage(path, raw, log.file_corruption))
     if result.reference is None and result.flight is None:
         raise FileError(f"{path} holds neither {POSITION} nor {SETPOINTS[0]}: log them")
-    return result
+    with reading(path, "a ULog file that makes sense"):
+        return replace(result, inertial=_inertial(topics, result.start))
+
+
+def _inertial(topics: dict[str, dict[str, FloatArray]], start: float) -> InertialLog | None:
+    """Return what the body felt, None where attitude or accelerometer was not logged."""
+    attitude = topics.get("vehicle_attitude", {})
+    turns = _some(attitude, *(f"q[{k}]" for k in range(4)))
+    felt = [(topics[topic], names) for topic, names in ACCELEROMETERS.items() if topic in topics]
+    if turns is None or not felt:
+        return None
+    force = _stack(felt[0][0], *felt[0][1])
+    thrust = topics.get("vehicle_thrust_setpoint")
+    throttle = None if thrust is None else (thrust["timestamp"] * 1e-6, -np.asarray(thrust["xyz[2]"], dtype=np.float64))
+    hover = topics.get("hover_thrust_estimate")
+    known = None if hover is None else float(np.median(hover["hover_thrust"]))
+    times = (attitude["timestamp"] * 1e-6, felt[0][0]["timestamp"] * 1e-6)
+    return inertial_log((times[0], turns), (times[1], force), throttle, known, start)
 
 
 class _Patient(io.BytesIO):
