@@ -40,10 +40,16 @@ from .files.setpoint_csv import write_csv as write_csv
 from .files.waypoints import read_waypoints as read_waypoints
 from .limits.limits import Limits as Limits
 from .many import plan_many as plan_many
+from .missions.course import Course as Course
+from .missions.course import Stop as Stop
+from .missions.course_file import read_course as read_course
+from .missions.mission import Mission as Mission
+from .missions.mission import plan_mission as plan_mission
 from .optimisation.textbook_qp import FullProblem as FullProblem
 from .optimisation.textbook_qp import build_qp as build_qp
 from .planner import plan as plan
 from .plot import plot_convergence as plot_convergence
+from .plot import plot_mission as plot_mission
 from .plot import plot_overview as plot_overview
 from .plot import plot_path as plot_path
 from .plot import plot_profiles as plot_profiles

@@ -9,6 +9,7 @@ import typer
 
 from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
+from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning
 from minsnap.cli.progress import searching
@@ -16,6 +17,7 @@ from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.files.waypoints import Waypoints
+    from minsnap.missions.course import Course
 
 
 @app.command()
@@ -27,8 +29,14 @@ def plan(
     closed: Annotated[
         bool, typer.Option("--closed", help="A lap, at speed throughout: appends the first waypoint if need be.")
     ] = False,
+    laps: Annotated[int | None, typer.Option("--laps", help="How often the course is flown.")] = None,
+    takeoff: Annotated[bool, typer.Option("--takeoff", help="Climb from the ground below the first waypoint.")] = False,
+    land: Annotated[bool, typer.Option("--land", help="Descend to the ground below the last waypoint.")] = False,
 ) -> None:
     """Plan through the waypoints of a file; at 1 m/s on average unless times or limits are given.
+
+    A course in YAML may have gates, balls, holds, laps, take-off and landing; it is flown as fast as its limits allow,
+    3 m/s and 6 m/s^2 unless it says others.
 
     A plan that was written as .json or .yaml is taken as it is, with its corridor and limits, and certified again.
     """
@@ -37,7 +45,11 @@ def plan(
     from minsnap.planner import plan as plan_path
 
     if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
-        _deliver_again(file, planning, destination, closed)
+        _deliver_again(file, planning, destination, closed or bool(laps) or takeoff or land)
+        return
+    course = _course(file, closed, laps, takeoff, land)
+    if course is not None:
+        fly_course(course, planning, destination)
         return
     given, chosen = read_waypoints(file), planning.arguments()
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
@@ -50,6 +62,18 @@ def plan(
     with searching(destination.json) as progress:
         path = plan_path(found.points, closed=closed, on_interrupt="return", **asked, **progress)
     destination.deliver(path, planning.walls, found.points, limits=planning.limits)
+
+
+def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> Course | None:
+    """Return what is flown as a course: a file that describes one, or waypoints with laps, take-off or landing."""
+    from minsnap.missions.course_file import is_course, read_course
+
+    described = file.suffix.lower() in (".yaml", ".yml") and is_course(file)
+    if not (described or laps is not None or takeoff or land):
+        return None
+    course = read_course(file) if described else course_of(file)
+    asked = {"closed": closed, "laps": laps, "takeoff": takeoff, "land": land}
+    return course.changed(**{name: value for name, value in asked.items() if value is not None and value is not False})
 
 
 def _deliver_again(file: Path, planning: Planning, destination: Destination, closed: bool) -> None:

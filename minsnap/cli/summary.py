@@ -24,6 +24,7 @@ _LINES = (
     ("max_jerk", "max jerk", "{:.4g} m/s³"),
     ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
     ("obstacle_distance", "obstacle distance", "{:.4g} m, at every instant"),
+    ("parts", "parts", "{}"),
     ("solver", "solver", "{}"),
     ("rounds", "rounds", "{}"),
     ("milliseconds", "planned in", "{:.1f} ms"),
@@ -89,8 +90,13 @@ def as_text(figures: Mapping[str, Any]) -> str:
 
 
 def _line(figures: Mapping[str, Any], name: str, form: str) -> str:
-    text = form.format(figures[name])
+    text = form.format(_parts(figures[name]) if name == "parts" else figures[name])
     return f"{text} {figures['cost_unit']}" if name == "cost" else text
+
+
+def _parts(parts: Any) -> str:
+    """Return names and durations of the parts of a mission."""
+    return ", ".join(f"{part['name']} {part['duration']:.4g} s" for part in parts)
 
 
 def as_json(figures: Mapping[str, Any]) -> str:

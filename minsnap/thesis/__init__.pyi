@@ -6,7 +6,7 @@ from .drag_fits import fit_consistent_drag as fit_consistent_drag
 from .drag_fits import fit_drag as fit_drag
 from .experiment import Experiment as Experiment
 from .experiment import run_experiment as run_experiment
-from .experiment_course import Course as Course
+from .experiment_course import ExperimentCourse as ExperimentCourse
 from .experiment_course import course as course
 from .experiment_plot import plot_experiment as plot_experiment
 from .published import PUBLISHED_PARASITIC as PUBLISHED_PARASITIC

@@ -14,7 +14,7 @@ from minsnap.simulation.flight_record import Flight
 from minsnap.simulation.sensors import Sensors
 from minsnap.simulation.wind import Wind
 from minsnap.thesis.consistent import consistent_parasitic_drag
-from minsnap.thesis.experiment_course import Course, course
+from minsnap.thesis.experiment_course import ExperimentCourse, course
 from minsnap.thesis.published import published_drag
 from minsnap.tracking.comparison import Comparison, compare
 from minsnap.vehicle.drag import Drag
@@ -59,12 +59,12 @@ class Experiment:
 
     Parameters
     ----------
-    course : Course
+    course : ExperimentCourse
     runs : tuple of ExperimentRun
         Without compensation first, where it was flown.
     """
 
-    course: Course
+    course: ExperimentCourse
     runs: tuple[ExperimentRun, ...]
 
     def run(self, compensation: str | None) -> ExperimentRun:
@@ -176,7 +176,7 @@ def _share(progress: Callable[[float], None] | None, index: int, count: int) -> 
     return lambda part: progress((index + part) / count)
 
 
-def _run(flown: Course, compensation: str | None, flight: Flight) -> ExperimentRun:
+def _run(flown: ExperimentCourse, compensation: str | None, flight: Flight) -> ExperimentRun:
     whole = compare(flown.samples, flight.samples).within(flown.start, flown.end)
     transient = whole.within(flown.start, flown.settled)
     steady = whole.within(flown.settled, flown.slowing) if flown.slowing > flown.settled else transient

@@ -21,7 +21,7 @@ HOLD = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class ExperimentCourse:
     """Setpoints of an experiment and its parts in time.
 
     Parameters
@@ -49,7 +49,7 @@ class Course:
     repetitions: int
 
 
-def course(name: str, repetitions: int = 10, *, literal: bool = True, rate: float = 20.0) -> Course:
+def course(name: str, repetitions: int = 10, *, literal: bool = True, rate: float = 20.0) -> ExperimentCourse:
     """Return a course of the published experiment.
 
     Parameters
@@ -67,7 +67,7 @@ def course(name: str, repetitions: int = 10, *, literal: bool = True, rate: floa
 
     Returns
     -------
-    Course
+    ExperimentCourse
 
     Raises
     ------
@@ -134,7 +134,7 @@ def _joined(parts: list[Samples], rate: float) -> Samples:
     return Samples(np.arange(len(columns["position"])) / rate, **columns)
 
 
-def _framed(name: str, flown: Samples, repetitions: int, slows: bool) -> Course:
+def _framed(name: str, flown: Samples, repetitions: int, slows: bool) -> ExperimentCourse:
     """Add the hover before and the hold after the repetitions."""
     rate = flown.rate
     hover, hold = _resting(flown, 0, round(HOVER * rate)), _resting(flown, -1, round(HOLD * rate))
@@ -142,7 +142,9 @@ def _framed(name: str, flown: Samples, repetitions: int, slows: bool) -> Course:
     start = len(hover) / rate
     end, each = start + flown.duration, flown.duration / repetitions
     settled = start + each if repetitions > 1 else end
-    return Course(name, samples, start, end, settled, end - each if slows and repetitions > 2 else end, repetitions)
+    return ExperimentCourse(
+        name, samples, start, end, settled, end - each if slows and repetitions > 2 else end, repetitions
+    )
 
 
 def _resting(samples: Samples, index: int, count: int) -> Samples:

@@ -1,0 +1,52 @@
+"""Courses on the command line: their options, their summary and their figure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from minsnap.cli.output import Destination
+from minsnap.cli.planning import Planning
+from minsnap.cli.progress import searching
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.missions.course import Course
+    from minsnap.missions.mission import Mission
+
+
+def course_of(file: Path) -> Course:
+    """Return the waypoints of a file as a course."""
+    from minsnap.files.waypoints import read_waypoints
+    from minsnap.missions.course import Course, Stop
+
+    found = read_waypoints(file)
+    if found.durations is not None or found.yaw is not None:
+        what = "durations" if found.durations is not None else "a yaw for each waypoint"
+        raise InputError(f"{file} has {what}: --laps, --takeoff and --land go by limits and one --yaw; leave them out")
+    return Course(tuple(Stop(point) for point in found.points), name=file.stem)
+
+
+def fly_course(course: Course, planning: Planning, destination: Destination) -> None:
+    """Plan a course and deliver it."""
+    from minsnap.missions.mission import plan_mission
+
+    asked = planning.arguments()
+    refused = [name for name in ("total_time", "time_weight", "split") if name in asked]
+    if refused:
+        option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
+        raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
+    chosen = {"limits": asked.pop("limits", None), "yaw": asked.pop("yaw", None), "tube": asked.pop("corridor", None)}
+    flown = course.changed(**{name: value for name, value in chosen.items() if value is not None})
+    with searching(destination.json) as progress:
+        mission = plan_mission(flown, on_interrupt="return", **asked, **progress)
+    parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
+    destination.deliver(
+        mission.trajectory, limits=mission.limits, further={"parts": parts}, draw=lambda: _figure(mission)
+    )
+
+
+def _figure(mission: Mission) -> Any:
+    from minsnap.plot.mission_figure import plot_mission
+
+    return plot_mission(mission)

@@ -1,0 +1,121 @@
+"""Missions: continuous from the ground to the ground, through every gate and ball, lap by lap, within limits."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Course, Gate, Limits, Stop, plan_mission
+from minsnap.errors import WaypointError
+
+LIMITS = Limits(speed=4.0, acceleration=6.0)
+GATE = Gate((5, 0, 1.5), (1, 0, 0), 1.0, 0.8, crossing=1)
+YARD = (Stop((0, 0, 1.5)), Stop(GATE, straight=0.5), Stop((8, 3, 2), ball=0.4), Stop((4, 5, 2)))
+
+
+def whole(mission):
+    """Check what holds of every mission."""
+    found = minsnap.certify(mission.trajectory, limits=mission.limits)
+    assert found.ok and found.continuity >= 3
+    starts = [part.start for part in mission.parts]
+    ends = [part.start + part.duration for part in mission.parts]
+    assert starts[0] == 0.0 and ends[-1] == pytest.approx(mission.trajectory.duration)
+    assert ends[:-1] == pytest.approx(starts[1:])
+    return [part.name for part in mission.parts]
+
+
+@pytest.fixture(scope="module")
+def yard():
+    return plan_mission(Course(YARD, closed=True, laps=2, limits=LIMITS, takeoff=True, land=True))
+
+
+def test_a_mission_begins_and_ends_at_rest_on_the_ground(yard):
+    assert whole(yard) == ["take-off", "lap 1", "lap 2", "landing"]
+    path = yard.trajectory
+    assert path([0.0, path.duration]) == pytest.approx(np.zeros((2, 3)), abs=1e-9)
+    for order in (1, 2, 3):
+        assert path([0.0, path.duration], order) == pytest.approx(np.zeros((2, 3)), abs=1e-9)
+    climb, descent = yard.parts[0], yard.parts[-1]
+    assert path(np.linspace(0, climb.duration, 200), 1)[:, 2].max() <= 1.0 + 1e-6
+    assert path(np.linspace(descent.start, path.duration, 200), 1)[:, 2].min() >= -0.5 - 1e-6
+
+
+def test_each_lap_passes_the_gate_straight_and_the_ball(yard):
+    for part in yard.parts[1:3]:
+        t = np.linspace(part.start, part.start + part.duration, 40_001)
+        position, velocity = yard.trajectory(t), yard.trajectory(t, 1)
+        inside = np.abs(position[:, 1:] - [0.0, 1.5]) <= np.array([0.5, 0.4]) + 1e-9
+        near = (np.abs(position[:, 0] - 5.0) <= 0.5) & (np.abs(position[:, 1]) < 1.5)
+        assert near.any() and inside[near].all() and (velocity[near, 0] > 0.0).all()
+        assert np.linalg.norm(position - [8, 3, 2], axis=1).min() <= 0.4 + 1e-4
+        assert np.linalg.norm(position - [4, 5, 2], axis=1).min() <= 1e-3
+
+
+def test_a_closed_course_alone_is_a_lap_at_speed_again_and_again():
+    mission = plan_mission(Course(YARD, closed=True, laps=3, limits=LIMITS))
+    assert whole(mission) == ["lap 1", "lap 2", "lap 3"]
+    lap = mission.parts[1].start
+    assert np.linalg.norm(mission.trajectory(0.0, 1)) > 0.5
+    assert mission.trajectory(2 * lap, 1) == pytest.approx(mission.trajectory(0.0, 1), abs=1e-6)
+
+
+def test_holds_are_spent_at_rest():
+    stops = (Stop((0, 0, 1)), Stop((3, 0, 1), hold=2.5), Stop((3, 3, 1), hold=1.0))
+    mission = plan_mission(Course(stops, limits=LIMITS, takeoff=True))
+    assert whole(mission) == ["take-off", "course", "hold", "course", "hold"]
+    hold = mission.parts[2]
+    t = np.linspace(hold.start, hold.start + 2.5, 50)
+    assert hold.duration == pytest.approx(2.5)
+    assert mission.trajectory(t) == pytest.approx(np.tile([3, 0, 1], (50, 1)), abs=1e-12)
+    assert np.abs(mission.trajectory(t[1:-1], 1)).max() == 0.0
+
+
+def test_gates_at_the_ends_have_a_run_up_and_a_run_out():
+    course = Course(
+        (Stop(GATE), Stop(Gate((5, 6, 2), (-1, 0, 0), 1.0, crossing=1))), limits=LIMITS, takeoff=True, land=True
+    )
+    mission = plan_mission(course)
+    assert whole(mission) == ["take-off", "run-up", "course", "run-out", "landing"]
+    enters = mission.parts[2].start
+    assert mission.trajectory(enters)[0] == pytest.approx(5.0) and mission.trajectory(enters, 1)[0] > 0.5
+    assert mission.trajectory(0.0)[0] < 4.0 and mission.trajectory(mission.trajectory.duration)[0] < 4.0
+
+
+def test_the_ground_may_be_elsewhere():
+    mission = plan_mission(Course(YARD[2:], limits=LIMITS, takeoff=(6.0, 0.0, -0.5), land=(4.0, 4.0, 0.2)))
+    assert whole(mission) == ["take-off", "run-up", "course", "run-out", "landing"]
+    assert mission.trajectory(0.0) == pytest.approx([6.0, 0.0, -0.5])
+    assert mission.trajectory(mission.trajectory.duration) == pytest.approx([4.0, 4.0, 0.2])
+
+
+def test_a_heading_along_the_velocity_is_that_of_the_whole():
+    mission = plan_mission(
+        Course(YARD[2:], limits=Limits(speed=2.0, acceleration=3.0, yaw_rate=1.5), takeoff=True, yaw="velocity")
+    )
+    t = np.linspace(0, mission.trajectory.duration, 5000)
+    assert np.abs(np.diff(mission.trajectory.yaw(t)) / np.diff(t)).max() <= 1.5 + 1e-6
+    whole(mission)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Course((Stop((0, 0, 1)),)), "at least 2 waypoints or gates, 1 given"),
+        (lambda: Course(YARD, laps=0), "laps is 0"),
+        (lambda: Stop((0, 0, 1), hold=-1.0), "hold of a waypoint is -1.0"),
+        (lambda: Stop((0, 0, 1), straight=1.0), "only a gate with a crossing"),
+        (lambda: plan_mission(Course((Stop((0, 0)), Stop((1, 1))), takeoff=True)), "a plane course has no altitude"),
+        (
+            lambda: plan_mission(Course(YARD[2:], takeoff=(0, 0, 9.0))),
+            "the ground at 9 m is not below the course at 2 m",
+        ),
+        (lambda: plan_mission(Course(YARD[1:2] + YARD[2:], closed=True)), "the first gate of a closed lap cannot be"),
+    ],
+)
+def test_what_is_no_course_is_refused(make, message):
+    with pytest.raises(WaypointError, match=message):
+        make()
+
+
+def test_the_figure_numbers_the_waypoints(yard):
+    figure = minsnap.plot_mission(yard)
+    assert [text.get_text() for text in figure.subfigs[0].axes[0].texts if text.get_text()] == ["0", "1", "2", "3"]
