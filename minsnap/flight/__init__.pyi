@@ -18,8 +18,8 @@ from minsnap.simulation import Sensors as Sensors
 from minsnap.simulation import drag_feed_forward as drag_feed_forward
 from minsnap.simulation import simulate as simulate
 from minsnap.simulation import simulate_open_loop as simulate_open_loop
-from minsnap.thesis import Course as Course
 from minsnap.thesis import Experiment as Experiment
+from minsnap.thesis import ExperimentCourse as ExperimentCourse
 from minsnap.thesis import course as course
 from minsnap.thesis import plot_experiment as plot_experiment
 from minsnap.thesis import run_experiment as run_experiment
