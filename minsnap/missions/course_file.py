@@ -45,11 +45,11 @@ def is_course(path: str | os.PathLike[str]) -> bool:
 def read_course(path: str | os.PathLike[str]) -> Course:
     """Read a course from YAML; all in SI units, angles in radians.
 
-    ``waypoints`` are points ``[x, y, z]``; mappings with ``x``, ``y``, ``z`` and optionally ``ball`` (radius
-    within which the point is passed) and ``hold`` (seconds at rest); or gates: mappings with ``centre``, ``heading``
+    ``waypoints`` are points ``[x, y, z]``; mappings with ``x``, ``y``, ``z`` and optionally ``ball`` (radius within
+    which the point is passed) and ``hold`` (seconds at rest); or gates: mappings with ``centre``, ``heading``
     (direction in which it is flown through; or ``heading_deg``, or ``normal`` and ``crossing``), ``width``,
-    ``height``, and optionally ``straight`` (metres before and behind it over which the path stays inside its prism). ``gates`` alone is
-    the same.
+    ``height``, and optionally ``straight`` (metres before and behind it over which the path stays inside its prism).
+    ``gates`` alone is the same.
 
     Further keys: ``closed``, ``laps``, ``takeoff`` and ``land`` (true, or a point on the ground), ``limits`` by the
     names of :class:`minsnap.Limits`; ``ball``, ``tolerance`` and ``tube`` for all; ``boxes`` with ``start`` and
