@@ -25,6 +25,7 @@ COMMANDS = (
     "stream_command",
     "preflight_command",
     "relay_command",
+    "simulate_command",
     "experiment_command",
     "compare_command",
     "fit_command",

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
 from minsnap.errors import InputError
-
-if TYPE_CHECKING:
-    from minsnap.simulation.controllers.controller import Controller
-    from minsnap.simulation.wind import Wind
-    from minsnap.vehicle.quadrotor import Quadrotor
-
-Triple = tuple[float, float, float]
 
 
 @app.command()
@@ -31,11 +25,11 @@ def experiment(
     literal: Annotated[
         bool, typer.Option("--literal/--smooth", help="Start and repeat as published, or from rest, without jumps.")
     ] = True,
-    controller: Annotated[str, typer.Option("--controller", help="cascade (PX4's), lee or mellinger.")] = "cascade",
+    controller: Annotated[str, typer.Option("--controller", help=CONTROLLER_HELP)] = "cascade",
     references: Annotated[
         str, typer.Option("--references", help="What the cascade follows: position, velocity or acceleration.")
     ] = "velocity",
-    vehicle: Annotated[str, typer.Option("--vehicle", help="f330, crazyflie, px4-sih, or a YAML file.")] = "f330",
+    vehicle: Annotated[str, typer.Option("--vehicle", help=VEHICLE_HELP)] = "f330",
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints a second.")] = 20.0,
     pose_rate: Annotated[float, typer.Option("--pose-rate", metavar="HZ", help="Poses a second.")] = 50.0,
     delay: Annotated[float, typer.Option("--delay", metavar="S", help="Age of each pose, not compensated [s].")] = 0.0,
@@ -60,11 +54,11 @@ def experiment(
         repeat,
         compensations=_compensations(compensate, model or ["published", "consistent"]),
         literal=literal,
-        vehicle=_vehicle(vehicle),
-        controller=_controller(controller, references),
+        vehicle=vehicle_of(vehicle),
+        controller=controller_of(controller, references),
         setpoint_rate=rate,
         sensors=Sensors(pose_rate, delay, noise, seed),
-        wind=_wind(wind, gust, seed),
+        wind=wind_of(wind, gust, seed),
     )
     if output is not None:
         from minsnap.thesis.experiment_report import write_flights
@@ -98,27 +92,3 @@ def _compensations(compensate: str, models: list[str]) -> list[str | None]:
     if compensate not in choices:
         raise InputError(f"--compensate is {compensate!r}: it must be one of {', '.join(choices)}")
     return choices[compensate]
-
-
-def _vehicle(name: str) -> Quadrotor:
-    from minsnap.vehicle.quadrotor import Quadrotor
-
-    known = {"f330": Quadrotor.dji_f330, "crazyflie": Quadrotor.crazyflie, "px4-sih": Quadrotor.px4_sih}
-    return known[name]() if name in known else Quadrotor.from_yaml(name)
-
-
-def _controller(name: str, references: str) -> Controller:
-    from minsnap.simulation.controllers.cascade import CascadeController
-    from minsnap.simulation.controllers.geometric import GeometricController
-
-    if name == "cascade":
-        return CascadeController(references=references)
-    if name in ("lee", "mellinger"):
-        return GeometricController(feed_forward=name == "lee")
-    raise InputError(f"--controller is {name!r}: it must be one of cascade, lee, mellinger")
-
-
-def _wind(mean: Triple, gust: float, seed: int) -> Wind:
-    from minsnap.simulation.wind import ConstantWind, DrydenWind
-
-    return DrydenWind(mean, (gust, gust, 0.5 * gust), seed=seed) if gust else ConstantWind(mean)

@@ -62,6 +62,14 @@ class Flight:
         """The flight as samples: position, velocity and heading, as files and comparisons take them."""
         return Samples(self.t, self.position, self.velocity, yaw=headings(self.quaternion))
 
+    def at_rate(self, rate: float) -> Samples:
+        """Return the flight as samples at a lower rate [Hz]: those instants that are nearest to its grid."""
+        wanted = np.arange(int(self.duration * rate) + 1) / rate
+        index = np.clip(np.round(np.interp(wanted, self.t, np.arange(len(self)))), 0, len(self) - 1).astype(np.intp)
+        samples = self.samples
+        yaw = None if samples.yaw is None else samples.yaw[index]
+        return Samples(self.t[index], self.position[index], self.velocity[index], yaw=yaw)
+
     @property
     def error(self) -> FloatArray:
         """Position less reference, shape (m, 3) [m]."""

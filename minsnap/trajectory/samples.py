@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 from minsnap.arrays import FloatArray, ReadOnly, owned
+
+_PREFIXES = {"position": "", "velocity": "v", "acceleration": "a", "jerk": "j", "snap": "s"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +46,26 @@ class Samples(ReadOnly):
     def __len__(self) -> int:
         return len(self.t)
 
+    def to_dataframe(self) -> Any:
+        """Return a pandas.DataFrame with columns t, x, y, z, vx, …, ax, …, jx, …, sx, …, yaw and yaw_rate, if known.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        try:
+            from pandas import DataFrame
+        except ImportError:
+            raise ImportError("a table needs pandas: pip install minsnap[tables]") from None
+        columns = {"t": self.t}
+        for name, prefix in _PREFIXES.items():
+            values = getattr(self, name)
+            if values is not None:
+                columns |= {f"{prefix}{axis}": column for axis, column in zip(_axes(self.dim), values.T, strict=True)}
+        columns |= {name: getattr(self, name) for name in ("yaw", "yaw_rate") if getattr(self, name) is not None}
+        return DataFrame(columns)
+
     @property
     def dim(self) -> int:
         """Number of position coordinates."""
@@ -57,3 +80,8 @@ class Samples(ReadOnly):
     def rate(self) -> float:
         """Samples per second [Hz]: the reciprocal of the mean step; 0 for a lone sample."""
         return (len(self.t) - 1) / self.duration if len(self.t) > 1 else 0.0
+
+
+def _axes(dim: int) -> tuple[str, ...]:
+    """Return x, y, z, or numbered names of more coordinates."""
+    return tuple("xyz"[:dim]) if dim <= 3 else tuple(f"x{axis}" for axis in range(dim))

@@ -1,0 +1,120 @@
+"""The command that simulates a flight along any path."""
+
+from __future__ import annotations
+
+from math import degrees
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from minsnap.cli import options
+from minsnap.cli.app import app
+from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.simulation.flight_record import Flight
+
+
+@app.command()
+def simulate(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
+    vehicle: Annotated[str, typer.Option("--vehicle", help=VEHICLE_HELP)] = "f330",
+    controller: Annotated[str, typer.Option("--controller", help=CONTROLLER_HELP)] = "cascade",
+    references: Annotated[
+        str, typer.Option("--references", help="What the cascade follows: position, velocity or acceleration.")
+    ] = "acceleration",
+    compensate: Annotated[bool, typer.Option("--compensate", help="Offset the vehicle's own drag.")] = False,
+    wind: Annotated[Triple, typer.Option("--wind", metavar="X Y Z", help="Mean wind [m/s].")] = (0.0, 0.0, 0.0),
+    gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0,
+    seed: Annotated[int, typer.Option("--seed", help="Repeats the same gusts and noise.")] = 0,
+    noise: Annotated[float, typer.Option("--noise", metavar="M", help="Standard deviation of a pose [m].")] = 0.0,
+    frame: options.ReadFrame = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="CSV of what was flown, 50 rows a second.")
+    ] = None,
+    plot: options.Plot = None,
+    animate: Annotated[
+        Path | None, typer.Option("--animate", metavar="FILE", help="Animation: .gif, or .mp4 with ffmpeg.")
+    ] = None,
+    json: options.Json = False,
+) -> None:
+    """Simulate a flight along a path: how far the vehicle was from it, and what it took of the vehicle."""
+    from minsnap.files.convert import read_any
+    from minsnap.simulation.closed_loop import simulate as fly
+    from minsnap.simulation.sensors import Sensors
+    from minsnap.tracking.simulated import flight_figures
+
+    _check_files(output, plot, animate)
+    path = read_any(file, frame)
+    if path.dim != 3:
+        raise InputError(f"{file} has {path.dim} coordinates: a vehicle flies in three; write it with an altitude")
+    craft, pilot = vehicle_of(vehicle), controller_of(controller, references)
+    compensation = craft.drag if compensate else None
+    sensors = Sensors(noise=noise, seed=seed) if noise else None
+    flight = fly(craft, pilot, path, compensation=compensation, sensors=sensors, wind=wind_of(wind, gust, seed))
+    figures = flight_figures(flight, craft) | _write(flight, file, output, plot, animate)
+    print(_as_json(figures) if json else _as_text(figures))
+
+
+def _check_files(output: Path | None, plot: Path | None, animate: Path | None) -> None:
+    """Check the names of all files before the simulation."""
+    from minsnap.plot.animation import check_animation_name
+    from minsnap.plot.figures import check_figure_name
+    from minsnap.storage.atomic import check_destination
+
+    if plot is not None:
+        check_figure_name(plot)
+    if animate is not None:
+        check_animation_name(animate)
+    if output is not None and output.suffix.lower() != ".csv":
+        raise InputError(f"{output} does not end in .csv: a flight is written as one")
+    for written in (output, plot, animate):
+        if written is not None:
+            check_destination(written)
+
+
+def _write(
+    flight: Flight, file: Path, output: Path | None, plot: Path | None, animate: Path | None
+) -> dict[str, str | None]:
+    """Write what was asked for; return the names."""
+    if output is not None:
+        from minsnap.files.setpoint_csv import write_csv
+
+        write_csv(flight.at_rate(50.0), output)
+    if plot is not None:
+        from minsnap.plot.figures import save_figure
+        from minsnap.tracking.comparison_plot import plot_comparison
+        from minsnap.tracking.simulated import compared
+
+        save_figure(plot_comparison({file.name: compared(flight)}), plot)
+    if animate is not None:
+        from minsnap.plot.animation import animate_path
+
+        animate_path(flight.reference, animate, flight=flight.samples)
+    named = {"output": output, "plot": plot, "animation": animate}
+    return {name: None if path is None else str(path) for name, path in named.items()}
+
+
+def _as_json(figures: dict[str, Any]) -> str:
+    from minsnap.cli.summary import as_json
+
+    return as_json(figures)
+
+
+def _as_text(figures: dict[str, Any]) -> str:
+    axes = ", ".join(f"{value:.3f}" for value in figures["rmse_axes"])
+    lines = [
+        ("duration", f"{figures['duration']:.6g} s"),
+        ("tracking error", f"{figures['rmse']:.3f} m (rms; {axes} along x, y, z)"),
+        ("largest error", f"{figures['max_error']:.3f} m, at {figures['max_error_instant']:.4g} s"),
+        ("late by", f"{figures['delay']:.3f} s"),
+        ("max speed", f"{figures['max_speed']:.4g} m/s"),
+        ("max tilt", f"{degrees(figures['max_tilt']):.1f} degrees"),
+        ("max rotor thrust", f"{figures['max_rotor_thrust']:.4g} of {figures['rotor_thrust_limit']:.4g} N"),
+        ("saturated", f"{100.0 * figures['saturated']:.2f} % of the time"),
+    ]
+    named = (("output", "written"), ("plot", "drawn"), ("animation", "animated"))
+    lines += [(label, figures[name]) for name, label in named if figures[name]]
+    return "\n".join(f"{label:<20}{value}" for label, value in lines)

@@ -1,0 +1,44 @@
+"""Options of simulated vehicles: which one, its controller, and the wind."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.simulation.controllers.controller import Controller
+    from minsnap.simulation.wind import Wind
+    from minsnap.vehicle.quadrotor import Quadrotor
+
+Triple = tuple[float, float, float]
+
+VEHICLE_HELP = "f330, crazyflie, px4-sih, or a YAML file."
+CONTROLLER_HELP = "cascade (PX4's), lee or mellinger."
+
+
+def vehicle_of(name: str) -> Quadrotor:
+    """Return a preset by its name, or the vehicle of a YAML file."""
+    from minsnap.vehicle.quadrotor import Quadrotor
+
+    known = {"f330": Quadrotor.dji_f330, "crazyflie": Quadrotor.crazyflie, "px4-sih": Quadrotor.px4_sih}
+    return known[name]() if name in known else Quadrotor.from_yaml(name)
+
+
+def controller_of(name: str, references: str) -> Controller:
+    """Return a controller by its name; ``references`` is what the cascade follows."""
+    from minsnap.simulation.controllers.cascade import CascadeController
+    from minsnap.simulation.controllers.geometric import GeometricController
+
+    if name == "cascade":
+        return CascadeController(references=references)
+    if name in ("lee", "mellinger"):
+        return GeometricController(feed_forward=name == "lee")
+    raise InputError(f"--controller is {name!r}: it must be one of cascade, lee, mellinger")
+
+
+def wind_of(mean: Triple, gust: float, seed: int) -> Wind:
+    """Return a constant wind, or one with Dryden gusts of an intensity [m/s]."""
+    from minsnap.simulation.wind import ConstantWind, DrydenWind
+
+    return DrydenWind(mean, (gust, gust, 0.5 * gust), seed=seed) if gust else ConstantWind(mean)

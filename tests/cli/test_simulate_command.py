@@ -1,0 +1,77 @@
+"""The command that simulates a flight along any path."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import minsnap
+
+
+@pytest.fixture
+def path(tmp_path):
+    traj = minsnap.plan([(0, 0, 1), (1.5, 0, 1), (1.5, 1, 1.3)], durations=(2.0, 1.5))
+    minsnap.write_csv(traj, tmp_path / "path.csv")
+    from minsnap.files.convert import write_any
+
+    write_any(traj, tmp_path / "path.json")
+    return traj
+
+
+def test_a_plan_is_flown_and_everything_is_written(call, path, tmp_path):
+    done = call("simulate", "path.json", "-o", "flown.csv", "--plot", "flown.png", "--json")
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    flown = minsnap.read_csv("flown.csv")
+    assert said["duration"] == pytest.approx(path.duration, abs=0.01) and flown.rate == pytest.approx(50.0)
+    apart = np.linalg.norm(flown.position - path(np.minimum(flown.t, path.duration)), axis=1)
+    assert np.sqrt((apart**2).mean()) == pytest.approx(said["rmse"], rel=0.05)
+    assert apart.max() == pytest.approx(said["max_error"], rel=0.02) and 0.0 < said["rmse"] < 0.5
+    assert (tmp_path / "flown.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_animation_is_written(call, tmp_path):
+    minsnap.write_csv(minsnap.plan([(0, 0, 1), (0.2, 0, 1)], durations=[0.6]), "short.csv")
+    assert call("simulate", "short.csv", "--animate", "flown.gif").returncode == 0
+    with Image.open(tmp_path / "flown.gif") as film:
+        assert film.n_frames == 10
+
+
+def test_wind_pushes_and_a_seed_repeats_it(call, path):
+    runs = [
+        json.loads(call("simulate", "path.csv", "--controller", "lee", "--json", *more).stdout)
+        for more in ([], ["--wind", "4", "0", "0"], ["--gust", "1", "--seed", "3"], ["--gust", "1", "--seed", "3"])
+    ]
+    assert runs[1]["rmse"] > 1.2 * runs[0]["rmse"]
+    assert runs[2]["rmse"] == runs[3]["rmse"] != runs[0]["rmse"]
+
+
+def test_the_summary_says_what_it_took(call, path):
+    said = call("simulate", "path.json", "--vehicle", "crazyflie", "--controller", "lee").stdout
+    for label in ("tracking error", "largest error", "late by", "max tilt", "max rotor thrust", "saturated"):
+        assert label in said
+    better = json.loads(call("simulate", "path.json", "--vehicle", "crazyflie", "--controller", "lee", "--json").stdout)
+    assert better["rmse"] < 0.1 and better["saturated"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["path.csv", "--animate", "a.avi"], "a.avi does not end in .gif or .mp4"),
+        (["path.csv", "-o", "a.json"], "a.json does not end in .csv"),
+        (["path.csv", "--controller", "mpc"], "--controller is 'mpc'"),
+        (["path.csv", "--vehicle", "none.yaml"], "none.yaml"),
+        (["none.csv"], "none.csv"),
+    ],
+)
+def test_bad_usage_is_one_sentence(call, path, arguments, message):
+    done = call("simulate", *arguments)
+    assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_mp4_needs_ffmpeg(call, path, monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    done = call("simulate", "path.csv", "--animate", "a.mp4")
+    assert done.returncode == 2 and "MP4 needs the program ffmpeg" in done.stderr
