@@ -35,8 +35,8 @@ from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, TimingError
+from minsnap.native.tube import tube_optimum
 from minsnap.native.unconstrained import resting_optimum
-from minsnap.optimisation.native_solve import tube_at_rest
 from minsnap.optimisation.planned_yaw import Held, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved import NATIVE
@@ -226,7 +226,7 @@ def _at_rest(
     began: float,
     dim: int | None,
 ) -> Trajectory | None:
-    """Plan from rest to rest with given durations, free or in a tube of one half-width, by the native core.
+    """Plan from rest to rest with given durations, free or in a tube, by the native core.
 
     None where anything is unusual: the checks that follow name what is wrong, and the other ways solve the rest.
     """
@@ -251,16 +251,25 @@ def _at_rest(
 
 
 def _in_tube(points: FloatArray, times: FloatArray, width: object, half: int, began: float) -> Trajectory | None:
-    if type(width) not in (int, float) or not 0.0 < width < np.inf:  # type: ignore[operator]
+    widths = _half_widths(width, len(times))
+    found = None if widths is None or points.shape[1] == 1 else tube_optimum(points, times, widths, half)
+    if found is None or widths is None:
         return None
-    answer = tube_at_rest(points, times, half, float(width))  # type: ignore[arg-type]
-    if answer is None:
-        return None
-    breaks = np.zeros(len(points))
-    np.cumsum(times, out=breaks[1:])
     points.setflags(write=False)
-    how = _TubeSolved(began, perf_counter(), answer.rounds, len(answer.wall), points, float(width))  # type: ignore[arg-type]
-    return Trajectory.solved(answer.points, times, breaks, how)
+    widths.setflags(write=False)
+    how = _TubeSolved(began, perf_counter(), found.figures, points, widths)
+    return Trajectory.solved(found.points, times, found.breaks, how)
+
+
+def _half_widths(width: object, legs: int) -> FloatArray | None:
+    """Return one half-width, or one per leg, as an array of its own; None for anything else."""
+    if type(width) in (int, float):
+        return np.array(width, dtype=np.float64)
+    if not isinstance(width, np.ndarray | list | tuple) or len(width) != legs:
+        return None
+    plain = width.dtype.kind in "fiu" if isinstance(width, np.ndarray) else {int, float}.issuperset(map(type, width))
+    widths = np.array(width, dtype=np.float64) if plain else None
+    return widths if widths is not None and widths.ndim == 1 else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,15 +278,14 @@ class _TubeSolved:
 
     began: float
     ended: float
-    rounds: int
-    rows: int
+    figures: FloatArray
     waypoints: FloatArray
-    width: float
+    widths: FloatArray
 
     def report(self, curve: Trajectory) -> Report:
-        margin = min(margin_to(curve, walls).value for walls in Tube(np.array(self.width)).walls(self.waypoints))
-        took = 1e3 * (self.ended - self.began)
-        return Report(NATIVE, self.rounds, self.rows, curve.cost(), margin, took, core=NATIVE)
+        margin = min(margin_to(curve, walls).value for walls in Tube(self.widths).walls(self.waypoints))
+        rows, rounds = self.figures[2:].astype(int).tolist()
+        return Report(NATIVE, rounds, rows, curve.cost(), margin, 1e3 * (self.ended - self.began), core=NATIVE)
 
 
 def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits: Limits | None) -> float:

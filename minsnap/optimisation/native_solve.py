@@ -12,7 +12,6 @@ from minsnap.native.status import Status
 from minsnap.native.unconstrained import pinned_optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
-from minsnap.tolerances import ROUNDING
 
 MOST_WHOLE = 48
 """Pieces up to which the native core solves a corridor as a whole; more are solved in windows."""
@@ -60,36 +59,6 @@ def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tupl
     for order in range(1, task.half):
         knots[:, order] = found[2][:, order - 1] / units.of_order(order)
     return found[0], knots
-
-
-def tube_at_rest(points: FloatArray, durations: FloatArray, half: int, width: float) -> CorridorAnswer | None:
-    """Return the proved curve from rest to rest in a ``Tube`` of one half-width; None where there is none.
-
-    Parameters
-    ----------
-    points : ndarray, shape (legs + 1, dim)
-        C-contiguous [m]; nothing is assumed of its values.
-    durations : ndarray, shape (legs,)
-        [s].
-    half : int
-        k, for degree 2k - 1.
-    width : float
-        Positive [m].
-    """
-    steps = points[1:] - points[:-1]
-    lengths = np.sqrt((steps * steps).sum(axis=1))
-    length = float(lengths.mean())
-    if len(durations) > MOST_WHOLE or not (lengths.min() > 0.0 and durations.min() > 0.0 and length < np.inf):
-        return None
-    u = steps / lengths[:, None]
-    across = np.eye(points.shape[1]) - u[:, :, None] * u[:, None, :]
-    leg, axis = np.nonzero(np.abs(across).max(axis=2) > ROUNDING)
-    normal, leg = across[leg, axis], np.concatenate((leg, leg))
-    bound, order = np.full(len(leg), width), np.zeros(len(leg), dtype=np.int64)
-    walls = Planes(leg, order, np.concatenate((normal, -normal)), points[leg], bound, bound)
-    question = CorridorQuestion(half, points, durations, walls, length, float(np.exp(np.log(durations).mean())))
-    answer = solve_corridor(question) if len(leg) else None
-    return answer if answer is not None and answer.status is Status.DONE else None
 
 
 def _unlike_a_chain(task: Task) -> str:

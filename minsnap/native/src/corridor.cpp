@@ -29,11 +29,6 @@ bool all_within(const std::int64_t *values, std::int64_t count, std::int64_t low
     return true;
 }
 
-bool sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls) {
-    return half >= 2 && half <= max_half && pieces >= 1 && pieces <= most_pieces && dim >= 1 && dim <= max_dim &&
-           walls >= 0 && walls <= most_walls;
-}
-
 bool walls_fit(const Request &given) {
     const GivenWalls &walls = given.walls;
     return all_within(walls.piece, walls.count, 0, given.pieces - 1) &&
@@ -57,8 +52,19 @@ Status solve_in_windows(const Request &given, Answer &answer) {
     return Windows(given.half).solve(given, answer);
 }
 
-// In double precision; where that does not end with a proof, once more in the longest floating type there is.
-Status solve_twice(const Request &given, Answer &answer, std::int64_t &attempts) {
+}  // namespace
+
+bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls) {
+    return half >= 2 && half <= max_half && pieces >= 1 && pieces <= most_pieces && dim >= 1 && dim <= max_dim &&
+           walls >= 0 && walls <= most_walls;
+}
+
+Status check_request(const Request &given) {
+    if (!corridor_sizes_fit(given.half, given.pieces, given.dim, given.walls.count) || !walls_fit(given)) return Status::bad_size;
+    return numbers_fit(given) ? Status::done : Status::bad_number;
+}
+
+Status solve_request(const Request &given, Answer &answer, std::int64_t &attempts) {
     attempts = 1;
     if (given.pieces > most_whole) return solve_in_windows(given, answer);
     ExchangeSolver solver;
@@ -66,13 +72,6 @@ Status solve_twice(const Request &given, Answer &answer, std::int64_t &attempts)
     if (status == Status::done || status == Status::no_memory || status == Status::infeasible) return status;
     attempts = 2;
     return solve_extended(given, answer);
-}
-
-}  // namespace
-
-Status check_request(const Request &given) {
-    if (!sizes_fit(given.half, given.pieces, given.dim, given.walls.count) || !walls_fit(given)) return Status::bad_size;
-    return numbers_fit(given) ? Status::done : Status::bad_number;
 }
 
 }  // namespace minsnap
@@ -89,14 +88,14 @@ MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pie
                                              double *knots, std::int64_t *row_wall, double *row_s,
                                              double *row_multiplier, double *figures) {
     using namespace minsnap;
-    if (!sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
+    if (!corridor_sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
     const Request given = {int(half), int(pieces), int(dim), closed != 0, length, time, positions, durations, pinned,
                            values, {walls, piece, order, normal, anchor, bound, width, when, 0}, gap};
     const Status checked = check_request(given);
     if (checked != Status::done) return std::int32_t(checked);
     Answer answer = {points, knots, row_wall, row_s, row_multiplier, 0.0, 0.0, 0.0, 0, 0};
     std::int64_t attempts = 0;
-    const Status status = solve_twice(given, answer, attempts);
+    const Status status = solve_request(given, answer, attempts);
     const double values_out[] = {answer.cost, answer.bound, answer.share, double(answer.rows), double(answer.rounds),
                                  double(attempts)};
     for (int i = 0; i < 6; ++i) figures[i] = values_out[i];
@@ -111,7 +110,7 @@ MINSNAP_EXPORT std::int32_t minsnap_walls_kept(std::int64_t half, std::int64_t p
                                                const double *normal, const double *anchor, const double *bound,
                                                const double *width, const std::int64_t *when, std::uint8_t *kept) {
     using namespace minsnap;
-    if (!sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
+    if (!corridor_sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
     const GivenWalls given = {walls, piece, order, normal, anchor, bound, width, when, 0};
     const Request request = {int(half), int(pieces), int(dim), false, 1.0, 1.0, points, durations, nullptr, nullptr,
                              given, 1.0};

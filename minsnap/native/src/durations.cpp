@@ -15,7 +15,7 @@ namespace {
 
 using Integer = std::int64_t;
 
-constexpr Integer most_split_legs = Integer{1} << 20, most_split_pieces = 64, most_split_walls = 20'000;
+constexpr Integer most_split_legs = Integer{1} << 20, most_split_pieces = 64;
 
 // Optimal cost of a chain without walls, and its slopes.
 class FreeCost {

@@ -40,4 +40,8 @@ private:
 // The same once, in the longest floating type there is.
 Status solve_extended(const Request &given, Answer &answer);
 
+// Solve a request that was checked: as a whole or in windows, in double precision, or where that does not end with a
+// proof once more in the longest floating type.
+Status solve_request(const Request &given, Answer &answer, std::int64_t &attempts);
+
 }  // namespace minsnap

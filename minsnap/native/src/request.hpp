@@ -21,6 +21,9 @@ struct Request {
     double gap;                        // share of the cost that may be given away
 };
 
+// Whether counts are within the bounds of a request.
+bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls);
+
 // Whether the sizes of a request are within their bounds and its numbers are finite; done, or why not.
 Status check_request(const Request &given);
 
