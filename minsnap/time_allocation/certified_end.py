@@ -15,10 +15,9 @@ from minsnap.limits.limits import Limits
 from minsnap.native.library import core
 from minsnap.optimisation.outcome import Outcome
 from minsnap.optimisation.solved import Solved
-from minsnap.time_allocation.cone_programme import solve_programme
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
-from minsnap.time_allocation.joint_model import Inwards
-from minsnap.time_allocation.joint_search import SHARES, Caution, Evaluated, JointSearch
+from minsnap.time_allocation.joint_model import Caution, Inwards
+from minsnap.time_allocation.joint_search import SHARES, Evaluated, JointSearch
 from minsnap.time_allocation.time_stretch import most_used, nearby_factor, touching_factor
 from minsnap.time_allocation.true_peaks import Measured
 from minsnap.trajectory.trajectory import Trajectory
@@ -106,15 +105,14 @@ class CertifiedEnd:
     def _closer(self, state: JointState, measured: Measured) -> JointState:
         """Take a step towards walls and limits moved inwards, as much of it as brings the curve closer to them."""
         search, over = self.search, _over(measured)
-        programme = search.model(state).programme(
-            state, search.known(measured), self.caution.proximity, self.caution.reach, search.penalties, self.inwards
+        step = search.model(state).step(
+            state, measured.peaks, search.memory, self.caution, search.penalties, self.inwards
         )
-        solution = solve_programme(programme)
-        if solution is None:
+        if step is None:
             self.caution = self.caution.failed()
             return state
         for share in SHARES:
-            trial = self._clipped(self.layout.moved(state, solution.x, share))
+            trial = self._clipped(self.layout.moved(state, step, share))
             if _over(search.finder.measure(trial)) < max(over, SMALL):
                 return trial
         self.caution = self.caution.failed()

@@ -99,6 +99,15 @@ class JointLayout:
         return np.asarray(found)
 
     @cached_property
+    def unknowns(self) -> IntArray:
+        """Unknowns of every piece: its ends, the durations around it, the slacks; their number for none."""
+        none = self.size + self.pieces + SLACKS
+        ends = self.columns.reshape(self.pieces, -1)
+        times = np.where(self.neighbours >= 0, self.size + self.neighbours, none)
+        slacks = np.broadcast_to(none - SLACKS + np.arange(SLACKS), (self.pieces, SLACKS))
+        return np.concatenate((np.where(ends >= 0, ends, none), times, slacks), axis=1)
+
+    @cached_property
     def _shared(self) -> BoolArray:
         """Free slots that both sides of a knot share, and that are therefore scaled by both durations."""
         slots = self.problem.slots

@@ -14,21 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.time_allocation.cone_programme import ConeProgramme, ConeSolution, Rows
+from minsnap.native.joint_search import Pull
+from minsnap.time_allocation.cone_programme import ACCURACY, ConeProgramme, ConeSolution, Rows, solve_programme
 from minsnap.time_allocation.curvature import Forces, positive_curvature
 from minsnap.time_allocation.joint_layout import NEIGHBOURS, SLACKS, JointLayout, JointState, end_basis, end_metric
 from minsnap.time_allocation.joint_regions import JointRegions
-from minsnap.time_allocation.joint_rows import WALL, Block
+from minsnap.time_allocation.joint_rows import WALL, Block, largest_metrics
+from minsnap.time_allocation.native_steps import GRID, PATH_METRIC, NativeSteps, known_peaks
 from minsnap.time_allocation.true_peaks import Peaks, scattered
-
-GRID = 17
-"""Instants a piece at which rows stand where the curve is near a limit."""
 
 LONGEST, SHORTEST = 1.0, 0.6
 """Largest relative change of a duration in one step, longer and shorter."""
-
-PATH_METRIC = 1e-3
-"""Weight of the squared length of a change of the curve beside the squares in units of limits."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +33,34 @@ class Penalties:
 
     limit: float = 2.0
     wall: float = 1.0
+
+
+@dataclass(frozen=True)
+class Caution:
+    """How far a step may go.
+
+    Parameters
+    ----------
+    proximity : float
+        Weight of the proximal term.
+    reach : float
+        By how much the relative changes of neighbouring durations may differ.
+    """
+
+    proximity: float = 1e-2
+    reach: float = 0.2
+
+    def after(self, share: float, good: bool) -> Caution:
+        """Return what to allow after an accepted share of a step."""
+        if share == 1.0:
+            return Caution(max(0.2 * self.proximity, 1e-7), min(1.6 * self.reach, 0.8)) if good else self
+        if share == 0.5:
+            return Caution(max(2.0 * self.proximity, 1e-5), max(0.7 * self.reach, 1e-3))
+        return Caution(max(5.0 * self.proximity, 1e-4), max(0.4 * self.reach, 1e-3))
+
+    def failed(self) -> Caution:
+        """Return what to allow after a step without descent."""
+        return Caution(max(10.0 * self.proximity, 1e-3), max(0.3 * self.reach, 1e-3))
 
 
 @dataclass(frozen=True)
@@ -60,27 +84,73 @@ class JointModel:
     blocks : sequence of Block
     lengths : ndarray, shape (pieces in all,)
         Typical length of each piece, normalised.
+    native : NativeSteps, optional
+        The same in the native core, which is asked first.
     """
 
-    def __init__(self, layout: JointLayout, blocks: Sequence[Block], lengths: FloatArray) -> None:
-        self.layout, self.blocks, self.lengths = layout, blocks, lengths
+    def __init__(
+        self, layout: JointLayout, blocks: Sequence[Block], lengths: FloatArray, native: NativeSteps | None = None
+    ) -> None:
+        self.layout, self.blocks, self.lengths, self.native = layout, blocks, lengths, native
+        self._pull = Pull(np.zeros((layout.pieces, 2 * layout.half, layout.dim)), np.zeros(layout.pieces))
         self.regions = JointRegions(layout)
         self.grid = np.linspace(0.0, 1.0, GRID)
         self.orders = 1 + max(order for block in blocks for order in block.orders)
-        self.forces: Forces | None = None
         self._gradients: list[tuple[IntArray, FloatArray, FloatArray]] = []
 
     @property
     def _size(self) -> int:
         return self.layout.size + self.layout.pieces + SLACKS
 
-    def columns(self) -> IntArray:
-        """Unknowns of every piece: its ends, the durations around it, the slacks; (pieces, width)."""
-        layout, none = self.layout, self._size
-        ends = layout.columns.reshape(layout.pieces, -1)
-        times = np.where(layout.neighbours >= 0, layout.size + layout.neighbours, none)
-        slacks = np.broadcast_to(none - SLACKS + np.arange(SLACKS), (layout.pieces, SLACKS))
-        return np.concatenate((np.where(ends >= 0, ends, none), times, slacks), axis=1)
+    def step(
+        self,
+        state: JointState,
+        peaks: Sequence[Peaks],
+        former: Sequence[Sequence[Peaks]],
+        caution: Caution,
+        penalties: Penalties,
+        inwards: Inwards = Inwards(),
+    ) -> FloatArray | None:
+        """Build the programme around a state and solve it; None where it has no solution.
+
+        Parameters
+        ----------
+        state : JointState
+        peaks, former : sequence by block
+            Where rows must stand: at the peaks of the state, and at remembered ones that are not close to those.
+        caution : Caution
+        penalties : Penalties
+        inwards : Inwards
+
+        Returns
+        -------
+        ndarray, shape (unknowns,), or None
+        """
+        found = None
+        if self.native is not None:
+            regions = self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall)
+            bounds = (caution.proximity, caution.reach, LONGEST, SHORTEST, penalties.limit, penalties.wall)
+            numbers = (*bounds, inwards.limit, inwards.wall, ACCURACY)
+            found = self.native.step(state, known_peaks(peaks, former), regions, self.lengths, numbers, self._pull)
+        return self._step_in_python(state, peaks, former, caution, penalties, inwards) if found is None else found
+
+    def _step_in_python(
+        self,
+        state: JointState,
+        peaks: Sequence[Peaks],
+        former: Sequence[Sequence[Peaks]],
+        caution: Caution,
+        penalties: Penalties,
+        inwards: Inwards,
+    ) -> FloatArray | None:
+        known = [found.joined(others) for found, others in zip(peaks, former, strict=True)]
+        self._gradients = []
+        programme = self.programme(state, known, caution.proximity, caution.reach, penalties, inwards)
+        solution = solve_programme(programme)
+        if solution is None:
+            return None
+        self.take_forces(solution)
+        return solution.x
 
     def programme(
         self,
@@ -108,7 +178,7 @@ class JointModel:
         self._state, self._ends = state, self.layout.ends(state)
         self._scales = self.layout.end_scales(state.durations)
         rows = [self._block_rows(block, found) for block, found in zip(self.blocks, peaks, strict=True)]
-        rows += [*self._step_rows(reach), *self.regions.rows(state, self.columns().shape[1], inwards.wall)]
+        rows += [*self._step_rows(reach), *self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall)]
         linear, diagonal = np.zeros(self._size), np.full(self._size, 1e-10)
         share = state.durations / state.total
         begin = self.layout.size
@@ -117,7 +187,13 @@ class JointModel:
         linear[-SLACKS:] = penalties.limit, penalties.wall
         linear[begin:-SLACKS] = share
         return ConeProgramme(
-            self._size, self.columns(), self._hessian(proximity * share), diagonal, linear, rows, self.layout.chain
+            self._size,
+            self.layout.unknowns,
+            self._hessian(proximity * share),
+            diagonal,
+            linear,
+            rows,
+            self.layout.chain,
         )
 
     def _block_rows(self, block: Block, peaks: Peaks) -> Rows:
@@ -158,7 +234,7 @@ class JointModel:
 
     def _step_rows(self, reach: float) -> list[Rows]:
         """Bounds of the durations' changes, of their differences, and of the slacks."""
-        pieces, width = self.layout.pieces, self.columns().shape[1]
+        pieces, width = self.layout.pieces, self.layout.unknowns.shape[1]
         own = width - SLACKS - 2
         every = np.arange(pieces)
         chain = every[self.layout.neighbours[:, 2] >= 0] if pieces > 1 else every[:0]
@@ -175,14 +251,15 @@ class JointModel:
     def _hessian(self, weight: FloatArray) -> FloatArray:
         """Proximal term, objective and curvature, (pieces, width, width)."""
         layout = self.layout
-        dim, ends, width = layout.dim, 2 * layout.half * layout.dim, self.columns().shape[1]
+        dim, ends, width = layout.dim, 2 * layout.half * layout.dim, self.layout.unknowns.shape[1]
         metric = self._metric() * weight[:, None, None]
         metric *= self._scales[:, :, None] * self._scales[:, None, :]
         whole = np.zeros((layout.pieces, width, width))
         blocks = np.einsum("ijk,de->ijdke", metric, np.eye(dim))
         whole[:, :ends, :ends] = blocks.reshape(layout.pieces, ends, ends)
-        if self.forces is not None:
-            bent = positive_curvature(layout, self._ends, self._scales, self.forces, self.lengths)
+        if self._pull.known[0]:
+            forces = Forces(self._pull.ends, self._pull.own)
+            bent = positive_curvature(layout, self._ends, self._scales, forces, self.lengths)
             size = ends + NEIGHBOURS
             whole[:, :size, :size] += bent
         return whole
@@ -190,12 +267,8 @@ class JointModel:
     def _metric(self) -> FloatArray:
         """Squares of changes of the curve in units of the limits, (pieces, 2k, 2k) in ends."""
         degree, durations = self.layout.degree, self._state.durations
-        steep: dict[int, FloatArray] = {}
-        for block in self.blocks:
-            order, size = block.metric
-            steep[order] = np.maximum(steep.get(order, np.zeros(len(durations))), size)
         total = PATH_METRIC * end_metric(degree, 1) / self.lengths[:, None, None] ** 2
-        for order, size in steep.items():
+        for order, size in largest_metrics(self.blocks, len(durations)).items():
             total = total + end_metric(degree, order) * ((size / durations**order) ** 2)[:, None, None]
         return np.asarray(total)
 
@@ -206,5 +279,4 @@ class JointModel:
         for (piece, local, curvature), z in zip(self._gradients, solution.multipliers, strict=False):
             np.add.at(ends, piece, -np.einsum("nc,ncjd->njd", z, local))
             np.add.at(own, piece, -(z * curvature).sum(axis=1))
-        self.forces = Forces(ends, own)
-        self._gradients = []
+        self._pull = Pull(ends, own, [True])

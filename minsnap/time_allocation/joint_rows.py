@@ -16,6 +16,8 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones, Walls
+from minsnap.native.joint_search import WALL as WALL_KIND
+from minsnap.native.joint_search import ConditionBlock
 from minsnap.optimisation.units import Units
 
 Derivatives = Mapping[int, FloatArray]
@@ -94,6 +96,10 @@ class Block(Protocol):
         """Cones of the conditions ``index`` (n,) around derivatives (n, dim)."""
         ...
 
+    def condition_block(self) -> ConditionBlock | None:
+        """Return the same conditions for the native core; None where it does not know them."""
+        ...
+
 
 class WallBlock:
     r"""Walls of one kind: :math:`\|M x + m\| \le \rho + c \cdot x`; planes have no M.
@@ -133,6 +139,12 @@ class WallBlock:
     def _parts(self, x: Derivatives, index: IntArray) -> FloatArray:
         return np.asarray(np.einsum("ncd,nd->nc", self.rows[index], x[self.order]) + self.offset[index])
 
+    def condition_block(self) -> ConditionBlock:
+        """Return the rows and offsets for the native core."""
+        values = np.concatenate((self.rows.reshape(-1), self.offset.reshape(-1)))
+        orders, weights = (self.order, self.order), (self.slack, self.weight, self.band)
+        return ConditionBlock(WALL_KIND, orders, self.size, *weights, self.piece, values)
+
     def linearised(self, x: Derivatives, index: IntArray) -> Linearised:
         """Cones of 1 + q components."""
         p, offset = self.order, self.offset[index]
@@ -143,6 +155,15 @@ def _beyond(parts: FloatArray) -> FloatArray:
     """Norm of all components but the first one, less the first."""
     rest = parts[..., 1:]
     return np.asarray(np.sqrt((rest * rest).sum(axis=-1)) - parts[..., 0])
+
+
+def largest_metrics(blocks: Sequence[Block], pieces: int) -> dict[int, FloatArray]:
+    """By order, one over the least length that counts as large on every piece, (pieces,)."""
+    steep: dict[int, FloatArray] = {}
+    for block in blocks:
+        order, size = block.metric
+        steep[order] = np.maximum(steep.get(order, np.zeros(pieces)), size)
+    return steep
 
 
 def wall_blocks(walls: Sequence[Walls], units: Units, per_leg: int, pieces: int) -> list[Block]:

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.time_allocation.cone_programme import solve_programme
 from minsnap.time_allocation.joint_layout import SLACKS, JointLayout, JointState, end_metric
-from minsnap.time_allocation.joint_model import JointModel, Penalties
+from minsnap.time_allocation.joint_model import Caution, JointModel, Penalties
 from minsnap.time_allocation.joint_rows import Block
+from minsnap.time_allocation.native_steps import native_steps
 from minsnap.time_allocation.true_peaks import Measured, PeakFinder, Peaks
 
 ITERATIONS = 80
@@ -42,34 +42,6 @@ VANISHING = 1e-6
 """Share of the first total below which nothing limits the time."""
 
 
-@dataclass(frozen=True)
-class Caution:
-    """How far a step may go.
-
-    Parameters
-    ----------
-    proximity : float
-        Weight of the proximal term.
-    reach : float
-        By how much the relative changes of neighbouring durations may differ.
-    """
-
-    proximity: float = 1e-2
-    reach: float = 0.2
-
-    def after(self, share: float, good: bool) -> Caution:
-        """Return what to allow after an accepted share of a step."""
-        if share == 1.0:
-            return Caution(max(0.2 * self.proximity, 1e-7), min(1.6 * self.reach, 0.8)) if good else self
-        if share == 0.5:
-            return Caution(max(2.0 * self.proximity, 1e-5), max(0.7 * self.reach, 1e-3))
-        return Caution(max(5.0 * self.proximity, 1e-4), max(0.4 * self.reach, 1e-3))
-
-    def failed(self) -> Caution:
-        """Return what to allow after a step without descent."""
-        return Caution(max(10.0 * self.proximity, 1e-3), max(0.3 * self.reach, 1e-3))
-
-
 @dataclass(frozen=True, eq=False)
 class Evaluated:
     """A state, its true excesses and its merit."""
@@ -81,6 +53,10 @@ class Evaluated:
 
 Told = Callable[[Evaluated], None]
 """Called with every accepted state."""
+
+
+FIRST = Caution()
+"""How far the first step may go."""
 
 
 class JointSearch:
@@ -97,7 +73,8 @@ class JointSearch:
 
     def __init__(self, layout: JointLayout, blocks: Sequence[Block], told: Told | None = None) -> None:
         self.layout, self.blocks, self.told = layout, blocks, told
-        self.finder = PeakFinder(layout, blocks)
+        self.native = native_steps(layout, blocks)
+        self.finder = PeakFinder(layout, blocks, None if self.native is None else self.native.terms)
         self.penalties = Penalties()
         self.memory: list[list[Peaks]] = [[] for _ in blocks]
         self.iterations = 0
@@ -116,7 +93,7 @@ class JointSearch:
         price = self.penalties.limit * max(found.limit, 0.0) + self.penalties.wall * max(found.wall, 0.0)
         return Evaluated(state, found, state.total * (1.0 + price))
 
-    def run(self, state: JointState, caution: Caution = Caution(), gain: float = GAIN) -> Evaluated:
+    def run(self, state: JointState, caution: Caution = FIRST, gain: float = GAIN) -> Evaluated:
         """Descend from a state until steps gain nothing."""
         now, model = self.evaluate(state), self.model(state)
         self._best = now
@@ -146,11 +123,9 @@ class JointSearch:
         """Return a model in units of the lengths of a state's pieces, none taken much shorter than most."""
         ends = self.layout.ends(state)
         lengths = np.sqrt(np.einsum("ijd,jk,ikd->i", ends, end_metric(self.layout.degree, 1), ends))
-        return JointModel(self.layout, self.blocks, np.asarray(np.maximum(lengths, SHORT * np.median(lengths))))
-
-    def known(self, measured: Measured) -> list[Peaks]:
-        """Return the peaks of every block that are known: present ones and remembered ones."""
-        return [found.joined(former) for found, former in zip(measured.peaks, self.memory, strict=True)]
+        return JointModel(
+            self.layout, self.blocks, np.asarray(np.maximum(lengths, SHORT * np.median(lengths))), self.native
+        )
 
     def _done(self, now: Evaluated, promised: float, gain: float) -> bool:
         excess = max(now.measured.limit, now.measured.wall)
@@ -159,13 +134,10 @@ class JointSearch:
     def _step(self, model: JointModel, now: Evaluated, caution: Caution) -> tuple[float, FloatArray | None]:
         """Solve the model: what it promises, and the step; None where it has no solution."""
         self.iterations += 1
-        peaks = self.known(now.measured)
-        programme = model.programme(now.state, peaks, caution.proximity, caution.reach, self.penalties)
-        solution = solve_programme(programme)
-        if solution is None:
+        x = model.step(now.state, now.measured.peaks, self.memory, caution, self.penalties)
+        if x is None:
             return 0.0, None
-        model.take_forces(solution)
-        begin, x = self.layout.size, solution.x
+        begin = self.layout.size
         slower = float(now.state.durations @ x[begin:-SLACKS])
         price = self.penalties.limit * x[-2] + self.penalties.wall * x[-1]
         return now.merit - (now.state.total * (1.0 + price) + slower), x

@@ -9,11 +9,13 @@ to rounding.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.limits.limits import Limits
+from minsnap.native.joint_search import BODY_RATE, LEAST_THRUST, ORDERS, ConditionBlock
 from minsnap.optimisation.units import Units
 from minsnap.time_allocation.joint_rows import LIMIT, Block, Derivatives, Linearised
 
@@ -31,8 +33,9 @@ BAND = 0.35
 Excess = Callable[[dict[int, FloatArray]], FloatArray]
 
 
-class Momentary:
-    """Smooth functions of derivatives at an instant that must not be positive, on every piece.
+@dataclass(frozen=True, eq=False)
+class MomentaryLimit:
+    """A limit at an instant.
 
     Parameters
     ----------
@@ -43,21 +46,48 @@ class Momentary:
         Number of functions.
     scale : float
         Size of the highest derivative that counts as large, physical.
+    kind : int
+        Of the same functions in the native core.
+    parameters : tuple of float
+        Theirs there.
+    name : str
+    """
+
+    excess: Excess
+    orders: tuple[int, ...]
+    count: int
+    scale: float
+    kind: int
+    parameters: tuple[float, ...]
+    name: str
+
+
+class Momentary:
+    """Smooth functions of derivatives at an instant that must not be positive, on every piece.
+
+    Parameters
+    ----------
+    limit : MomentaryLimit
     units : Units
     pieces : int
-    name : str
     """
 
     slack, weight, size, band = LIMIT, SLOWING, 1, BAND
 
-    def __init__(
-        self, excess: Excess, orders: tuple[int, ...], count: int, scale: float, units: Units, pieces: int, name: str
-    ) -> None:
-        self.excess, self.orders, self.count, self.name = excess, orders, count, name
-        self.units = {order: units.of_order(order) for order in orders}
-        self.piece = np.repeat(np.arange(pieces), count)
-        highest = max(orders)
-        self.metric = (highest, np.full(pieces, self.units[highest] / scale))
+    def __init__(self, limit: MomentaryLimit, units: Units, pieces: int) -> None:
+        self.limit, self.excess, self.orders = limit, limit.excess, limit.orders
+        self.count, self.name = limit.count, limit.name
+        self.units = {order: units.of_order(order) for order in self.orders}
+        self.piece = np.repeat(np.arange(pieces), self.count)
+        highest = max(self.orders)
+        self.metric = (highest, np.full(pieces, self.units[highest] / limit.scale))
+
+    def condition_block(self) -> ConditionBlock:
+        """Return kind and parameters for the native core."""
+        units = [self.units.get(order, 0.0) for order in range(ORDERS)]
+        orders, weights = (min(self.orders), max(self.orders)), (self.slack, self.weight, self.band)
+        values = np.array([*units, *self.limit.parameters])
+        return ConditionBlock(self.limit.kind, orders, 1, *weights, self.piece, values)
 
     def _physical(self, x: Derivatives) -> dict[int, FloatArray]:
         return {order: x[order] * self.units[order] for order in self.orders}
@@ -135,9 +165,13 @@ def momentary_blocks(limits: Limits, units: Units, pieces: int) -> list[Block]:
     bounded = limits.max_thrust is not None or limits.acceleration is not None
     if limits.min_thrust is not None and bounded:
         least = least_thrust(limits.min_thrust, gravity)
-        blocks.append(Momentary(least, (2,), 1, gravity, units, pieces, "min_thrust"))
+        still = (gravity, 0.0, 0.0, 0.0, 0.0)
+        limit = MomentaryLimit(least, (2,), 1, gravity, LEAST_THRUST, (*still, limits.min_thrust), "min_thrust")
+        blocks.append(Momentary(limit, units, pieces))
     if limits.body_rate is not None:
         turning = body_rate(limits.body_rate, gravity)
         scale = 2.0 * gravity * limits.body_rate
-        blocks.append(Momentary(turning, (2, 3), 1, scale, units, pieces, "body_rate"))
+        still = (gravity, 0.0, 0.0, 0.0, 0.0)
+        limit = MomentaryLimit(turning, (2, 3), 1, scale, BODY_RATE, (*still, limits.body_rate), "body_rate")
+        blocks.append(Momentary(limit, units, pieces))
     return blocks

@@ -15,8 +15,9 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.limits.rotor_use import MARGIN
+from minsnap.native.joint_search import UNSPUN_ROTORS, YAWED_ROTORS
 from minsnap.optimisation.units import Units
-from minsnap.time_allocation.momentary_limits import TINY, Excess, Momentary, inner, lifted, norm
+from minsnap.time_allocation.momentary_limits import TINY, Excess, Momentary, MomentaryLimit, inner, lifted, norm
 from minsnap.vehicle.quadrotor import Quadrotor
 
 
@@ -38,9 +39,17 @@ class RotorRange:
 def rotor_block(vehicle: Quadrotor, reserve: float, units: Units, pieces: int, yaw: float | None) -> Momentary:
     """Conditions on the rotors' thrusts for a constant yaw, or for none: without spin, however the body is turned."""
     allowed = RotorRange.of(vehicle, reserve)
-    excess = unspun(vehicle, allowed) if yaw is None else with_yaw(vehicle, allowed, yaw)
-    scale = 0.25 * allowed.most / _leverage(vehicle) * vehicle.gravity
-    return Momentary(excess, (2, 3, 4), 2 if yaw is None else 8, scale, units, pieces, "rotor_thrust")
+    leverage = _leverage(vehicle)
+    scale = 0.25 * allowed.most / leverage * vehicle.gravity
+    common = (vehicle.gravity, 0.0, 0.0, 0.0, 0.0, vehicle.mass, allowed.least, allowed.most)
+    if yaw is None:
+        excess, count, kind, parameters = unspun(vehicle, allowed), 2, UNSPUN_ROTORS, (*common, leverage)
+    else:
+        excess, count, kind = with_yaw(vehicle, allowed, yaw), 8, YAWED_ROTORS
+        body = (*vehicle.inertia.reshape(-1), *vehicle.inverse_mixer.reshape(-1))
+        parameters = (*common, np.cos(yaw), np.sin(yaw), *body)
+    limit = MomentaryLimit(excess, (2, 3, 4), count, scale, kind, tuple(map(float, parameters)), "rotor_thrust")
+    return Momentary(limit, units, pieces)
 
 
 def _leverage(vehicle: Quadrotor) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
+from minsnap.native.joint_search import JointTerms
 from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_basis
 from minsnap.time_allocation.joint_regions import JointRegions
 from minsnap.time_allocation.joint_rows import WALL, Block
@@ -88,10 +89,12 @@ class PeakFinder:
     ----------
     layout : JointLayout
     blocks : sequence of Block
+    terms : JointTerms, optional
+        The same for the native core.
     """
 
-    def __init__(self, layout: JointLayout, blocks: Sequence[Block]) -> None:
-        self.layout, self.blocks, self.regions = layout, blocks, JointRegions(layout)
+    def __init__(self, layout: JointLayout, blocks: Sequence[Block], terms: JointTerms | None = None) -> None:
+        self.layout, self.blocks, self.regions, self.terms = layout, blocks, JointRegions(layout), terms
         self.grid = np.linspace(0.0, 1.0, GRID)
         self.orders = 1 + max(order for block in blocks for order in block.orders)
 
@@ -101,6 +104,22 @@ class PeakFinder:
 
     def measure(self, state: JointState) -> Measured:
         """Find the peaks of a state and the largest excesses."""
+        found = None if self.terms is None else self._measured_natively(state, self.terms)
+        return self._measured(state) if found is None else found
+
+    def _measured_natively(self, state: JointState, terms: JointTerms) -> Measured | None:
+        found = terms.measure(self.layout.ends(state), state.durations, len(self.grid))
+        if found is None:
+            return None
+        ends = np.cumsum(found.counts)
+        peaks = [
+            Peaks(found.index[end - count : end], found.s[end - count : end])
+            for end, count in zip(ends.tolist(), found.counts.tolist(), strict=True)
+        ]
+        places = list(zip(found.conditions.tolist(), found.places.tolist(), strict=True))
+        return self._summary(found.tops, peaks, places, self.regions.excess(state))
+
+    def _measured(self, state: JointState) -> Measured:
         x = derivatives_at(self.layout, state, self.grid, self.orders)
         ends = self.layout.ends(state)
         tops, peaks, places = np.full(len(self.blocks), -1.0), [], []

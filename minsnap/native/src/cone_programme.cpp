@@ -19,8 +19,13 @@ bool finite(const double *values, std::size_t count) {
     return true;
 }
 
+struct Request {
+    std::size_t size, border, pieces, width, cones, rows;
+    const std::int64_t *columns, *cone_piece, *cone_size;
+};
+
 // Whether the columns are places of unknowns or `size`, and the cones name pieces in rising order and fill the rows.
-bool consistent(const ChainProgramme &p) {
+bool consistent(const Request &p) {
     for (std::size_t i = 0; i < p.pieces * p.width; ++i) {
         if (p.columns[i] < 0 || p.columns[i] > static_cast<std::int64_t>(p.size)) return false;
     }
@@ -33,6 +38,15 @@ bool consistent(const ChainProgramme &p) {
         rows += count;
     }
     return rows == static_cast<std::int64_t>(p.rows);
+}
+
+// Cones of whole rows.
+void list_cones(const Request &p, const double *matrix, ConeEntry *cones) {
+    for (std::size_t k = 0; k < p.cones; ++k) {
+        const auto count = static_cast<std::size_t>(p.cone_size[k]);
+        cones[k] = ConeEntry{static_cast<std::size_t>(p.cone_piece[k]), count, RowForm::whole, nullptr, matrix};
+        matrix += count * p.width;
+    }
 }
 
 }  // namespace
@@ -48,9 +62,7 @@ MINSNAP_EXPORT std::int32_t minsnap_cone_programme(const std::int64_t *sizes, co
         if (sizes[i] < (i == 1 ? 0 : 1) || sizes[i] > most_values) return answer(Status::bad_size);
     }
     const auto count = [&](int i) { return static_cast<std::size_t>(sizes[i]); };
-    const ChainProgramme programme{count(0),  count(1),   count(2), count(3),   count(4),  count(5), columns,
-                                   hessian, diagonal, linear,   cone_piece, cone_size, matrix,   bound};
-    const ChainProgramme &p = programme;
+    const Request p{count(0), count(1), count(2), count(3), count(4), count(5), columns, cone_piece, cone_size};
     const std::size_t widest = static_cast<std::size_t>(most_values);
     if (p.border > p.size || p.width > 4096 || p.rows > widest / p.width || p.pieces > widest / (p.width * p.width) ||
         p.border > 4096 || !consistent(p)) {
@@ -60,7 +72,13 @@ MINSNAP_EXPORT std::int32_t minsnap_cone_programme(const std::int64_t *sizes, co
         !finite(matrix, p.rows * p.width) || !finite(bound, p.rows) || !(tolerance > 0.0)) {
         return answer(Status::bad_number);
     }
-    InteriorPoint method(p, tolerance, most);
+    Buffer<ConeEntry> cones;
+    ConeRows rows;
+    if (!cones.allocate(p.cones)) return answer(Status::no_memory);
+    list_cones(p, matrix, cones.data());
+    if (!rows.set({0, 0, p.width}, p.pieces, cones.data(), p.cones)) return answer(Status::no_memory);
+    const ChainProgramme programme{p.size, p.border, p.pieces, columns, hessian, diagonal, linear, &rows, bound};
+    InteriorPoint method(programme, tolerance, most);
     const Status status = method.solve(x, z);
     *iterations = method.iterations();
     return answer(status);

@@ -14,6 +14,7 @@
 
 #include "arrow_matrix.hpp"
 #include "buffer.hpp"
+#include "cone_rows.hpp"
 #include "cone_scaling.hpp"
 #include "dot.hpp"
 #include "status.hpp"
@@ -22,36 +23,13 @@ namespace minsnap {
 
 // What is asked; arrays of the caller. `columns` holds `size` where a piece has no unknown.
 struct ChainProgramme {
-    std::size_t size, border, pieces, width, cones, rows;
-    const std::int64_t *columns;    // pieces x width
-    const double *hessian;          // pieces x width x width
+    std::size_t size, border, pieces;
+    const std::int64_t *columns;      // pieces x width
+    const double *hessian;            // pieces x width x width
     const double *diagonal, *linear;  // size
-    const std::int64_t *cone_piece, *cone_size;  // cones
-    const double *matrix;           // rows x width
-    const double *bound;            // rows
+    ConeRows *cones;                  // sorted by piece
+    const double *bound;              // rows
 };
-
-// Add R'R to the lower triangle of a square block, for rows R whose number is a multiple of four.
-inline void add_lower_squares(const double *__restrict panel, std::size_t rows, std::size_t width,
-                              double *__restrict block) {
-    for (std::size_t row = 0; row < rows; row += 4) {
-        const double *p = panel + row * width, *q = p + width, *r = q + width, *s = r + width;
-        for (std::size_t a = 0; a < width; ++a) {
-            const double pa = p[a], qa = q[a], ra = r[a], sa = s[a];
-            if (pa == 0.0 && qa == 0.0 && ra == 0.0 && sa == 0.0) continue;
-            double *line = block + a * width;
-            for (std::size_t b = 0; b <= a; ++b) line[b] += (pa * p[b] + qa * q[b]) + (ra * r[b] + sa * s[b]);
-        }
-    }
-}
-
-// Add the sum of rows, each times its factor.
-inline void add_rows(const double *__restrict rows, const double *__restrict factors, std::size_t count,
-                     std::size_t width, double *__restrict sum) {
-    for (std::size_t i = 0; i < count; ++i, rows += width) {
-        for (std::size_t j = 0; j < width; ++j) sum[j] += rows[j] * factors[i];
-    }
-}
 
 class InteriorPoint {
 public:
@@ -81,30 +59,27 @@ private:
     using Vector = Buffer<double>;
 
     bool allocate() {
-        const std::size_t n = p_.size, m = p_.rows;
+        const std::size_t n = p_.size, m = rows();
         bool made = true;
         for (Vector *v : {&dx_, &rx_, &right_, &again_}) made = made && v->allocate(n + 1);
-        for (Vector *v : {&s_, &ds_, &dz_, &rz_, &w_, &lambda_, &one_, &two_, &three_, &shift_, &push_}) {
+        for (Vector *v : {&s_, &ds_, &dz_, &rz_, &w_, &lambda_, &one_, &two_, &three_, &shift_, &push_, &aim_}) {
             made = made && v->allocate(m + 1);
         }
-        made = made && scalings_.allocate(p_.cones + 1) && block_.allocate(p_.width * p_.width);
-        made = made && aim_.allocate(m + 1) && local_.allocate(p_.width) && first_row_.allocate(p_.pieces + 1);
+        made = made && scalings_.allocate(cones() + 1) && block_.allocate(width() * width()) && local_.allocate(width());
         if (!made) return false;
-        std::fill(first_row_.data(), first_row_.data() + p_.pieces + 1, std::size_t{0});
         std::size_t row = 0;
-        for (std::size_t k = 0; k < p_.cones; row += size_of(k), ++k) {
+        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
             scalings_[k].w = w_.data() + row;
             scalings_[k].lambda = lambda_.data() + row;
-            first_row_[static_cast<std::size_t>(p_.cone_piece[k]) + 1] += size_of(k);
         }
-        for (std::size_t i = 0; i < p_.pieces; ++i) first_row_[i + 1] += first_row_[i];
-        std::size_t longest = 0;
-        for (std::size_t i = 0; i < p_.pieces; ++i) longest = std::max(longest, first_row_[i + 1] - first_row_[i]);
-        return panel_.allocate((longest + 4) * p_.width) && matrix_.shape(n, p_.border, reach());
+        return matrix_.shape(n, p_.border, reach());
     }
 
-    std::size_t size_of(std::size_t cone) const { return static_cast<std::size_t>(p_.cone_size[cone]); }
-    const std::int64_t *columns_of(std::size_t piece) const { return p_.columns + piece * p_.width; }
+    std::size_t rows() const { return p_.cones->rows(p_.pieces); }
+    std::size_t cones() const { return p_.cones->cones(); }
+    std::size_t width() const { return p_.cones->shape().width(); }
+    std::size_t size_of(std::size_t cone) const { return p_.cones->size_of(cone); }
+    const std::int64_t *columns_of(std::size_t piece) const { return p_.columns + piece * width(); }
 
     // Half-bandwidth of the unknowns outside of the border.
     std::size_t reach() const {
@@ -112,7 +87,7 @@ private:
         std::int64_t widest = 0;
         for (std::size_t i = 0; i < p_.pieces; ++i) {
             std::int64_t low = inner, high = -1;
-            for (std::size_t j = 0; j < p_.width; ++j) {
+            for (std::size_t j = 0; j < width(); ++j) {
                 const std::int64_t column = columns_of(i)[j];
                 if (column < inner) low = std::min(low, column), high = std::max(high, column);
             }
@@ -125,16 +100,15 @@ private:
     void rows_of(const double *x, double *out, bool plain) {
         for (std::size_t i = 0; i < p_.pieces; ++i) {
             gather(x, i);
-            for (std::size_t row = first_row_[i]; row < first_row_[i + 1]; ++row) {
-                const double sum = dot(p_.matrix + row * p_.width, local_.data(), p_.width);
-                out[row] = plain ? sum : p_.bound[row] - sum;
-            }
+            p_.cones->times(i, local_.data(), out + p_.cones->first_row(i));
         }
+        if (plain) return;
+        for (std::size_t row = 0; row < rows(); ++row) out[row] = p_.bound[row] - out[row];
     }
 
     void gather(const double *x, std::size_t piece) {
         const std::int64_t *columns = columns_of(piece);
-        for (std::size_t j = 0; j < p_.width; ++j) {
+        for (std::size_t j = 0; j < width(); ++j) {
             const auto column = static_cast<std::size_t>(columns[j]);
             local_[j] = column < p_.size ? x[column] : 0.0;
         }
@@ -143,10 +117,9 @@ private:
     // out += G' y
     void add_transposed(const double *y, double *out) {
         for (std::size_t i = 0; i < p_.pieces; ++i) {
-            std::fill(local_.data(), local_.data() + p_.width, 0.0);
-            add_rows(p_.matrix + first_row_[i] * p_.width, y + first_row_[i], first_row_[i + 1] - first_row_[i], p_.width,
-                     local_.data());
-            for (std::size_t j = 0; j < p_.width; ++j) {
+            std::fill(local_.data(), local_.data() + width(), 0.0);
+            p_.cones->add_transposed(i, y + p_.cones->first_row(i), local_.data());
+            for (std::size_t j = 0; j < width(); ++j) {
                 const auto column = static_cast<std::size_t>(columns_of(i)[j]);
                 if (column < p_.size) out[column] += local_[j];
             }
@@ -158,20 +131,20 @@ private:
         for (std::size_t j = 0; j < p_.size; ++j) out[j] = p_.diagonal[j] * x[j];
         for (std::size_t i = 0; i < p_.pieces; ++i) {
             gather(x, i);
-            const double *block = p_.hessian + i * p_.width * p_.width;
-            for (std::size_t a = 0; a < p_.width; ++a) {
+            const double *block = p_.hessian + i * width() * width();
+            for (std::size_t a = 0; a < width(); ++a) {
                 const auto column = static_cast<std::size_t>(columns_of(i)[a]);
                 if (column >= p_.size) continue;
-                out[column] += dot(block + a * p_.width, local_.data(), p_.width);
+                out[column] += dot(block + a * width(), local_.data(), width());
             }
         }
     }
 
     // Start from the solution without cones' boundaries: W = 1 (Vandenberghe, section 7.3).
     bool begin() {
-        const std::size_t n = p_.size, m = p_.rows;
+        const std::size_t n = p_.size, m = rows();
         std::size_t row = 0;
-        for (std::size_t k = 0; k < p_.cones; row += size_of(k), ++k) {
+        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
             scalings_[k].eta = 1.0;
             std::fill(w_.data() + row, w_.data() + row + size_of(k), 0.0);
             w_[row] = 1.0;
@@ -192,10 +165,10 @@ private:
     void inwards(double *u) const {
         double depth = -1.0;
         std::size_t row = 0;
-        for (std::size_t k = 0; k < p_.cones; row += size_of(k), ++k) depth = std::max(depth, cone_depth(u + row, size_of(k)));
+        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) depth = std::max(depth, cone_depth(u + row, size_of(k)));
         if (depth < -1e-8) return;
         row = 0;
-        for (std::size_t k = 0; k < p_.cones; row += size_of(k), ++k) u[row] += 1.0 + std::max(depth, 0.0);
+        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) u[row] += 1.0 + std::max(depth, 0.0);
     }
 
     // rx = P x + q + G'z,  rz = G x + s - h,  gap = s'z
@@ -210,7 +183,7 @@ private:
         add_transposed(z_, rx_.data());
         rows_of(x_, rz_.data(), false);
         gap_ = primal_ = dual_ = 0.0;
-        for (std::size_t i = 0; i < p_.rows; ++i) {
+        for (std::size_t i = 0; i < rows(); ++i) {
             rz_[i] = s_[i] - rz_[i];
             gap_ += s_[i] * z_[i];
             primal_ = std::max(primal_, std::abs(rz_[i]));
@@ -227,7 +200,7 @@ private:
 
     bool scale() {
         std::size_t row = 0;
-        for (std::size_t k = 0; k < p_.cones; row += size_of(k), ++k) {
+        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
             if (!scalings_[k].set(s_.data() + row, z_ + row, size_of(k))) return false;
         }
         return true;
@@ -237,52 +210,25 @@ private:
     bool form() {
         matrix_.clear();
         for (std::size_t j = 0; j < p_.size; ++j) matrix_.add(j, j, p_.diagonal[j]);
-        std::size_t cone = 0;
         for (std::size_t i = 0; i < p_.pieces; ++i) {
-            const double *hessian = p_.hessian + i * p_.width * p_.width;
-            std::copy(hessian, hessian + p_.width * p_.width, block_.data());
-            std::size_t row = first_row_[i];
-            for (; row < first_row_[i + 1]; row += size_of(cone), ++cone) {
-                scale_rows(cone, row, panel_.data() + (row - first_row_[i]) * p_.width);
-            }
-            add_squares(first_row_[i + 1] - first_row_[i]);
+            const double *hessian = p_.hessian + i * width() * width();
+            std::copy(hessian, hessian + width() * width(), block_.data());
+            p_.cones->add_squares(i, scalings_.data(), block_.data());
             scatter(i);
         }
         return matrix_.factor();
     }
 
-    // Rows of W^-1 G of one cone.
-    void scale_rows(std::size_t cone, std::size_t row, double *out) {
-        const ConeScaling &scaling = scalings_[cone];
-        const double size = 1.0 / scaling.eta, first = scaling.w[0];
-        const std::size_t count = size_of(cone), width = p_.width;
-        const double *g = p_.matrix + row * width;
-        for (std::size_t j = 0; j < width; ++j) {
-            double along = 0.0;
-            for (std::size_t i = 1; i < count; ++i) along += scaling.w[i] * g[i * width + j];
-            const double share = along / (1.0 + first) - g[j];
-            for (std::size_t i = 1; i < count; ++i) out[i * width + j] = size * (g[i * width + j] + scaling.w[i] * share);
-            out[j] = size * (first * g[j] - along);
-        }
-    }
-
-    // Add the squares of the panel's rows to the lower triangle of the block.
-    void add_squares(std::size_t rows) {
-        const std::size_t width = p_.width, even = (rows + 3) / 4 * 4;
-        std::fill(panel_.data() + rows * width, panel_.data() + even * width, 0.0);
-        add_lower_squares(panel_.data(), even, width, block_.data());
-    }
-
     // Add the block of a piece to the matrix; an unknown that a piece names twice is met twice.
     void scatter(std::size_t piece) {
         const std::int64_t *columns = columns_of(piece);
-        for (std::size_t a = 0; a < p_.width; ++a) {
+        for (std::size_t a = 0; a < width(); ++a) {
             const auto row = static_cast<std::size_t>(columns[a]);
             if (row >= p_.size) continue;
-            for (std::size_t b = 0; b < p_.width; ++b) {
+            for (std::size_t b = 0; b < width(); ++b) {
                 const auto column = static_cast<std::size_t>(columns[b]);
                 if (column > row) continue;
-                matrix_.add(row, column, a >= b ? block_[a * p_.width + b] : block_[b * p_.width + a]);
+                matrix_.add(row, column, a >= b ? block_[a * width() + b] : block_[b * width() + a]);
             }
         }
     }
@@ -292,19 +238,19 @@ private:
         solve_reduced(rx_.data(), rz_.data(), shift);
         if (precise) refine(shift);
         squared(dz_.data(), one_.data());
-        for (std::size_t i = 0; i < p_.rows; ++i) ds_[i] = shift[i] - one_[i];
+        for (std::size_t i = 0; i < rows(); ++i) ds_[i] = shift[i] - one_[i];
     }
 
     // P dx + G'dz = -rx, G dx - W^2 dz = -rz - shift, into dx_ and dz_.
     void solve_reduced(const double *rx, const double *rz, const double *shift) {
-        for (std::size_t i = 0; i < p_.rows; ++i) one_[i] = rz[i] + (shift != nullptr ? shift[i] : 0.0);
+        for (std::size_t i = 0; i < rows(); ++i) one_[i] = rz[i] + (shift != nullptr ? shift[i] : 0.0);
         inverse_squared(one_.data(), two_.data());
         for (std::size_t j = 0; j < p_.size; ++j) dx_[j] = 0.0;
         add_transposed(two_.data(), dx_.data());
         for (std::size_t j = 0; j < p_.size; ++j) dx_[j] = -rx[j] - dx_[j];
         matrix_.solve(dx_.data());
         rows_of(dx_.data(), dz_.data(), true);
-        for (std::size_t i = 0; i < p_.rows; ++i) one_[i] += dz_[i];
+        for (std::size_t i = 0; i < rows(); ++i) one_[i] += dz_[i];
         inverse_squared(one_.data(), dz_.data());
     }
 
@@ -315,17 +261,17 @@ private:
         for (std::size_t j = 0; j < p_.size; ++j) again_[j] += rx_[j];
         rows_of(dx_.data(), three_.data(), true);
         squared(dz_.data(), one_.data());
-        for (std::size_t i = 0; i < p_.rows; ++i) three_[i] += rz_[i] + shift[i] - one_[i];
+        for (std::size_t i = 0; i < rows(); ++i) three_[i] += rz_[i] + shift[i] - one_[i];
         std::copy(dx_.data(), dx_.data() + p_.size, right_.data());
-        std::copy(dz_.data(), dz_.data() + p_.rows, push_.data());
+        std::copy(dz_.data(), dz_.data() + rows(), push_.data());
         solve_reduced(again_.data(), three_.data(), nullptr);
         for (std::size_t j = 0; j < p_.size; ++j) dx_[j] += right_[j];
-        for (std::size_t i = 0; i < p_.rows; ++i) dz_[i] += push_[i];
+        for (std::size_t i = 0; i < rows(); ++i) dz_[i] += push_[i];
     }
 
     void squared(const double *u, double *out) {
         std::size_t row = 0;
-        for (std::size_t k = 0; k < p_.cones; row += size_of(k), ++k) {
+        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
             scalings_[k].multiply(u + row, two_.data() + row, size_of(k));
             scalings_[k].multiply(two_.data() + row, out + row, size_of(k));
         }
@@ -333,7 +279,7 @@ private:
 
     void inverse_squared(const double *u, double *out) {
         std::size_t row = 0;
-        for (std::size_t k = 0; k < p_.cones; row += size_of(k), ++k) {
+        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
             scalings_[k].divide(u + row, shift_.data() + row, size_of(k));
             scalings_[k].divide(shift_.data() + row, out + row, size_of(k));
         }
@@ -341,17 +287,17 @@ private:
 
     // Predict, correct, move; the step taken.
     double advance() {
-        for (std::size_t i = 0; i < p_.rows; ++i) aim_[i] = -s_[i];
+        for (std::size_t i = 0; i < rows(); ++i) aim_[i] = -s_[i];
         direction(aim_.data(), false);
         const double whole = std::min(longest(s_.data(), ds_.data()), longest(z_, dz_.data()));
         double after = 0.0;
-        for (std::size_t i = 0; i < p_.rows; ++i) after += (s_[i] + whole * ds_[i]) * (z_[i] + whole * dz_[i]);
+        for (std::size_t i = 0; i < rows(); ++i) after += (s_[i] + whole * ds_[i]) * (z_[i] + whole * dz_[i]);
         const double share = std::min(1.0, std::max(0.0, after / gap_));
-        correction(share * share * share * gap_ / static_cast<double>(p_.cones), aim_.data());
+        correction(share * share * share * gap_ / static_cast<double>(cones()), aim_.data());
         direction(aim_.data(), true);
         const double step = 0.99 * std::min(longest(s_.data(), ds_.data(), 1.0 / 0.99), longest(z_, dz_.data(), 1.0 / 0.99));
         for (std::size_t j = 0; j < p_.size; ++j) x_[j] += step * dx_[j];
-        for (std::size_t i = 0; i < p_.rows; ++i) {
+        for (std::size_t i = 0; i < rows(); ++i) {
             s_[i] += step * ds_[i];
             z_[i] += step * dz_[i];
         }
@@ -361,7 +307,7 @@ private:
     // shift = W (lambda \ (centre e - lambda o lambda - (W^-1 ds) o (W dz)))
     void correction(double centre, double *aim) {
         std::size_t row = 0;
-        for (std::size_t k = 0; k < p_.cones; row += size_of(k), ++k) {
+        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
             const std::size_t count = size_of(k);
             const ConeScaling &scaling = scalings_[k];
             double *a = one_.data() + row, *b = two_.data() + row, *right = three_.data() + row;
@@ -377,7 +323,7 @@ private:
 
     double longest(const double *u, const double *d, double most = 1.0) const {
         std::size_t row = 0;
-        for (std::size_t k = 0; k < p_.cones; row += size_of(k), ++k) most = cone_step(u + row, d + row, size_of(k), most);
+        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) most = cone_step(u + row, d + row, size_of(k), most);
         return most;
     }
 
@@ -388,8 +334,7 @@ private:
     double *x_ = nullptr, *z_ = nullptr;
     double gap_ = 0.0, primal_ = 0.0, dual_ = 0.0, cost_ = 0.0;
     Vector s_, ds_, dz_, rz_, w_, lambda_, one_, two_, three_, shift_, push_, aim_;
-    Vector dx_, rx_, right_, again_, block_, local_, panel_;
-    Buffer<std::size_t> first_row_;
+    Vector dx_, rx_, right_, again_, block_, local_;
     Buffer<ConeScaling> scalings_;
     ArrowMatrix matrix_;
 };

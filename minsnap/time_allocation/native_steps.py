@@ -1,0 +1,112 @@
+"""The joint search's terms as the native core takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.native.joint_search import (
+    ORDERS,
+    Chained,
+    JointTerms,
+    KnownPeaks,
+    Pull,
+    WholeCones,
+)
+from minsnap.polynomials.bernstein import derivative_basis_map, ends_to_points
+from minsnap.time_allocation.cone_programme import Rows
+from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric
+from minsnap.time_allocation.joint_rows import Block, largest_metrics
+from minsnap.time_allocation.true_peaks import Peaks
+
+MOST_AXES = 8
+
+GRID = 17
+"""Instants a piece at which rows stand where the curve is near a limit."""
+
+PATH_METRIC = 1e-3
+"""Weight of the squared length of a change of the curve beside the squares in units of limits."""
+
+
+def native_terms(layout: JointLayout, blocks: Sequence[Block]) -> JointTerms | None:
+    """Return the terms of a search; None where a block has no native form."""
+    found = [block.condition_block() for block in blocks]
+    if not found or any(block is None for block in found) or layout.dim > MOST_AXES:
+        return None
+    degree = layout.degree
+    maps = [derivative_basis_map(degree, p) @ ends_to_points(degree) for p in range(min(ORDERS, degree + 1))]
+    return JointTerms((layout.pieces, 2 * layout.half, layout.dim), [b for b in found if b is not None], maps)
+
+
+class NativeSteps:
+    """Steps of one search in the native core.
+
+    Parameters
+    ----------
+    layout : JointLayout
+    blocks : sequence of Block
+    terms : JointTerms
+    """
+
+    def __init__(self, layout: JointLayout, blocks: Sequence[Block], terms: JointTerms) -> None:
+        self.layout, self.terms, self.place = layout, terms, layout.chain.place
+        steep = largest_metrics(blocks, layout.pieces)
+        metrics = [PATH_METRIC * end_metric(layout.degree, 1)]
+        metrics += [end_metric(layout.degree, order) for order in steep]
+        self.steep = np.array([np.zeros(layout.pieces), *steep.values()])
+        self.chained = Chained(
+            len(self.place) - 1,
+            layout.chain.border,
+            np.ascontiguousarray(self.place[layout.unknowns], dtype=np.int64),
+            np.ascontiguousarray(layout.exponents),
+            np.array([0, *steep], dtype=np.int64),
+            np.ascontiguousarray(metrics),
+        )
+
+    def step(
+        self,
+        state: JointState,
+        peaks: KnownPeaks,
+        regions: Sequence[Rows],
+        lengths: FloatArray,
+        numbers: tuple[float, ...],
+        pull: Pull,
+    ) -> FloatArray | None:
+        """Return the step from a state, (unknowns,); None where the native core does not find one."""
+        layout, sizes = self.layout, self.steep.copy()
+        sizes[0] = 1.0 / lengths
+        curve = (layout.ends(state), state.durations, layout.end_scales(state.durations))
+        cones = whole_cones(regions, layout.unknowns.shape[1])
+        x = self.terms.step(curve, self.chained, peaks, cones, (sizes, lengths), np.array(numbers), GRID, pull)
+        return None if x is None else x[self.place[:-1]]
+
+
+def native_steps(layout: JointLayout, blocks: Sequence[Block]) -> NativeSteps | None:
+    """Return the steps of a search; None where the native core does not know a block."""
+    terms = native_terms(layout, blocks)
+    return None if terms is None else NativeSteps(layout, blocks, terms)
+
+
+def known_peaks(peaks: Sequence[Peaks], former: Sequence[Sequence[Peaks]]) -> KnownPeaks:
+    """Join the present peaks of every block and those remembered."""
+    index, s, own, block = [], [], [], []
+    for number, (present, others) in enumerate(zip(peaks, former, strict=True)):
+        for k, found in enumerate((present, *others)):
+            index.append(found.index)
+            s.append(found.s)
+            own.append(np.full(len(found.s), k == 0, dtype=np.int64))
+            block.append(np.full(len(found.s), number, dtype=np.int64))
+    joined = [np.concatenate(parts) for parts in (block, index, own, s)]
+    return KnownPeaks(*(np.ascontiguousarray(part) for part in joined))  # type: ignore[arg-type]
+
+
+def whole_cones(rows: Sequence[Rows], width: int) -> WholeCones:
+    """Cones of groups of rows, one after the other."""
+    none = np.zeros(0, dtype=np.int64)
+    piece = np.concatenate([none, *(group.piece for group in rows)])
+    size = np.concatenate([none, *(np.full(len(group.piece), group.bound.shape[1]) for group in rows)])
+    matrix = np.concatenate([np.zeros((0, width)), *(group.matrix.reshape(-1, width) for group in rows)])
+    bound = np.concatenate([np.zeros(0), *(group.bound.reshape(-1) for group in rows)])
+    return WholeCones(*(np.ascontiguousarray(part) for part in (piece, size, matrix, bound)))
