@@ -57,6 +57,9 @@ from .plot import plot_race as plot_race
 from .plot import plot_rotors as plot_rotors
 from .plot import plot_route as plot_route
 from .plot import plot_utilisation as plot_utilisation
+from .replanning.change import Change as Change
+from .replanning.replanner import Replanner as Replanner
+from .replanning.replanner import replan as replan
 from .routes.grid_map import GridMap as GridMap
 from .routes.map_files import read_map as read_map
 from .routes.plan_route import Route as Route

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -50,3 +51,17 @@ def kept_from(limits: Limits, trajectory: Trajectory) -> float:
 
 def _kept(limits: Limits, trajectory: Trajectory, start: float) -> bool:
     return all(used.fraction <= 1.0 + KEPT for used in use_from(limits, trajectory, start))
+
+
+def largest_use(limits: Limits, trajectory: Trajectory) -> float:
+    """Share of the most used limit over all time; limits on norms alone are measured by the native core at once."""
+    given = limits.given()
+    orders = [KIND[name].order for name in given if KIND[name].measure == "norm"]
+    if len(orders) < len(given) or limits.norm != "euclidean" or type(limits) is not Limits:
+        return max(used.fraction for used in limits.utilisation(trajectory))
+    norms = trajectory.max_norms(sorted(orders))
+    return max(norm / limit for (norm, _), limit in zip(norms, _by_order(given), strict=True))
+
+
+def _by_order(given: dict[str, float]) -> list[float]:
+    return [given[name] for name in sorted(given, key=lambda name: KIND[name].order)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
 
@@ -38,8 +39,16 @@ RAISES = 3
 """How often the penalties are raised where the search ends outside."""
 
 
+FirstGuess = Callable[[JointLayout], JointState | None]
+"""Gives the state that a search begins from on a layout; None for the usual one."""
+
+
 class OutOfTimeError(Exception):
     """The time allowed for a search is over."""
+
+
+class LateError(SolverError):
+    """The time allowed for a search was over before it had a plan that can be certified."""
 
 
 class LeastTime:
@@ -60,6 +69,8 @@ class LeastTime:
         Whether legs are divided further as long as that gains more than ``WORTHWHILE``, whatever the task's pieces.
     best_on_interrupt : bool
         Whether Ctrl-C ends the search with the best plan it has, instead of raising KeyboardInterrupt.
+    first : callable, optional
+        Gives the state that the search begins from, such as that of an earlier plan.
     """
 
     def __init__(
@@ -71,8 +82,9 @@ class LeastTime:
         time_limit: float | None = None,
         refine: bool = False,
         best_on_interrupt: bool = False,
+        first: FirstGuess | None = None,
     ) -> None:
-        self.task, self.limits, self.finish, self.refine = task, limits, finish, refine
+        self.task, self.limits, self.finish, self.refine, self.first = task, limits, finish, refine, first
         guess = stop_and_go_times(guessed_lengths(task), limits)
         self.problem = JointProblem(task, limits, guess, self._yaw(guess))
         self.log = Log(progress)
@@ -86,6 +98,8 @@ class LeastTime:
         ------
         InfeasibleError
             If limits or walls cannot be kept at any speed.
+        LateError
+            If the time allowed was over before.
         LimitError
             If nothing limits the time.
         """
@@ -101,6 +115,8 @@ class LeastTime:
         solved = CertifiedEnd(search, self.limits, self.finish).run(found)
         if solved is None and self.interrupted and self.task.still:
             solved = CertifiedEnd(first, self.limits, self.finish).run(first.evaluate(self._guess(first)))
+        if solved is None and self.interrupted:
+            raise LateError("time_limit has passed without a certified plan: give more time, or loosen a limit")
         if solved is None:
             raise self._reason(search, found)
         return solved, Run(tuple(self.log.steps), self.interrupted)
@@ -118,6 +134,9 @@ class LeastTime:
             raise OutOfTimeError
 
     def _guess(self, search: JointSearch) -> JointState:
+        known = None if self.first is None else self.first(search.layout)
+        if known is not None:
+            return known
         return stop_and_go(search.layout, self.problem.guess / self.problem.units.time)
 
     def _settled(self, search: JointSearch, state: JointState) -> Evaluated:

@@ -14,7 +14,7 @@ from minsnap.limits.span import KEPT, kept_from
 from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved import Solved
-from minsnap.time_allocation.least_time import LeastTime
+from minsnap.time_allocation.least_time import FirstGuess, LateError, LeastTime
 from minsnap.time_allocation.recovery import Recovery, start_state, start_use, way_back
 from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
@@ -50,7 +50,9 @@ def moves(task: Task) -> bool:
     return any(value.any() for value in task.pins.get(0, {}).values())
 
 
-def shortest_from(task: Task, limits: Limits, timing: Timing, finish: Finish) -> tuple[Solved, Run] | Recovered:
+def shortest_from(
+    task: Task, limits: Limits, timing: Timing, finish: Finish, first: FirstGuess | None = None
+) -> tuple[Solved, Run] | Recovered:
     """Find the shortest plan from a moving start.
 
     Parameters
@@ -61,6 +63,8 @@ def shortest_from(task: Task, limits: Limits, timing: Timing, finish: Finish) ->
     timing : Timing
     finish : callable
         Gives a curve its yaw.
+    first : callable, optional
+        Gives the state to search from.
 
     Raises
     ------
@@ -69,18 +73,22 @@ def shortest_from(task: Task, limits: Limits, timing: Timing, finish: Finish) ->
     LimitError
         If the start exceeds a limit, and no way back was found.
     """
-    if start_use(task, limits) > 1.0 - TOUCHING:
+    if start_use(task, limits) > (1.0 - TOUCHING if first is None else 1.0 + KEPT):
         return _brought_back(task, limits, timing, finish, None)
     try:
-        return searched_from(task, limits, timing, finish)
+        return searched_from(task, limits, timing, finish, first)
+    except LateError:
+        raise
     except (InfeasibleError, SolverError) as refused:
         return _brought_back(task, limits, timing, finish, refused)
 
 
-def searched_from(task: Task, limits: Limits, timing: Timing, finish: Finish) -> tuple[Solved, Run]:
+def searched_from(
+    task: Task, limits: Limits, timing: Timing, finish: Finish, first: FirstGuess | None = None
+) -> tuple[Solved, Run]:
     """Search for the shortest plan."""
     search = LeastTime(
-        task, limits, finish, timing.progress, timing.time_limit, timing.refine, timing.best_on_interrupt
+        task, limits, finish, timing.progress, timing.time_limit, timing.refine, timing.best_on_interrupt, first
     )
     return search.run()
 
@@ -92,7 +100,7 @@ def _brought_back(
     way = way_back(start_state(task), task.walls, limits)
     if way is None:
         raise refused or _no_way_back(task, limits)
-    solved, run = _searched_from_end(_from_end(task, way), limits, timing, finish, refused)
+    solved, run = _searched_from_end(from_end(task, way), limits, timing, finish, refused)
     whole = finish(joined(way.piece, solved.trajectory))
     start = kept_from(limits, whole)
     if start > way.piece.duration * (1.0 + KEPT):
@@ -106,13 +114,15 @@ def _searched_from_end(
     """Search with the pieces asked for, then with more."""
     try:
         return searched_from(task, limits, timing, finish)
+    except LateError:
+        raise
     except (InfeasibleError, SolverError) as again:
         if task.pieces < FINER:
             return _searched_from_end(replace(task, pieces=FINER), limits, timing, finish, refused or again)
         raise refused or again from None
 
 
-def _from_end(task: Task, way: Recovery) -> Task:
+def from_end(task: Task, way: Recovery) -> Task:
     """Return the same task from the end of a way back; its walls are the same."""
     state = way.state(task.half)
     points = task.waypoints.copy()

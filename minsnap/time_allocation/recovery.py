@@ -76,7 +76,13 @@ def start_state(task: Task) -> FloatArray:
 
 def start_use(task: Task, limits: Limits) -> float:
     """Share of the most used limit at the start."""
-    return max(used.fraction for used in measure_state(limits, task.pins.get(0, {}), task.dim))
+    return state_use(start_state(task), limits)
+
+
+def state_use(state: FloatArray, limits: Limits) -> float:
+    """Share of the most used limit in a state (k, dim)."""
+    derivatives = {order: state[order] for order in range(1, len(state))}
+    return max((used.fraction for used in measure_state(limits, derivatives, state.shape[1])), default=0.0)
 
 
 def way_back(state: FloatArray, walls: Sequence[Walls], limits: Limits) -> Recovery | None:
@@ -131,9 +137,9 @@ def shortest(
     return high, answer
 
 
-def typical(state: FloatArray, limits: Limits) -> tuple[float, float]:
+def typical(state: FloatArray, limits: Limits | None) -> tuple[float, float]:
     """Return a speed and an acceleration that count as large from a state on: of the limits, or else of the state."""
-    speed, acceleration = norm_limits(limits)[:2]
+    speed, acceleration = (np.inf, np.inf) if limits is None else norm_limits(limits)[:2]
     acceleration = acceleration if np.isfinite(acceleration) else GRAVITY / 2.0
     moving = float(np.linalg.norm(state[1])) if len(state) > 1 else 0.0
     speed = speed if np.isfinite(speed) else max(moving, 1.0)
@@ -142,23 +148,50 @@ def typical(state: FloatArray, limits: Limits) -> tuple[float, float]:
 
 def _demands(condition: Condition, state: FloatArray, moment: float, lenience: tuple[float, float]) -> list[Demand]:
     """Return the demands of a condition on the piece and on its end."""
-    order, half = condition.order, len(state)
-    inside = np.arange(1, INSTANTS + 1) / INSTANTS
+    found = piece_demands(condition, state, moment, lenience)
+    order = condition.order
+    if order >= len(state):
+        return found
+    found.append(Demand(condition, np.ones(1), _room(condition)))
+    if order and order + 1 < len(state):
+        found.append(Demand(condition, np.ones(1), _room(condition), ahead=AHEAD * moment))
+    return found
+
+
+def piece_demands(
+    condition: Condition, state: FloatArray, moment: float, lenience: tuple[float, float] = LENIENCE[0]
+) -> list[Demand]:
+    """Return the demands of a condition on a piece: kept where the start keeps it, else as far as it can be.
+
+    Parameters
+    ----------
+    condition : Condition
+    state : ndarray, shape (k, dim)
+        Derivatives at the start; the position is the origin.
+    moment : float
+        Time that full acceleration takes to the largest speed [s].
+    lenience : tuple of float
+        One of ``LENIENCE``.
+    """
+    order, inside = condition.order, np.arange(1, INSTANTS + 1) / INSTANTS
     margin = np.full(INSTANTS, MARGINS[min(order, len(MARGINS) - 1)])
-    if order >= half:
+    if order >= len(state):
         return [Demand(condition, inside, margin)]
-    now, ahead = condition.excess(state[order]), bool(order) and order + 1 < half
-    soon = condition.excess(state[order] + AHEAD * moment * state[order + 1]) if ahead else now
-    unsure = np.maximum(now, soon) > (-lenience[0] if order else -DOUBTFUL)
-    last = Demand(condition, np.ones(1), _room(condition))
-    found = [last, *([Demand(condition, np.ones(1), last.inwards, ahead=AHEAD * moment)] if ahead else [])]
-    if (~unsure).any():
-        found.append(Demand(_part(condition, ~unsure), inside, margin))
+    now = condition.excess(state[order])
+    unsure = np.maximum(now, _soon(condition, state, moment)) > (-lenience[0] if order else -DOUBTFUL)
+    found = [Demand(_part(condition, ~unsure), inside, margin)] if not unsure.all() else []
     if unsure.any():
         part, allowed = _part(condition, unsure), np.maximum(now[unsure], 0.0) + lenience[1]
         found.append(Demand(part, inside, margin * inside, soft=True))
         found.append(Demand(part, inside, np.broadcast_to(-allowed, (INSTANTS, len(allowed)))))
     return found
+
+
+def _soon(condition: Condition, state: FloatArray, moment: float) -> FloatArray:
+    """Excess of a limit a moment ahead of the start, (r,); of a position at the start."""
+    order = condition.order
+    ahead = bool(order) and order + 1 < len(state)
+    return condition.excess(state[order] + AHEAD * moment * state[order + 1] if ahead else state[order])
 
 
 def _part(condition: Condition, chosen: BoolArray) -> Condition:

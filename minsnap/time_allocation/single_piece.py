@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from math import factorial
 
 import numpy as np
@@ -93,6 +94,12 @@ class Demand:
     ahead: float = 0.0
 
 
+@cache
+def _taylor(half: int) -> FloatArray:
+    """Matrix from derivatives at 0 to those at 1 of the motion that keeps the highest one, (k, k)."""
+    return np.array([[1.0 / factorial(q - p) if q >= p else 0.0 for q in range(half)] for p in range(half)])
+
+
 @dataclass(frozen=True, eq=False)
 class PieceFound:
     """A solved piece: control points (2k, dim) from the start, and the excesses left of hard and soft conditions."""
@@ -119,13 +126,11 @@ class SinglePiece:
         self.state[0] = 0.0
         self.degree = 2 * self.half - 1
 
-    def start_ends(self, duration: float) -> FloatArray:
-        """End derivatives on the unit interval of the motion that keeps the highest derivative, (2k, dim)."""
-        orders = np.arange(self.half)
-        scale = duration**orders
-        start = self.state * scale[:, None]
-        taylor = [[1.0 / factorial(q - p) if q >= p else 0.0 for q in orders] for p in orders]
-        return np.concatenate((start, np.asarray(taylor) @ start))
+    def start_ends(self, duration: float | FloatArray) -> FloatArray:
+        """End derivatives on the unit interval of the motion that keeps the highest derivative, (..., 2k, dim)."""
+        scale = np.asarray(duration, dtype=np.float64)[..., None] ** np.arange(self.half)
+        start = self.state * scale[..., None]
+        return np.concatenate((start, _taylor(self.half) @ start), axis=-2)
 
     def rest_ends(self, duration: float) -> FloatArray:
         """Like ``start_ends``, but at rest at the end, half way as far as at the speed of the start."""

@@ -298,21 +298,21 @@ class Trajectory(ReadOnly, Path):
             points[0], points[-1] = _restricted(points[0], low, 1.0), _restricted(points[-1], 0.0, high)
             durations[0] *= 1.0 - low
             durations[-1] *= high
-        return self._turned(Trajectory(points, durations), float(start))
+        return self.turned(Trajectory(points, durations), float(start))
 
     def stretched(self, factor: float) -> Trajectory:
         """Fly the same path ``factor`` times slower: the p-th derivative is divided by factor^p."""
         if not (np.isfinite(factor) and factor > 0.0):
             raise TimingError(f"time can be stretched by a positive factor, not by {factor!r}")
-        return self._turned(replace(self, durations=self.durations * factor, report=None), 0.0, 1.0 / factor)
+        return self.turned(replace(self, durations=self.durations * factor, report=None), 0.0, 1.0 / factor)
 
     def reversed(self) -> Trajectory:
         """Fly the same path backwards."""
         points, durations = self.control_points[::-1, ::-1], self.durations[::-1]
         backwards = replace(self, control_points=points, durations=durations, report=None)
-        return self._turned(backwards, self.duration, -1.0)
+        return self.turned(backwards, self.duration, -1.0)
 
-    def _turned(self, curve: Trajectory, start: float, rate: float = 1.0) -> Trajectory:
+    def turned(self, curve: Trajectory, start: float, rate: float = 1.0) -> Trajectory:
         """Give a curve flown on another clock the heading of this one, from an instant on."""
         if isinstance(self.yaw, TiltHeading):
             return curve.with_yaw(self.yaw.turned(curve, start))

@@ -1,0 +1,137 @@
+"""What is still to be flown, as a task: waypoints or boxes ahead, their walls, and the state that it starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.checks import DERIVATIVES, check_pins, check_waypoints, refuse_repeated
+from minsnap.corridors.constraint import Constraint, Walls
+from minsnap.corridors.knot_regions import place
+from minsnap.corridors.precheck import check_reach
+from minsnap.errors import CorridorError, WaypointError
+from minsnap.optimisation.problem import Task
+from minsnap.replanning.splice import Splice
+from minsnap.trajectory.trajectory import Trajectory
+
+MET = 1e-9
+"""Distance, relative to the extent of the course, at which a knot of the flown plan is a waypoint."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """What is ahead of a splice.
+
+    Parameters
+    ----------
+    task : Task
+        From the state at the splice.
+    outside : float
+        Distance by which the start is outside the walls of its leg [m]; 0 inside.
+    wall : str
+        Name of the wall that it is outside of.
+    """
+
+    task: Task
+    outside: float
+    wall: str
+
+    def fits(self, rest: Trajectory | None) -> bool:
+        """Whether a rest passes all waypoints ahead, leg by leg, or goes from box to box to the same end."""
+        if rest is None or rest.legs != self.task.legs or rest.dim != self.task.dim:
+            return False
+        knots = np.concatenate((rest.control_points[:: rest.pieces, 0], rest.control_points[-1:, -1]))
+        offset = knots - self.task.waypoints
+        size = MET * max(float(np.ptp(self.task.waypoints, axis=0).max()), float(np.abs(knots).max()))
+        pinned = (self.task.upper <= self.task.lower).all(axis=1)
+        return bool((np.abs(offset[pinned]) <= size).all())
+
+
+def course_ahead(
+    splice: Splice,
+    waypoints: npt.ArrayLike | None,
+    goal: npt.ArrayLike | None,
+    leg_start: FloatArray,
+    constraints: Sequence[Constraint],
+    pieces: int,
+) -> Course:
+    """Check what is ahead and return it.
+
+    Parameters
+    ----------
+    splice : Splice
+    waypoints : array_like, shape (n, dim), or None
+        Still to be passed; with None the course leads from box to box to the goal.
+    goal : array_like, shape (dim,), or None
+        Without waypoints; the end of the flown plan unless given.
+    leg_start : ndarray, shape (dim,)
+        Where the first leg begins, for corridors that run along legs [m].
+    constraints : sequence of Constraint
+    pieces : int
+        Polynomials per leg.
+
+    Raises
+    ------
+    WaypointError, CorridorError
+        If the waypoints are malformed or outside the walls of their legs, the start left aside.
+    """
+    start = splice.state[0]
+    names = dict(zip(DERIVATIVES[1 : splice.half], splice.state[1:], strict=True))
+    if waypoints is None:
+        goal = splice.flown(splice.flown.duration) if goal is None else goal
+        placement = place(None, None, constraints, {**names, "position": start}, {"position": goal}, False)
+        points = placement.points
+    else:
+        points = _points(start, waypoints)
+        placement = place(points, None, constraints, names, None, False)
+    along = points.copy()
+    along[0] = leg_start if np.linalg.norm(points[1] - leg_start) > 0.0 else points[0]
+    walls = [wall for constraint in constraints for wall in constraint.walls(along) if len(wall.leg)]
+    outside, name = start_outside(walls, start)
+    pins = check_pins(None, placement.start, placement.end, False, splice.half, points)
+    if outside <= 0.0:
+        check_reach(placement, {k: v for k, v in pins.items() if k}, walls)
+    refuse_repeated(points, "leave out waypoints that have been passed")
+    bounds = placement.lower, placement.upper
+    task = Task(points, *bounds, pins, splice.half, splice.half - 1, False, pieces, walls, "auto", placement.regions)
+    return Course(task, max(outside, 0.0), name)
+
+
+def _points(start: FloatArray, waypoints: npt.ArrayLike) -> FloatArray:
+    """Start and waypoints, (n + 1, dim)."""
+    try:
+        ahead = np.atleast_2d(np.array(waypoints, dtype=np.float64))
+    except (TypeError, ValueError):
+        ahead = np.zeros((0, 0))
+    if ahead.ndim != 2 or not ahead.size or ahead.shape[1] != len(start):
+        raise WaypointError(
+            f"the waypoints ahead have shape {ahead.shape}: give those still to be passed, at least one, of "
+            f"{len(start)} coordinates"
+        )
+    return check_waypoints(np.concatenate((start[None], ahead)))
+
+
+def start_outside(walls: Sequence[Walls], start: FloatArray) -> tuple[float, str]:
+    """Distance by which a position is outside the walls of leg 0, negative inside, and the name of the nearest one."""
+    worst, name = -np.inf, ""
+    for wall in walls:
+        cones, own = wall.cones, np.flatnonzero(wall.cones.leg == 0)
+        if cones.order == 0 and len(own):
+            excess = float(-cones.slack(start[None, None, :])[own].min())
+            worst, name = (excess, cones.name) if excess > worst else (worst, name)
+    return worst, name
+
+
+def refuse_outside(course: Course, recover: float) -> None:
+    """Raise CorridorError unless the way back from a start outside is within what may be recovered."""
+    if course.outside > recover:
+        raise CorridorError(
+            f"the start is {course.outside:.3g} m outside the {course.wall} of leg 0: widen it, or allow the way back "
+            f"with recover={course.outside:.2g} or more",
+            leg=0,
+            waypoint=0,
+        )

@@ -1,0 +1,372 @@
+"""The Replanner: changes of a plan that is being flown, each within its budget, with a memory of the last one."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import GRAVITY
+from minsnap.checks import check_degree, check_pieces, is_number, is_whole
+from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.room import as_room
+from minsnap.corridors.tubes import as_constraints
+from minsnap.errors import DegreeError, InfeasibleError, InputError, LimitError, SolverError, TimingError, YawError
+from minsnap.limits.limits import Limits
+from minsnap.limits.span import largest_use
+from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
+from minsnap.replanning.budget import Budget, Clock, budget_of
+from minsnap.replanning.change import Change
+from minsnap.replanning.course import Course, course_ahead, refuse_outside
+from minsnap.replanning.horizon import Near, near
+from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
+from minsnap.replanning.search import Aim, Better, search_ahead, search_back
+from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
+from minsnap.replanning.spliced_heading import spliced
+from minsnap.replanning.stopping import Stopping, inside, within
+from minsnap.trajectory.trajectory import Trajectory
+from minsnap.vehicle import Quadrotor
+
+LEAST_HALF = 4
+"""Jerk is taken over at the splice, so that polynomials have degree 7 at least."""
+
+FULL = 1.0 - 2e-3
+"""Use of a limit above which a plan counts as made for these limits."""
+
+GAIN = 1e-6
+"""Relative gain of the objective below which the rest is kept."""
+
+RESERVE = 0.3
+"""Share of the budget that a search leaves to the certified end, until it is known how long that takes."""
+
+FORGETS = 0.9
+"""Share of the longest time beyond a search that is remembered from one replan to the next."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Call:
+    """One call, checked."""
+
+    splice: Splice
+    budget: Budget
+    course: Course
+    aim: Aim
+    seconds: float
+
+
+class Replanner:
+    """Replans in flight.
+
+    Parameters
+    ----------
+    limits : Limits, optional
+        Which the shortest plan keeps, where neither durations nor a total time are given.
+    corridor : float, Constraint or sequence of Constraint, optional
+        As for ``plan``; one per leg ahead.
+    room : Room or (lower, upper), optional
+        Contains all legs.
+    vehicle : Quadrotor, optional
+        Whose rotors' limits are kept too (``Limits.of``).
+    yaw : float, "velocity", "tilt", optional
+        Heading of new plans, reached smoothly from the flown one; the flown heading at the splice is held unless given.
+    recover : float
+        Distance by which a start may be outside the walls of its leg [m]; the plan then flies back first.
+    horizon : int, optional
+        So many legs are planned; beyond them the flown plan goes on, or the new one ends at rest there.
+    degree : int
+        7, 9 or 11.
+    pieces : int
+        Polynomials per leg.
+    clock : callable
+        Reads a monotonic clock [s]; a simulated one in tests.
+
+    Raises
+    ------
+    DegreeError, LimitError, CorridorError, YawError, InputError
+        If an argument is malformed.
+    """
+
+    def __init__(
+        self,
+        limits: Limits | None = None,
+        corridor: npt.ArrayLike | Constraint | Any = None,
+        room: Any = None,
+        vehicle: Quadrotor | None = None,
+        *,
+        yaw: float | str | None = None,
+        recover: float = 0.0,
+        horizon: int | None = None,
+        degree: int = 7,
+        pieces: int = 1,
+        clock: Clock = time.monotonic,
+    ) -> None:
+        self._half, self._pieces = _check_half(degree), check_pieces(pieces)[0]
+        self._limits = _all_limits(limits, vehicle)
+        self._corridor, self._room = corridor, as_room(room)
+        self._chosen = _chosen(yaw, self._limits)
+        self._recover, self._horizon = _check_recover(recover), _check_horizon(horizon)
+        self._clock, self._lock = clock, threading.Lock()
+        self._memory: Memory | None = None
+        self._beyond: float | None = None
+        self._stop_takes = np.inf
+
+    def replan(
+        self,
+        flown: Trajectory,
+        now: float,
+        waypoints: npt.ArrayLike | None = None,
+        budget: float = 0.02,
+        *,
+        boxes: Constraint | None = None,
+        corridor: npt.ArrayLike | Constraint | Any = None,
+        goal: npt.ArrayLike | None = None,
+        durations: npt.ArrayLike | None = None,
+        total_time: float | None = None,
+        began: float | None = None,
+    ) -> Change:
+        """Return what to fly from ``now + budget`` on, and how to stop from there.
+
+        Parameters
+        ----------
+        flown : Trajectory
+            What is being flown.
+        now : float
+            Instant of this call on its clock, 0 at its start [s].
+        waypoints : array_like, shape (n, dim), optional
+            Still to be passed [m], without the position now.
+        budget : float
+            Seconds from ``now`` to the splice, within which the answer comes.
+        boxes : Boxes or Polytopes, optional
+            One per leg ahead, the first around the splice; instead of waypoints, or with them.
+        corridor : float, Constraint or sequence of Constraint, optional
+            For this call instead of the replanner's own.
+        goal : array_like, shape (dim,), optional
+            Without waypoints; the end of the flown plan unless given [m].
+        durations : array_like, shape (n,), optional
+            Of the legs ahead [s]: least cost instead of least time.
+        total_time : float, optional
+            Of all legs ahead [s], divided for the least cost.
+        began : float, optional
+            Reading of the clock at time 0 of ``flown``: the answer is then due at ``began + now + budget``.
+
+        Returns
+        -------
+        Change
+
+        Raises
+        ------
+        TimingError
+            If ``now`` is beyond the flown plan, the splice has passed, or the budget is below what a stop plan takes.
+        WaypointError, CorridorError
+            If what is ahead is malformed, outside its walls, or the start is further outside than ``recover``.
+        InputError
+            If another thread is inside this replanner.
+        """
+        if not self._lock.acquire(blocking=False):
+            raise InputError("this Replanner is at work for another thread: use one per thread, or one after the other")
+        try:
+            budgeted = budget_of(self._clock, now, budget, began) if is_number(now) and is_number(budget) else None
+            splice = splice_of(flown, now, budget, self._half)
+            assert budgeted is not None
+            aim = Aim(self._limits, durations, total_time)
+            course = self._course(splice, waypoints, boxes, self._corridor if corridor is None else corridor, goal)
+            return self._answer(_Call(splice, budgeted, course, aim, float(budget)))
+        finally:
+            self._lock.release()
+
+    def _course(self, splice: Splice, waypoints: Any, boxes: Any, corridor: Any, goal: Any) -> Course:
+        constraints = [*as_constraints(boxes), *as_constraints(corridor), *self._room]
+        start = leg_start_of(splice, self._memory)
+        course = course_ahead(splice, waypoints, goal, start, constraints, self._pieces)
+        refuse_outside(course, self._recover)
+        return course
+
+    def _answer(self, call: _Call) -> Change:
+        """Stop first, then the rest, then something better."""
+        if call.aim.timed and self._limits is None:
+            raise TimingError("nothing says how fast to fly: give limits to the Replanner, or durations or total_time")
+        splice, task = call.splice, call.course.task
+        stop = self._stop(call)
+        safe = self._safe(call)
+        rest = splice.rest if call.course.fits(splice.rest) else None
+        holds = rest is not None and safe
+        if stop is None:
+            stop = splice.rest if safe and ends_at_rest(splice.flown) else self._stop_aside(call)
+        legs = asked_of_legs(task)
+        better, settled, reason = None, True, "nothing has changed"
+        if not (holds and rest is not None and self._unchanged(call, rest, legs)):
+            better, settled, reason = self._searched(call, rest)
+        chosen, reason = self._chosen_of(call, rest if holds else None, better, reason)
+        change = self._change(call, chosen, stop, holds, reason)
+        guess = None if better is None or chosen is not None else better.curve
+        self._memory = Memory(change.trajectory, leg_start_of(splice, self._memory), legs, settled, guess)
+        return change
+
+    def _stop(self, call: _Call) -> Trajectory | None:
+        """Return a certified stop, or refuse a budget below the processor time that one takes."""
+        for _ in range(2 if np.isinf(self._stop_takes) else 1):
+            began = time.thread_time()
+            stop = Stopping(call.course.task, self._limits).braking()
+            self._stop_takes = min(self._stop_takes, time.thread_time() - began)
+            if self._stop_takes <= call.seconds:
+                return self._held(call, stop)
+        raise TimingError(
+            f"the budget is {call.seconds:.3g} s and a stop plan takes {self._stop_takes:.3g} s here: give at least "
+            f"{2.0 * self._stop_takes:.2g} s"
+        )
+
+    def _stop_aside(self, call: _Call) -> Trajectory | None:
+        return self._held(call, Stopping(call.course.task, self._limits).aside())
+
+    def _held(self, call: _Call, stop: Trajectory | None) -> Trajectory | None:
+        """Give a stop the heading at the splice."""
+        splice = call.splice
+        return None if stop is None else stop.with_yaw(spliced(splice.flown, splice.instant, None, None, stop))
+
+    def _safe(self, call: _Call) -> bool:
+        """Whether the rest is inside all walls ahead, leg by leg, and keeps the limits, wherever the waypoints are."""
+        rest, task = call.splice.rest, call.course.task
+        if rest is None or rest.legs != task.legs or call.course.outside:
+            return False
+        return inside(rest, task.walls) and within(rest, self._limits)
+
+    def _unchanged(self, call: _Call, rest: Trajectory, legs: list[bytes]) -> bool:
+        """Whether a certified rest was planned for the very same: by memory, or as it uses these limits fully."""
+        if self._memory is not None and self._memory.answer is call.splice.flown:
+            return self._memory.same(call.splice, legs) and call.aim.compares(rest)
+        if not call.aim.timed or self._limits is None:
+            return False
+        return largest_use(self._limits, call.splice.flown) >= FULL
+
+    def _searched(self, call: _Call, rest: Trajectory | None) -> tuple[Better | None, bool, str]:
+        """Search in the time that is left; what was found, whether the search ended by itself, and why nothing."""
+        seconds = self._search_seconds(call)
+        if call.aim.timed and seconds <= 0.0:
+            return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
+        part = near(call.course.task, self._horizon, rest)
+        began = time.perf_counter()
+        try:
+            better = self._better(call, part, seconds)
+        except (InfeasibleError, SolverError, LimitError) as none:
+            return None, time.perf_counter() - began < seconds, str(none)
+        took = time.perf_counter() - began
+        self._beyond = max(FORGETS * (self._beyond or 0.0), took - seconds, 0.0)
+        return better, took < seconds, "nothing better was found"
+
+    def _search_seconds(self, call: _Call) -> float:
+        reserve = RESERVE * call.seconds if self._beyond is None else 1.2 * self._beyond + 0.1 * call.seconds
+        return call.budget.left - reserve
+
+    def _better(self, call: _Call, part: Near, seconds: float) -> Better:
+        finish = self._finish(call.splice)
+        if call.course.outside:
+            return search_back(part.task, call.aim, finish, seconds)
+        known = None if self._memory is None else self._memory.first_guess(call.splice, part.task.legs)
+        found = search_ahead(part.task, call.aim, finish, known or part.guess, seconds)
+        return Better(part.whole(found.curve, finish), found.limits_from, found.inside_from)
+
+    def _finish(self, splice: Splice) -> Any:
+        limit = None if self._limits is None else self._limits.yaw_rate
+        return lambda curve: curve.with_yaw(spliced(splice.flown, splice.instant, self._chosen, limit, curve))
+
+    def _chosen_of(
+        self, call: _Call, rest: Trajectory | None, better: Better | None, reason: str
+    ) -> tuple[Better | None, str]:
+        """Return what to fly instead of the rest, or None and why."""
+        if better is None:
+            return None, reason
+        if call.budget.left < 0.0:
+            return None, f"a plan was found {-call.budget.left:.3g} s late"
+        if rest is not None and call.aim.compares(rest):
+            if call.aim.value(better.curve) >= (1.0 - GAIN) * call.aim.value(rest):
+                return None, "nothing better was found"
+        return better, ""
+
+    def _change(self, call: _Call, chosen: Better | None, stop: Trajectory | None, holds: bool, reason: str) -> Change:
+        splice = call.splice
+        found = splice.rest if chosen is None else chosen.curve
+        if found is None:
+            raise TimingError(f"the flown plan is over at {splice.instant:.6g} s, and no plan was found: {reason}")
+        certified = holds if chosen is None else True
+        if stop is None and certified and ends_at_rest(found):
+            stop = found
+        times = (0.0, 0.0) if chosen is None else (chosen.limits_from, chosen.inside_from)
+        no_stop = "" if stop is not None else "no way to hover inside leg 0 and the limits was found from this state"
+        return Change(
+            found,
+            splice.instant,
+            stop,
+            chosen is None,
+            certified,
+            reason,
+            no_stop,
+            *times,
+            call.budget.took,
+            splice.passed,
+        )
+
+
+def replan(
+    flown: Trajectory,
+    now: float,
+    waypoints: npt.ArrayLike | None = None,
+    budget: float = 0.02,
+    *,
+    boxes: Constraint | None = None,
+    goal: npt.ArrayLike | None = None,
+    durations: npt.ArrayLike | None = None,
+    total_time: float | None = None,
+    began: float | None = None,
+    **options: Any,
+) -> Change:
+    """Replan once, without memory; see :meth:`Replanner.replan`.
+
+    Parameters
+    ----------
+    flown, now, waypoints, budget, boxes, goal, durations, total_time, began
+        As for :meth:`Replanner.replan`.
+    **options
+        As for :class:`Replanner`, such as ``limits``, ``corridor``, ``room``, ``vehicle`` and ``recover``.
+    """
+    asked = {"durations": durations, "total_time": total_time, "began": began}
+    return Replanner(**options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **asked)  # type: ignore[arg-type]
+
+
+def _check_half(degree: Any) -> int:
+    half = check_degree(degree)
+    if half < LEAST_HALF:
+        raise DegreeError(f"degree {degree} cannot take over the jerk at a splice: use 7, 9 or 11")
+    return half
+
+
+def _all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | None:
+    if limits is not None and not isinstance(limits, Limits):
+        raise LimitError(f"limits must be a Limits, not {type(limits).__name__}")
+    if vehicle is None:
+        return limits
+    return Limits.of(vehicle, **({} if limits is None else limits.given()))
+
+
+def _chosen(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
+    if yaw is None:
+        return None
+    if not isinstance(yaw, str) and not is_number(yaw):
+        raise YawError(f"yaw is {yaw!r}: give an angle [rad], 'velocity' or 'tilt', or nothing to hold it")
+    gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
+    return asked_heading(yaw, 1, False, gravity, Held(None, None, turning))
+
+
+def _check_recover(recover: Any) -> float:
+    if not is_number(recover) or not 0.0 <= recover < np.inf:
+        raise InputError(f"recover is {recover!r}: give a distance of 0 or more [m]")
+    return float(recover)
+
+
+def _check_horizon(horizon: Any) -> int | None:
+    if horizon is not None and not (is_whole(horizon) and horizon >= 1):
+        raise InputError(f"horizon is {horizon!r}: give a number of legs, 1 or more")
+    return None if horizon is None else int(horizon)

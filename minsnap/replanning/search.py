@@ -1,0 +1,150 @@
+"""One search for a better plan ahead, from the rest of the flown plan as a guess, within some seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.corridors.margins import nearest_wall
+from minsnap.errors import InfeasibleError, SolverError
+from minsnap.limits.limits import Limits
+from minsnap.limits.span import KEPT, kept_from
+from minsnap.optimisation.problem import Task
+from minsnap.replanning.splice import Splice
+from minsnap.time_allocation.allocate import plan_timed
+from minsnap.time_allocation.joint_layout import JointLayout, JointState
+from minsnap.time_allocation.moving_start import as_timed, from_end, joined, shortest_from
+from minsnap.time_allocation.recovery import start_state, way_back
+from minsnap.time_allocation.timed import Finish, Timing
+from minsnap.trajectory.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Aim:
+    """What is minimised, and how long it may take.
+
+    Parameters
+    ----------
+    limits : Limits or None
+    durations : array_like, shape (legs,), or None
+        Of the legs ahead [s].
+    total_time : float or None
+        Of all legs ahead [s].
+    """
+
+    limits: Limits | None = None
+    durations: npt.ArrayLike | None = None
+    total_time: float | None = None
+
+    @property
+    def timed(self) -> bool:
+        """Whether the time is what is minimised."""
+        return self.durations is None and self.total_time is None
+
+    def value(self, curve: Trajectory) -> float:
+        """Objective of a curve: its duration [s], or its cost."""
+        return curve.duration if self.timed else curve.cost()
+
+    def compares(self, rest: Trajectory) -> bool:
+        """Whether a rest takes the time that was asked for."""
+        if self.durations is not None:
+            asked = np.asarray(self.durations, dtype=np.float64)
+            own = np.diff(rest.leg_breaks)
+            return asked.shape == own.shape and bool(np.allclose(own, asked, rtol=1e-9, atol=0.0))
+        return self.total_time is None or abs(rest.duration - self.total_time) <= 1e-9 * self.total_time
+
+    def timing(self, seconds: float) -> Timing:
+        """Return how durations are chosen, in so many seconds."""
+        limit = seconds if self.timed else None
+        return Timing(self.durations, self.total_time, self.limits, time_limit=limit)
+
+
+@dataclass(frozen=True, eq=False)
+class Better:
+    """A plan found, and from when on it keeps the limits and is inside [s]."""
+
+    curve: Trajectory
+    limits_from: float = 0.0
+    inside_from: float = 0.0
+
+
+def search_ahead(task: Task, aim: Aim, finish: Finish, guess: Trajectory | None, seconds: float) -> Better:
+    """Search from a start inside its corridor.
+
+    Parameters
+    ----------
+    task : Task
+    aim : Aim
+    finish : callable
+        Gives a curve its yaw.
+    guess : Trajectory or None
+        From the same start through as many legs.
+    seconds : float
+        After which the search ends with the best that it has.
+
+    Raises
+    ------
+    InfeasibleError, SolverError, LimitError
+        If none was found.
+    """
+    timing = aim.timing(seconds)
+    timing.check()
+    if aim.timed and aim.limits is not None:
+        found = as_timed(shortest_from(task, aim.limits, timing, finish, guessed_by(guess)), finish)
+    else:
+        found = plan_timed(task, timing, finish)
+    return Better(found.trajectory, found.limits_from)
+
+
+def search_back(task: Task, aim: Aim, finish: Finish, seconds: float) -> Better:
+    """Search from a start outside its corridor: the shortest way back first; like ``search_ahead`` otherwise."""
+    assert aim.limits is not None
+    way = way_back(start_state(task), task.walls, aim.limits)
+    if way is None:
+        raise InfeasibleError("no way back into the corridor of leg 0 was found: stop, or widen it", leg=0)
+    ahead = search_ahead(from_end(task, way), aim, finish, None, seconds)
+    whole = finish(joined(way.piece, ahead.curve))
+    start = way.piece.duration * (1.0 + KEPT)
+    limited, inside = kept_from(aim.limits, whole), inside_from(whole, task)
+    if max(limited, inside) > start:
+        raise SolverError("the way back into the corridor could not be certified: stop, or widen it")
+    return Better(whole, limited, inside)
+
+
+def guessed_by(curve: Trajectory | None) -> Callable[[JointLayout], JointState | None] | None:
+    """Return what gives the state of a curve on a layout, None where they do not match."""
+    return None if curve is None else lambda layout: state_of(curve, layout)
+
+
+def state_of(curve: Trajectory, layout: JointLayout) -> JointState | None:
+    """State of a curve on a layout of the same legs; what is pinned there stays; None where they do not match."""
+    if curve.legs != layout.task.legs or layout.task.pieces not in (1, curve.pieces):
+        return None
+    instants = curve.leg_breaks if layout.task.pieces == 1 else curve.breaks
+    knots, units, free = np.array(layout.problem.values), layout.units, layout.problem.free
+    for order in range(layout.half):
+        value = curve(instants, order)
+        own = (value - layout.task.positions) / units.length if order == 0 else value / units.of_order(order)
+        knots[:, order] = np.where(free[:, order], own, knots[:, order])
+    return layout.state(knots, np.diff(instants) / units.time)
+
+
+def inside_from(curve: Trajectory, task: Task) -> float:
+    """First instant from which a curve is inside all walls to the end [s], by bisection on its first leg."""
+    low, high = 0.0, float(curve.leg_breaks[1])
+    if _inside_after(curve, task, 0.0):
+        return 0.0
+    while high - low > 1e-9 * curve.duration:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _inside_after(curve, task, middle) else (middle, high)
+    return high
+
+
+def _inside_after(curve: Trajectory, task: Task, start: float) -> bool:
+    rest = Splice(curve, start, task.half).rest
+    assert rest is not None
+    nearest = nearest_wall(rest, [wall for wall in task.walls if wall.order == 0])
+    return nearest is None or nearest.value >= 0.0

@@ -1,0 +1,129 @@
+"""Where a new plan takes over: the state of the flown plan there, what is left of it, and its heading."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.checks import is_number
+from minsnap.errors import InputError, TimingError
+from minsnap.trajectory.trajectory import Trajectory
+
+RESTING = 1e-9
+"""Derivative, in units of the metre and the second, below which a plan ends at rest."""
+
+ROUNDING = 1e-12
+"""Share of the duration by which a splice may be beyond the end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Splice:
+    """An instant of a flown plan.
+
+    Parameters
+    ----------
+    flown : Trajectory
+    instant : float
+        On its clock [s].
+    half : int
+        Derivatives 0 ... k - 1 are taken over.
+    """
+
+    flown: Trajectory
+    instant: float
+    half: int
+
+    @property
+    def over(self) -> bool:
+        """Whether the flown plan has ended by then."""
+        return self.instant >= self.flown.duration * (1.0 - ROUNDING)
+
+    @cached_property
+    def state(self) -> FloatArray:
+        """Derivatives 0 ... k - 1, (k, dim)."""
+        at = min(self.instant, self.flown.duration)
+        return np.stack([self.flown(at, order) for order in range(self.half)])
+
+    @property
+    def passed(self) -> int:
+        """Legs of the flown plan that end before."""
+        inner = self.flown.leg_breaks[1:-1]
+        return int(np.searchsorted(inner, self.instant * (1.0 + ROUNDING), side="right"))
+
+    @property
+    def leg_start(self) -> FloatArray:
+        """Position where the leg that is being flown begins, the end of a plan that is over, (dim,) [m]."""
+        if self.over:
+            return np.asarray(self.flown.control_points[-1, -1])
+        return np.asarray(self.flown.control_points[self.passed * self.flown.pieces, 0])
+
+    @cached_property
+    def rest(self) -> Trajectory | None:
+        """What is left, from time 0, with as many pieces on every leg; None where it is over."""
+        if self.over:
+            return None
+        flown, pieces = self.flown, self.flown.pieces
+        piece = int(np.searchsorted(flown.breaks, self.instant, side="right")) - 1
+        low = float((self.instant - flown.breaks[piece]) / flown.durations[piece])
+        first = split(flown.control_points[piece], low)[1]
+        parts = (piece - len(flown.durations)) % pieces + 1
+        points = np.concatenate((divided(first, parts), flown.control_points[piece + 1 :]))
+        own = np.full(parts, (flown.breaks[piece + 1] - self.instant) / parts)
+        durations = np.concatenate((own, flown.durations[piece + 1 :]))
+        return flown.turned(Trajectory(points, durations, pieces=pieces), self.instant)
+
+
+def split(points: FloatArray, s: float) -> tuple[FloatArray, FloatArray]:
+    """Control points (n + 1, dim) of both parts of a polynomial, by de Casteljau's algorithm."""
+    left, right = [points[0]], [points[-1]]
+    while len(points) > 1:
+        points = points[:-1] + s * (points[1:] - points[:-1])
+        left.append(points[0])
+        right.append(points[-1])
+    return np.stack(left), np.stack(right[::-1])
+
+
+def divided(points: FloatArray, parts: int) -> FloatArray:
+    """Control points (parts, n + 1, dim) of equal parts of a polynomial."""
+    found = []
+    for part in range(parts, 1, -1):
+        first, points = split(points, 1.0 / part)
+        found.append(first)
+    return np.stack([*found, points])
+
+
+def ends_at_rest(curve: Trajectory) -> bool:
+    """Whether velocity, acceleration and jerk are zero at the end."""
+    return all(np.abs(curve(curve.duration, order)).max() <= RESTING for order in (1, 2, 3))
+
+
+def splice_of(flown: Trajectory, now: float, budget: float, half: int) -> Splice:
+    """Check the arguments and return the splice.
+
+    Raises
+    ------
+    InputError
+        If ``flown`` is no trajectory, or ``now`` or ``budget`` is no number.
+    TimingError
+        If ``now`` is not within the flown plan, or that ends before the splice and not at rest.
+    """
+    if not isinstance(flown, Trajectory):
+        raise InputError(f"a Trajectory is replanned, not a {type(flown).__name__}")
+    for name, value in (("now", now), ("budget", budget)):
+        if not is_number(value) or not np.isfinite(value):
+            raise InputError(f"{name} is {value!r}: give a number of seconds")
+    if budget <= 0.0:
+        raise TimingError(f"the budget is {budget:g} s: it must be positive")
+    if not 0.0 <= now <= flown.duration * (1.0 + ROUNDING):
+        where = f"{now - flown.duration:.4g} s beyond the end" if now > 0.0 else "before the start"
+        raise TimingError(f"now is {now:.6g} s, {where} of the flown plan of {flown.duration:.6g} s: plan from rest")
+    splice = Splice(flown, float(now) + float(budget), half)
+    if splice.over and not ends_at_rest(flown):
+        raise TimingError(
+            f"the flown plan ends at {flown.duration:.6g} s, in motion, before the splice at {splice.instant:.6g} s: "
+            "replan earlier"
+        )
+    return splice

@@ -1,0 +1,93 @@
+"""Headings that begin as the flown plan's heading is turned at the splice, and then follow their own rule."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray
+from minsnap.optimisation.planned_yaw import ChosenHeading
+from minsnap.trajectory.heading import wrap
+from minsnap.trajectory.path import ConstantHeading, Heading, check_order
+from minsnap.trajectory.tilt_heading import TiltHeading
+from minsnap.trajectory.trajectory import Trajectory
+
+RATE = 1.0
+"""Rate at which a difference of headings is turned away where no limit says more [rad/s]."""
+
+SHORTEST = 0.5
+"""Seconds over which one is turned away at least."""
+
+SAME = 1e-12
+"""Difference of headings, or of their rates, that is rounding [rad], [rad/s]."""
+
+STEEPEST = 1.875
+"""Largest rate of the quintic 1 - 10 s^3 + 15 s^4 - 6 s^5."""
+
+
+@dataclass(frozen=True, eq=False)
+class SplicedHeading:
+    """A heading plus a difference that a quintic takes away.
+
+    Parameters
+    ----------
+    heading : Heading
+        Where it ends.
+    gap, rate : float
+        Difference at the start [rad] and its rate [rad/s].
+    span : float
+        After so long the difference is zero [s].
+    """
+
+    heading: Heading
+    gap: float
+    rate: float
+    span: float
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Yaw or its derivative at ``t``, in the shape of ``t``."""
+        instants = np.asarray(t, dtype=np.float64)
+        s = np.clip(instants / self.span, 0.0, 1.0)
+        offset = np.polynomial.Polynomial(self._powers).deriv(check_order(order))(s) if order else self._offset(s)
+        inside = instants < self.span
+        return np.asarray(self.heading(t, order) + np.where(inside, offset / self.span**order, 0.0))
+
+    def _offset(self, s: FloatArray) -> FloatArray:
+        return np.asarray(np.polynomial.Polynomial(self._powers)(s))
+
+    @property
+    def _powers(self) -> FloatArray:
+        """Quintic on [0, 1] with this value and slope at 0, no bend there, and all zero at 1."""
+        a, b = self.gap, self.rate * self.span
+        return np.array([a, b, 0.0, -10.0 * a - 6.0 * b, 15.0 * a + 8.0 * b, -6.0 * a - 3.0 * b])
+
+
+def spliced(
+    flown: Trajectory, instant: float, chosen: ChosenHeading | None, limit: float | None, curve: Trajectory
+) -> Heading:
+    """Return the heading of a curve that begins as a flown one is turned at an instant.
+
+    Parameters
+    ----------
+    flown : Trajectory
+    instant : float
+        On its clock [s].
+    chosen : callable or None
+        Gives a curve its heading; None holds the flown heading.
+    limit : float or None
+        Of the yaw rate [rad/s].
+    curve : Trajectory
+        From the splice on.
+    """
+    at = min(instant, flown.duration)
+    if isinstance(flown.yaw, TiltHeading) and (chosen is None or isinstance(chosen(curve), TiltHeading)):
+        return flown.yaw.turned(curve, at)
+    yaw, rate = float(flown.yaw(at)), float(flown.yaw(at, 1))
+    base = ConstantHeading(yaw) if chosen is None else chosen(curve)
+    gap, excess = float(wrap(yaw - float(base(0.0)))), rate - float(base(0.0, 1))
+    if abs(gap) <= SAME and abs(excess) <= SAME:
+        return base
+    span = max(SHORTEST, STEEPEST * abs(gap) / (RATE if limit is None else 0.5 * limit))
+    return SplicedHeading(base, gap, excess, span)

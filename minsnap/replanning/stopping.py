@@ -1,0 +1,220 @@
+"""Stop plans: one polynomial from a state to hover, inside the walls of the leg or of the next one, and the limits.
+
+First a family in closed form, along the motion: for each duration the polynomial of least cost whose end is at rest
+anywhere.  Where none of it is inside, the place of the end is chosen too, by small cone programmes in the first leg.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+
+import numpy as np
+
+from minsnap.arrays import BoolArray, FloatArray
+from minsnap.corridors.constraint import Faces, Walls
+from minsnap.corridors.margins import nearest_wall
+from minsnap.limits.limits import Limits
+from minsnap.limits.span import KEPT, kept_from, largest_use
+from minsnap.optimisation.problem import Task
+from minsnap.polynomials.bernstein import ends_gram, ends_to_points
+from minsnap.replanning.horizon import walls_from
+from minsnap.replanning.splice import split
+from minsnap.time_allocation.joint_layout import end_basis
+from minsnap.time_allocation.recovery import piece_demands, start_state, state_use, typical
+from minsnap.time_allocation.single_piece import Condition, SinglePiece, conditions_of
+from minsnap.trajectory.trajectory import Trajectory
+
+DURATIONS = np.geomspace(0.6, 8.0, 24)
+"""Durations tried, in the time that stopping takes at the largest acceleration."""
+
+REACHES = (0.0, -0.12, 0.12)
+"""By how much further than for the least cost it ends, in the way that the speed of the start makes meanwhile."""
+
+LEGS = 2
+"""Legs within which a stop may end."""
+
+INSTANTS = np.linspace(0.0, 1.0, 33)
+"""Where the family is looked at before it is certified."""
+
+INWARDS = 1e-4
+"""By how many widths it must be inside at the end of the piece, less before."""
+
+BRIEFEST = 0.05
+"""Shortest stop, of a vehicle at rest [s]."""
+
+EXACT_TRIES = 6
+"""Candidates that are certified at most."""
+
+PROGRAMMES = DURATIONS[2::4]
+"""Durations for which the place of the end is chosen by a programme."""
+
+ON_LIMIT = 1e-6
+"""How near to a limit a start counts as on it."""
+
+FEASIBLE = 1e-6
+"""Slack of the solver that counts as none, in widths."""
+
+ACROSS = 1e-9
+"""Component along a leg below which a wall is along it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One polynomial: duration [s], control points (n + 1, dim) from the start, and where it enters the next leg."""
+
+    duration: float
+    points: FloatArray
+    change: float | None = None
+
+    def curve(self, origin: FloatArray) -> Trajectory:
+        """Return it as a trajectory of one leg, or of two."""
+        if self.change is None:
+            return Trajectory(self.points[None] + origin, np.array([self.duration]))
+        both = np.stack(split(self.points, self.change)) + origin
+        return Trajectory(both, self.duration * np.array([self.change, 1.0 - self.change]))
+
+
+@dataclass(frozen=True, eq=False)
+class Stopping:
+    """Stops from the start of a task.
+
+    Parameters
+    ----------
+    task : Task
+        Its first legs are those to stop in.
+    limits : Limits or None
+    """
+
+    task: Task
+    limits: Limits | None
+
+    @cached_property
+    def _walls(self) -> list[Walls]:
+        legs = min(LEGS, self.task.legs)
+        return [*walls_from(self.task.walls, 0, legs), *_caps(self.task, legs)]
+
+    @cached_property
+    def _legs(self) -> list[list[Condition]]:
+        """Walls of each leg to stop in."""
+        origin = self.task.waypoints[0]
+        return [conditions_of(self._walls, leg, origin) for leg in range(min(LEGS, self.task.legs))]
+
+    @cached_property
+    def _bounds(self) -> list[Condition]:
+        walls = [] if self.limits is None else self.limits.walls(np.zeros((2, self.task.dim)))
+        return conditions_of(walls, 0, self.task.waypoints[0])
+
+    @cached_property
+    def _scales(self) -> tuple[float, float, float]:
+        """A large speed and acceleration here, and the time that stopping takes with it."""
+        state = start_state(self.task)
+        speed, acceleration = typical(state, self.limits)
+        moving = float(np.linalg.norm(state[1]) + 0.3 * np.linalg.norm(state[2]))
+        return speed, acceleration, max(moving / acceleration, BRIEFEST)
+
+    def braking(self) -> Trajectory | None:
+        """Return a certified member of the closed family; None where there is none."""
+        _, acceleration, unit = self._scales
+        piece = SinglePiece(start_state(self.task), acceleration)
+        return self._first_certified(_family(piece, self._legs, self._bounds, unit * DURATIONS))
+
+    def aside(self) -> Trajectory | None:
+        """Return a certified stop in the first leg, its end chosen by programmes; None where there is none."""
+        speed, acceleration, unit = self._scales
+        piece = SinglePiece(start_state(self.task), acceleration)
+        known = [*self._legs[0], *self._bounds]
+        return self._first_certified(_programmes(piece, known, unit * PROGRAMMES, speed / acceleration))
+
+    def _first_certified(self, candidates: Iterator[Candidate]) -> Trajectory | None:
+        origin = self.task.waypoints[0]
+        for curve in islice((candidate.curve(origin) for candidate in candidates), EXACT_TRIES):
+            if inside(curve, self._walls) and back_within(curve, self.limits):
+                return curve
+        return None
+
+
+def _caps(task: Task, legs: int) -> list[Walls]:
+    """Planes at the end of legs whose walls run along them, such as tubes: their width beyond the waypoint."""
+    found: list[Walls] = []
+    for leg in range(legs):
+        along = task.waypoints[leg + 1] - task.waypoints[leg]
+        along = along / np.linalg.norm(along)
+        widths = [wall.cones.width[wall.cones.leg == leg].min() for wall in task.walls if _runs_along(wall, leg, along)]
+        if widths:
+            far = np.array([min(widths)])
+            found.append(Faces(np.array([leg]), along[None], task.waypoints[[leg + 1]], -np.inf + far, far, far))
+    return found
+
+
+def _runs_along(wall: Walls, leg: int, along: FloatArray) -> bool:
+    cones, own = wall.cones, wall.cones.leg == leg
+    parts = np.concatenate(((cones.slope[own] @ along).ravel(), (cones.matrix[own] @ along).ravel()))
+    return cones.order == 0 and bool(own.any()) and bool((np.abs(parts) <= ACROSS).all())
+
+
+def _family(
+    piece: SinglePiece, own: Sequence[Sequence[Condition]], bounds: Sequence[Condition], durations: FloatArray
+) -> Iterator[Candidate]:
+    """Members of the closed family that are inside at the instants looked at, shortest first."""
+    durations = np.repeat(durations, len(REACHES))
+    ends = piece.start_ends(durations)
+    ends[:, piece.half :] = 0.0
+    gram = ends_gram(piece.degree)
+    ends[:, piece.half] = -np.einsum("j,mjd->md", gram[piece.half], ends) / gram[piece.half, piece.half]
+    ends[:, piece.half] += np.tile(REACHES, len(durations) // len(REACHES))[:, None] * ends[:, 1]
+    limited = _excess(piece, bounds, ends, durations).max(axis=1) <= 0.0
+    within = [_excess(piece, conditions, ends, durations) <= 0.0 for conditions in own]
+    before, after = np.logical_and.accumulate(within[0], axis=1), within[-1][:, ::-1]
+    both = before & np.logical_and.accumulate(after, axis=1)[:, ::-1]
+    for index in np.flatnonzero(limited & (before[:, -1] | both[:, 1:-1].any(axis=1))):
+        change = None if before[index, -1] else _middle(both[index, 1:-1])
+        yield Candidate(float(durations[index]), ends_to_points(piece.degree) @ ends[index], change)
+
+
+def _middle(possible: BoolArray) -> float:
+    """Return the possible inner instant nearest to the middle: short polynomials lose digits."""
+    instants = INSTANTS[1:-1][possible]
+    return float(instants[np.abs(instants - 0.5).argmin()])
+
+
+def _excess(piece: SinglePiece, conditions: Sequence[Condition], ends: FloatArray, durations: FloatArray) -> FloatArray:
+    """Largest excess at every instant, moved inwards: (m, instants)."""
+    worst = np.full((len(durations), len(INSTANTS)), -np.inf)
+    for condition in conditions:
+        values = end_basis(piece.degree, condition.order, INSTANTS) @ ends
+        values /= durations[:, None, None] ** condition.order
+        worst = np.maximum(worst, condition.excess(values).max(axis=2))
+    return worst + INWARDS * np.where(INSTANTS > 0.0, INSTANTS, -0.5)
+
+
+def _programmes(
+    piece: SinglePiece, known: Sequence[Condition], durations: FloatArray, moment: float
+) -> Iterator[Candidate]:
+    """Pieces whose end is at rest at the place that a programme chooses."""
+    demands = [demand for condition in known for demand in piece_demands(condition, piece.state, moment)]
+    for duration in durations:
+        found = piece.solve(float(duration), piece.rest_ends(float(duration)), (0,), demands)
+        if found is not None and found.hard <= FEASIBLE:
+            yield Candidate(float(duration), found.points)
+
+
+def inside(curve: Trajectory, walls: Sequence[Walls]) -> bool:
+    """Whether a curve is proved to be inside the walls of its legs at every instant."""
+    nearest = nearest_wall(curve, walls_from(walls, 0, curve.legs))
+    return nearest is None or nearest.value >= 0.0
+
+
+def within(curve: Trajectory, limits: Limits | None) -> bool:
+    """Whether a curve keeps all limits at every instant."""
+    return limits is None or largest_use(limits, curve) <= 1.0 + KEPT
+
+
+def back_within(curve: Trajectory, limits: Limits | None) -> bool:
+    """Whether a curve keeps all limits, or comes back to them where it starts outside of one."""
+    if limits is None or within(curve, limits):
+        return True
+    state = np.stack([curve(0.0, order) for order in range(4)])
+    return state_use(state, limits) > 1.0 - ON_LIMIT and kept_from(limits, curve) < 0.9 * curve.duration

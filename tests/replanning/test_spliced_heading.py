@@ -1,0 +1,59 @@
+"""Headings over a splice: equal in angle and rate there, and their own rule soon after."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.optimisation.planned_yaw import asked_heading
+from minsnap.replanning.splice import splice_of
+from minsnap.replanning.spliced_heading import SplicedHeading, spliced
+from minsnap.trajectory.heading import wrap
+from minsnap.trajectory.path import ConstantHeading
+
+POINTS = np.array([(0, 0, 1), (2, 2, 1), (4, 0, 1.2), (6, 2, 1)], dtype=float)
+TIMES = [1.0, 1.2, 1.4]
+
+
+def flown_and_next(yaw):
+    flown = minsnap.plan(POINTS, durations=TIMES, yaw=yaw)
+    rest = splice_of(flown, 0.5, 0.1, 4).rest
+    return flown, rest.with_yaw(ConstantHeading())
+
+
+@pytest.mark.parametrize("flown_yaw", [0.7, [0.0, 1.0, 2.0, 3.5], "velocity", "tilt"])
+@pytest.mark.parametrize("next_yaw", [None, 3.0, "velocity"])
+def test_angle_and_rate_are_those_of_the_flown_plan(flown_yaw, next_yaw):
+    flown, curve = flown_and_next(flown_yaw)
+    chosen = None if next_yaw is None else asked_heading(next_yaw, 1, False)
+    heading = spliced(flown, 0.6, chosen, None, curve)
+    assert wrap(float(heading(0.0)) - float(flown.yaw(0.6))) == pytest.approx(0.0, abs=1e-6)
+    assert float(heading(0.0, 1)) == pytest.approx(float(flown.yaw(0.6, 1)), abs=1e-6)
+
+
+def test_the_difference_is_gone_after_its_span():
+    flown, curve = flown_and_next(0.7)
+    heading = spliced(flown, 0.6, asked_heading(1.2, 1, False), None, curve)
+    assert isinstance(heading, SplicedHeading)
+    after = np.linspace(heading.span, curve.duration, 9)
+    assert wrap(heading(after) - 1.2) == pytest.approx(np.zeros(9), abs=1e-12)
+    assert heading(after, 1) == pytest.approx(np.zeros(9), abs=1e-12)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_derivatives_are_those_of_the_angle(order):
+    heading = SplicedHeading(ConstantHeading(0.4), 1.1, -0.7, 0.8)
+    t, step = np.linspace(0.01, 1.2, 41), 1e-6
+    slope = (heading(t + step, order - 1) - heading(t - step, order - 1)) / (2.0 * step)
+    assert heading(t, order) == pytest.approx(slope, abs=1e-4)
+
+
+def test_a_yaw_rate_limit_bounds_the_turn():
+    flown, curve = flown_and_next(0.0)
+    heading = spliced(flown, 0.6, asked_heading(1.0, 1, False), 0.9, curve)
+    assert np.abs(heading(np.linspace(0.0, curve.duration, 400), 1)).max() <= 0.9
+
+
+def test_a_heading_from_the_tilt_goes_on_as_it_is_turned():
+    flown, curve = flown_and_next("tilt")
+    heading = spliced(flown, 0.6, None, None, curve)
+    assert wrap(heading(0.5) - flown.yaw(1.1)) == pytest.approx(0.0, abs=1e-6)

@@ -1,0 +1,97 @@
+"""Stop plans, judged by dense samples: from the state to rest, inside the boxes of two legs or the tube, and limits."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Boxes, Limits, RoundTube, Tube
+from minsnap.replanning.course import course_ahead
+from minsnap.replanning.splice import splice_of
+from minsnap.replanning.stopping import Stopping
+
+POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1), (8, 1, 1)], dtype=float)
+LOWER, UPPER = np.minimum(POINTS[:-1], POINTS[1:]) - 0.5, np.maximum(POINTS[:-1], POINTS[1:]) + 0.5
+LIMITS = Limits(speed=3.0, acceleration=6.0)
+START = {"velocity": (1.5, 0.2, 0), "acceleration": (0.5, 0, 0)}
+
+
+@pytest.fixture(scope="module")
+def flown():
+    return minsnap.plan(POINTS, limits=LIMITS, corridor=Boxes(LOWER, UPPER), start=START)
+
+
+def stopping(flown, now, corridor):
+    splice = splice_of(flown, now, 0.02, 4)
+    boxes = corridor or Boxes(LOWER[splice.passed :], UPPER[splice.passed :])
+    course = course_ahead(splice, POINTS[splice.passed + 1 :], None, splice.leg_start, [boxes], 1)
+    return splice, Stopping(course.task, LIMITS)
+
+
+def check_limits_and_ends(stop, splice):
+    t = np.linspace(0.0, stop.duration, 2001)
+    assert np.linalg.norm(stop(t, 1), axis=1).max() <= 3.0 * (1.0 + 1e-8)
+    assert np.linalg.norm(stop(t, 2), axis=1).max() <= 6.0 * (1.0 + 1e-8)
+    for order in range(4):
+        assert stop(0.0, order) == pytest.approx(
+            splice.state[order], abs=1e-8 * max(1, np.abs(splice.state[order]).max())
+        )
+        assert order == 0 or np.abs(stop(stop.duration, order)).max() < 1e-7
+    return stop(t)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.13, 0.27, 0.41, 0.48, 0.6, 0.75, 0.9])
+def test_braking_stays_in_the_boxes_of_two_legs(flown, share):
+    splice, found = stopping(flown, share * flown.duration, None)
+    stop = found.braking()
+    x = check_limits_and_ends(stop, splice)
+    t = np.linspace(0.0, stop.duration, 2001)
+    for leg in range(stop.legs):
+        own = (t >= stop.leg_breaks[leg]) & (t <= stop.leg_breaks[leg + 1])
+        assert (x[own] >= LOWER[splice.passed + leg] - 1e-12).all()
+        assert (x[own] <= UPPER[splice.passed + leg] + 1e-12).all()
+
+
+@pytest.mark.parametrize("tube", [Tube(0.6), RoundTube(0.6)])
+def test_braking_in_a_tube_ends_no_further_than_its_width_beyond_the_waypoint(flown, tube):
+    splice, found = stopping(flown, 0.55, tube)
+    stop = found.braking()
+    x = check_limits_and_ends(stop, splice)
+    begin, end = (POINTS[splice.passed], POINTS[splice.passed + 1]) if stop.legs == 1 else (POINTS[1], POINTS[2])
+    u = (end - begin) / np.linalg.norm(end - begin)
+    assert ((x[-1] - end) @ u) <= 0.6 + 1e-9
+
+
+def test_the_place_of_the_end_is_chosen_where_the_family_is_not_inside():
+    """A box that is open to the side alone, flown at on a slant."""
+    points = np.array([(0.0, 0.0, 1.0), (0.5, 3.0, 1.0)])
+    box = Boxes([(-0.3, -0.4, 0.5)], [(0.62, 4.0, 1.5)])
+    flown = minsnap.Trajectory(
+        np.array([[(0.0, 0.0, 1.0), (1.0, 0.5, 1.0)]]), np.ones(1)
+    )  # a straight line at constant velocity
+    splice = splice_of(flown, 0.0, 1e-9, 4)
+    course = course_ahead(splice, points[1:], None, points[0], [box], 1)
+    found = Stopping(course.task, Limits(speed=3.0, acceleration=4.0))
+    stop = found.aside()
+    x = stop(np.linspace(0.0, stop.duration, 1001))
+    assert (x >= box.lower[0] - 1e-12).all() and (x <= box.upper[0] + 1e-12).all()
+    assert np.abs(stop(stop.duration, 1)).max() < 1e-8
+
+
+def test_none_before_a_wall():
+    points = np.array([(0.0, 0.0, 1.0), (0.2, 0.0, 1.0)])
+    box = Boxes([(-0.3, -0.4, 0.5)], [(0.3, 0.4, 1.5)])
+    flown = minsnap.Trajectory(np.array([[(0.0, 0.0, 1.0), (3.0, 0.0, 1.0)]]), np.ones(1))
+    splice = splice_of(flown, 0.0, 1e-9, 4)
+    found = Stopping(
+        course_ahead(splice, points[1:], None, points[0], [box], 1).task, Limits(speed=3.0, acceleration=4.0)
+    )
+    assert found.braking() is None
+    assert found.aside() is None
+
+
+def test_a_vehicle_at_rest_stays():
+    flown = minsnap.plan(POINTS, durations=[1, 1, 1, 1])
+    splice = splice_of(flown, 4.0, 0.02, 4)
+    course = course_ahead(splice, [(6.0, 1.0, 1.0)], None, splice.leg_start, [Tube(0.5)], 1)
+    stop = Stopping(course.task, LIMITS).braking()
+    assert stop(stop.duration) == pytest.approx(POINTS[-1], abs=1e-9)
