@@ -19,7 +19,6 @@ from minsnap.errors import DegreeError, InfeasibleError, InputError, LimitError,
 from minsnap.limits.limits import Limits
 from minsnap.limits.span import largest_use
 from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
-from minsnap.replanning.budget import Budget, Clock, budget_of
 from minsnap.replanning.change import Change
 from minsnap.replanning.course import Course, course_ahead, refuse_outside
 from minsnap.replanning.horizon import Near, near
@@ -28,6 +27,7 @@ from minsnap.replanning.search import Aim, Better, search_ahead, search_back
 from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
 from minsnap.replanning.spliced_heading import spliced
 from minsnap.replanning.stopping import Stopping, inside, within
+from minsnap.replanning.time_budget import Clock, TimeBudget, budget_of
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 
@@ -52,7 +52,7 @@ class _Call:
     """One call, checked."""
 
     splice: Splice
-    budget: Budget
+    budget: TimeBudget
     course: Course
     aim: Aim
     seconds: float

@@ -12,7 +12,7 @@ Clock = Callable[[], float]
 
 
 @dataclass(frozen=True, eq=False)
-class Budget:
+class TimeBudget:
     """When an answer is due.
 
     Parameters
@@ -38,7 +38,7 @@ class Budget:
         return self.clock() - self.called
 
 
-def budget_of(clock: Clock, now: float, seconds: float, began: float | None) -> Budget:
+def budget_of(clock: Clock, now: float, seconds: float, began: float | None) -> TimeBudget:
     """Return when an answer is due: ``seconds`` after this call, or at the splice where the flight's clock is known.
 
     Parameters
@@ -56,10 +56,10 @@ def budget_of(clock: Clock, now: float, seconds: float, began: float | None) -> 
     """
     called = clock()
     if began is None:
-        return Budget(clock, called, called + seconds)
+        return TimeBudget(clock, called, called + seconds)
     late = called - (began + now + seconds)
     if late >= 0.0:
         raise TimingError(
             f"the splice at {now + seconds:.6g} s of the flown plan passed {late:.4g} s ago: replan earlier"
         )
-    return Budget(clock, called, began + now + seconds)
+    return TimeBudget(clock, called, began + now + seconds)
