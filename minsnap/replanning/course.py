@@ -23,7 +23,7 @@ MET = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class CourseAhead:
     """What is ahead of a splice.
 
     Parameters
@@ -58,7 +58,7 @@ def course_ahead(
     leg_start: FloatArray,
     constraints: Sequence[Constraint],
     pieces: int,
-) -> Course:
+) -> CourseAhead:
     """Check what is ahead and return it.
 
     Parameters
@@ -98,7 +98,7 @@ def course_ahead(
     refuse_repeated(points, "leave out waypoints that have been passed")
     bounds = placement.lower, placement.upper
     task = Task(points, *bounds, pins, splice.half, splice.half - 1, False, pieces, walls, "auto", placement.regions)
-    return Course(task, max(outside, 0.0), name)
+    return CourseAhead(task, max(outside, 0.0), name)
 
 
 def _points(start: FloatArray, waypoints: npt.ArrayLike) -> FloatArray:
@@ -126,7 +126,7 @@ def start_outside(walls: Sequence[Walls], start: FloatArray) -> tuple[float, str
     return worst, name
 
 
-def refuse_outside(course: Course, recover: float) -> None:
+def refuse_outside(course: CourseAhead, recover: float) -> None:
     """Raise CorridorError unless the way back from a start outside is within what may be recovered."""
     if course.outside > recover:
         raise CorridorError(

@@ -20,7 +20,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.span import largest_use
 from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
 from minsnap.replanning.change import Change
-from minsnap.replanning.course import Course, course_ahead, refuse_outside
+from minsnap.replanning.course import CourseAhead, course_ahead, refuse_outside
 from minsnap.replanning.horizon import Near, near
 from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
 from minsnap.replanning.search import Aim, Better, search_ahead, search_back
@@ -53,7 +53,7 @@ class _Call:
 
     splice: Splice
     budget: TimeBudget
-    course: Course
+    course: CourseAhead
     aim: Aim
     seconds: float
 
@@ -178,7 +178,7 @@ class Replanner:
         finally:
             self._lock.release()
 
-    def _course(self, splice: Splice, waypoints: Any, boxes: Any, corridor: Any, goal: Any) -> Course:
+    def _course(self, splice: Splice, waypoints: Any, boxes: Any, corridor: Any, goal: Any) -> CourseAhead:
         constraints = [*as_constraints(boxes), *as_constraints(corridor), *self._room]
         start = leg_start_of(splice, self._memory)
         course = course_ahead(splice, waypoints, goal, start, constraints, self._pieces)
