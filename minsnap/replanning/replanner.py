@@ -40,6 +40,9 @@ FULL = 1.0 - 2e-3
 GAIN = 1e-6
 """Relative gain of the objective below which the rest is kept."""
 
+SPLIT_GAIN = 1e-2
+"""The same for a total time, where it is not known what the rest was planned for."""
+
 RESERVE = 0.3
 """Share of the budget that a search leaves to the certified end, until it is known how long that takes."""
 
@@ -235,11 +238,11 @@ class Replanner:
         return inside(rest, task.walls) and within(rest, self._limits)
 
     def _unchanged(self, call: _Call, rest: Trajectory, legs: list[bytes]) -> bool:
-        """Whether a certified rest was planned for the very same: by memory, or as it uses these limits fully."""
+        """Whether a certified rest was planned for the same: by memory, or by its durations or its use of limits."""
         if self._memory is not None and self._memory.answer is call.splice.flown:
             return self._memory.same(call.splice, legs) and call.aim.compares(rest)
         if not call.aim.timed or self._limits is None:
-            return False
+            return call.aim.durations is not None and call.aim.compares(rest)
         return largest_use(self._limits, call.splice.flown) >= FULL
 
     def _searched(self, call: _Call, rest: Trajectory | None) -> tuple[Better | None, bool, str]:
@@ -282,9 +285,14 @@ class Replanner:
         if call.budget.left < 0.0:
             return None, f"a plan was found {-call.budget.left:.3g} s late"
         if rest is not None and call.aim.compares(rest):
-            if call.aim.value(better.curve) >= (1.0 - GAIN) * call.aim.value(rest):
+            if call.aim.value(better.curve) >= (1.0 - self._gain(call)) * call.aim.value(rest):
                 return None, "nothing better was found"
         return better, ""
+
+    def _gain(self, call: _Call) -> float:
+        """Relative gain for which the rest is left; more for a split that may be that of the rest."""
+        known = self._memory is not None and self._memory.answer is call.splice.flown
+        return GAIN if known or call.aim.total_time is None else SPLIT_GAIN
 
     def _change(self, call: _Call, chosen: Better | None, stop: Trajectory | None, holds: bool, reason: str) -> Change:
         splice = call.splice

@@ -85,7 +85,7 @@ def test_with_given_durations_the_rest_is_the_best_and_comes_back(points, share,
     check_stop(change, None, np.concatenate((splice.leg_start[None], ahead)))
     assert change.trajectory.cost() <= rest.cost() * (1.0 + 1e-9)
     t = np.linspace(0.0, rest.duration, 100)
-    assert change.trajectory(np.minimum(t, change.trajectory.duration)) == pytest.approx(rest(t), abs=1e-3)
+    assert change.trajectory(np.minimum(t, change.trajectory.duration)) == pytest.approx(rest(t), abs=1e-6)
 
 
 @settings(max_examples=10, deadline=None, phases=QUICK)
