@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from minsnap.mavlink.changing_table import ChangingTable
 from minsnap.mavlink.dialect import Message
 from minsnap.mavlink.sequence import Phase, Sequence, SetpointStep
 from minsnap.mavlink.setpoints import SetpointTable, vehicle_frame
@@ -25,7 +26,7 @@ class StreamObserver:
 
     Parameters
     ----------
-    table : SetpointTable
+    table : SetpointTable or ChangingTable
         What is flown.
     options : StreamOptions
         Where to log, and in which frame.
@@ -37,7 +38,7 @@ class StreamObserver:
 
     def __init__(
         self,
-        table: SetpointTable,
+        table: SetpointTable | ChangingTable,
         options: StreamOptions,
         start: float,
         on_event: EventCallback | None,

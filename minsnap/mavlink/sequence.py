@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from minsnap.mavlink.autopilot import Autopilot, arm_command, land_command, return_command, takeoff_command
+from minsnap.mavlink.changing_table import ChangingTable
 from minsnap.mavlink.dialect import Message
 from minsnap.mavlink.safety import FRESH, SafetyRules
 from minsnap.mavlink.setpoints import Setpoint, SetpointTable
@@ -84,7 +85,7 @@ class Sequence:
 
     Parameters
     ----------
-    table : SetpointTable
+    table : SetpointTable or ChangingTable
         What to fly.
     autopilot : Autopilot
         Whose conventions apply.
@@ -112,7 +113,7 @@ class Sequence:
 
     def __init__(
         self,
-        table: SetpointTable,
+        table: SetpointTable | ChangingTable,
         autopilot: Autopilot,
         rules: SafetyRules,
         start: float,
@@ -137,12 +138,18 @@ class Sequence:
         self.offset: Vector = (0.0, 0.0, 0.0)
         self.setpoint = table.start
         self._first_slot = 0
+        self.index: int | None = None
         self._was_outside = False
         self._outside_since: float | None = None
         self._settled_since: float | None = None
         self._next_command = start
         if here is not None:
             self._start_here(here)
+
+    @property
+    def first_slot(self) -> int | None:
+        """Slot of the flight's first setpoint; None unless it is flying."""
+        return self._first_slot if self.phase is Phase.FLYING else None
 
     @property
     def entered(self) -> bool:
@@ -269,7 +276,7 @@ class Sequence:
         if reason is not None:
             self.abort(reason, at)
             return
-        index = at.slot - self._first_slot
+        index = self.index = at.slot - self._first_slot
         self.setpoint = self._table[index].shifted(self.offset)
         if index >= len(self._table):
             self.completed = True

@@ -6,18 +6,22 @@ Follows the rules of PX4's offboard mode and of ArduPilot's guided mode in their
 from __future__ import annotations
 
 import math
+import threading
 
 from minsnap.errors import FlightError, LinkError
 from minsnap.mavlink.autopilot import Autopilot, get_autopilot, position_request
+from minsnap.mavlink.changing_table import ChangingTable
 from minsnap.mavlink.dialect import Message
 from minsnap.mavlink.link import Link
 from minsnap.mavlink.observer import EventCallback, StatusCallback, StreamObserver
 from minsnap.mavlink.schedule import Clock
 from minsnap.mavlink.sender import Foreseer, SentSetpoint, frozen_garbage, open_sender
 from minsnap.mavlink.sequence import Conditions, Phase, Sequence, SetpointStep
-from minsnap.mavlink.setpoints import SetpointTable, setpoint_message
+from minsnap.mavlink.setpoints import SetpointTable, setpoint_message, vehicle_frame
 from minsnap.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.mavlink.vehicle_state import Vector, VehicleState
+from minsnap.replanning.change import Change
+from minsnap.trajectory.trajectory import Trajectory
 
 _POSITION_RATE = 20.0
 _BLIND_WAIT = 3.0  # how long a flight that needs no position waits for one; the request is repeated so often [s]
@@ -55,8 +59,10 @@ class Streamer:
         on_status: StatusCallback | None = None,
     ) -> None:
         options.check_rate(table.rate)
-        self._table, self._link, self._options, self._clock = table, link, options, clock
-        self._observer = StreamObserver(table, options, clock.now(), on_event, on_status)
+        self._table = ChangingTable(table, vehicle_frame(options.frame), options.feed_forward)
+        self._link, self._options, self._clock = link, options, clock
+        self._changing = threading.Lock()
+        self._observer = StreamObserver(self._table, options, clock.now(), on_event, on_status)
         self._stops = 0
         self._triggered = not callable(options.trigger)
         self._failures: list[Exception] = []
@@ -69,6 +75,58 @@ class Streamer:
         The first time stops the flight and holds until the vehicle has left the mode; the second time ends at once.
         """
         self._stops += 1
+
+    @property
+    def now(self) -> float | None:
+        """Instant on the clock of the trajectory that is flown now [s]; None unless it is flying.
+
+        From any thread; its time 0 is that of the first setpoint, or of the splice of the last change.
+        """
+        elapsed = self._elapsed
+        return None if elapsed is None else elapsed - self._table.began
+
+    @property
+    def _elapsed(self) -> float | None:
+        """Seconds since the first setpoint of the flight; None unless it is flying."""
+        sequence = self._sequence
+        first = None if sequence is None else sequence.first_slot
+        if first is None:
+            return None
+        return self._clock.now() - self._sender.departures.start - first / self._table.rate
+
+    def change(self, change: Change) -> Trajectory:
+        """Fly a change from its splice on, from any thread: its trajectory if that is certified, else its stop.
+
+        The rules of safety are the same before and after.
+
+        Parameters
+        ----------
+        change : Change
+            Of the trajectory that is flown now; its splice is on that clock (:attr:`now`).
+
+        Returns
+        -------
+        Trajectory
+            What is flown from then on, to replan from.
+
+        Raises
+        ------
+        FlightError
+            If the vehicle is not flying, the change does not begin where the setpoints are at its splice, or it has
+            neither a certified trajectory nor a stop.
+        TimingError
+            If the splice has passed, by how much, or lies beyond the end of the flight.
+        """
+        chosen = change.trajectory if change.certified else change.stop
+        if chosen is None:
+            raise FlightError(f"the change is not certified and has no stop ({change.no_stop}): hold, or land")
+        sequence = self._sequence
+        if sequence is None or sequence.first_slot is None or sequence.index is None:
+            raise FlightError("the vehicle is not flying this stream, so there is nothing to change")
+        exchange = self._table.prepare(chosen, change.splice)
+        with self._changing:
+            self._table.exchange(exchange, sequence.index / self._table.rate)
+        return chosen
 
     def run(self) -> StreamReport:
         """Fly, and return when no vehicle follows our setpoints.
@@ -181,7 +239,8 @@ class Streamer:
         """Receive until a slot is due and serve it; return whether the flight is over."""
         self._listen(self._sender.decisions.due)
         conditions = self._conditions(sequence, self._sender.late(self._clock.now()))
-        step = sequence.step(conditions)
+        with self._changing:
+            step = sequence.step(conditions)
         if step is None:
             self._observer.announce(conditions.now, sequence)
             self._say_what_is_left(conditions)
