@@ -20,7 +20,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.span import largest_use
 from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
 from minsnap.replanning.change import Change
-from minsnap.replanning.course import CourseAhead, course_ahead, refuse_outside
+from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_outside
 from minsnap.replanning.horizon import Near, near
 from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
 from minsnap.replanning.search import Aim, Better, search_ahead, search_back

@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, Limits, RoundTube, Tube
-from minsnap.replanning.course import course_ahead
+from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.splice import splice_of
 from minsnap.replanning.stopping import Stopping
 
