@@ -70,6 +70,7 @@ from .shapes import helix as helix
 from .shapes import lemniscate as lemniscate
 from .shapes import line as line
 from .shapes import rectangle as rectangle
+from .trajectory.look_at import LookAt as LookAt
 from .trajectory.path import Path as Path
 from .trajectory.report import Report as Report
 from .trajectory.report import Step as Step

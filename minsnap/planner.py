@@ -37,7 +37,7 @@ from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, TimingError
 from minsnap.native.tube import tube_optimum
 from minsnap.native.unconstrained import resting_optimum
-from minsnap.optimisation.planned_yaw import Held, asked_heading
+from minsnap.optimisation.planned_yaw import Held, Yaw, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved import NATIVE
 from minsnap.time_allocation.timed import Timed, Timing
@@ -56,7 +56,7 @@ def plan(
     corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
     continuity: int | None = None,
     degree: int = 7,
-    yaw: float | str | npt.ArrayLike | None = None,
+    yaw: Yaw = None,
     start: Mapping[str, npt.ArrayLike] | None = None,
     end: Mapping[str, npt.ArrayLike] | None = None,
     closed: bool = False,
@@ -105,10 +105,10 @@ def plan(
         Derivatives continuous at the knots; k - 1 unless given (3 for degree 7), at most 2k - 2.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
-    yaw : float, array_like of shape (n,), "velocity", "tilt", optional
+    yaw : float, array_like of shape (n,), "velocity", "tilt", LookAt, callable, optional
         Constant yaw [rad]; one yaw per waypoint, joined by the shortest turns with the least integral of squared
-        angular acceleration; along the velocity; or such that the body never spins about its thrust axis. Zero unless
-        given.
+        angular acceleration; along the velocity; such that the body never spins about its thrust axis; towards a
+        point; or a function of time. Zero unless given.
     start, end : mapping, optional
         Derivatives at the ends, such as ``{"velocity": (1, 0, 0)}`` [m/s]; those up to order k - 1 that are not
         named are zero. Without waypoints also the ``"position"`` [m].

@@ -11,12 +11,13 @@ from minsnap.arrays import FloatArray
 from minsnap.limits.kinds import KIND, Kind
 from minsnap.limits.measures import MEASURES, Found, Motion, exact_motion
 from minsnap.trajectory.heading import ConstantHeading, RemappedHeading
+from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.turn_rates import largest_heading_rate
+from minsnap.trajectory.turn_rates import largest_heading_rate, largest_look_rate
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
 YAW_RATE = 200
@@ -91,6 +92,9 @@ class _Measures:
             return self._yaw_used(0.0, limit, 0.0, "exact")
         if isinstance(heading, VelocityHeading) and isinstance(heading.path, Trajectory):
             value, instant = largest_heading_rate(heading, heading.path)
+            return self._yaw_used(value * abs(rate), limit, instant / rate, "exact")
+        if isinstance(heading, LookAtHeading) and isinstance(heading.path, Trajectory):
+            value, instant = largest_look_rate(heading, heading.path)
             return self._yaw_used(value * abs(rate), limit, instant / rate, "exact")
         grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * np.linspace(0.0, 1.0, YAW_RATE)
         instants = np.minimum(grid.reshape(-1), self.traj.duration)

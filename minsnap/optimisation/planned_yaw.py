@@ -16,11 +16,15 @@ from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.tolerances import EXACT
 from minsnap.trajectory.heading import shortest_turns, wrap
+from minsnap.trajectory.look_at import LookAt, heading_at
 from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
+
+SAMPLED, FOLLOWED = 50.0, 1e-2
+"""Rate at which a function of time is sampled [Hz], and the largest difference of the spline from it [rad]."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +61,15 @@ class Held:
             raise YawError(f"yaw_rate={self.yaw_rate:g} is more than the limit of {self.limit:g} rad/s: lower it")
 
 
+Yaw = float | str | npt.ArrayLike | LookAt | Callable[[Any], Any] | None
+"""What a plan takes as its yaw."""
+
 ChosenHeading = Callable[[Trajectory], Heading]
 """Gives a planned curve its heading."""
 
 
 def asked_heading(
-    yaw: float | str | npt.ArrayLike | None,
+    yaw: Yaw,
     legs: int,
     closed: bool,
     gravity: float = GRAVITY,
@@ -72,7 +79,7 @@ def asked_heading(
 
     Parameters
     ----------
-    yaw : float, array_like of shape (legs + 1,), "velocity", "tilt" or None
+    yaw : float, array_like of shape (legs + 1,), "velocity", "tilt", LookAt, callable or None
         [rad]; zero where it is None.
     legs : int
         Of the curve.
@@ -93,6 +100,11 @@ def asked_heading(
         if yaw not in ("velocity", "tilt"):
             raise _unknown(yaw)
         return held.heading if yaw == "velocity" else lambda curve: TiltHeading(curve, gravity=gravity)
+    if isinstance(yaw, LookAt):
+        return yaw.heading
+    if callable(yaw):
+        function = yaw
+        return lambda curve: _sampled(function, curve.duration)
     angles = _angles(0.0 if yaw is None else yaw)
     if angles.ndim == 0:
         return lambda _: ConstantHeading(float(angles))
@@ -105,6 +117,23 @@ def asked_heading(
         )
     turned = shortest_turns(angles)
     return lambda curve: PlannedHeading(smooth_yaw(turned, np.diff(curve.leg_breaks), closed))
+
+
+def _sampled(function: Callable[[Any], Any], duration: float) -> Heading:
+    """Return the heading that a function of time gives: a cubic spline through its angles at 50 instants a second."""
+    from scipy.interpolate import CubicSpline, PPoly
+
+    t = np.linspace(0.0, duration, max(int(np.ceil(SAMPLED * duration)), 8) + 1)
+    spline = CubicSpline(t, shortest_turns(heading_at(function, t)))
+    between = (t[1:] + t[:-1]) / 2.0
+    apart = np.abs(wrap(spline(between) - heading_at(function, between)))
+    if apart.max() > FOLLOWED:
+        raise YawError(
+            f"the function that gives the yaw jumps, or turns too fast, near t = {between[apart.argmax()]:.3g} s: "
+            "give one that is smooth over 20 ms"
+        )
+    powers = Trajectory.from_ppoly(PPoly(spline.c[:, :, None], spline.x))
+    return PlannedHeading(powers)
 
 
 def smooth_yaw(angles: FloatArray, durations: FloatArray, closed: bool) -> Trajectory:
@@ -136,4 +165,6 @@ def _angles(yaw: Any) -> FloatArray:
 
 
 def _unknown(yaw: Any) -> YawError:
-    return YawError(f"yaw is {yaw!r}: give an angle [rad], one per waypoint, 'velocity' or 'tilt'")
+    return YawError(
+        f"yaw is {yaw!r}: give an angle [rad], one per waypoint, 'velocity', 'tilt', a LookAt or a function of time"
+    )

@@ -10,6 +10,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.shapes.phase import ComplexArray, PhasePath
 from minsnap.shapes.shape_checks import check_finite, check_point, check_positive, phase_law, with_yaw
+from minsnap.trajectory.look_at import LookAt
 
 RAMP = math.pi / 2.0
 """Angle over which shapes spin up and down unless told otherwise [rad]."""
@@ -26,7 +27,7 @@ def circle(
     altitude: float = 1.5,
     start_angle: float = 0.0,
     clockwise: bool = False,
-    yaw: float | str = 0.0,
+    yaw: float | str | LookAt = 0.0,
 ) -> PhasePath:
     r"""Level circle, from rest to rest unless ``ramp=0``.
 
@@ -53,7 +54,7 @@ def circle(
         Where it begins, counter-clockwise from the x axis [rad].
     clockwise : bool
         Turn clockwise seen from above.
-    yaw : float, "velocity" or "tilt"
+    yaw : float, "velocity", "tilt" or LookAt
         Constant heading [rad], or along the velocity.
 
     Returns
@@ -66,7 +67,7 @@ def circle(
     ShapeError
         If a measure is not a positive or finite number, or both a period and a speed are given.
     YawError
-        If the yaw is neither a number nor "velocity" nor "tilt".
+        If the yaw is neither a number nor "velocity", "tilt" or a LookAt.
 
     Examples
     --------
@@ -95,7 +96,7 @@ def helix(
     altitude: float = 1.0,
     start_angle: float = 0.0,
     clockwise: bool = False,
-    yaw: float | str = 0.0,
+    yaw: float | str | LookAt = 0.0,
 ) -> PhasePath:
     r"""Circle with constant climb per turn.
 
@@ -142,7 +143,7 @@ def lemniscate(
     center: Sequence[float] = (0.0, 0.0),
     altitude: float = 1.5,
     clockwise: bool = False,
-    yaw: float | str = 0.0,
+    yaw: float | str | LookAt = 0.0,
 ) -> PhasePath:
     r"""Level figure of eight (the lemniscate of Gerono where the length is twice the width), from its crossing.
 

@@ -13,6 +13,7 @@ from minsnap.checks import is_number
 from minsnap.errors import InputError, ShapeError
 from minsnap.polynomials.bernstein import ends_to_points
 from minsnap.shapes.phase import SPIN_UP, PhaseLaw, PhasePath
+from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import Heading, Path
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
@@ -193,6 +194,6 @@ def _through(path: PhasePath, knots: FloatArray) -> Trajectory:
 
 def _heading(yaw: Heading, curve: Trajectory) -> Heading:
     """Return the heading by the same rule on the polynomials."""
-    if isinstance(yaw, VelocityHeading):
+    if isinstance(yaw, (VelocityHeading, LookAtHeading)):
         return yaw.on(curve)
     return yaw.turned(curve) if isinstance(yaw, TiltHeading) else yaw

@@ -9,6 +9,7 @@ from dataclasses import replace
 from minsnap.checks import is_number
 from minsnap.errors import ShapeError, YawError
 from minsnap.shapes.phase import PhaseLaw, PhasePath
+from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.path import ConstantHeading
 
 
@@ -66,8 +67,8 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
     return PhaseLaw(2.0 * math.pi / seconds, angle, float(ramp))
 
 
-def with_yaw(path: PhasePath, yaw: float | str) -> PhasePath:
-    """Return the path with a constant yaw [rad], or with the yaw ``"velocity"`` or ``"tilt"``."""
+def with_yaw(path: PhasePath, yaw: float | str | LookAt) -> PhasePath:
+    """Return the path with a constant yaw [rad], with the yaw ``"velocity"`` or ``"tilt"``, or towards a point."""
     if yaw == "velocity":
         from minsnap.trajectory.velocity_heading import VelocityHeading
 
@@ -76,6 +77,8 @@ def with_yaw(path: PhasePath, yaw: float | str) -> PhasePath:
         from minsnap.trajectory.tilt_heading import TiltHeading
 
         return replace(path, yaw=TiltHeading(path))
+    if isinstance(yaw, LookAt):
+        return replace(path, yaw=yaw.heading(path))
     if not is_number(yaw):
-        raise YawError(f"the yaw is {yaw!r}: it must be an angle in radians, 'velocity' or 'tilt'")
+        raise YawError(f"the yaw is {yaw!r}: it must be an angle in radians, 'velocity', 'tilt' or a LookAt")
     return replace(path, yaw=ConstantHeading(float(yaw)))

@@ -27,6 +27,7 @@ from minsnap.polynomials.bernstein import (
 from minsnap.polynomials.enclosures import UNIT, Enclosure, derivative
 from minsnap.polynomials.extrema import maximum
 from minsnap.trajectory.heading import JoinedHeading, RemappedHeading
+from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import ConstantHeading, Heading, Path, check_order
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
@@ -316,6 +317,8 @@ class Trajectory(ReadOnly, Path):
         """Give a curve flown on another clock the heading of this one, from an instant on."""
         if isinstance(self.yaw, TiltHeading):
             return curve.with_yaw(self.yaw.turned(curve, start))
+        if isinstance(self.yaw, LookAtHeading):
+            return curve.with_yaw(self.yaw.on(curve))
         if isinstance(self.yaw, VelocityHeading) and start == 0.0 and rate not in (1.0, -1.0):
             return curve.with_yaw(self.yaw.on(curve))
         return curve.with_yaw(RemappedHeading(self.yaw, start, rate))
@@ -354,6 +357,9 @@ class Trajectory(ReadOnly, Path):
         joined = Trajectory(points, np.concatenate([self.durations, other.durations]), pieces=pieces)
         if isinstance(self.yaw, TiltHeading) and isinstance(other.yaw, TiltHeading):
             return joined.with_yaw(self.yaw.turned(joined))
+        if isinstance(self.yaw, LookAtHeading) and isinstance(other.yaw, LookAtHeading):
+            if np.array_equal(self.yaw.target.point[:2], other.yaw.target.point[:2]):
+                return joined.with_yaw(self.yaw.on(joined))
         return joined.with_yaw(JoinedHeading(self.yaw, other.yaw, self.duration))
 
     def to_ppoly(self) -> PPoly:

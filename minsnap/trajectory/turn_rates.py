@@ -13,6 +13,7 @@ import numpy as np
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.polynomials.bernstein import differentiate, multiply, squared_norm
 from minsnap.polynomials.ratios import largest_ratio
+from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
@@ -69,6 +70,33 @@ def largest_heading_rate(heading: VelocityHeading, traj: Trajectory) -> tuple[fl
         value, instant = largest_turn_rate(_cut(traj, float(start), float(end)))
         best = max(best, (value, float(start) + instant))
     return best
+
+
+def largest_look_rate(heading: LookAtHeading, traj: Trajectory) -> tuple[float, float]:
+    """Largest rate of a heading towards a point along a trajectory, over all time.
+
+    The rate is that at which the vector to the point turns: the same quotient as for the velocity.
+
+    Parameters
+    ----------
+    heading : LookAtHeading
+    traj : Trajectory
+        Along which it looks.
+
+    Returns
+    -------
+    rate : float
+        [rad/s].
+    instant : float
+        When [s].
+    """
+    spokes = heading.target.point[:2] - traj.control_points[..., :2]
+    scaled = spokes / np.abs(spokes).max(axis=(1, 2), keepdims=True)
+    top, bottom = _turning(scaled), squared_norm(scaled)
+    span = traj.durations[:, None]
+    value, row, s = largest_ratio(np.concatenate((top, -top)) / np.concatenate((span, span)), _twice(bottom))
+    piece = row % len(traj.durations)
+    return value, float(traj.breaks[piece] + s * traj.durations[piece])
 
 
 def _cut(traj: Trajectory, start: float, end: float) -> Trajectory:

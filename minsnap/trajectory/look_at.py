@@ -1,0 +1,172 @@
+"""A heading towards a point, and one that a function of time gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from math import comb
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray, owned
+from minsnap.errors import YawError
+from minsnap.trajectory.path import Path
+
+GRID = 256
+"""Instants a polynomial piece, or a 64th of another path, at which turns around the point are counted at least."""
+
+NEAREST = 1e-3
+"""Least horizontal distance from which a point can be looked at [m]."""
+
+FINEST = 4_000_000
+"""Instants at which turns are counted at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class LookAt:
+    """A point to look at: the yaw of a plan that turns the vehicle's nose towards it.
+
+    Parameters
+    ----------
+    point : array_like, shape (2,) or (3,)
+        [m]; the altitude does not matter.
+
+    Raises
+    ------
+    YawError
+        If it is no point.
+
+    Examples
+    --------
+    >>> import minsnap
+    >>> path = minsnap.plan([(0, 0, 1), (4, 0, 1)], durations=[4], yaw=minsnap.LookAt((2, 2)))
+    >>> float(path.yaw(2.0))
+    1.5707963267948966
+    """
+
+    point: FloatArray
+
+    def __init__(self, point: npt.ArrayLike) -> None:
+        try:
+            place = owned(point)
+        except (TypeError, ValueError):
+            place = np.zeros(0)
+        if place.shape not in ((2,), (3,)) or not np.isfinite(place).all():
+            raise YawError(f"the point to look at is {point!r}: give (x, y) [m]")
+        object.__setattr__(self, "point", place)
+
+    def heading(self, path: Path) -> LookAtHeading:
+        """Return the heading along a path."""
+        return LookAtHeading(path, self)
+
+
+class LookAtHeading:
+    r"""Yaw towards a point, continuous (not wrapped), with exact derivatives of any order.
+
+    With :math:`w = p_x - x + i (p_y - y)` the yaw is :math:`\arg w`, and its derivatives are those of
+    :math:`\Im(w' / w)`: from :math:`q w = w'`,
+
+    .. math:: q^{(m)} = \Bigl(w^{(m+1)} - \sum_{k<m} \binom{m}{k} q^{(k)} w^{(m-k)}\Bigr) / w.
+
+    Parameters
+    ----------
+    path : Path
+        Of two coordinates or more.
+    target : LookAt
+
+    Raises
+    ------
+    YawError
+        If the path has one coordinate, or passes nearer than a millimetre to the point.
+    """
+
+    def __init__(self, path: Path, target: LookAt) -> None:
+        if path.dim < 2:
+            raise YawError("a yaw towards a point needs at least two coordinates, this path has one")
+        self.path, self.target = path, target
+        nearest = float(np.abs(self._table[1]).min())
+        if nearest < NEAREST:
+            raise YawError(
+                f"the path passes within {nearest:.2g} m of the point to look at, {tuple(target.point[:2].tolist())}: "
+                "move the point or the path"
+            )
+
+    def on(self, path: Path) -> LookAtHeading:
+        """Return the heading towards the same point along another path."""
+        return LookAtHeading(path, self.target)
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Yaw or its derivative at ``t``, in the shape of ``t``."""
+        instants = np.asarray(t, dtype=np.float64)
+        flat = np.minimum(instants.reshape(-1), self.path.duration)
+        if order == 0:
+            return self._angle(flat).reshape(instants.shape)
+        w = [self._spoke(flat, n) for n in range(order + 1)]
+        q: list[Any] = []
+        for m in range(order):
+            rest = sum((comb(m, k) * q[k] * w[m - k] for k in range(m)), np.zeros(len(flat), dtype=np.complex128))
+            q.append((w[m + 1] - rest) / w[0])
+        return np.asarray(q[-1].imag).reshape(instants.shape)
+
+    def _spoke(self, t: FloatArray, order: int) -> npt.NDArray[np.complex128]:
+        """Return the vector to the point, or its derivative, as complex numbers."""
+        place = -self.path(t, order)[:, :2]
+        place = place + self.target.point[:2] if order == 0 else place
+        return np.asarray(place[:, 0] + 1j * place[:, 1])
+
+    def _angle(self, t: FloatArray) -> FloatArray:
+        grid, _, turned = self._table
+        angle = np.angle(self._spoke(t, 0))
+        near = turned[np.clip(np.searchsorted(grid, t, side="right") - 1, 0, len(grid) - 1)]
+        return np.asarray(angle + 2.0 * np.pi * np.round((near - angle) / (2.0 * np.pi)))
+
+    @cached_property
+    def _table(self) -> tuple[FloatArray, Any, FloatArray]:
+        """Instants between which the yaw turns by less than a quarter, the vectors there, and the yaw."""
+        grid = _instants(self.path)
+        while True:
+            w = self._spoke(grid, 0)
+            if np.abs(w).min() == 0.0:
+                return grid, w, np.zeros(len(grid))
+            step = np.angle(w[1:] / w[:-1])
+            wide = np.flatnonzero(np.abs(step) > np.pi / 4.0)
+            if not len(wide) or len(grid) > FINEST or np.abs(w).min() < NEAREST:
+                break
+            grid = np.sort(np.concatenate((grid, (grid[wide] + grid[wide + 1]) / 2.0)))
+        return grid, w, np.angle(w[0]) + np.concatenate(([0.0], np.cumsum(step)))
+
+
+def _instants(path: Path) -> FloatArray:
+    """Return instants that divide every polynomial, or the whole of another path, into small parts."""
+    breaks = getattr(path, "breaks", None)
+    knots = np.linspace(0.0, path.duration, 65) if breaks is None else np.asarray(breaks)
+    parts = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(GRID) / GRID
+    return np.append(parts.reshape(-1), path.duration)
+
+
+def heading_at(function: Callable[[Any], Any], t: FloatArray) -> FloatArray:
+    """Return the yaw that a function of time gives at instants (m,), asked for all at once or one by one: (m,) [rad].
+
+    Raises
+    ------
+    YawError
+        If it gives anything but finite numbers.
+    """
+    values = _numbers(lambda: function(t))
+    if values.shape != t.shape:
+        values = _numbers(lambda: [float(function(instant)) for instant in t.tolist()])
+    if values.shape != t.shape or not np.isfinite(values).all():
+        raise YawError(
+            "the function that gives the yaw must give a finite angle [rad] for every instant [s] of the path"
+        )
+    return values
+
+
+def _numbers(ask: Callable[[], Any]) -> FloatArray:
+    try:
+        return np.array(ask(), dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.zeros((0, 0))
