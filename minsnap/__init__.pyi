@@ -12,6 +12,7 @@ from .corridors.room import HalfSpaces as HalfSpaces
 from .corridors.room import Room as Room
 from .corridors.tubes import RoundTube as RoundTube
 from .corridors.tubes import Tube as Tube
+from .errors import BatchError as BatchError
 from .errors import CorridorError as CorridorError
 from .errors import DegreeError as DegreeError
 from .errors import DivergenceError as DivergenceError

@@ -131,6 +131,10 @@ class LinkError(InputError):
     address: str | None = None
 
 
+class BatchError(MinsnapError):
+    """A batch could not go on: the disk is full, or a process or the scheduler is lost; what is written is kept."""
+
+
 class FlightError(MinsnapError):
     """A flight was refused or stopped for a reason of safety.
 

@@ -13,7 +13,15 @@ from typing import Annotated, NoReturn
 import typer
 
 from minsnap.cli.words import in_options
-from minsnap.errors import DivergenceError, FlightError, InfeasibleError, MinsnapError, SolverError, ThrustError
+from minsnap.errors import (
+    BatchError,
+    DivergenceError,
+    FlightError,
+    InfeasibleError,
+    MinsnapError,
+    SolverError,
+    ThrustError,
+)
 
 COMMANDS = (
     "shape_commands",
@@ -29,13 +37,14 @@ COMMANDS = (
     "experiment_command",
     "compare_command",
     "fit_command",
+    "batch_command",
 )
 """Modules of this package that register commands with :data:`app` when imported, in the order of the help."""
 
 SHAPES = ("rect", "line", "circle", "helix", "eight")
 """Commands of ``shape_commands``; every other module is named after its one command."""
 
-UNMET = (InfeasibleError, SolverError, FlightError, ThrustError, DivergenceError)
+UNMET = (InfeasibleError, SolverError, FlightError, ThrustError, DivergenceError, BatchError)
 """Errors that mean that the request cannot be met: exit status 1. All others mean bad input: 2."""
 
 app = typer.Typer(

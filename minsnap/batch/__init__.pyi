@@ -1,0 +1,9 @@
+from .columns import trajectory_of as trajectory_of
+from .ranges import seed_of as seed_of
+from .requests import PlanRequest as PlanRequest
+from .requests import request as request
+from .run import BatchResult as BatchResult
+from .run import run_batch as run_batch
+from .spec import Spec as Spec
+from .spec import read_mapping as read_mapping
+from .spec import read_spec as read_spec

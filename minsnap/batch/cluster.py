@@ -1,0 +1,168 @@
+"""A batch over the workers of a Dask cluster: on this machine, or at the address of a scheduler."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from typing import Any
+
+from minsnap.batch.shards import Shard, ShardJob, make_shard
+from minsnap.errors import BatchError, MinsnapError
+
+AHEAD = 2
+"""Files that are handed out for each thread: one at work, one next."""
+
+CONFIG = {
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.pause": False,
+    "distributed.scheduler.allowed-failures": 10,
+    "distributed.comm.timeouts.connect": "10s",
+    "distributed.comm.timeouts.tcp": "30s",
+}
+"""Results are a few kilobytes, so that nothing is worth spilling; a worker may be lost more often than thrice."""
+
+Finished = Callable[[Shard], None]
+"""Called with every finished file, in the order in which they are finished."""
+
+Counted = Callable[[dict[str, int]], None]
+"""Called with the number of new rows by status, some times a second at most."""
+
+
+def write_shards(
+    job: ShardJob, numbers: Sequence[int], client: Any, finished: Finished, counted: Counted | None = None
+) -> None:
+    """Write the files of a batch on a cluster; a few are handed out at a time.
+
+    Parameters
+    ----------
+    job : ShardJob
+    numbers : sequence of int
+        Of the files.
+    client : distributed.Client
+    finished, counted : callable
+
+    Raises
+    ------
+    BatchError
+        If a file cannot be written, workers die again and again, or the scheduler is lost.
+    """
+    from distributed import as_completed
+
+    topic = f"minsnap-batch-{secrets.token_hex(8)}"
+    if counted is not None:
+        client.subscribe_topic(topic, lambda event: counted(event[1]["rows"]))
+    left = iter(numbers)
+    submit = partial(client.submit, _make, job, topic, pure=False)
+    with _named_failures(client):
+        first = [submit(number) for number in _some(left, AHEAD * _threads(client))]
+        at_work = as_completed(first, loop=client.loop)
+        for future in at_work:
+            found = future.result()
+            if isinstance(found, Exception):
+                raise found
+            finished(found)
+            future.release()
+            while at_work.count() < AHEAD * _threads(client) and (more := next(left, None)) is not None:
+                at_work.add(submit(more))
+
+
+def _make(job: ShardJob, topic: str, number: int) -> Shard | Exception:
+    """Write one file in a worker, which tells the client about its rows; return an error instead of logging it too."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    try:
+        return make_shard(job, number, lambda counts: worker.log_event(topic, {"rows": dict(counts)}))
+    except Exception as error:
+        return error
+
+
+def _some(values: Iterator[int], count: int) -> Iterator[int]:
+    """Yield the next ones, at most so many."""
+    return (value for _, value in zip(range(count), values, strict=False))
+
+
+def _threads(client: Any) -> int:
+    return max(1, int(sum(client.nthreads().values())))
+
+
+@contextmanager
+def _named_failures(client: Any) -> Iterator[None]:
+    """Convert what Dask raises to errors of the library."""
+    from concurrent.futures import CancelledError
+
+    from distributed import KilledWorker, TimeoutError
+    from distributed.comm import CommClosedError
+
+    try:
+        yield
+    except KilledWorker as error:
+        raise BatchError(
+            f"workers died again and again while they wrote one file ({error}): give them memory"
+        ) from error
+    except (CancelledError, CommClosedError, TimeoutError) as error:
+        raise BatchError("the connection to the scheduler was lost") from error
+    except (MinsnapError, KeyboardInterrupt, ImportError):
+        raise
+    except OSError as error:
+        raise BatchError(f"a worker could not go on: {error}") from error
+
+
+@contextmanager
+def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
+    """Yield a distributed.Client of a scheduler, or of workers on this machine that are started and ended here.
+
+    Parameters
+    ----------
+    workers : int or None
+        Processes on this machine; as many as it has processors unless given.
+    scheduler : str or None
+        Address of a scheduler, such as ``tcp://host:8786``.
+
+    Raises
+    ------
+    BatchError
+        If there is no scheduler at the address.
+    ImportError
+        If Dask is not there.
+    """
+    try:
+        import dask
+        from distributed import Client
+    except ImportError as error:
+        raise ImportError("a batch needs dask[distributed]: pip install minsnap[batch]") from error
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set(CONFIG))
+        where = scheduler if scheduler is not None else stack.enter_context(_here(workers))
+        try:
+            client = stack.enter_context(Client(where, set_as_default=False, timeout="15s"))
+        except (OSError, ValueError) as error:
+            raise BatchError(f"there is no scheduler at {scheduler}: {error}") from error
+        yield client
+
+
+@contextmanager
+def _here(workers: int | None) -> Iterator[Any]:
+    """Yield a cluster of processes on this machine, over TCP."""
+    from dask.system import CPU_COUNT
+    from distributed import LocalCluster
+
+    with tempfile.TemporaryDirectory(prefix="minsnap-batch-") as scratch:
+        with LocalCluster(
+            n_workers=workers or CPU_COUNT,
+            threads_per_worker=1,
+            processes=True,
+            protocol="tcp://",
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            worker_dashboard_address="127.0.0.1:0",
+            local_directory=scratch,
+            silence_logs=logging.CRITICAL,
+        ) as cluster:
+            yield cluster

@@ -1,0 +1,114 @@
+"""The columns of a dataset as Arrow arrays, and a trajectory from a row that was read back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from minsnap.batch.problem_table import pyarrow_parquet
+from minsnap.batch.rows import Row
+from minsnap.errors import InputError
+from minsnap.trajectory.trajectory import Trajectory
+
+COLUMNS: Mapping[str, str] = {
+    "problem": "int64",
+    "seed": "int64",
+    "status": "string",
+    "error": "string",
+    "dim": "int32",
+    "legs": "int32",
+    "degree": "int32",
+    "pieces": "int32",
+    "waypoints": "list",
+    "gates": "list",
+    "corridor": "list",
+    "boxes": "list",
+    "durations": "list",
+    "control_points": "list",
+    "cost": "double",
+    "duration": "double",
+    "certified": "bool",
+    "corridor_margin": "double",
+    "max_speed": "double",
+    "max_acceleration": "double",
+    "max_jerk": "double",
+    "max_snap": "double",
+    "version": "string",
+}
+"""Columns in their order, by type; a list is of doubles, in the order of the array that it was."""
+
+
+@cache
+def schema() -> Any:
+    """Return the Arrow schema of every file."""
+    import pyarrow
+
+    types = {"list": pyarrow.list_(pyarrow.float64()), "double": pyarrow.float64(), "bool": pyarrow.bool_()}
+    types |= {name: getattr(pyarrow, name)() for name in ("int64", "int32", "string")}
+    return pyarrow.schema([(name, types[kind]) for name, kind in COLUMNS.items()])
+
+
+def record_batch(rows: Sequence[Row]) -> Any:
+    """Return rows as a pyarrow.RecordBatch."""
+    import pyarrow
+
+    made = version("minsnap")
+    arrays = [
+        _lists([row.get(name) for row in rows])
+        if kind == "list"
+        else pyarrow.array([made if name == "version" else row.get(name) for row in rows], schema().field(name).type)
+        for name, kind in COLUMNS.items()
+    ]
+    return pyarrow.RecordBatch.from_arrays(arrays, schema=schema())
+
+
+def _lists(values: Sequence[Any]) -> Any:
+    """Return arrays, flattened, as an Arrow array of lists; None is null."""
+    import pyarrow
+
+    flat = [None if value is None else np.asarray(value, dtype=np.float64).reshape(-1) for value in values]
+    ends = np.cumsum([0 if value is None else len(value) for value in flat], dtype=np.int32)
+    offsets = np.concatenate((np.zeros(1, dtype=np.int32), ends))
+    missing = np.array([value is None for value in flat] + [False])
+    joined = np.concatenate([np.zeros(0), *(value for value in flat if value is not None)])
+    return pyarrow.ListArray.from_arrays(pyarrow.array(offsets, mask=missing), pyarrow.array(joined))
+
+
+def trajectory_of(row: Mapping[str, Any]) -> Trajectory:
+    """Return the trajectory of a row of a dataset, however it was read: equal to the planned one to the last bit.
+
+    Parameters
+    ----------
+    row : mapping
+        The columns ``status``, ``dim``, ``degree``, ``pieces``, ``durations`` and ``control_points``; a row of a pandas
+        data frame is one.
+
+    Raises
+    ------
+    InputError
+        If the problem was not planned.
+    """
+    if row["status"] != "done":
+        raise InputError(f"this problem was not planned, its status is {row['status']!r}: choose rows that are 'done'")
+    durations = np.array(row["durations"], dtype=np.float64)
+    points = np.array(row["control_points"], dtype=np.float64)
+    shape = len(durations), int(row["degree"]) + 1, int(row["dim"])
+    return Trajectory(points.reshape(shape), durations, pieces=int(row["pieces"]))
+
+
+def parquet_writer(file: Any, notes: Mapping[str, str]) -> Any:
+    """Return a pyarrow.parquet.ParquetWriter for an open file; notes become metadata of the file."""
+    parquet = pyarrow_parquet()
+    writer = parquet.ParquetWriter(
+        *(file, schema()),
+        compression="zstd",
+        use_dictionary=["status", "error", "version"],
+        write_statistics=True,
+        store_schema=False,
+    )
+    writer.add_key_value_metadata(dict(notes))
+    return writer

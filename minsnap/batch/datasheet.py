@@ -1,0 +1,182 @@
+"""The datasheet of a dataset: what it is, how it was made, counts, ranges and figures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from minsnap.batch.columns import COLUMNS, trajectory_of
+from minsnap.batch.folder import DATASHEET
+from minsnap.batch.problem_table import pyarrow_parquet
+from minsnap.batch.shards import Shard, shard_name
+from minsnap.batch.spec import Spec
+from minsnap.batch.tally import BINS, MEASURED, Tally
+from minsnap.storage.atomic import atomic_write
+from minsnap.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+UNITS = {
+    "legs": "",
+    "duration": "s",
+    "cost": "m²/s^(2k - 1)",
+    "corridor_margin": "m",
+    "max_speed": "m/s",
+    "max_acceleration": "m/s²",
+    "max_jerk": "m/s³",
+    "max_snap": "m/s⁴",
+}
+
+DRAWN = ("duration", "cost", "max_speed", "max_acceleration")
+"""Columns whose histograms are drawn."""
+
+EXAMPLES = 9
+"""Trajectories that are drawn."""
+
+TEXT = """# {count} minimum-snap trajectories
+
+Each row of `part-*.parquet` is one problem: waypoints, durations and corridor, the trajectory of least cost as
+Bernstein control points, what is proved of it, or the reason why there is none. The columns
+are explained in the documentation of minsnap, page "Datasets".
+
+| | |
+|---|---|
+| problems | {count} |
+| planned | {done} |
+| certified | {certified} |
+| files | {files}, {megabytes:.1f} MB |
+| made with | minsnap {version}, {core} core |
+| name | `{name}` |
+
+## How it was made
+
+`minsnap batch SPEC -o FOLDER` with this SPEC, every default written out:
+
+```json
+{spec}
+```
+
+The seed of a problem comes from the seed above and the problem's number, so that the same command makes the same bytes.
+
+## By status
+
+| status | problems |
+|---|---|
+{statuses}
+
+## Ranges of the planned ones
+
+| column | least | greatest | unit |
+|---|---|---|---|
+{ranges}
+
+![Histograms](histograms.png)
+
+![Some trajectories seen from above](examples.png)
+
+## How to read it
+
+```python
+import pandas
+from minsnap.batch import trajectory_of
+
+rows = pandas.read_parquet("FOLDER")
+trajectory = trajectory_of(rows.iloc[0])
+```
+
+Lists are flat: `control_points` has the shape (legs * pieces, degree + 1, dim).
+"""
+
+
+def write_datasheet(folder: Path, spec: Spec, made_with: dict[str, str], tally: Tally, shards: Sequence[Shard]) -> None:
+    """Write ``_datasheet/README.md`` and its figures.
+
+    Parameters
+    ----------
+    folder : Path
+    spec : Spec
+    made_with : dict of str to str
+    tally : Tally
+        Of all rows.
+    shards : sequence of Shard
+    """
+    sheet = folder / DATASHEET
+    sheet.mkdir(exist_ok=True)
+    _draw_histograms(sheet / "histograms.png", tally)
+    _draw_examples(sheet / "examples.png", folder / shard_name(0))
+    with atomic_write(sheet / "README.md") as file:
+        file.write(datasheet(spec, made_with, tally, shards))
+
+
+def datasheet(spec: Spec, made_with: dict[str, str], tally: Tally, shards: Sequence[Shard]) -> str:
+    """Return the text of the datasheet, in Markdown."""
+    statuses = "\n".join(f"| {name} | {count} |" for name, count in sorted(tally.statuses.items()))
+    ranges = [
+        f"| {name} | {tally.ranges[name][0]:.6g} | {tally.ranges[name][1]:.6g} | {UNITS[name]} |"
+        for name in MEASURED
+        if name in tally.ranges
+    ]
+    return TEXT.format(
+        count=spec.count,
+        done=tally.statuses.get("done", 0),
+        certified=tally.certified,
+        files=len(shards),
+        megabytes=sum(shard.size for shard in shards) / 1e6,
+        name=spec.name(),
+        spec=json.dumps(spec.identity(), indent=1),
+        statuses=statuses,
+        ranges="\n".join(ranges),
+        **made_with,
+    )
+
+
+def _draw_histograms(path: Path, tally: Tally) -> None:
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 6.0))
+    figure.subplots_adjust(0.08, 0.09, 0.98, 0.97, 0.2, 0.3)
+    for ax, name in zip(figure.subplots(2, 2).flat, DRAWN, strict=True):
+        low, counts = tally.histogram(name)
+        ax.bar(np.log10(low), counts, width=1.0 / BINS, align="edge", color="#0072b2")
+        decades = np.arange(np.floor(np.log10(low[0])), np.ceil(np.log10(low[-1])) + 1.0) if len(low) else np.zeros(0)
+        decades = decades[:: 1 + len(decades) // 8]
+        ax.set_xticks(decades, [f"{10.0**decade:g}" for decade in decades])
+        ax.set(xlabel=f"{name} [{UNITS[name]}]", ylabel="problems")
+    _save(figure, path)
+
+
+def _draw_examples(path: Path, shard: Path) -> None:
+    """Draw the first trajectories from above, each to its own scale."""
+    from matplotlib.figure import Figure
+
+    columns = [name for name in COLUMNS if name in ("status", "dim", "degree", "pieces", "durations", "control_points")]
+    with pyarrow_parquet().ParquetFile(shard) as table:
+        rows = table.read_row_group(0, columns).slice(0, 20 * EXAMPLES).to_pylist()
+    planned = [row for row in rows if row["status"] == "done" and row["dim"] > 1]
+    figure = Figure(figsize=(9.0, 9.0))
+    ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    ax.set(xlim=(0.0, 3.0), ylim=(0.0, 3.0))
+    ax.set_axis_off()
+    for place, row in enumerate(planned[:EXAMPLES]):
+        _draw_path(ax, trajectory_of(row), (place % 3 + 0.5, 2.5 - place // 3))
+    _save(figure, path)
+
+
+def _draw_path(ax: Axes, curve: Trajectory, centre: tuple[float, float]) -> None:
+    """Draw x and y of a curve and its knots, 0.9 wide, around a place."""
+    import numpy as np
+
+    positions, knots = (curve(t)[:, :2] for t in (np.linspace(0.0, curve.duration, 300), curve.leg_breaks))
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    for points, style in ((positions, "-"), (knots, "o")):
+        shown = (points - (low + high) / 2.0) * (0.9 / max((high - low).max(), 1e-9)) + centre
+        ax.plot(shown[:, 0], shown[:, 1], style, color="#8a1c3b", markersize=3.0)
+
+
+def _save(figure: Any, path: Path) -> None:
+    with atomic_write(path, "wb") as file:
+        figure.savefig(file, format="png", dpi=100, metadata={"Software": None})

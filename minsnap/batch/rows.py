@@ -1,0 +1,136 @@
+"""One row of a dataset: a problem planned and certified, or what was wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.batch.ranges import seed_of
+from minsnap.batch.requests import PlanRequest, request
+from minsnap.batch.spec import Spec
+from minsnap.certificate import certify
+from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.gates import Gate
+from minsnap.errors import InfeasibleError, InputError, MinsnapError
+from minsnap.planner import plan
+from minsnap.trajectory.trajectory import Trajectory
+
+STATUSES = ("done", "infeasible", "unsolved", "invalid", "timeout", "crashed")
+"""Planned; no curve meets everything; the solvers found none; malformed; too slow; the process or the code failed."""
+
+SENTENCE = 500
+"""Characters of an error's sentence that are kept."""
+
+Row = dict[str, Any]
+"""Values by column; a column that is not named is null."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A problem's columns.
+
+    Parameters
+    ----------
+    spec : Spec
+    number : int
+    """
+
+    spec: Spec
+    number: int
+
+    def row(self) -> Row:
+        """Plan the problem; whatever fails becomes its status and sentence."""
+        row: Row = {"problem": self.number, "seed": seed_of(self.spec.seed, self.number)}
+        try:
+            asked = request(self.spec, self.number)
+            row |= _question(asked)
+            row |= _answer(asked, plan(**asked.arguments))
+        except MinsnapError as error:
+            row |= {"status": _status(error), "error": str(error)[:SENTENCE]}
+        except Exception as error:
+            row |= {"status": "crashed", "error": f"{type(error).__name__}: {error}"[:SENTENCE]}
+        return row
+
+
+def stopped_row(spec: Spec, number: int, status: str, error: str) -> Row:
+    """Return the row of a problem whose process had to be stopped, or ended by itself."""
+    return {"problem": number, "seed": seed_of(spec.seed, number), "status": status, "error": error}
+
+
+def _status(error: MinsnapError) -> str:
+    if isinstance(error, InfeasibleError):
+        return "infeasible"
+    return "invalid" if isinstance(error, InputError) else "unsolved"
+
+
+def _question(asked: PlanRequest) -> Row:
+    """Columns of the problem itself, as far as it is one of numbers."""
+    given = asked.arguments
+    row: Row = {}
+    waypoints = _points(given.get("waypoints"))
+    if waypoints is not None:
+        row |= {"waypoints": waypoints, "dim": waypoints.shape[1], "legs": len(waypoints) - 1}
+        row["gates"] = _corners(given["waypoints"], waypoints.shape[1])
+    corridor = given.get("corridor")
+    if isinstance(corridor, Boxes):
+        row["boxes"] = np.stack((corridor.lower, corridor.upper), axis=1)
+    elif corridor is not None:
+        row["corridor"] = _numbers(corridor)
+    return row
+
+
+def _points(waypoints: Any) -> FloatArray | None:
+    """Waypoints as (n, dim), a gate by its centre; None where they are malformed or the corridor's."""
+    if not isinstance(waypoints, (list, np.ndarray)) or not len(waypoints):
+        return None
+    points = _numbers([point.centre if isinstance(point, Gate) else point for point in waypoints])
+    return points if points is not None and points.ndim == 2 else None
+
+
+def _numbers(values: Any) -> FloatArray | None:
+    try:
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        return None
+
+
+def _corners(waypoints: Any, dim: int) -> FloatArray | None:
+    """Corners of gates (waypoints, corners, dim), not numbers at points; None without gates."""
+    gates = [point.corners if isinstance(point, Gate) else None for point in waypoints]
+    if all(gate is None for gate in gates):
+        return None
+    blank = np.full((4 if dim == 3 else 2, dim), np.nan)
+    return np.array([blank if gate is None else gate for gate in gates])
+
+
+def _answer(asked: PlanRequest, curve: Trajectory) -> Row:
+    proof = certify(curve, **_certified(asked.arguments))
+    return {
+        "status": "done",
+        "dim": curve.dim,
+        "legs": curve.legs,
+        "degree": curve.degree,
+        "pieces": curve.pieces,
+        "durations": curve.durations,
+        "control_points": curve.control_points,
+        "cost": curve.cost(),
+        "duration": curve.duration,
+        "certified": proof.ok,
+        "corridor_margin": proof.corridor_margin,
+        "max_speed": proof.max_speed,
+        "max_acceleration": proof.max_acceleration,
+        "max_jerk": proof.max_jerk,
+        "max_snap": proof.max_snap,
+    }
+
+
+def _certified(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of ``certify`` for those of ``plan``."""
+    asked = {name: given[name] for name in ("waypoints", "corridor", "limits") if given.get(name) is not None}
+    if given.get("waypoint_tolerance") is not None:
+        asked["tolerance"] = given["waypoint_tolerance"]
+    return asked

@@ -1,0 +1,70 @@
+"""The command that makes a dataset of plans."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from minsnap.cli.app import app
+
+if TYPE_CHECKING:
+    from minsnap.batch.run import Watch
+
+
+@app.command()
+def batch(
+    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="YAML: a generator with ranges and a seed, or a table.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the dataset.")],
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", metavar="N", help="Processes on this machine; all processors unless given."),
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask scheduler instead: tcp://host:8786.")
+    ] = None,
+    problem_timeout: Annotated[
+        float, typer.Option("--problem-timeout", metavar="S", help="Processor time of a problem that is too slow [s].")
+    ] = 60.0,
+    resume: Annotated[
+        bool, typer.Option("--resume/--no-resume", help="Go on in a folder that was begun, or refuse it.")
+    ] = True,
+) -> None:
+    """Plan many problems, and write them as a Parquet dataset that can go on after it was killed.
+
+    The files are the same bytes whatever the number of workers. A problem that fails is a row with its status and the
+    reason.
+    """
+    from minsnap.batch.run import run_batch
+    from minsnap.batch.spec import read_spec
+
+    asked = read_spec(spec)
+    with _line(asked.count) as watch:
+        result = run_batch(
+            asked,
+            output,
+            workers=workers,
+            scheduler=scheduler,
+            problem_timeout=problem_timeout,
+            resume=resume,
+            watch=watch,
+        )
+    counts = ", ".join(f"{count} {status}" for status, count in sorted(result.statuses.items()))
+    kept = f" ({result.found} were there already)" if result.found else ""
+    print(f"{output}: {result.rows} problems in {result.shards} files{kept}: {counts}")
+
+
+@contextmanager
+def _line(count: int) -> Iterator[Watch]:
+    """Yield what shows the progress on stderr; on a terminal in place, elsewhere a line every half a minute."""
+    from minsnap.cli.batch_line import BatchLine
+
+    line = BatchLine(count, sys.stderr)
+    try:
+        yield line.begin
+    finally:
+        line.clear()

@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+from batches import good_row, walks, write_problems
+
+import minsnap
+from minsnap.batch.requests import request
+from minsnap.batch.rows import STATUSES, Asked, stopped_row
+from minsnap.batch.spec import read_mapping
+
+
+def test_a_row_is_what_plan_and_certify_return():
+    spec = walks()
+    for number in (0, 7):
+        row, given = Asked(spec, number).row(), request(spec, number).arguments
+        curve = minsnap.plan(**given)
+        proof = minsnap.certify(curve, given["waypoints"], given["corridor"])
+        assert row["status"] == "done" and row["certified"] is True and proof.ok
+        assert (row["control_points"] == curve.control_points).all() and row["cost"] == curve.cost()
+        assert (row["corridor_margin"], row["max_jerk"]) == (proof.corridor_margin, proof.max_jerk)
+        assert row["corridor"] == given["corridor"] and (row["waypoints"] == given["waypoints"]).all()
+        assert (row["legs"], row["dim"], row["degree"]) == (curve.legs, 3, 7)
+
+
+def test_gates_and_boxes_are_in_the_row():
+    spec = read_mapping({"generator": "gates", "count": 2, "legs": 3})
+    row, given = Asked(spec, 1).row(), request(spec, 1).arguments
+    assert row["status"] == "done" and row["certified"]
+    assert np.isnan(row["gates"][[0, 3]]).all() and (row["gates"][1] == given["waypoints"][1].corners).all()
+    spec = read_mapping({"generator": "boxes", "count": 2, "extent": 8.0, "dim": 2})
+    row, given = Asked(spec, 0).row(), request(spec, 0).arguments
+    assert row["status"] == "done" and (row["boxes"][:, 1] == given["corridor"].upper).all()
+
+
+def test_poisoned_problems_have_their_status_and_sentence(tmp_path):
+    rows = [good_row(seed) for seed in range(5)]
+    rows[0]["waypoints"][1][2] = float("nan")
+    rows[1] |= {"room": [[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]]}
+    rows[2] |= {"start": {"velocity": [0.0, 40.0, 0.0]}, "corridor": 0.01}
+    rows[3]["durations"] = [1.0]
+    write_problems(tmp_path / "p.csv", rows)
+    spec = read_mapping({"table": str(tmp_path / "p.csv")})
+    found = [Asked(spec, number).row() for number in range(5)]
+    assert [row["status"] for row in found] == ["invalid", "invalid", "infeasible", "invalid", "done"]
+    assert "waypoint 1" in found[0]["error"] and "durations" in found[3]["error"]
+    assert (
+        all("control_points" not in row for row in found[:4]) and (found[3]["waypoints"] == rows[3]["waypoints"]).all()
+    )
+
+
+def test_a_mistake_in_the_code_is_a_row_too(monkeypatch):
+    monkeypatch.setattr("minsnap.batch.rows.plan", lambda **given: 1 / 0)
+    row = Asked(walks(), 3).row()
+    assert row["status"] == "crashed" and row["error"] == "ZeroDivisionError: division by zero"
+    assert set(stopped_row(walks(), 3, "timeout", "slow")) == {"problem", "seed", "status", "error"}
+    assert "timeout" in STATUSES
+
+
+@pytest.mark.parametrize("option", [{"degree": 5}, {"pieces": 2}, {"total_time": 12.0}, {"waypoint_tolerance": 0.1}])
+def test_options_of_plan_reach_it(option):
+    row = Asked(walks(**option), 0).row()
+    curve = minsnap.plan(**request(walks(**option), 0).arguments)
+    assert row["status"] == "done" and row["certified"] and (row["control_points"] == curve.control_points).all()

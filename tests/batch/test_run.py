@@ -1,0 +1,245 @@
+"""Whole runs on real Dask workers over TCP: the same bytes whatever happens to the processes and the disk."""
+
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+from batches import WALKS, digests, good_row, long_row, read_mapping, walks, write_problems
+
+from minsnap.batch.run import run_batch
+from minsnap.errors import BatchError, FileError, InputError
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),  # Dask leaves sockets to the collector
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
+
+
+@pytest.fixture(scope="module")
+def there():
+    """Address of a cluster of two workers with a thread each."""
+    from distributed import LocalCluster
+
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, protocol="tcp://", host="127.0.0.1", dashboard_address="127.0.0.1:0"
+    ) as cluster:
+        assert cluster.scheduler_address.startswith("tcp://127.0.0.1:")
+        yield cluster.scheduler_address
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A dataset by one worker, which every other run must repeat."""
+    folder = tmp_path_factory.mktemp("whole") / "a"
+    result = run_batch(walks(), folder, workers=1)
+    assert (result.rows, result.shards, result.found, result.statuses) == (40, 5, 0, {"done": 40})
+    return folder
+
+
+def begin(folder, spec, *options, **more):
+    """Start the command in a process group of its own."""
+    path = folder.parent / f"{folder.name}.yaml"
+    path.write_text(json.dumps(spec))
+    command = [sys.executable, "-m", "minsnap", "batch", str(path), "-o", str(folder), *options]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True, **more)
+
+
+def end_group(process):
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+
+
+def parts(folder):
+    return sorted(path.name for path in folder.glob("part-*.parquet"))
+
+
+def test_two_workers_write_the_bytes_of_one(whole, tmp_path):
+    result = run_batch(walks(), tmp_path / "b", workers=2)
+    assert digests(tmp_path / "b") == digests(whole) and len(digests(whole)) == 5
+    assert (tmp_path / "b" / "_manifest.json").read_bytes() == (whole / "_manifest.json").read_bytes()
+    assert result.statuses == {"done": 40} and not list((tmp_path / "b").glob(".*"))
+
+
+def test_the_manifest_names_every_file(whole):
+    manifest = json.loads((whole / "_manifest.json").read_text())
+    assert {file["name"]: file["sha256"] for file in manifest["files"]} == digests(whole)
+    assert sum(file["rows"] for file in manifest["files"]) == manifest["rows"] == 40
+
+
+def test_pandas_reads_the_folder_with_its_datasheet(whole):
+    import pandas
+
+    rows = pandas.read_parquet(whole)
+    assert rows.problem.tolist() == list(range(40)) and rows.certified.all()
+    assert (whole / "_datasheet" / "README.md").exists() and (whole / "_datasheet" / "histograms.png").exists()
+
+
+def test_a_complete_dataset_is_not_made_again(whole):
+    before = {path: path.stat().st_mtime_ns for path in whole.iterdir()}
+    result = run_batch(walks(), whole, workers=1)
+    assert result.found == 5 and {path: path.stat().st_mtime_ns for path in whole.iterdir()} == before
+
+
+def test_files_that_are_missing_or_were_half_written_are_made(whole, there, tmp_path):
+    folder = tmp_path / "c"
+    folder.mkdir()
+    for name in ("_spec.json", "part-00001.parquet", "part-00003.parquet"):
+        (folder / name).write_bytes((whole / name).read_bytes())
+    (folder / ".0123456789abcdef.part").write_bytes(b"half")
+    result = run_batch(walks(), folder, scheduler=there)
+    assert result.found == 2 and digests(folder) == digests(whole) and not list(folder.glob(".*.part"))
+
+
+def test_another_specification_or_a_stranger_s_file_is_refused(whole, tmp_path):
+    with pytest.raises(FileError, match=r"was begun with seed: 7, not 8: give another folder"):
+        run_batch(walks(seed=8), whole)
+    with pytest.raises(FileError, match="is not empty: give a new folder, or leave out --no-resume"):
+        run_batch(walks(), whole, resume=False)
+    (tmp_path / "x.parquet").write_bytes(b"")
+    with pytest.raises(FileError, match=r"holds x\.parquet, which no batch has written"):
+        run_batch(walks(), tmp_path)
+    for bad in ({"workers": 0}, {"workers": True}, {"problem_timeout": 0.0}, {"problem_timeout": float("nan")}):
+        with pytest.raises(InputError):
+            run_batch(walks(), tmp_path / "d", **bad)
+
+
+def test_a_damaged_file_is_named_and_another_run_is_kept_out(whole, there, tmp_path):
+    folder = tmp_path / "e"
+    folder.mkdir()
+    (folder / "_spec.json").write_bytes((whole / "_spec.json").read_bytes())
+    (folder / "part-00002.parquet").write_bytes((whole / "part-00003.parquet").read_bytes())
+    with pytest.raises(BatchError, match=r"part-00002\.parquet is not of this batch: move it away"):
+        run_batch(walks(), folder, scheduler=there)
+    import fcntl
+
+    with open(whole / "_spec.json", "r+b") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with pytest.raises(BatchError, match="another run writes into"):
+            run_batch(walks(), whole)
+
+
+def test_poisoned_problems_cost_one_row_each(there, tmp_path):
+    rows = [good_row(seed) for seed in range(8)]
+    rows[1]["waypoints"][1][2] = float("nan")
+    rows[4] = good_row(4, 1) | {"start": {"velocity": [0.0, 40.0, 0.0]}, "corridor": 0.01}
+    rows[6] = long_row()
+    write_problems(tmp_path / "p.csv", rows)
+    spec = read_mapping({"table": str(tmp_path / "p.csv"), "shard_rows": 4})
+    counted = []
+    result = run_batch(
+        *(spec, tmp_path / "f"),
+        scheduler=there,
+        problem_timeout=3.0,
+        watch=lambda found: counted.append(found) or counted.append,
+    )
+    assert result.statuses == {"done": 5, "invalid": 1, "infeasible": 1, "timeout": 1}
+    assert counted[0] == 0 and sum(sum(more.values()) for more in counted[1:]) == 8
+    sheet = (tmp_path / "f" / "_datasheet" / "README.md").read_text()
+    assert "| timeout | 1 |" in sheet and "| planned | 5 |" in sheet
+
+
+def test_a_cluster_at_an_address_and_none_there(whole, there, tmp_path):
+    run_batch(walks(), tmp_path / "g", scheduler=there)
+    assert digests(tmp_path / "g") == digests(whole)
+    with pytest.raises(BatchError, match=r"there is no scheduler at tcp://127\.0\.0\.1:1: .*goes on from there"):
+        run_batch(walks(), tmp_path / "h", scheduler="tcp://127.0.0.1:1")
+
+
+def test_kill_9_of_the_whole_group_loses_no_finished_file(whole, there, tmp_path):
+    folder = tmp_path / "i"
+    process = begin(folder, WALKS, "--workers", "2")
+    while not parts(folder) and process.poll() is None:
+        time.sleep(0.01)
+    end_group(process)
+    kept = digests(folder)
+    assert kept and kept.items() <= digests(whole).items() and not (folder / "_manifest.json").exists()
+    result = run_batch(walks(), folder, scheduler=there)
+    assert result.found == len(kept) and digests(folder) == digests(whole)
+
+
+def test_a_disk_that_is_full_ends_with_a_sentence_and_a_folder_that_goes_on(whole, there, tmp_path):
+    folder = tmp_path / "j"
+    limit = sorted(path.stat().st_size for path in whole.glob("*.parquet"))[-2] + 1  # all files fit but the largest
+    process = begin(
+        *(folder, WALKS, "--workers", "1"),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    _, said = process.communicate()
+    assert process.returncode == 1 and said.count("\n") == 1
+    assert "cannot be written: File too large" in said and "of 5 files are finished, and the same command" in said
+    assert not list(folder.glob(".*.part"))
+    assert run_batch(walks(), folder, scheduler=there).shards == 5 and digests(folder) == digests(whole)
+
+
+def test_a_small_disk(whole, there, tmp_path):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=36k", "tmpfs", str(disk)]
+    if subprocess.run(mount, capture_output=True).returncode:
+        pytest.skip("this user may not mount a small disk")
+    try:
+        with pytest.raises(BatchError, match="No space left on device; . of 5 files are finished"):
+            run_batch(walks(), disk / "k", scheduler=there)
+        assert len(parts(disk / "k")) < 5
+        subprocess.run(["mount", "-o", "remount,size=16m", str(disk)], check=True)
+        run_batch(walks(), disk / "k", scheduler=there)
+        assert digests(disk / "k") == digests(whole)
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
+
+
+def victims(process, name):
+    """Return the processes of a run whose command line holds a name."""
+    try:
+        below = psutil.Process(process.pid).children(recursive=True)
+        return [one for one in below if name in " ".join(one.cmdline())]
+    except psutil.Error:
+        return []
+
+
+@pytest.mark.slow
+def test_twenty_kills_at_random_moments_change_no_byte(tmp_path):
+    spec = WALKS | {"count": 1500, "shard_rows": 50}
+    reference, folder, dice, kills = tmp_path / "l", tmp_path / "m", random.Random(5), 0
+    run_batch(read_mapping(spec), reference, workers=2)
+    while kills < 20:
+        process = begin(folder, spec, "--workers", "2")
+        while process.poll() is None and kills < 20:
+            time.sleep(dice.uniform(0.1, 1.2))
+            kind = dice.choice(["solver_process", "spawn_main", "spawn_main", "group"])
+            chosen = victims(process, kind)
+            if kind == "group" and parts(folder):
+                end_group(process)
+                kills += 1
+            elif chosen:
+                dice.choice(chosen).kill()
+                kills += 1
+        process.communicate()
+        if (folder / "_manifest.json").exists():
+            for path in folder.glob("part-*1.parquet"):
+                path.unlink()
+    run_batch(read_mapping(spec), folder, workers=2)
+    assert digests(folder) == digests(reference) and len(digests(folder)) == 30
+
+
+def test_the_command_says_what_it_wrote(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text("{generator: walks, count: 6, legs: [2, 3], shard_rows: 3}")
+    command = [sys.executable, "-m", "minsnap", "batch", str(path), "-o", str(tmp_path / "n"), "--workers", "1"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"{tmp_path / 'n'}: 6 problems in 2 files: 6 done\n"
+    again = subprocess.run(command, capture_output=True, text=True)
+    assert again.stdout == f"{tmp_path / 'n'}: 6 problems in 2 files (2 were there already): 6 done\n"
+    path.write_text("{generator: walks, count: 7, legs: [2, 3], shard_rows: 3}")
+    refused = subprocess.run(command, capture_output=True, text=True)
+    assert refused.returncode == 2 and "was begun with count: 6, not 7" in refused.stderr
+    assert Path(tmp_path / "n").is_dir()
