@@ -173,8 +173,9 @@ def test_a_disk_that_is_full_ends_with_a_sentence_and_a_folder_that_goes_on(whol
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
     )
     _, said = process.communicate()
-    assert process.returncode == 1 and said.count("\n") == 1
-    assert "cannot be written: File too large" in said and "of 5 files are finished, and the same command" in said
+    said = [line for line in said.splitlines() if not line.startswith("[")]
+    assert process.returncode == 1 and len(said) == 1
+    assert "cannot be written: File too large" in said[0] and "of 5 files are finished, and the same" in said[0]
     assert not list(folder.glob(".*.part"))
     assert run_batch(walks(), folder, scheduler=there).shards == 5 and digests(folder) == digests(whole)
 
@@ -235,7 +236,8 @@ def test_the_command_says_what_it_wrote(tmp_path):
     path.write_text("{generator: walks, count: 6, legs: [2, 3], shard_rows: 3}")
     command = [sys.executable, "-m", "minsnap", "batch", str(path), "-o", str(tmp_path / "n"), "--workers", "1"]
     done = subprocess.run(command, capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
+    progress = done.stderr.splitlines()  # a line every half a minute, on a busy machine
+    assert done.returncode == 0 and all(line.startswith("[") for line in progress)
     assert done.stdout == f"{tmp_path / 'n'}: 6 problems in 2 files: 6 done\n"
     again = subprocess.run(command, capture_output=True, text=True)
     assert again.stdout == f"{tmp_path / 'n'}: 6 problems in 2 files (2 were there already): 6 done\n"
