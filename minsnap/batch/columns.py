@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from minsnap.batch.dataset_rows import Row
 from minsnap.batch.problem_table import pyarrow_parquet
-from minsnap.batch.rows import Row
 from minsnap.errors import InputError
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -16,7 +16,7 @@ import sys
 from typing import IO, Any
 
 from minsnap.batch.columns import record_batch
-from minsnap.batch.rows import Asked, Row
+from minsnap.batch.dataset_rows import Asked, Row
 from minsnap.batch.spec import Spec, read_mapping
 from minsnap.certificate import certify
 from minsnap.planner import plan

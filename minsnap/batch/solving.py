@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from minsnap.batch.columns import record_batch
-from minsnap.batch.rows import stopped_row
+from minsnap.batch.dataset_rows import stopped_row
 from minsnap.batch.solver_process import ALARMS, FORMAT
 from minsnap.batch.spec import Spec
 from minsnap.errors import BatchError, MinsnapError

@@ -179,9 +179,9 @@ def _source(values: dict[str, Any], folder: Path) -> tuple[str, str]:
         if not isinstance(table, str):
             raise FileError(f"table is {shown(table)}: give the name of a .parquet or .csv file")
         return "table", str((folder / table).resolve())
-    if generator not in SHAPES:
+    if not isinstance(generator, str) or generator not in SHAPES:
         raise FileError(f"generator is {shown(generator)}: use {', '.join(SHAPES)}")
-    return str(generator), ""
+    return generator, ""
 
 
 def _count(values: dict[str, Any], table: str) -> int:

@@ -9,7 +9,7 @@ import pytest
 from batches import good_row, long_row, walks, write_problems
 
 from minsnap.batch.columns import record_batch
-from minsnap.batch.rows import Asked
+from minsnap.batch.dataset_rows import Asked
 from minsnap.batch.solver_process import FORMAT
 from minsnap.batch.solving import Solving
 from minsnap.batch.spec import read_mapping

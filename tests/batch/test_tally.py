@@ -4,7 +4,7 @@ import pytest
 from batches import walks
 
 from minsnap.batch.columns import record_batch
-from minsnap.batch.rows import Asked, stopped_row
+from minsnap.batch.dataset_rows import Asked, stopped_row
 from minsnap.batch.tally import Tally
 
 

@@ -3,8 +3,8 @@ import pytest
 from batches import good_row, walks, write_problems
 
 import minsnap
+from minsnap.batch.dataset_rows import STATUSES, Asked, stopped_row
 from minsnap.batch.requests import request
-from minsnap.batch.rows import STATUSES, Asked, stopped_row
 from minsnap.batch.spec import read_mapping
 
 
@@ -48,7 +48,7 @@ def test_poisoned_problems_have_their_status_and_sentence(tmp_path):
 
 
 def test_a_mistake_in_the_code_is_a_row_too(monkeypatch):
-    monkeypatch.setattr("minsnap.batch.rows.plan", lambda **given: 1 / 0)
+    monkeypatch.setattr("minsnap.batch.dataset_rows.plan", lambda **given: 1 / 0)
     row = Asked(walks(), 3).row()
     assert row["status"] == "crashed" and row["error"] == "ZeroDivisionError: division by zero"
     assert set(stopped_row(walks(), 3, "timeout", "slow")) == {"problem", "seed", "status", "error"}
