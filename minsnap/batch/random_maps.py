@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.corridors.grid_boxes import grown
-from minsnap.corridors.occupancy_grid import GridCorridor, corridor_from_grid
+from minsnap.corridors.grid_gaps import grown
+from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along
 from minsnap.errors import CorridorError
 
 MOST_CELLS = 2_000_000
@@ -38,15 +38,16 @@ def boxes(shape: Mapping[str, float], dim: int, rng: np.random.Generator) -> Gri
         If no map has a way through, or a map has too many cells.
     """
     cell = shape["cell"]
+    size = np.full(dim, cell)
     sides = np.array([shape["extent"], shape["extent"], shape["height"]][:dim])
     cells = np.maximum(np.ceil(sides / cell), 2).astype(np.intp)
     if cells.prod() > MOST_CELLS:
         raise CorridorError(f"a map of {int(cells.prod())} cells is too large: take larger cells, or a smaller extent")
     for _ in range(ATTEMPTS):
-        taken = blocks(cells, shape["occupied"], rng)
-        way = shortest_way(~grown(taken, shape["clearance"], np.full(dim, cell)), rng)
+        free = ~grown(blocks(cells, shape["occupied"], rng), shape["clearance"], size)
+        way = shortest_way(free, rng)
         if len(way) > 1:
-            return corridor_from_grid(taken, cell, (way + 0.5) * cell, clearance=shape["clearance"])
+            return boxes_along(free, size, np.zeros(dim), (way + 0.5) * cell, shape["clearance"])
     raise CorridorError(f"none of {ATTEMPTS} random maps has a way through it: lower occupied, or the clearance")
 
 
