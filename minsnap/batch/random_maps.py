@@ -38,7 +38,7 @@ def boxes(shape: Mapping[str, float], dim: int, rng: np.random.Generator) -> Gri
         If no map has a way through, or a map has too many cells.
     """
     cell = shape["cell"]
-    size = np.full(dim, cell, dtype=np.float64)
+    size = np.zeros(dim) + cell
     sides = np.array([shape["extent"], shape["extent"], shape["height"]][:dim])
     cells = np.maximum(np.ceil(sides / cell), 2).astype(np.intp)
     if cells.prod() > MOST_CELLS:
