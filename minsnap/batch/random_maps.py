@@ -38,7 +38,7 @@ def boxes(shape: Mapping[str, float], dim: int, rng: np.random.Generator) -> Gri
         If no map has a way through, or a map has too many cells.
     """
     cell = shape["cell"]
-    size = np.zeros(dim) + cell
+    size: FloatArray = np.array([cell] * dim, dtype=np.float64)
     sides = np.array([shape["extent"], shape["extent"], shape["height"]][:dim])
     cells = np.maximum(np.ceil(sides / cell), 2).astype(np.intp)
     if cells.prod() > MOST_CELLS:
@@ -47,7 +47,9 @@ def boxes(shape: Mapping[str, float], dim: int, rng: np.random.Generator) -> Gri
         free = ~grown(blocks(cells, shape["occupied"], rng), shape["clearance"], size)
         way = shortest_way(free, rng)
         if len(way) > 1:
-            return boxes_along(free, size, np.zeros(dim), (way + 0.5) * cell, shape["clearance"])
+            return boxes_along(
+                free, size, np.zeros(dim), np.asarray((way + 0.5) * cell, dtype=np.float64), shape["clearance"]
+            )
     raise CorridorError(f"none of {ATTEMPTS} random maps has a way through it: lower occupied, or the clearance")
 
 
