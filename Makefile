@@ -4,6 +4,7 @@
 # make lint   ruff and mypy
 # make docs   the documentation, in docs/_build/html
 # make bench  the benchmarks
+# make clang  the native core's tests with a core compiled by clang
 # make sanitize  the native core's tests under the address and undefined-behaviour sanitizers
 
 PYTHON ?= python3
@@ -17,7 +18,7 @@ ifneq ($(COMPILER),)
 export MINSNAP_REQUIRE_NATIVE ?= 1
 endif
 
-.PHONY: demo test test-python lint docs bench sanitize clean
+.PHONY: demo test test-python lint docs bench clang sanitize clean
 
 demo: $(VENV)/installed
 	mkdir -p out
@@ -31,6 +32,11 @@ test: $(VENV)/developing
 test-python: $(VENV)/developing
 	MINSNAP_CORE=python MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error tests/optimisation tests/trajectory \
 		tests/test_planner.py tests/test_many.py tests/test_reference_values.py
+
+clang: $(VENV)/developing
+	CXX=clang++ MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build --output build/clang/_core.bin
+	MINSNAP_CORE=native MINSNAP_LIBRARY=build/clang/_core.bin $(BIN)/python -m pytest -W error -p no:cacheprovider tests/native \
+		--ignore tests/native/test_build.py --ignore tests/native/test_wheel.py -m "not slow"
 
 sanitize: $(VENV)/developing
 	MINSNAP_CXXFLAGS='-Werror -DMINSNAP_UNROLL= -DMINSNAP_INLINE=inline -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all' \

@@ -16,12 +16,13 @@ from minsnap.arrays import FloatArray, IntArray
 from minsnap.checks import DERIVATIVES, check_degree, check_state
 from minsnap.corridors.constraint import Constraint
 from minsnap.errors import CorridorError, InputError, MinsnapError, TimingError, WaypointError
-from minsnap.native.many import many_optima
+from minsnap.native.many import many_optima, many_tubes
 from minsnap.native.status import Status
+from minsnap.optimisation.tube_report import TubeReport
 from minsnap.planner import plan
 from minsnap.trajectory.report import LinearSystem, Report
 from minsnap.trajectory.trajectories import Trajectories
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.trajectory import ReportMaker, Trajectory
 
 State = Mapping[str, npt.ArrayLike]
 
@@ -71,10 +72,10 @@ def plan_many(
     ends = _states(start, "start", batch, half), _states(end, "end", batch, half)
     workers = _workers(threads)
     corridors = _corridors(corridor, len(batch))
-    solved = _solved_together(batch, half, ends, workers) if corridors is None else None
+    solved = _solved_together(batch, half, ends, corridors, workers)
     if solved is None:
         return _solved_one_by_one(batch, corridors, half, ends, workers)
-    return _mended(batch, half, ends, solved, workers, began)
+    return _mended(batch, half, ends, corridors, solved, workers, began)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +190,7 @@ def _corridors(corridor: Any, count: int) -> list[Any] | None:
     """Corridor of every problem; None where there is none at all."""
     if corridor is None:
         return None
-    if hasattr(corridor, "walls") or np.ndim(corridor) == 0:
+    if hasattr(corridor, "walls") or not hasattr(corridor, "__len__") or getattr(corridor, "ndim", 1) == 0:
         return [corridor] * count
     each = list(corridor)
     if len(each) != count:
@@ -197,10 +198,61 @@ def _corridors(corridor: Any, count: int) -> list[Any] | None:
     return each
 
 
+@dataclass(frozen=True, eq=False)
+class _Together:
+    """What the native core made of all problems at once.
+
+    Parameters
+    ----------
+    points : ndarray, shape (legs in all, 2k, dim)
+    breaks : ndarray, shape (knots in all,)
+    statuses : ndarray of int, shape (problems,)
+    widths, figures : ndarray, shape (legs in all,) and (problems, 4), or None
+        Half-widths of tubes, and what is known of the plans in them.
+    """
+
+    points: FloatArray
+    breaks: FloatArray
+    statuses: IntArray
+    widths: FloatArray | None = None
+    figures: FloatArray | None = None
+
+    def reports(self, batch: _Batch, seconds: float) -> list[Report | ReportMaker]:
+        """Return what makes the report of each problem."""
+        if self.widths is None or self.figures is None:
+            return [LinearSystem(0.0, seconds, "native")] * len(batch)
+        first = batch.offsets.tolist()
+        return [
+            TubeReport(seconds, figures, batch.problem(index)[0], self.widths[first[index] : first[index + 1]])
+            for index, figures in enumerate(self.figures)
+        ]
+
+
 def _solved_together(
-    batch: _Batch, half: int, ends: tuple[FloatArray | None, FloatArray | None], workers: int
-) -> tuple[FloatArray, FloatArray, IntArray] | None:
-    return many_optima(batch.points, batch.durations, batch.offsets, half, ends, workers)
+    batch: _Batch,
+    half: int,
+    ends: tuple[FloatArray | None, FloatArray | None],
+    corridors: list[Any] | None,
+    workers: int,
+) -> _Together | None:
+    arrays = batch.points, batch.durations, batch.offsets, half
+    if corridors is None:
+        free = many_optima(*arrays, ends, workers)
+        return None if free is None else _Together(*free)
+    widths = _leg_widths(batch, corridors) if ends == (None, None) and batch.dim > 1 else None
+    tubes = None if widths is None else many_tubes(*arrays, widths, workers)
+    return None if tubes is None else _Together(tubes[0], tubes[1], tubes[3], widths, tubes[2])
+
+
+def _leg_widths(batch: _Batch, corridors: list[Any]) -> FloatArray | None:
+    """Return the half-width of every leg; None unless all corridors are one number, or one per leg, and as asked."""
+    rows = []
+    for corridor, legs in zip(corridors, np.diff(batch.offsets).tolist(), strict=True):
+        width = None if corridor is None or hasattr(corridor, "walls") else _numbers(corridor)
+        if width is None or width.shape not in ((), (legs,)):
+            return None
+        rows.append(np.broadcast_to(width, legs))
+    return np.concatenate([*rows, np.zeros(0)])
 
 
 def _alone(
@@ -226,25 +278,24 @@ def _mended(
     batch: _Batch,
     half: int,
     ends: tuple[FloatArray | None, FloatArray | None],
-    solved: tuple[FloatArray, FloatArray, IntArray],
+    corridors: list[Any] | None,
+    solved: _Together,
     workers: int,
     began: float,
 ) -> Trajectories:
     """Plan by themselves the problems that the native core left, and wrap all."""
-    points, breaks, statuses = solved
-    left = np.flatnonzero(statuses != Status.DONE)
-    how = LinearSystem(0.0, (perf_counter() - began) / max(len(batch), 1), "native")
+    left = np.flatnonzero(solved.statuses != Status.DONE)
+    reports = solved.reports(batch, (perf_counter() - began) / max(len(batch), 1))
     errors: list[MinsnapError | None] = [None] * len(batch)
-    reports: list[Report | LinearSystem] = [how] * len(batch)
     for index in left.tolist():
-        found = _alone(batch, index, None, half, ends)
+        found = _alone(batch, index, None if corridors is None else corridors[index], half, ends)
         if isinstance(found, MinsnapError):
             errors[index] = found
             continue
         first, last = int(batch.offsets[index]), int(batch.offsets[index + 1])
-        points[first:last], breaks[first + index : last + index + 1] = found.control_points, found.breaks
-        reports[index] = found.report or how
-    return _wrapped(points, batch.durations, breaks, batch.offsets, errors, reports, workers)
+        solved.points[first:last], solved.breaks[first + index : last + index + 1] = found.control_points, found.breaks
+        reports[index] = found.report or reports[index]
+    return _wrapped(solved.points, batch.durations, solved.breaks, batch.offsets, errors, reports, workers)
 
 
 def _solved_one_by_one(
@@ -279,7 +330,7 @@ def _wrapped(
     breaks: FloatArray,
     offsets: IntArray,
     errors: Sequence[MinsnapError | None],
-    reports: Sequence[Report | LinearSystem],
+    reports: Sequence[Report | ReportMaker],
     workers: int,
 ) -> Trajectories:
     for array in (points, durations, breaks, offsets):

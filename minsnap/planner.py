@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING
@@ -30,16 +30,15 @@ from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import check_dimension, is_table, read_columns, warn_magnitude
 from minsnap.corridors.knot_regions import place
-from minsnap.corridors.margins import margin_to
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
-from minsnap.corridors.tubes import Tube, as_constraints
+from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError, TimingError
 from minsnap.native.tube import tube_optimum
 from minsnap.native.unconstrained import resting_optimum
 from minsnap.optimisation.planned_yaw import Held, Yaw, asked_heading
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.solved import NATIVE
+from minsnap.optimisation.tube_report import TubeReport
 from minsnap.time_allocation.timed import Timed, Timing
 from minsnap.trajectory.report import LinearSystem, Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
@@ -257,7 +256,7 @@ def _in_tube(points: FloatArray, times: FloatArray, width: object, half: int, be
         return None
     points.setflags(write=False)
     widths.setflags(write=False)
-    how = _TubeSolved(began, perf_counter(), found.figures, points, widths)
+    how = TubeReport(perf_counter() - began, found.figures, points, widths)
     return Trajectory.solved(found.points, times, found.breaks, how)
 
 
@@ -270,22 +269,6 @@ def _half_widths(width: object, legs: int) -> FloatArray | None:
     plain = width.dtype.kind in "fiu" if isinstance(width, np.ndarray) else {int, float}.issuperset(map(type, width))
     widths = np.array(width, dtype=np.float64) if plain else None
     return widths if widths is not None and widths.ndim == 1 else None
-
-
-@dataclass(frozen=True, eq=False)
-class _TubeSolved:
-    """What is known of a plan in a tube when it is made; its report is made when somebody asks for it."""
-
-    began: float
-    ended: float
-    figures: FloatArray
-    waypoints: FloatArray
-    widths: FloatArray
-
-    def report(self, curve: Trajectory) -> Report:
-        margin = min(margin_to(curve, walls).value for walls in Tube(self.widths).walls(self.waypoints))
-        rows, rounds = self.figures[2:].astype(int).tolist()
-        return Report(NATIVE, rounds, rows, curve.cost(), margin, 1e3 * (self.ended - self.began), core=NATIVE)
 
 
 def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits: Limits | None) -> float:

@@ -160,3 +160,24 @@ def test_unclear_problems_are_refused(arguments, error, said):
 
 def test_no_problem_at_all_is_no_plan():
     assert len(minsnap.plan_many([], [])) == 0
+
+
+@pytest.mark.skipif(not NATIVE, reason="there is no native core")
+@pytest.mark.parametrize("threads", [1, 2, 8])
+def test_tubes_are_solved_together_to_the_bytes_of_each_alone(threads):
+    rng = np.random.default_rng(5)
+    points, durations = np.cumsum(rng.normal(size=(30, 6, 3)), axis=1), rng.uniform(0.5, 2.0, (30, 5))
+    widths = [0.2, *rng.uniform(0.05, 0.5, 28), rng.uniform(0.1, 0.3, 5)]
+    points[7, 2] = points[7, 1]
+    durations[11, 0] = -1.0
+    widths[13] = 0.0
+    many = minsnap.plan_many(points, durations, corridor=widths, threads=threads)
+    assert [i for i, error in enumerate(many.errors) if error] == [7, 11, 13]
+    for index in set(range(30)) - {7, 11, 13}:
+        alone = minsnap.plan(points[index], durations[index], corridor=widths[index])
+        assert many[index].control_points.tobytes() == alone.control_points.tobytes()
+        ours, its = many[index].report, alone.report
+        assert (ours.core, ours.rounds, ours.rows) == ("native", its.rounds, its.rows)
+        assert ours.cost == pytest.approx(its.cost, rel=1e-12)
+        assert ours.corridor_margin == its.corridor_margin >= 0.0
+        assert minsnap.certify(many[index], points[index], corridor=widths[index]).ok

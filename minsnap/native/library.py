@@ -44,7 +44,7 @@ Function = Callable[..., int]
 
 
 class NativeCoreError(MinsnapError):
-    """The native core was demanded by ``MINSNAP_CORE=native`` and is missing or does not match."""
+    """The native core is missing and ``MINSNAP_CORE=native`` demands it, or it is older than the package."""
 
 
 @dataclass(frozen=True)
@@ -163,10 +163,21 @@ class Entry:
         Entry.every.append(self)
 
     def function(self) -> Function | None:
-        """Return the function, or None where the Python core is in use."""
+        """Return the function, or None where the Python core is in use.
+
+        Raises
+        ------
+        NativeCoreError
+            If the library was compiled from older sources, which do not have it.
+        """
         library = core().library
         if library is not None and self.ready is None:
-            found = getattr(library, self.name)
+            found = getattr(library, self.name, None)
+            if found is None:
+                raise NativeCoreError(
+                    f"the native core is older than this minsnap, and has no {self.name}: compile it anew with "
+                    "'python -m minsnap.native.build', or set MINSNAP_CORE=python"
+                )
             found.argtypes, found.restype = self.types or None, ctypes.c_int32
             self.ready = found
         return self.ready

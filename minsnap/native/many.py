@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import c_int32, c_int64, c_void_p
+from ctypes import c_double, c_int32, c_int64, c_void_p
 
 import numpy as np
 
@@ -13,6 +13,11 @@ _SOLVE = Entry(
     "minsnap_many",
     *(c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p, c_int32),
     *(c_void_p, c_void_p, c_void_p),
+)
+_TUBES = Entry(
+    "minsnap_many_tubes",
+    *(c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_double, c_int32),
+    *(c_void_p, c_void_p, c_void_p, c_void_p),
 )
 _EVALUATE = Entry(
     "minsnap_evaluate_many",
@@ -62,6 +67,44 @@ def many_optima(
         *(address(found), address(breaks), address(statuses)),
     )
     return found, breaks, statuses.astype(np.intp)
+
+
+def many_tubes(
+    points: FloatArray,
+    durations: FloatArray,
+    offsets: IntArray,
+    half: int,
+    widths: FloatArray,
+    threads: int,
+    gap: float = 1e-6,
+) -> tuple[FloatArray, FloatArray, FloatArray, IntArray] | None:
+    """Return curves from rest to rest that are proved to stay in their tubes; see ``minsnap.native.tube``.
+
+    Parameters
+    ----------
+    points, durations, offsets, half, threads
+        As for ``many_optima``.
+    widths : ndarray, shape (legs in all,)
+        Half-widths [m].
+    gap : float
+        Share of the cost that may be given away.
+
+    Returns
+    -------
+    (control points (legs in all, 2k, dim), breaks (knots in all,), figures (problems, 4), statuses (problems,)) or None
+        The figures are those of ``TubeCurve``; None where the Python core is in use.
+    """
+    solve = _TUBES.ready or _TUBES.function()
+    if solve is None:
+        return None
+    count, dim = len(offsets) - 1, points.shape[1]
+    found, breaks = np.empty((len(durations), 2 * half, dim)), np.empty(len(points))
+    figures, statuses = np.zeros((count, 4)), np.zeros(count, dtype=np.int32)
+    solve(
+        *map(address, (points, durations, widths, offsets)),
+        *(count, dim, half, gap, threads, *map(address, (found, breaks, figures, statuses))),
+    )
+    return found, breaks, figures, statuses.astype(np.intp)
 
 
 def many_values(

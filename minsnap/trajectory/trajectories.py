@@ -13,8 +13,8 @@ from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.many import many_values
 from minsnap.trajectory.path import check_order
-from minsnap.trajectory.report import LinearSystem, Report
-from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.report import Report
+from minsnap.trajectory.trajectory import ReportMaker, Trajectory
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,7 +35,7 @@ class Trajectories:
     offsets : ndarray of int, shape (plans + 1,)
     errors : tuple of MinsnapError or None
         By plan, what was wrong; None where nothing was.
-    reports : tuple of Report or LinearSystem
+    reports : tuple of Report or ReportMaker
         By plan.
     threads : int
         With how many threads all are evaluated.
@@ -46,7 +46,7 @@ class Trajectories:
     breaks: FloatArray
     offsets: IntArray
     errors: tuple[MinsnapError | None, ...]
-    reports: tuple[Report | LinearSystem, ...]
+    reports: tuple[Report | ReportMaker, ...]
     threads: int = 1
 
     def __len__(self) -> int:
@@ -106,9 +106,9 @@ class Trajectories:
         first, last = int(self.offsets[number]), int(self.offsets[number + 1])
         points, durations = self.control_points[first:last], self.durations[first:last]
         breaks = self.breaks[first + number : last + number + 1]
-        if isinstance(how, LinearSystem):
-            return Trajectory.solved(points, durations, breaks, how)
-        return Trajectory(points, durations, report=how)
+        if isinstance(how, Report):
+            return Trajectory(points, durations, report=how)
+        return Trajectory.solved(points, durations, breaks, how)
 
     def __iter__(self) -> Iterator[Trajectory]:
         return (self[index] for index in range(len(self)))

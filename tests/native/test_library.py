@@ -75,6 +75,12 @@ def test_a_library_with_another_interface_is_not_called(monkeypatch):
         assert found.library is None and f"not {library.ABI}" in found.reason
 
 
+@pytest.mark.skipif(library.core().library is None, reason="there is no native core")
+def test_a_library_of_older_sources_names_what_it_lacks_and_how_to_compile_it():
+    with pytest.raises(library.NativeCoreError, match="no minsnap_of_tomorrow: .*python -m minsnap.native.build"):
+        library.Entry("minsnap_of_tomorrow").function()
+
+
 def test_using_puts_the_choice_back():
     before = library.core()
     with library.using("python") as core:

@@ -25,7 +25,7 @@ def in_python(points, durations, half, pins=None, closed=False):
     ends = {} if closed else {"start": named.pop(0, None), "end": named.pop(len(durations), None)}
     with library.using("python"):
         return minsnap.plan(
-            points, durations=durations, degree=2 * half - 1, pins=named, closed=closed, **ends
+            points, durations=durations, degree=2 * half - 1, pins=named, closed=closed, dim=points.shape[1], **ends
         ).control_points
 
 

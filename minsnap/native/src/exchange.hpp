@@ -258,6 +258,7 @@ private:
         for (int knot = 0; knot <= chain.pieces; ++knot)
             for (std::size_t i = 0; i < state; ++i)
                 answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
+        if (!std::isfinite(answer.cost) || !std::isfinite(answer.bound)) return Status::not_proved;  // as doubles
         return rough_ || std::fabs(cost - bound) <= Real(given_->gap) * cost ? Status::done : Status::not_proved;
     }
 

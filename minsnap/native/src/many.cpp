@@ -8,34 +8,8 @@
 
 #include "evaluate.hpp"
 #include "export.hpp"
-#include "threads.hpp"
+#include "for_all.hpp"
 #include "unconstrained.hpp"
-
-namespace minsnap {
-namespace {
-
-constexpr std::int64_t chunk_size = 64;
-
-bool ascending(const std::int64_t *offsets, std::int64_t count) {
-    if (offsets[0] != 0) return false;
-    for (std::int64_t b = 0; b < count; ++b)
-        if (offsets[b + 1] < offsets[b]) return false;
-    return true;
-}
-
-// Call solve(b) for all problems and keep what each returns.
-template <class Solve>
-void for_all(std::int64_t count, int threads, std::int32_t *statuses, Solve &&solve) {
-    auto task = [&](std::int64_t chunk) {
-        const std::int64_t end = std::min(count, (chunk + 1) * chunk_size);
-        for (std::int64_t b = chunk * chunk_size; b < end; ++b) statuses[b] = static_cast<std::int32_t>(solve(b));
-    };
-    Chunks<decltype(task)> chunks((count + chunk_size - 1) / chunk_size, task);
-    chunks.run(threads);
-}
-
-}  // namespace
-}  // namespace minsnap
 
 // Plans without walls; starts and ends are states (count, half - 1, dim), null at rest.
 //
@@ -47,7 +21,7 @@ MINSNAP_EXPORT std::int32_t minsnap_many(const double *points, const double *dur
     using namespace minsnap;
     if (count < 0 || dim < 1 || half < 2 || !ascending(offsets, count))
         return static_cast<std::int32_t>(Status::bad_size);
-    for_all(count, threads, statuses, [&](std::int64_t b) {
+    for_all<64>(count, threads, statuses, [&](std::int64_t b) {
         const std::int64_t first = offsets[b], state = b * (half - 1) * dim;
         ChainProblem chain;
         chain.points = points + (first + b) * dim, chain.durations = durations + first;
@@ -74,7 +48,7 @@ MINSNAP_EXPORT std::int32_t minsnap_evaluate_many(const double *points, const do
     using namespace minsnap;
     if (count < 0 || dim < 1 || degree < 0 || instants < 0 || order < 0 || order > degree || !ascending(offsets, count))
         return static_cast<std::int32_t>(Status::bad_size);
-    for_all(count, threads, statuses, [&](std::int64_t b) {
+    for_all<64>(count, threads, statuses, [&](std::int64_t b) {
         const std::int64_t first = offsets[b];
         const PiecewiseCurve curve = {points + first * (degree + 1) * dim, durations + first,      breaks + first + b,
                                       offsets[b + 1] - first,              degree, dim};

@@ -5,6 +5,7 @@
 
 #include "exchange_solver.hpp"
 #include "export.hpp"
+#include "for_all.hpp"
 #include "unconstrained.hpp"
 
 namespace minsnap {
@@ -105,34 +106,55 @@ private:
     Buffer<std::int64_t> wall_;
 };
 
-}  // namespace
-}  // namespace minsnap
-
-// The curve of least cost from rest to rest that stays inside the tube at every instant, which is proved. shared: one
-// half-width for all legs. Out: control points (legs, 2k, dim) [m], instants of the knots (legs + 1,) [s], and figures
-// (4,): cost and lower bound [m^2/s^(2k-1)], contacts, rounds.
-MINSNAP_EXPORT std::int32_t minsnap_tube(const double *points, const double *durations, const double *widths,
-                                         std::int64_t legs, std::int32_t dim, std::int32_t half, std::int32_t shared,
-                                         double gap, double *out, double *breaks, double *figures) {
-    using namespace minsnap;
-    const TubeProblem given = {points, durations, widths, legs, dim, half, shared != 0};
-    if (!corridor_sizes_fit(half, legs, dim, 2 * legs * dim)) return std::int32_t(Status::bad_size);
+// figures (4,): cost and lower bound [m^2/s^(2k-1)], contacts, rounds.
+Status solve_tube(const TubeProblem &given, double gap, double *out, double *breaks, double *figures) {
+    if (!corridor_sizes_fit(given.half, given.legs, given.dim, 2 * given.legs * given.dim)) return Status::bad_size;
     TubeWalls walls;
     Unasked unasked;
     Status status = walls.make(given);
     if (status == Status::done && !unasked.allocate(given)) status = Status::no_memory;
-    if (status != Status::done) return std::int32_t(status);
-    const Request request = {half, int(legs), dim, false, walls.length, walls.time, points, durations, nullptr, nullptr,
-                             walls.walls(), gap};
+    if (status != Status::done) return status;
+    const Request request = {given.half, int(given.legs), given.dim, false, walls.length, walls.time, given.points,
+                             given.durations, nullptr, nullptr, walls.walls(), gap};
     status = check_request(request);
-    if (status != Status::done) return std::int32_t(status);
+    if (status != Status::done) return status;
     Answer answer = unasked.answer(out);
     std::int64_t attempts = 0;
     status = solve_request(request, answer, attempts);
-    if (status != Status::done) return std::int32_t(status);
-    write_breaks(durations, legs, breaks);
-    const double unit = walls.length * walls.length * std::pow(walls.time, 1.0 - 2.0 * half);
+    if (status != Status::done) return status;
+    write_breaks(given.durations, given.legs, breaks);
+    const double unit = walls.length * walls.length * std::pow(walls.time, 1.0 - 2.0 * given.half);
     figures[0] = unit * answer.cost, figures[1] = unit * answer.bound;
     figures[2] = double(answer.rows), figures[3] = double(answer.rounds);
+    return Status::done;
+}
+
+}  // namespace
+}  // namespace minsnap
+
+// The curve of least cost from rest to rest that stays inside the tube at every instant, which is proved. shared: one
+// half-width for all legs. Out: control points (legs, 2k, dim) [m], instants of the knots (legs + 1,) [s], and figures.
+MINSNAP_EXPORT std::int32_t minsnap_tube(const double *points, const double *durations, const double *widths,
+                                         std::int64_t legs, std::int32_t dim, std::int32_t half, std::int32_t shared,
+                                         double gap, double *out, double *breaks, double *figures) {
+    using namespace minsnap;
+    return std::int32_t(solve_tube({points, durations, widths, legs, dim, half, shared != 0}, gap, out, breaks, figures));
+}
+
+// Many of them over threads, each solved as if it were alone, one after the other in all arrays; a half-width for every
+// leg. Out besides: figures (count, 4) and a status for each problem.
+MINSNAP_EXPORT std::int32_t minsnap_many_tubes(const double *points, const double *durations, const double *widths,
+                                               const std::int64_t *offsets, std::int64_t count, std::int32_t dim,
+                                               std::int32_t half, double gap, std::int32_t threads, double *out,
+                                               double *breaks, double *figures, std::int32_t *statuses) {
+    using namespace minsnap;
+    if (count < 0 || dim < 1 || half < 2 || !ascending(offsets, count)) return std::int32_t(Status::bad_size);
+    for_all<8>(count, threads, statuses, [&](std::int64_t b) {
+        const std::int64_t first = offsets[b];
+        const TubeProblem given = {points + (first + b) * dim, durations + first, widths + first,
+                                   offsets[b + 1] - first,     dim,               half,
+                                   false};
+        return solve_tube(given, gap, out + first * 2 * half * dim, breaks + first + b, figures + 4 * b);
+    });
     return std::int32_t(Status::done);
 }

@@ -1,0 +1,30 @@
+// Many problems, each solved as if it were alone, shared among threads.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "threads.hpp"
+
+namespace minsnap {
+
+// Offsets of problems that stand one after the other: problem b has the legs offsets[b] ... offsets[b + 1] - 1.
+inline bool ascending(const std::int64_t *offsets, std::int64_t count) {
+    if (offsets[0] != 0) return false;
+    for (std::int64_t b = 0; b < count; ++b)
+        if (offsets[b + 1] < offsets[b]) return false;
+    return true;
+}
+
+// Call solve(b) for all problems and keep what each returns.
+template <int chunk_size, class Solve>
+inline void for_all(std::int64_t count, int threads, std::int32_t *statuses, Solve &&solve) {
+    auto task = [&](std::int64_t chunk) {
+        const std::int64_t end = std::min(count, (chunk + 1) * chunk_size);
+        for (std::int64_t b = chunk * chunk_size; b < end; ++b) statuses[b] = static_cast<std::int32_t>(solve(b));
+    };
+    Chunks<decltype(task)> chunks((count + chunk_size - 1) / chunk_size, task);
+    chunks.run(threads);
+}
+
+}  // namespace minsnap

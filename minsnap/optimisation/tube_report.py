@@ -1,0 +1,40 @@
+"""The report of a plan in a tube that the native core made in one call."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.margins import margin_to
+from minsnap.corridors.tubes import Tube
+from minsnap.optimisation.solved import NATIVE
+from minsnap.trajectory.report import Report
+from minsnap.trajectory.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class TubeReport:
+    """What is known of such a plan when it is made; its report is made when somebody asks for it.
+
+    Parameters
+    ----------
+    seconds : float
+        What the plan took.
+    figures : ndarray, shape (4,)
+        Cost and lower bound [m^2/s^(2k - 1)], contacts, rounds.
+    waypoints : ndarray, shape (legs + 1, dim)
+        [m].
+    widths : ndarray, shape () or (legs,)
+        Half-widths of the tube [m].
+    """
+
+    seconds: float
+    figures: FloatArray
+    waypoints: FloatArray
+    widths: FloatArray
+
+    def report(self, curve: Trajectory) -> Report:
+        """Return the report, with the proved distance of the curve to the tube."""
+        margin = min(margin_to(curve, walls).value for walls in Tube(self.widths).walls(self.waypoints))
+        rows, rounds = self.figures[2:].astype(int).tolist()
+        return Report(NATIVE, rounds, rows, curve.cost(), margin, 1e3 * self.seconds, core=NATIVE)
