@@ -180,7 +180,7 @@ def map_samples(samples: Samples, source: str | Frame, target: str | Frame) -> S
     here, there = get_frame(source), get_frame(target)
     if here.name == there.name:
         return samples
-    vectors = ("position", "velocity", "acceleration", "jerk", "snap")
+    vectors = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
     mapped = {name: map_vectors(getattr(samples, name), here, there) for name in vectors if _has(samples, name)}
     if samples.yaw is not None:
         mapped["yaw"] = map_yaw(samples.yaw, here, there)

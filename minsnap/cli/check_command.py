@@ -75,6 +75,8 @@ def _as_text(report: ConsistencyReport, inside: Membership | None, problems: lis
         f"{'at rest':<20}{_rests(report)}",
         f"{'largest step':<20}{report.largest_jump:.4g} m, at {report.jump_time:.6g} s",
     ]
+    if report.feed_forward is not None:
+        lines.append(f"{'feed-forward':<20}up to {report.feed_forward:.4g} m/s^2 beside the acceleration")
     if inside is not None:
         lines.append(f"{'corridor margin':<20}{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s")
     lines += ["", *_table(report.axes)] if report.axes else []

@@ -34,6 +34,16 @@ Plot = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 NoClobber = Annotated[bool, typer.Option("--no-clobber", help="Refuse to replace a file that is there.")]
 
+OffsetDrag = Annotated[
+    float, typer.Option("--drag", metavar="K", help="Feed-forward of K times the velocity [1/s]: offsets drag.")
+]
+OffsetVehicle = Annotated[
+    Path | None, typer.Option("--vehicle", metavar="FILE", help="Vehicle YAML whose drag is offset instead.")
+]
+Lead = Annotated[
+    float, typer.Option("--lead", metavar="S", help="Setpoints so much earlier: offsets the vehicle's delay.")
+]
+
 Time = Annotated[float | None, typer.Option("--time", metavar="S", help="Duration of the whole [s].")]
 Split = Annotated[
     str | None, typer.Option("--split", help="How --time is split over the legs: optimal, distance or trapezoid.")

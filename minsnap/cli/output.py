@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 from minsnap.cli import options
 from minsnap.cli.summary import as_json, as_text, summarise
-from minsnap.errors import FileError
+from minsnap.errors import FileError, InputError
 
 if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure
 
     from minsnap.limits.limits import Limits
+    from minsnap.mavlink.compensation import FeedForward
     from minsnap.trajectory.path import Path
+    from minsnap.trajectory.samples import Samples
 
 STANDARD_OUTPUT = FilePath("-")
 
@@ -40,6 +42,8 @@ class Destination:
         Print the summary as JSON.
     no_clobber : bool
         Refuse to replace files.
+    drag, vehicle, lead : float, path or None, float
+        What to offset by feed-forward in setpoints (:class:`~minsnap.mavlink.compensation.FeedForward`).
 
     Raises
     ------
@@ -58,6 +62,9 @@ class Destination:
     json: options.Json = False
     no_clobber: options.NoClobber = False
     format: options.Format = None
+    drag: options.OffsetDrag = 0.0
+    vehicle: options.OffsetVehicle = None
+    lead: options.Lead = 0.0
 
     def __post_init__(self) -> None:
         from minsnap.frames import get_frame
@@ -74,6 +81,29 @@ class Destination:
             if file is not None and file != STANDARD_OUTPUT:
                 check_destination(file, clobber=not self.no_clobber)
         self._check_format()
+        self._check_feed_forward()
+
+    def _check_feed_forward(self) -> None:
+        if not self._offsets:
+            return
+        self._feed_forward()
+        if self.output is None:
+            raise InputError("--drag, --vehicle and --lead are written with setpoints: give -o FILE")
+        if not self._is_csv and self.output != STANDARD_OUTPUT:
+            from minsnap.files.convert import format_of
+
+            if format_of(self.output, self.format).holds != "samples":
+                raise InputError("polynomials hold no feed-forward: write setpoints, such as -o FILE.csv")
+
+    @property
+    def _offsets(self) -> bool:
+        return bool(self.drag) or self.vehicle is not None or bool(self.lead)
+
+    def _feed_forward(self) -> FeedForward:
+        from minsnap.mavlink.compensation import FeedForward
+        from minsnap.vehicle import read_vehicle
+
+        return FeedForward(self.drag, None if self.vehicle is None else read_vehicle(self.vehicle), self.lead)
 
     def _check_format(self) -> None:
         if self.output == STANDARD_OUTPUT and self.format not in (None, "setpoints"):
@@ -109,7 +139,8 @@ class Destination:
             self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits)
         if self.output is not None:
             known = {"waypoints": waypoints, "corridor": corridor, "limits": limits}
-            figures["note"] = self._write(path, known | {"command": ("minsnap", *sys.argv[1:])})
+            said = (figures["note"], self._write(path, known | {"command": ("minsnap", *sys.argv[1:])}))
+            figures["note"] = "; ".join(filter(None, said)) or None
         named = {"output": self.output, "plot": self.plot}
         figures |= {name: None if file is None else str(file) for name, file in named.items()}
         text = as_json(figures) if self.json else as_text(figures)
@@ -118,22 +149,37 @@ class Destination:
     def _write(self, path: Path, facts: dict[str, Any]) -> str | None:
         """Write the path; return a sentence on data that its format cannot hold."""
         if self._is_csv or self.output == STANDARD_OUTPUT:
-            self._write_setpoints(path)
-            return None
+            return self._write_setpoints(path)
         from minsnap.files.convert import written
         from minsnap.files.format import Writing
 
         assert self.output is not None
+        if self._offsets:
+            samples, note = self._offset(path)
+            _, lost = written(
+                samples, self.output, self.format, self.rate, Writing(self.frame, not self.no_clobber, facts)
+            )
+            return "; ".join(filter(None, (note, lost)))
         return written(path, self.output, self.format, self.rate, Writing(self.frame, not self.no_clobber, facts))[1]
 
-    def _write_setpoints(self, path: Path) -> None:
+    def _offset(self, path: Path) -> tuple[Samples, str]:
+        """Return the setpoints with their feed-forward, and a sentence on it."""
+        from minsnap.files.setpoint_csv import in_space
+
+        samples, added = in_space(path.sample(self.rate)), self._feed_forward()
+        return added.stated(samples), added.describe(samples)
+
+    def _write_setpoints(self, path: Path) -> str | None:
+        """Write setpoints; return a sentence on their feed-forward."""
         from minsnap.files.setpoint_csv import csv_lines, write_csv
 
+        source, note = self._offset(path) if self._offsets else (path, None)
         if self.output == STANDARD_OUTPUT:
-            sys.stdout.writelines(csv_lines(path, self.rate, self.frame))
+            sys.stdout.writelines(csv_lines(source, self.rate, self.frame))
             sys.stdout.flush()
         elif self.output is not None:
-            write_csv(path, self.output, self.rate, self.frame, clobber=not self.no_clobber)
+            write_csv(source, self.output, self.rate, self.frame, clobber=not self.no_clobber)
+        return note
 
     def _draw(self, path: Path, **drawing: Any) -> None:
         from minsnap.plot.figures import plot_overview

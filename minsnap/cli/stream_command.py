@@ -63,15 +63,9 @@ def stream(
     wait: Annotated[
         float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat, its position, and its arming.")
     ] = 30.0,
-    drag: Annotated[
-        float, typer.Option("--drag", metavar="K", help="Add K times the velocity to the acceleration [1/s].")
-    ] = 0.0,
-    vehicle: Annotated[
-        Path | None, typer.Option("--vehicle", metavar="FILE", help="Vehicle YAML whose drag is offset instead.")
-    ] = None,
-    lead: Annotated[
-        float, typer.Option("--lead", metavar="S", help="Send setpoints so much earlier: offsets the vehicle's delay.")
-    ] = 0.0,
+    drag: options.OffsetDrag = 0.0,
+    vehicle: options.OffsetVehicle = None,
+    lead: options.Lead = 0.0,
     log: Annotated[Path | None, typer.Option("--log", metavar="FILE", help="CSV of all sent and heard.")] = None,
 ) -> int:
     """Fly a setpoint file over MAVLink, by PX4's offboard or ArduPilot's guided mode.

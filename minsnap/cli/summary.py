@@ -30,7 +30,6 @@ _LINES = (
     ("milliseconds", "planned in", "{:.1f} ms"),
     ("interrupted", "interrupted", "{} (the best plan found until then)"),
     ("note", "note", "{}"),
-    ("note", "note", "{}"),
     ("output", "written", "{}"),
     ("plot", "drawn", "{}"),
 )

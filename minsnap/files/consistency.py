@@ -69,6 +69,8 @@ class ConsistencyReport:
         Per coordinate and for yaw; empty when a number is not finite.
     starts_at_rest, ends_at_rest : bool or None
         Whether the velocity there is zero (below 1 cm/s); None without velocities.
+    feed_forward : float or None
+        The most that is to be commanded in addition to the acceleration [m/s^2]; None where none is stated.
     """
 
     problems: tuple[str, ...]
@@ -80,6 +82,7 @@ class ConsistencyReport:
     axes: tuple[AxisFigures, ...]
     starts_at_rest: bool | None
     ends_at_rest: bool | None
+    feed_forward: float | None = None
 
     @property
     def ok(self) -> bool:
@@ -95,7 +98,8 @@ def check_samples(
     Parameters
     ----------
     samples : Samples
-        As read from a file, in any frame.
+        As read from a file, in any frame. Feed-forward is no part of the motion: the columns of the motion must be
+        consistent without it.
     resolution : float
         What rounding may have done to a difference of two values [m, m/s, rad]; the default suits three decimals.
     largest_acceleration : float
@@ -118,7 +122,16 @@ def check_samples(
     far = int(jumps.argmax())
     rests = _rest(samples)
     figures = (samples.duration, samples.rate, float(jumps[far]), float(samples.t[far]))
-    return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests)
+    added = None if samples.feed_forward is None else float(np.linalg.norm(samples.feed_forward, axis=1).max())
+    problems += _overdone(added, largest_acceleration)
+    return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests, added)
+
+
+def _overdone(added: float | None, largest: float) -> list[str]:
+    """Refuse a feed-forward that no drag asks for, such as one in other units."""
+    if added is None or added <= largest:
+        return []
+    return [f"the feed-forward reaches {added:.3g} m/s^2, more than {largest:g}: it is an acceleration in m/s^2"]
 
 
 def _columns(samples: Samples) -> list[tuple[str, FloatArray]]:
@@ -127,6 +140,8 @@ def _columns(samples: Samples) -> list[tuple[str, FloatArray]]:
     for prefix, values in (("", samples.position), ("v", samples.velocity), ("a", samples.acceleration)):
         if values is not None:
             named += [(prefix + name, values[:, i]) for i, name in enumerate(axis_names(values.shape[1]))]
+    if samples.feed_forward is not None:
+        named += [(f"ff{name}", samples.feed_forward[:, i]) for i, name in enumerate(axis_names(samples.dim))]
     named += [("yaw", samples.yaw)] if samples.yaw is not None else []
     return named + ([("yaw_rate", samples.yaw_rate)] if samples.yaw_rate is not None else [])
 

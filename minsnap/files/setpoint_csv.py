@@ -25,11 +25,12 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "acceleration": ("ax", "ay", "az"),
     "yaw": ("yaw",),
     "yaw_rate": ("yaw_rate",),
+    "feed_forward": ("ffx", "ffy", "ffz"),
 }
 """Columns of each quantity of :class:`~minsnap.trajectory.samples.Samples`, in the order of the file, after ``t``."""
 
-HEADER = ("t", *(name for group in GROUPS.values() for name in group))
-"""The columns of a complete file."""
+HEADER = ("t", *(name for quantity, group in GROUPS.items() if quantity != "feed_forward" for name in group))
+"""The columns of a file of a path; those of feed-forward follow where it is stated."""
 
 _CHUNK = 4096
 
@@ -44,8 +45,9 @@ def write_csv(
 ) -> None:
     """Write setpoints in one atomic step.
 
-    The header is ``t,x,y,z,vx,vy,vz,ax,ay,az,yaw,yaw_rate``: seconds, metres, m/s, m/s^2, rad, rad/s. Every number is
-    written with enough digits to be read back exactly. Quantities that the samples lack are left out.
+    The header is ``t,x,y,z,vx,vy,vz,ax,ay,az,yaw,yaw_rate``: seconds, metres, m/s, m/s^2, rad, rad/s, and
+    ``ffx,ffy,ffz`` [m/s^2] after it for samples with feed-forward. Every number is written with enough digits to be
+    read back exactly. Quantities that the samples lack are left out.
 
     Parameters
     ----------
@@ -97,7 +99,7 @@ def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") ->
         As :func:`write_csv`.
     """
     samples = source if isinstance(source, Samples) else source.sample(rate)
-    mapped = map_samples(_in_space(samples), "enu", get_frame(frame))
+    mapped = map_samples(in_space(samples), "enu", get_frame(frame))
     names, values = ["t"], [mapped.t[:, None]]
     for quantity, columns in GROUPS.items():
         array = getattr(mapped, quantity)
@@ -113,8 +115,8 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
     Parameters
     ----------
     path : str or path
-        A file with a header: ``t,x,y,z`` and, each wholly or not at all, ``vx,vy,vz``, ``ax,ay,az``, ``yaw`` and
-        ``yaw_rate``.
+        A file with a header: ``t,x,y,z`` and, each wholly or not at all, ``vx,vy,vz``, ``ax,ay,az``, ``yaw``,
+        ``yaw_rate`` and ``ffx,ffy,ffz``.
     frame : str or None
         Axes of the file; None: those that the note beside it says (:mod:`minsnap.files.sidecar`), ENU without one.
 
@@ -132,7 +134,7 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
         If the frame is unknown, or another than the note says.
     """
     axes = get_frame(frame_of(path, frame))
-    table = read_table(path, HEADER[:4], HEADER[4:])
+    table = read_table(path, HEADER[:4], (*HEADER[4:], *GROUPS["feed_forward"]))
     _check_groups(path, table)
     _check_increasing(path, table["t"])
     stacks = {q: np.stack([table[n] for n in names], axis=-1) for q, names in GROUPS.items() if names[0] in table}
@@ -140,13 +142,13 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
     return map_samples(Samples(table["t"], **squeezed), axes, "enu")
 
 
-def _in_space(samples: Samples) -> Samples:
+def in_space(samples: Samples) -> Samples:
     """Return samples with 3 coordinates; 2-D samples get altitude 0."""
     if samples.dim == 3:
         return samples
     if samples.dim != 2:
         raise FileError(f"a setpoint file holds 2 or 3 coordinates, and the path has {samples.dim}")
-    vectors = ("position", "velocity", "acceleration", "jerk", "snap")
+    vectors = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
     flat = {name: getattr(samples, name) for name in vectors if getattr(samples, name) is not None}
     return replace(samples, **{name: np.pad(array, ((0, 0), (0, 1))) for name, array in flat.items()})
 

@@ -54,23 +54,33 @@ class FeedForward:
         return bool(self.drag) or self.vehicle is not None or bool(self.lead)
 
     def applied(self, samples: Samples) -> Samples:
-        """Return the samples to send: drag compensation added to the acceleration, all sent earlier by the lead time.
+        """Return the samples as they are sent: as stated, with the feed-forward added to the acceleration."""
+        return self.stated(samples).commanded()
+
+    def stated(self, samples: Samples) -> Samples:
+        """Return the samples with what offsets drag stated as their feed-forward, all earlier by the lead time.
+
+        Parameters
+        ----------
+        samples : Samples
+            Of three coordinates.
 
         Raises
         ------
         InputError
-            If drag is to be offset and the samples have no velocity.
+            If drag is to be offset and the samples have no velocity, or state their feed-forward already.
         """
         return self._led(self._compensated(samples))
 
     def _compensated(self, samples: Samples) -> Samples:
         if not self.drag and self.vehicle is None:
             return samples
+        if samples.feed_forward is not None:
+            raise InputError("the file states its feed-forward already: leave the drag and the vehicle out")
         if samples.velocity is None:
             raise InputError("the file has no velocity, so what drag does along it is not known")
         extra = self.drag * samples.velocity if self.vehicle is None else drag_feed_forward(self.vehicle, samples)
-        own = 0.0 if samples.acceleration is None else samples.acceleration
-        return replace(samples, acceleration=np.asarray(own + extra))
+        return replace(samples, feed_forward=np.asarray(extra))
 
     def _led(self, samples: Samples) -> Samples:
         """Return at each instant the sample valid ``lead`` later; the last sample is held at rest."""
@@ -78,17 +88,16 @@ class FeedForward:
             return samples
         ahead = resampled_at(samples, np.minimum(samples.t + self.lead, samples.t[-1]), samples.t)
         flying = (samples.t + self.lead < samples.t[-1]).astype(np.float64)
-        names = ("velocity", "acceleration", "yaw_rate")
+        names = ("velocity", "acceleration", "yaw_rate", "feed_forward")
         kept = {name: getattr(ahead, name) for name in names if getattr(ahead, name) is not None}
         return replace(ahead, **{name: flying.reshape(-1, *(1,) * (v.ndim - 1)) * v for name, v in kept.items()})
 
     def describe(self, samples: Samples) -> str:
         """Return a text that says what is added to samples."""
         said = []
-        if self.drag or self.vehicle is not None:
-            before = 0.0 if samples.acceleration is None else samples.acceleration
-            added = self._compensated(samples).acceleration
-            most = 0.0 if added is None else float(np.linalg.norm(added - before, axis=1).max())
+        added = self._compensated(samples).feed_forward
+        if added is not None:
+            most = float(np.linalg.norm(added, axis=1).max())
             said.append(f"drag offset by up to {most:.2f} m/s²")
         if self.lead:
             said.append(f"setpoints sent {1e3 * self.lead:g} ms ahead")

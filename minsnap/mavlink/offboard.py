@@ -84,7 +84,7 @@ def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOpti
     added = options.feed_forward
     if added.lead and options.laps > 1:
         raise InputError("a lead holds the end of a lap: fly one lap, or leave the lead out")
-    sent = added.applied(samples)
+    sent = added.stated(samples)
     table = tabulate(sent, options.rate, options.fields, vehicle_frame(options.frame), options.laps)
     options.check_rate(table.rate)
     return replace(table, note=added.describe(samples))

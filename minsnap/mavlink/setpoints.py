@@ -127,7 +127,7 @@ def tabulate(
     Parameters
     ----------
     samples : Samples
-        Three coordinates, in z-up world axes.
+        Three coordinates, in z-up world axes; feed-forward is added to the acceleration.
     rate : float or None
         Setpoints a second [Hz]; None and the samples' own rate send each sample as it is, another rate interpolates
         with all the derivatives there are.
@@ -145,7 +145,7 @@ def tabulate(
         or laps do not close.
     """
     wanted = _check_fields(fields)
-    flown = _resampled(map_samples(samples, "enu", vehicle_frame(frame)), rate)
+    flown = _resampled(map_samples(samples, "enu", vehicle_frame(frame)), rate).commanded()
     _check_laps(flown, laps)
     held = tuple(name for name in wanted if getattr(flown, name) is not None)
     held = held if "velocity" in held else tuple(name for name in held if name != "acceleration")
@@ -217,7 +217,12 @@ def resampled_at(samples: Samples, inside: FloatArray, t: FloatArray) -> Samples
     motion = _interpolated(samples.t, [samples.position, samples.velocity, samples.acceleration], inside)
     heading = _interpolated(samples.t, [samples.yaw, samples.yaw_rate], inside)
     names = ("position", "velocity", "acceleration", "yaw", "yaw_rate")
-    return Samples(t, **dict(zip(names, motion + heading, strict=True)))  # type: ignore[arg-type]
+    added = None if samples.feed_forward is None else _linear(samples.t, samples.feed_forward, inside)
+    return Samples(t, **dict(zip(names, motion + heading, strict=True)), feed_forward=added)  # type: ignore[arg-type]
+
+
+def _linear(t: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+    return np.stack([np.interp(at, t, column) for column in values.T], axis=1)
 
 
 def _interpolated(t: FloatArray, orders: list[FloatArray | None], at: FloatArray) -> list[FloatArray | None]:

@@ -29,16 +29,13 @@ class ReferenceTable:
     vehicle : Quadrotor
         For attitude and rates of the reference.
     compensation : Drag or None
-        Model of drag to offset by feed-forward.
+        Model of drag to offset by feed-forward; without one, that which the samples state is followed.
     """
 
     def __init__(self, samples: Samples, vehicle: Quadrotor, compensation: Drag | None) -> None:
         self.samples = _spatial(samples)
         self.states: FlatStates = reference_states(vehicle, self.samples, compensation)
-        extra = np.zeros((len(samples), 3))
-        if compensation is not None:
-            extra = drag_feed_forward(vehicle, self.samples, compensation)
-        self.feed_forward: FloatArray = extra
+        self.feed_forward: FloatArray = _added(vehicle, self.samples, compensation)
         self.rows = self._rows()
 
     def _rows(self) -> list[Reference]:
@@ -74,6 +71,15 @@ class ReferenceTable:
         return Samples(t, _interpolated(t, own, self.samples.position), moving)
 
 
+def _added(vehicle: Quadrotor, samples: Samples, compensation: Drag | None) -> FloatArray:
+    """Return the feed-forward of the samples themselves, or that of a model of drag."""
+    if samples.feed_forward is not None and compensation is not None:
+        raise InputError("the samples state their feed-forward: leave the compensation out")
+    if compensation is not None:
+        return drag_feed_forward(vehicle, samples, compensation)
+    return np.zeros((len(samples), 3)) if samples.feed_forward is None else samples.feed_forward
+
+
 def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:
     """Return the setpoints of a path at a rate [Hz], or per step without a rate; samples are not resampled.
 
@@ -97,7 +103,7 @@ def _spatial(samples: Samples) -> Samples:
     """Return samples with three coordinates: 3-D ones unchanged, 2-D ones at height 0."""
     if samples.dim == 3:
         return samples
-    names = ("position", "velocity", "acceleration", "jerk", "snap")
+    names = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
     held = {name: getattr(samples, name) for name in names}
     return replace(samples, **{name: spatial(value) for name, value in held.items() if value is not None})
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from minsnap.arrays import FloatArray, ReadOnly, owned
@@ -26,6 +26,8 @@ class Samples(ReadOnly):
         Heading [rad], continuous (not wrapped).
     yaw_rate : ndarray, shape (m,), or None
         [rad/s].
+    feed_forward : ndarray, shape (m, dim), or None
+        What is to be commanded in addition to the acceleration, to offset drag [m/s^2]; it is no part of the motion.
     """
 
     t: FloatArray
@@ -36,6 +38,7 @@ class Samples(ReadOnly):
     snap: FloatArray | None = None
     yaw: FloatArray | None = None
     yaw_rate: FloatArray | None = None
+    feed_forward: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -75,6 +78,13 @@ class Samples(ReadOnly):
     def duration(self) -> float:
         """Time from the first sample to the last [s]."""
         return float(self.t[-1] - self.t[0])
+
+    def commanded(self) -> Samples:
+        """Return what is sent to a vehicle: the feed-forward is in the acceleration, and not stated apart any more."""
+        if self.feed_forward is None:
+            return self
+        own = 0.0 if self.acceleration is None else self.acceleration
+        return replace(self, acceleration=own + self.feed_forward, feed_forward=None)
 
     @property
     def rate(self) -> float:

@@ -37,7 +37,7 @@ def px4_setpoints(samples: Samples, start: int = 0) -> npt.NDArray[np.void]:
     Parameters
     ----------
     samples : Samples
-        Three coordinates, z-up world axes.
+        Three coordinates, z-up world axes; feed-forward is added to the acceleration.
     start : int
         Time stamp of the first sample [microseconds].
 
@@ -51,7 +51,7 @@ def px4_setpoints(samples: Samples, start: int = 0) -> npt.NDArray[np.void]:
     FrameError
         If the samples do not have 3 coordinates.
     """
-    ned = map_samples(samples, "enu", "ned")
+    ned = map_samples(samples.commanded(), "enu", "ned")
     messages = np.zeros(len(ned), DTYPE)
     messages["timestamp"] = start + np.round((ned.t - ned.t[0]) * 1e6).astype(np.uint64)
     for name in ("position", "velocity", "acceleration", "jerk"):

@@ -9,7 +9,7 @@ import numpy as np
 from minsnap.errors import FileError
 from minsnap.trajectory.samples import Samples
 
-VECTORS = ("position", "velocity", "acceleration", "jerk", "snap")
+VECTORS = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
 
 
 def checked_samples(samples: Samples) -> Samples:
