@@ -1,3 +1,4 @@
+from minsnap.mavlink import FeedForward as FeedForward
 from minsnap.mavlink import SafetyRules as SafetyRules
 from minsnap.mavlink import Streamer as Streamer
 from minsnap.mavlink import StreamOptions as StreamOptions
@@ -29,3 +30,4 @@ from minsnap.tracking import compare as compare
 from minsnap.tracking import fit_flight as fit_flight
 from minsnap.tracking import plot_flight_fit as plot_flight_fit
 from minsnap.tracking import plot_tracking as plot_tracking
+from minsnap.tracking import simulated_log as simulated_log

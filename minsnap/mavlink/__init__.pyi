@@ -1,3 +1,4 @@
+from .compensation import FeedForward as FeedForward
 from .link import open_link as open_link
 from .offboard import stream as stream
 from .safety import SafetyRules as SafetyRules

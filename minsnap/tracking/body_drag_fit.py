@@ -21,8 +21,11 @@ from minsnap.arrays import GRAVITY, BoolArray, FloatArray, own_arrays
 from minsnap.tracking.flight_motion import FlightMotion
 from minsnap.tracking.regression import FittedNumber, fitted
 
-EXCITED = 0.3
+EXCITED = 0.1
 """Standard deviation of the speed along an axis that a flight needs to tell its drag [m/s]."""
+
+VARIED = 0.3
+"""The same for telling a quadratic part from a linear one [m/s]."""
 
 TOLD_APART = 2.0
 """Standard errors by which a quadratic part must differ from zero to be kept."""
@@ -126,7 +129,7 @@ def fit_drag_of(motion: FlightMotion) -> BodyDragFit:
     speeds = still.std(axis=0)
     excited = speeds >= EXCITED
     notes += [_unexcited(axis, speeds[k]) for k, axis in enumerate(AXES[:2]) if not excited[k]]
-    estimates, values, lateral = _lateral_fit(motion, excited[:2], _turns(motion, notes), notes)
+    estimates, values, lateral = _lateral_fit(motion, excited[:2], speeds[:2] >= VARIED, _turns(motion, notes), notes)
     vertical = _AlongThrust(motion, lateral.air(values[3]))
     third, hover = vertical.solve(bool(excited[2]), notes)
     axes = tuple(AxisDrag(float(speeds[k]), estimates[0][k], estimates[1][k]) for k in range(2))
@@ -140,15 +143,15 @@ def fit_drag_of(motion: FlightMotion) -> BodyDragFit:
 
 
 def _lateral_fit(
-    motion: FlightMotion, excited: BoolArray, windy: bool, notes: list[str]
+    motion: FlightMotion, excited: BoolArray, varied: BoolArray, windy: bool, notes: list[str]
 ) -> tuple[list[list[FittedNumber | None]], FloatArray, _AcrossThrust]:
     """Fit with quadratic parts, then without those that are not told from zero."""
-    lateral = _AcrossThrust(motion, excited, excited, windy)
+    lateral = _AcrossThrust(motion, excited, varied, windy)
     estimates, values = lateral.solve()
     kept = np.array([_is_told(each) for each in estimates[1]])
     for k in np.flatnonzero(excited & ~kept):
         notes.append(_no_quadratic(AXES[k], estimates[1][k]))
-    if (excited & ~kept).any():
+    if (varied & ~kept).any():
         lateral = _AcrossThrust(motion, excited, kept, windy)
         estimates, values = lateral.solve()
     return estimates, values, lateral
@@ -195,10 +198,11 @@ class _AlongThrust:
             return AxisDrag(speed), None
         if not excited:
             notes.append(_unexcited("z", speed))
-        lag = min(LAGS, key=lambda each: float((self._fit(each, excited, excited)[1] ** 2).sum()))
-        found, _ = self._fit(lag, excited, excited)
-        if excited and not _is_told(found[2]):
-            notes.append(_no_quadratic("z", found[2]))
+        varied = excited and speed >= VARIED
+        lag = min(LAGS, key=lambda each: float((self._fit(each, excited, varied)[1] ** 2).sum()))
+        found, _ = self._fit(lag, excited, varied)
+        if excited and not (varied and _is_told(found[2])):
+            notes.append(_no_quadratic("z", found[2] if varied else None))
             found, _ = self._fit(lag, True, False)
         self._thrust = self._lagged(lag)
         told = [each.value for each in found] + [0.0, 0.0]

@@ -73,7 +73,7 @@ def test_what_a_flight_does_not_tell_is_said(tmp_path, calm):
     assert found.wind is None and any("needs a flight with several headings" in note for note in found.notes)
     assert all(axis.quadratic is None for axis in found.axes)
     assert sum("is not told from zero" in note for note in found.notes) == 3
-    along = minsnap.line((0, 0, 2), (12, 0, 2), total_time=14.0)
+    along = minsnap.line((0, 0, 2), (12, 0, 2), total_time=20.0)
     vehicle = replace(Quadrotor.px4_sih(), drag=BodyDrag((0.8, 0.8, 0.8)))
     (tmp_path / "b.ulg").write_bytes(ulog_of(Measured(vehicle, simulate(vehicle, CascadeController(), along))))
     found = fit_flight(tmp_path / "b.ulg")
