@@ -7,7 +7,7 @@ from typing import Any
 
 from minsnap.arrays import FloatArray, ReadOnly, owned
 
-_PREFIXES = {"position": "", "velocity": "v", "acceleration": "a", "jerk": "j", "snap": "s"}
+_PREFIXES = {"position": "", "velocity": "v", "acceleration": "a", "jerk": "j", "snap": "s", "feed_forward": "ff"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class Samples(ReadOnly):
         return len(self.t)
 
     def to_dataframe(self) -> Any:
-        """Return a pandas.DataFrame with columns t, x, y, z, vx, …, ax, …, jx, …, sx, …, yaw and yaw_rate, if known.
+        """Return a pandas.DataFrame: columns t, x, y, z, vx, …, ax, …, jx, …, sx, …, ffx, …, yaw, yaw_rate if known.
 
         Raises
         ------
