@@ -10,6 +10,7 @@ from standin import OFFBOARD, POSCTL, PointMass, StandIn
 
 from minsnap.errors import FlightError
 from minsnap.mavlink.link import open_link
+from minsnap.mavlink.offboard import prepare
 from minsnap.mavlink.safety import SafetyRules
 from minsnap.mavlink.schedule import Clock
 from minsnap.mavlink.sender import DirectSender, ThreadedSender, open_sender
@@ -43,7 +44,7 @@ def test_a_flight_arrives_as_it_was_planned_and_says_how_it_was_sent(vehicle):
         vehicle.until(lambda v: "holding the end" in flight.events)
         vehicle.enter(POSCTL)
         report = flight.result()
-        table = flight.streamer._table
+        table = prepare(SHORT, flight.options)
     steps = [status.index for status in flight.statuses if status.index is not None]
     assert report.completed and report.flown == len(steps)
     assert steps == sorted(set(steps)) and steps[0] == 0
