@@ -93,7 +93,14 @@ HoldBelow = Annotated[
 ]
 Degree = Annotated[int, typer.Option("--degree", help="Degree of the polynomials: 3, 5, 7, 9 or 11.")]
 Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivatives continuous at the waypoints.")]
-Pieces = Annotated[int | None, typer.Option("--pieces", help="Polynomials per leg; 1 unless given.")]
+Pieces = Annotated[
+    str | None,
+    typer.Option("--pieces", metavar="N|auto", help="Polynomials per leg; 1 unless given. auto: within limits, as gain."),
+]
+TimeLimit = Annotated[
+    float | None,
+    typer.Option("--time-limit", metavar="S", help="Seconds of search, after which the best plan so far is taken."),
+]
 Solver = Annotated[str, typer.Option("--solver", help="auto, or a solver's name: daqp, piqp, clarabel, osqp.")]
 
 
@@ -131,6 +138,22 @@ def parse_yaw(text: str | None) -> float | str | None:
         If the text is none of them.
     """
     return text if text is None or text in ("velocity", "tilt") else radians(_number("--yaw", text))
+
+
+def parse_pieces(text: str | None) -> int | str | None:
+    """Return a whole number of polynomials per leg, "auto", or None.
+
+    Raises
+    ------
+    InputError
+        If the text is neither.
+    """
+    if text is None or text == "auto":
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(f"--pieces is {text!r}: it takes a whole number, or auto") from None
 
 
 def given(**options: Any) -> dict[str, Any]:

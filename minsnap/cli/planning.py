@@ -60,6 +60,7 @@ class TimingOptions(LimitOptions):
 
     split: options.Split = None
     pieces: options.Pieces = None
+    time_limit: options.TimeLimit = None
     yaw: options.Yaw = None
 
     def __post_init__(self) -> None:
@@ -78,7 +79,8 @@ class TimingOptions(LimitOptions):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that were given."""
-        how = {"time_weight": self.time_weight, "split": self.split, "pieces": self.pieces}
+        how = {"time_weight": self.time_weight, "split": self.split, "time_limit": self.time_limit}
+        how |= {"pieces": options.parse_pieces(self.pieces)}
         return options.given(total_time=self.time, limits=self.limits, yaw=options.parse_yaw(self.yaw), **how)
 
 

@@ -14,6 +14,7 @@ ARGUMENTS = {
     "pieces": "--pieces",
     "solver": "--solver",
     "split": "--split",
+    "time_limit": "--time-limit",
     "time_weight": "--time-weight",
     "total_time": "--time",
     "yaw": "--yaw",

@@ -18,7 +18,7 @@ from minsnap.arrays import FloatArray, IntArray
 from minsnap.native.cone_programme import solve_chain
 from minsnap.time_allocation.joint_layout import Chain
 
-ACCURACY = 1e-7
+ACCURACY = 1e-6
 """Gap and residuals, relative to the cost, at which the solver stops."""
 
 USABLE = ("Solved", "AlmostSolved")

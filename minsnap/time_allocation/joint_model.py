@@ -20,7 +20,7 @@ from minsnap.time_allocation.curvature import Forces, positive_curvature
 from minsnap.time_allocation.joint_layout import NEIGHBOURS, SLACKS, JointLayout, JointState, end_basis, end_metric
 from minsnap.time_allocation.joint_regions import JointRegions
 from minsnap.time_allocation.joint_rows import WALL, Block, largest_metrics
-from minsnap.time_allocation.native_steps import GRID, PATH_METRIC, NativeSteps, known_peaks
+from minsnap.time_allocation.native_steps import PATH_METRIC, NativeSteps, instants, known_peaks
 from minsnap.time_allocation.true_peaks import Peaks, scattered
 
 LONGEST, SHORTEST = 1.0, 0.6
@@ -94,7 +94,7 @@ class JointModel:
         self.layout, self.blocks, self.lengths, self.native = layout, blocks, lengths, native
         self._pull = Pull(np.zeros((layout.pieces, 2 * layout.half, layout.dim)), np.zeros(layout.pieces))
         self.regions = JointRegions(layout)
-        self.grid = np.linspace(0.0, 1.0, GRID)
+        self.grid = np.linspace(0.0, 1.0, instants(layout))
         self.orders = 1 + max(order for block in blocks for order in block.orders)
         self._gradients: list[tuple[IntArray, FloatArray, FloatArray]] = []
 

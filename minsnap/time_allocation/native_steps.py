@@ -23,8 +23,8 @@ from minsnap.time_allocation.true_peaks import Peaks
 
 MOST_AXES = 8
 
-GRID = 17
-"""Instants a piece at which rows stand where the curve is near a limit."""
+GRID, FINER_GRID = 17, 9
+"""Instants per piece at which rows stand where the curve is near a limit, with one piece per leg and with several."""
 
 PATH_METRIC = 1e-3
 """Weight of the squared length of a change of the curve beside the squares in units of limits."""
@@ -38,6 +38,11 @@ def native_terms(layout: JointLayout, blocks: Sequence[Block]) -> JointTerms | N
     degree = layout.degree
     maps = [derivative_basis_map(degree, p) @ ends_to_points(degree) for p in range(min(ORDERS, degree + 1))]
     return JointTerms((layout.pieces, 2 * layout.half, layout.dim), [b for b in found if b is not None], maps)
+
+
+def instants(layout: JointLayout) -> int:
+    """Return the number of instants per piece at which rows may stand."""
+    return GRID if layout.task.pieces == 1 else FINER_GRID
 
 
 class NativeSteps:
@@ -79,7 +84,9 @@ class NativeSteps:
         sizes[0] = 1.0 / lengths
         curve = (layout.ends(state), state.durations, layout.end_scales(state.durations))
         cones = whole_cones(regions, layout.unknowns.shape[1])
-        x = self.terms.step(curve, self.chained, peaks, cones, (sizes, lengths), np.array(numbers), GRID, pull)
+        x = self.terms.step(
+            curve, self.chained, peaks, cones, (sizes, lengths), np.array(numbers), instants(layout), pull
+        )
         return None if x is None else x[self.place[:-1]]
 
 

@@ -56,6 +56,6 @@ def _knots(fine: JointLayout, starts: FloatArray, finishes: FloatArray) -> Float
     return knots
 
 
-def slowed(state: JointState) -> JointState:
-    """Return the same path flown more slowly; scaled derivatives do not change."""
-    return JointState(state.scaled, state.durations * SLOWED)
+def slowed(state: JointState, factor: float = SLOWED) -> JointState:
+    """Return the same path flown more slowly by a factor; scaled derivatives do not change."""
+    return JointState(state.scaled, state.durations * factor)

@@ -86,3 +86,19 @@ def test_limits_that_are_none_are_status_2(call, option, value):
 def test_no_line_of_a_search_where_nobody_looks(process):
     run = process("rect", "--time", 12)
     assert run.returncode == 0 and run.stderr == ""
+
+
+def test_pieces_are_a_number_or_left_to_the_search(call):
+    one, more, chosen = (figures(call("rect", "--pieces", n, "--json"))["duration"] for n in (1, 2, "auto"))
+    assert chosen < more < 0.9 * one
+    run = call("rect", "--pieces", "many")
+    assert run.returncode == 2 and "--pieces is 'many'" in run.stderr
+    run = call("rect", "--pieces", "0")
+    assert run.returncode == 2 and "at least 1" in run.stderr
+
+
+def test_a_search_ends_in_time_with_a_plan_that_keeps_its_limits(call):
+    found = figures(call("rect", "--pieces", 3, "--time-limit", 1e-6, "--json"))
+    assert found["binding"] and max(used["fraction"] for used in found["limits"]) <= 1.0 + 1e-9
+    run = call("rect", "--time-limit", -1)
+    assert run.returncode == 2 and "--time-limit" in run.stderr

@@ -14,17 +14,19 @@
 #include <cmath>
 #include <cstddef>
 
+#include "lanes.hpp"
+
 namespace minsnap {
 
-inline double tail_product(const double *u, const double *v, std::size_t count) {
+MINSNAP_INLINE double tail_product(const double *u, const double *v, std::size_t count) {
     double sum = 0.0;
     for (std::size_t i = 1; i < count; ++i) sum += u[i] * v[i];
     return sum;
 }
 
 // u0^2 - |u1|^2, without cancellation.
-inline double cone_determinant(const double *u, std::size_t count) {
-    const double norm = std::sqrt(tail_product(u, u, count));
+MINSNAP_INLINE double cone_determinant(const double *u, std::size_t count) {
+    const double norm = count == 1 ? 0.0 : std::sqrt(tail_product(u, u, count));
     return (u[0] - norm) * (u[0] + norm);
 }
 
@@ -34,27 +36,52 @@ struct ConeScaling {
     double *lambda;  // count
 
     // Find the scaling of a pair inside the cone; false where it is not.
-    [[nodiscard]] bool set(const double *s, const double *z, std::size_t count) {
+    [[nodiscard]] MINSNAP_INLINE bool set(const double *s, const double *z, std::size_t count) {
         if (!(s[0] > 0.0) || !(z[0] > 0.0)) return false;
+        if (count == 1) {
+            eta = std::sqrt(s[0] / z[0]);
+            w[0] = 1.0;
+            lambda[0] = eta * z[0];
+            return true;
+        }
         const double size_s = std::sqrt(cone_determinant(s, count)), size_z = std::sqrt(cone_determinant(z, count));
         if (!(size_s > 0.0) || !(size_z > 0.0)) return false;
         eta = std::sqrt(size_s / size_z);
         const double product = s[0] * z[0] + tail_product(s, z, count);
         const double twice = 2.0 * std::sqrt(0.5 * (1.0 + product / (size_s * size_z)));
-        w[0] = (s[0] / size_s + z[0] / size_z) / twice;
-        for (std::size_t i = 1; i < count; ++i) w[i] = (s[i] / size_s - z[i] / size_z) / twice;
+        const double first = 1.0 / (size_s * twice), second = 1.0 / (size_z * twice);
+        w[0] = s[0] * first + z[0] * second;
+        for (std::size_t i = 1; i < count; ++i) w[i] = s[i] * first - z[i] * second;
         multiply(z, lambda, count);
         return true;
     }
 
     // W u
-    void multiply(const double *u, double *out, std::size_t count) const { apply(u, out, count, 1.0, eta); }
+    MINSNAP_INLINE void multiply(const double *u, double *out, std::size_t count) const { apply(u, out, count, 1.0, eta); }
 
     // W^-1 u
-    void divide(const double *u, double *out, std::size_t count) const { apply(u, out, count, -1.0, 1.0 / eta); }
+    MINSNAP_INLINE void divide(const double *u, double *out, std::size_t count) const { apply(u, out, count, -1.0, 1.0 / eta); }
+
+    // W^2 u = eta^2 (2 w w' - J) u
+    MINSNAP_INLINE void square(const double *u, double *out, std::size_t count) const {
+        const double size = eta * eta, twice = 2.0 * (w[0] * u[0] + tail_product(w, u, count)), first = u[0];
+        for (std::size_t i = 1; i < count; ++i) out[i] = size * (twice * w[i] + u[i]);
+        out[0] = count == 1 ? size * first : size * (twice * w[0] - first);
+    }
+
+    // W^-2 u = (2 (Jw)(Jw)' - J) u / eta^2
+    MINSNAP_INLINE void divide_square(const double *u, double *out, std::size_t count) const {
+        const double size = 1.0 / (eta * eta), twice = 2.0 * (w[0] * u[0] - tail_product(w, u, count)), first = u[0];
+        for (std::size_t i = 1; i < count; ++i) out[i] = size * (u[i] - twice * w[i]);
+        out[0] = count == 1 ? size * first : size * (twice * w[0] - first);
+    }
 
 private:
-    void apply(const double *u, double *out, std::size_t count, double sign, double size) const {
+    MINSNAP_INLINE void apply(const double *u, double *out, std::size_t count, double sign, double size) const {
+        if (count == 1) {
+            out[0] = size * u[0];
+            return;
+        }
         const double along = tail_product(w, u, count), first = u[0];
         const double share = sign * first + along / (1.0 + w[0]);
         for (std::size_t i = 1; i < count; ++i) out[i] = size * (u[i] + w[i] * share);
@@ -63,19 +90,25 @@ private:
 };
 
 // Solve lambda o u = r.
-inline void cone_quotient(const double *lambda, const double *r, double *u, std::size_t count) {
-    const double along = tail_product(lambda, r, count);
+MINSNAP_INLINE void cone_quotient(const double *lambda, const double *r, double *u, std::size_t count) {
+    if (count == 1) {
+        u[0] = r[0] / lambda[0];
+        return;
+    }
+    const double along = tail_product(lambda, r, count), share = 1.0 / lambda[0];
     const double first = (lambda[0] * r[0] - along) / cone_determinant(lambda, count);
-    for (std::size_t i = 1; i < count; ++i) u[i] = (r[i] - first * lambda[i]) / lambda[0];
+    for (std::size_t i = 1; i < count; ++i) u[i] = (r[i] - first * lambda[i]) * share;
     u[0] = first;
 }
 
 // By how much the first component must grow for u to lie on the cone; negative inside.
-inline double cone_depth(const double *u, std::size_t count) { return std::sqrt(tail_product(u, u, count)) - u[0]; }
+MINSNAP_INLINE double cone_depth(const double *u, std::size_t count) {
+    return count == 1 ? -u[0] : std::sqrt(tail_product(u, u, count)) - u[0];
+}
 
 // Largest step in [0, most] for which u + step d stays in the cone, u inside.
-inline double cone_step(const double *u, const double *d, std::size_t count, double most) {
-    if (count == 1) return d[0] < 0.0 ? std::min(most, -u[0] / d[0]) : most;
+MINSNAP_INLINE double cone_step(const double *u, const double *d, std::size_t count, double most) {
+    if (count == 1) return u[0] + most * d[0] < 0.0 ? -u[0] / d[0] : most;
     const double a = cone_determinant(d, count), c = cone_determinant(u, count);
     const double b = u[0] * d[0] - tail_product(u, d, count);
     double step = most;

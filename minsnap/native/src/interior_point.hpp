@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "arrow_matrix.hpp"
 #include "buffer.hpp"
@@ -57,6 +58,7 @@ public:
 
 private:
     using Vector = Buffer<double>;
+    static constexpr double coarse = 1e-3;  // gap above which equations are not solved twice
 
     bool allocate() {
         const std::size_t n = p_.size, m = rows();
@@ -199,11 +201,9 @@ private:
     bool close() const { return within(1e2 * tolerance_); }
 
     bool scale() {
-        std::size_t row = 0;
-        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
-            if (!scalings_[k].set(s_.data() + row, z_ + row, size_of(k))) return false;
-        }
-        return true;
+        bool inside = true;
+        each_cone([&](std::size_t k, std::size_t row, auto count) { inside = scalings_[k].set(s_.data() + row, z_ + row, count) && inside; });
+        return inside;
     }
 
     // Normal equations for the present scaling, factored.
@@ -236,7 +236,7 @@ private:
     // dx, dz, ds for the shift d_s of the complementarity: ds = d_s - W^2 dz.
     void direction(const double *shift, bool precise) {
         solve_reduced(rx_.data(), rz_.data(), shift);
-        if (precise) refine(shift);
+        if (precise && gap_ < coarse) refine(shift);
         squared(dz_.data(), one_.data());
         for (std::size_t i = 0; i < rows(); ++i) ds_[i] = shift[i] - one_[i];
     }
@@ -270,18 +270,26 @@ private:
     }
 
     void squared(const double *u, double *out) {
-        std::size_t row = 0;
-        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
-            scalings_[k].multiply(u + row, two_.data() + row, size_of(k));
-            scalings_[k].multiply(two_.data() + row, out + row, size_of(k));
-        }
+        each_cone([&](std::size_t k, std::size_t row, auto count) { scalings_[k].square(u + row, out + row, count); });
     }
 
     void inverse_squared(const double *u, double *out) {
+        each_cone([&](std::size_t k, std::size_t row, auto count) { scalings_[k].divide_square(u + row, out + row, count); });
+    }
+
+    // Call action(cone, first row, number of rows); the sizes met most are known when compiling.
+    template <class Action>
+    MINSNAP_INLINE void each_cone(Action &&action) const {
         std::size_t row = 0;
-        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
-            scalings_[k].divide(u + row, shift_.data() + row, size_of(k));
-            scalings_[k].divide(shift_.data() + row, out + row, size_of(k));
+        for (std::size_t k = 0; k < cones(); ++k) {
+            const std::size_t count = size_of(k);
+            switch (count) {
+                case 1: action(k, row, std::integral_constant<std::size_t, 1>{}); break;
+                case 3: action(k, row, std::integral_constant<std::size_t, 3>{}); break;
+                case 4: action(k, row, std::integral_constant<std::size_t, 4>{}); break;
+                default: action(k, row, count); break;
+            }
+            row += count;
         }
     }
 
@@ -306,9 +314,7 @@ private:
 
     // shift = W (lambda \ (centre e - lambda o lambda - (W^-1 ds) o (W dz)))
     void correction(double centre, double *aim) {
-        std::size_t row = 0;
-        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
-            const std::size_t count = size_of(k);
+        each_cone([&](std::size_t k, std::size_t row, auto count) {
             const ConeScaling &scaling = scalings_[k];
             double *a = one_.data() + row, *b = two_.data() + row, *right = three_.data() + row;
             const double *lambda = scaling.lambda;
@@ -318,12 +324,11 @@ private:
             for (std::size_t i = 1; i < count; ++i) right[i] = -2.0 * lambda[0] * lambda[i] - a[0] * b[i] - b[0] * a[i];
             cone_quotient(lambda, right, a, count);
             scaling.multiply(a, aim + row, count);
-        }
+        });
     }
 
     double longest(const double *u, const double *d, double most = 1.0) const {
-        std::size_t row = 0;
-        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) most = cone_step(u + row, d + row, size_of(k), most);
+        each_cone([&](std::size_t, std::size_t row, auto count) { most = cone_step(u + row, d + row, count, most); });
         return most;
     }
 
