@@ -95,7 +95,9 @@ Degree = Annotated[int, typer.Option("--degree", help="Degree of the polynomials
 Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivatives continuous at the waypoints.")]
 Pieces = Annotated[
     str | None,
-    typer.Option("--pieces", metavar="N|auto", help="Polynomials per leg; 1 unless given. auto: within limits, as gain."),
+    typer.Option(
+        "--pieces", metavar="N|auto", help="Polynomials per leg; 1 unless given. auto: within limits, as gain."
+    ),
 ]
 TimeLimit = Annotated[
     float | None,
