@@ -1,7 +1,7 @@
 """Round tubes: tangent planes where the curve sticks out (what the library does), or second-order cones there.
 
 Both find the instants by the same exchange of rows and are certified by the same exact extrema; only the programme of a
-round differs. Run it by hand: ``python benchmarks/bench_round.py``. It prints one row a problem.
+round differs. Run it by hand: ``python benchmarks/bench_round.py``. It prints one row per problem.
 """
 
 from __future__ import annotations

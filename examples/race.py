@@ -1,7 +1,7 @@
 """A race: the shortest time through the balls of the Split-S course, every rotor within its limits at every instant.
 
 Course and vehicle are those published with the TOGT planner (C. Qin et al., ICRA 2024). A second argument gives the
-polynomials a leg: more are faster in flight and slower to find; the picture in the documentation has three.
+polynomials per leg: more are faster in flight and slower to find; the picture in the documentation has three.
 """
 
 import sys

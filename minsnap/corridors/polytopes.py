@@ -95,7 +95,7 @@ def _stacked(first: HalfSpaceRows, second: HalfSpaceRows) -> HalfSpaceRows:
 def _listed(half_spaces: Any) -> list[Any]:
     entries = list(half_spaces) if isinstance(half_spaces, (list, tuple)) else []
     if not entries:
-        raise CorridorError("polytopes are a list of pairs (A, b) with A r <= b, one pair a leg")
+        raise CorridorError("polytopes are a list of pairs (A, b) with A r <= b, one pair per leg")
     return entries
 
 

@@ -37,7 +37,7 @@ class Task:
     closed : bool
         The state at the end is the state at the start.
     pieces : int
-        Polynomials a leg.
+        Polynomials per leg.
     walls : sequence of Walls
         What the curve must stay inside.
     solver : str
