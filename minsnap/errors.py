@@ -208,6 +208,9 @@ class InfeasibleError(InputError):
         The shortest total time found that has a solution [s].
     stretch : float or None
         Factor on all durations that has a solution.
+    contradiction : minsnap.optimisation.contradiction.Contradiction or None
+        Walls at instants, with multipliers, that no curve satisfies together at the durations given; None where none
+        was found, as for closed laps and free waypoints.
     """
 
     leg: int | None = None
@@ -215,6 +218,14 @@ class InfeasibleError(InputError):
     smallest_width: float | None = None
     shortest: float | None = None
     stretch: float | None = None
+    contradiction: Any = None
+
+    def verify(self) -> bool:
+        """Prove in exact rational arithmetic that there is no such trajectory, by ``contradiction``; slow.
+
+        False means that there is no proof, not that a trajectory exists.
+        """
+        return self.contradiction is not None and bool(self.contradiction.verify())
 
 
 class SolverError(MinsnapError):

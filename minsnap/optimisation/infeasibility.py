@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import InfeasibleError
+from minsnap.optimisation.contradiction import find_contradiction
 from minsnap.optimisation.elastic import Elastic, Give, Relaxed
-from minsnap.optimisation.normalised_constraints import Compiled, compile_walls
+from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.rows import Curve, rows_in_unknowns, rows_outside
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
 
@@ -40,7 +43,21 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Non
     found = _relax(task, problem, base, compiled, groups, len(names))
     if found.slacks.max() <= NOTICEABLE:
         return None
-    return _too_narrow(corridor, problem, units, compiled, found, groups, names)
+    if found.rows is None:
+        found = _outside(problem, base, compiled, found)
+    error = _too_narrow(corridor, problem, units, compiled, found, groups, names)
+    if found.rows is not None:
+        error.contradiction = find_contradiction(corridor, durations, problem, base, compiled, found.rows)
+    return error
+
+
+def _outside(problem: Problem, base: FloatArray, compiled: Compiled, found: Relaxed) -> Relaxed:
+    """Add the rows that a curve without unknowns breaks, each pressed by as much."""
+    rows, _ = rows_outside(Curve(problem, compiled, base), None, np.zeros(0))
+    if not rows:
+        return found
+    known = rows_in_unknowns(problem, problem.plain_ends(base), compiled, reduce(WallRows.joined, rows))
+    return replace(found, rows=known, multipliers=np.maximum(-known.bound, 0.0))
 
 
 def normalised(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compiled, FloatArray]:

@@ -1,0 +1,142 @@
+"""Proofs that nothing fits: exact multipliers, against a linear programme in other unknowns, and tampered ones."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+from tasks import REFERENCE, random_legs
+
+import minsnap
+from minsnap.errors import InfeasibleError
+from minsnap.optimisation.exact_equations import solution
+
+SIDEWAYS = {"velocity": (0.0, 3.0, 0.0)}
+LEG = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)]
+BEND = [*LEG, (5.0, 5.0, 0.0)]
+
+
+def refusal(*given, **options):
+    with pytest.raises(InfeasibleError) as refused:
+        minsnap.plan(*given, **options)
+    return refused.value
+
+
+CASES = {
+    "continuity": lambda: refusal(REFERENCE, [4, 2, 4, 2], corridor=1e-4, continuity=5),
+    "all continuity": lambda: refusal(REFERENCE, [4, 2, 4, 2], corridor=0.01, continuity=6),
+    "degree 5": lambda: refusal(*random_legs(3, 5), corridor=1e-3, continuity=4, degree=5),
+    "nothing free": lambda: refusal(LEG, [2], corridor=0.01, start=SIDEWAYS),
+    "nothing free in a cylinder": lambda: refusal(LEG, [2], corridor=minsnap.RoundTube(0.01), start=SIDEWAYS),
+    "pieces": lambda: refusal(BEND, [2, 2], corridor=0.05, pieces=3, start=SIDEWAYS),
+    "cylinders": lambda: refusal(BEND, [2, 2], corridor=minsnap.RoundTube(0.05), pieces=2, start=SIDEWAYS),
+    "a room": lambda: refusal(BEND, [2, 2], room=((-1, -0.1, -1), (6, 6, 6)), start={"velocity": (0, -3, 1)}),
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def refused(request):
+    return CASES[request.param]()
+
+
+def vandermonde(task, s, duration, order):
+    """Derivative of the powers of s at a place of a piece, (degree + 1,)."""
+    powers = np.polynomial.polynomial.polyder(np.eye(2 * task.half), order, axis=0)
+    return (s ** np.arange(len(powers))) @ powers / duration**order
+
+
+def power_basis_programme(proof):
+    """Equations and inequalities of the rows in the coefficients of powers of s of every piece and axis."""
+    task, durations = proof.task, proof.durations
+    count, size, dim = len(durations), 2 * task.half, task.dim
+    equal, sides = [], []
+
+    def functional(*parts):
+        found = np.zeros((count, size, dim))
+        for piece, s, order, axis, factor in parts:
+            found[piece, :, axis] += factor * vandermonde(task, s, durations[piece], order)
+        return found.reshape(-1)
+
+    for axis in range(dim):
+        for waypoint, point in enumerate(task.waypoints):
+            piece = waypoint * task.pieces
+            place = (piece, 0.0) if piece < count else (piece - 1, 1.0)
+            equal.append(functional((*place, 0, axis, 1.0)))
+            sides.append(point[axis])
+            for order, value in task.pins.get(waypoint, {}).items():
+                equal.append(functional((*place, order, axis, 1.0)))
+                sides.append(value[axis])
+        for piece in range(count - 1):
+            for order in range(task.continuity + 1):
+                equal.append(functional((piece, 1.0, order, axis, 1.0), (piece + 1, 0.0, order, axis, -1.0)))
+                sides.append(0.0)
+    rows, bounds = [], []
+    for row in proof.rows:
+        normal, bound = row.exact()
+        parts = [(row.piece, row.s, row.walls.order, axis, float(factor)) for axis, factor in enumerate(normal)]
+        rows.append(functional(*parts))
+        bounds.append(float(bound))
+    return np.array(equal), np.array(sides), np.array(rows), np.array(bounds)
+
+
+def test_the_proof_holds_and_names_the_leg(refused):
+    proof = refused.contradiction
+    assert refused.verify() and proof.verify()
+    assert refused.leg in proof.legs
+    assert (proof.instants >= 0.0).all() and (proof.instants <= proof.durations.sum()).all()
+
+
+def test_another_programme_finds_no_curve_either_but_one_where_the_walls_are_wider(refused):
+    equal, sides, rows, bounds = power_basis_programme(refused.contradiction)
+    give = np.append(np.zeros(rows.shape[1]), 1.0)
+    found = linprog(
+        give,
+        np.column_stack((rows, -np.ones(len(rows)))),
+        bounds,
+        np.column_stack((equal, np.zeros(len(equal)))),
+        sides,
+        bounds=(None, None),
+        method="highs",
+    )
+    assert found.success and found.x[-1] > 1e-4, "all rows must give way by a length"
+    wider = linprog(give[:-1], rows, bounds + 1.01 * found.x[-1], equal, sides, bounds=(None, None), method="highs")
+    assert wider.success
+
+
+def test_a_proof_that_was_changed_does_not_hold(refused):
+    proof = refused.contradiction
+    first, *others = proof.rows
+    wide = replace(first.walls, radius=first.walls.radius + 100.0)
+    assert not replace(proof, rows=(replace(first, walls=wide), *others)).verify()
+    assert not replace(proof, rows=tuple(others)).verify()
+    if first.direction.size:
+        long = replace(first, direction=first.direction * 1.001)
+        assert not replace(proof, rows=(long, *others)).verify()
+        turned = replace(first, direction=-first.direction)
+        assert not replace(proof, rows=(turned, *others)).verify()
+    if proof.joints:
+        assert not replace(proof, joints=proof.joints[1:]).verify()
+
+
+def test_a_wider_corridor_has_no_proof_because_it_has_a_plan():
+    refused = CASES["pieces"]()
+    traj = minsnap.plan(BEND, [2, 2], corridor=refused.smallest_width, pieces=3, start=SIDEWAYS)
+    assert traj.report.corridor_margin >= 0.0
+
+
+def test_closed_laps_have_no_proof():
+    square = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0), (0, 0, 0)]
+    refused = refusal(square, [1, 9, 1, 9], corridor=1e-6, closed=True, continuity=6)
+    assert refused.contradiction is None and not refused.verify()
+
+
+def test_equations_are_solved_without_rounding():
+    third = Fraction(1, 3)
+    rows = [({"x": third}, Fraction(1)), ({"x": Fraction(-1), "y": Fraction(2)}, Fraction(0)), ({"y": -third}, third)]
+    found = solution(rows, Fraction(-1))
+    for name in "xy":
+        assert sum(y * row.get(name, 0) for y, (row, _) in zip(found, rows, strict=True)) == 0
+    assert sum(y * side for y, (_, side) in zip(found, rows, strict=True)) == -1
+    assert solution([({"x": Fraction(1)}, Fraction(1))], Fraction(-1)) is None
+    assert solution([({}, Fraction(0))], Fraction(-1)) is None
