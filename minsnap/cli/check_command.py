@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as jsonlib
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +19,25 @@ if TYPE_CHECKING:
     from minsnap.trajectory.samples import Samples
 
 
+@dataclass(frozen=True)
+class ExactProof:
+    """What was proved of a plan without rounding.
+
+    Parameters
+    ----------
+    holds : bool
+        Whether margin, greatest norms and waypoint error of its certificate are proved.
+    corridor_margin : float or None
+        [m].
+    waypoint_error : float or None
+        [m].
+    """
+
+    holds: bool
+    corridor_margin: float | None
+    waypoint_error: float | None
+
+
 @app.command()
 def check(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
@@ -27,6 +46,10 @@ def check(
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
     ] = None,
     corridor: options.Corridor = None,
+    exact: Annotated[
+        bool,
+        typer.Option("--exact", help="Prove a plan's margin and maxima again in exact rational arithmetic; slow."),
+    ] = False,
     json: options.Json = False,
 ) -> int:
     """Check a setpoint file: uniform rate, consistent derivatives and, if given, the corridor; figures for each axis.
@@ -42,9 +65,33 @@ def check(
     samples = read_samples(file, frame)
     report = check_samples(samples)
     inside = _membership(samples, waypoints, corridor)
-    problems = [*report.problems, *_escape(inside)]
-    print(_as_json(report, inside, problems, frame_of(file, frame)) if json else _as_text(report, inside, problems))
+    proved = _proved(file) if exact else None
+    problems = [*report.problems, *_escape(inside), *_unproved(proved)]
+    if json:
+        print(_as_json(report, inside, proved, problems, frame_of(file, frame)))
+    else:
+        print(_as_text(report, inside, proved, problems))
     return 1 if problems else 0
+
+
+def _proved(file: Path) -> ExactProof:
+    """Certify the plan of a file of polynomials, and prove the certificate again without rounding."""
+    from minsnap.certificate import certify
+    from minsnap.files.formats.polynomials import is_polynomials, read_polynomials
+
+    if file.suffix.lower() not in (".json", ".yaml", ".yml") or not is_polynomials(file):
+        raise InputError(f"{file} holds no plan to prove: --exact takes .json or .yaml of polynomials")
+    plan = read_polynomials(file)
+    certificate = certify(plan.trajectory, plan.waypoints, plan.corridor)
+    return ExactProof(certificate.verify(), certificate.corridor_margin, certificate.waypoint_error)
+
+
+def _unproved(proved: ExactProof | None) -> list[str]:
+    if proved is None or (proved.holds and (proved.corridor_margin is None or proved.corridor_margin >= 0.0)):
+        return []
+    if not proved.holds:
+        return ["the figures of the certificate are not proved in exact arithmetic"]
+    return [f"the plan leaves its corridor: its exact margin is {proved.corridor_margin:.3g} m"]
 
 
 def _membership(samples: Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
@@ -62,13 +109,18 @@ def _escape(inside: Membership | None) -> list[str]:
     return [f"the path leaves the corridor of leg {inside.leg} by {-inside.margin:.3g} m at t = {inside.instant:.6g} s"]
 
 
-def _as_json(report: ConsistencyReport, inside: Membership | None, problems: list[str], frame: str) -> str:
+def _as_json(
+    report: ConsistencyReport, inside: Membership | None, proved: ExactProof | None, problems: list[str], frame: str
+) -> str:
     figures: dict[str, Any] = asdict(report) | {"problems": problems, "ok": not problems, "frame": frame}
     figures["corridor"] = None if inside is None else asdict(inside)
+    figures["exact"] = None if proved is None else asdict(proved)
     return jsonlib.dumps(figures, indent=2)
 
 
-def _as_text(report: ConsistencyReport, inside: Membership | None, problems: list[str]) -> str:
+def _as_text(
+    report: ConsistencyReport, inside: Membership | None, proved: ExactProof | None, problems: list[str]
+) -> str:
     lines = [
         f"{'rows':<20}{report.rows}",
         f"{'duration':<20}{report.duration:.6g} s at {report.rate:.6g} Hz",
@@ -79,6 +131,9 @@ def _as_text(report: ConsistencyReport, inside: Membership | None, problems: lis
         lines.append(f"{'feed-forward':<20}up to {report.feed_forward:.4g} m/s^2 beside the acceleration")
     if inside is not None:
         lines.append(f"{'corridor margin':<20}{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s")
+    if proved is not None:
+        margin = "" if proved.corridor_margin is None else f", corridor margin {proved.corridor_margin:.3g} m"
+        lines.append(f"{'exact proof':<20}{'holds' if proved.holds else 'does not hold'}{margin}, at every instant")
     lines += ["", *_table(report.axes)] if report.axes else []
     verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]
     return "\n".join([*lines, "", *verdict])

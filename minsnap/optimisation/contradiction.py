@@ -4,8 +4,8 @@ Rows :math:`a_i^\top x^{(p)}(t_i) \le b_i` at chosen instants have no common sol
 :math:`\lambda_i \ge 0` with which their sum does not depend on the curve and reads :math:`0 \le -1` (J. Farkas,
 "Theorie der einfachen Ungleichungen", Journal für die reine und angewandte Mathematik 124, 1902).  A curve is all
 derivatives at its knots, of which the pinned ones are known.  Continuity above the k - 1 derivatives that pieces share
-is a row with a multiplier of any sign.  A tangent plane of a ball or a cone, along a direction u of length at most 1, is
-a row too: :math:`u^\top A (x - a) \le \rho + s^\top (x - a)`.
+is a row with a multiplier of any sign.  A tangent plane of a ball or a cone, along a direction u of length at most 1,
+is a row too: :math:`u^\top A (x - a) \le \rho + s^\top (x - a)`.
 """
 
 from __future__ import annotations

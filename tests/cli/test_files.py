@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -88,6 +89,22 @@ def test_check_takes_what_every_planning_command_writes(call):
     for shape in ("rect", "circle", "line", "helix", "eight"):
         assert call(shape, "-o", "a.csv", "--frame", "ned").returncode == 0
         assert call("check", "a.csv", "--frame", "ned").returncode == 0, shape
+
+
+def test_check_proves_a_plan_in_exact_arithmetic(call, tmp_path):
+    call("rect", "--corridor", "0.3", "--time", "12", "-o", "rect.json")
+    run = call("check", "rect.json", "--exact")
+    assert run.returncode == 0 and re.search(r"exact proof +holds, corridor margin \S+ m, at every instant", run.stdout)
+    said = json.loads(call("check", "rect.json", "--exact", "--json").stdout)["exact"]
+    assert said["holds"] and said["corridor_margin"] >= 0.0
+    narrower = json.loads((tmp_path / "rect.json").read_text())
+    narrower["corridor"] = 0.2
+    (tmp_path / "narrow.json").write_text(json.dumps(narrower))
+    run = call("check", "narrow.json", "--exact")
+    assert run.returncode == 1 and "the plan leaves its corridor: its exact margin is -0." in run.stdout
+    call("rect", "--time", "12", "-o", "rect.csv")
+    run = call("check", "rect.csv", "--exact")
+    assert run.returncode == 2 and "rect.csv holds no plan to prove: --exact takes .json or .yaml" in run.stderr
 
 
 def test_check_is_1_for_a_file_that_contradicts_itself(call, flown, tmp_path):
