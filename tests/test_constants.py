@@ -7,8 +7,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[1] / "minsnap"
 PAGE = PACKAGE.parent / "docs" / "constants.rst"
 CORE = ("tolerances.py", "polynomials/*.py", "corridors/*.py", "certificate.py", "optimisation/*.py")
-APART = ("grid_", "given_", "occupancy_")
-"""Modules that answer questions of users about maps and waypoints."""
+APART = ("grid_", "given_", "occupancy_", "planned_yaw")
+"""Modules that read what users give: maps, waypoints and headings."""
 
 
 def is_number(node):
