@@ -28,6 +28,7 @@ from minsnap.native import certificate as native
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
 from minsnap.tolerances import EXACT
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.path_card import path_drawings
 from minsnap.trajectory.report import utilisation_facts
 from minsnap.trajectory.trajectory import Trajectory
@@ -146,7 +147,7 @@ class Certificate:
 
 
 def certify(
-    traj: Trajectory,
+    traj: Trajectory | Path,
     waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None = None,
     corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
     limits: Limits | None = None,
@@ -157,8 +158,8 @@ def certify(
 
     Parameters
     ----------
-    traj : Trajectory
-        From ``plan`` or from anywhere else.
+    traj : Trajectory or Path
+        From ``plan`` or from anywhere else; of a shape, the polynomials within a micrometre of it.
     waypoints : array_like, shape (legs + 1, dim), or sequence with Gates among them, optional
         What it should pass through; the corridor runs between them. Its own knots unless given.
     corridor : float, array_like, Constraint or sequence of Constraint, optional
@@ -179,16 +180,17 @@ def certify(
     WaypointError
         If the number or the dimension of the waypoints is not that of the trajectory.
     """
-    if not isinstance(traj, Trajectory):
-        raise InputError(f"certify takes a Trajectory, not {type(traj).__name__}")
-    placement = None if waypoints is None else _matching(traj, place(waypoints, tolerance, (), None, None, False))
-    points = _knot_positions(traj)[1] if placement is None else placement.points
+    if not isinstance(traj, Path):
+        raise InputError(f"certify takes a Trajectory or a shape, not {type(traj).__name__}")
+    curve: Trajectory = traj.as_trajectory()
+    placement = None if waypoints is None else _matching(curve, place(waypoints, tolerance, (), None, None, False))
+    points = _knot_positions(curve)[1] if placement is None else placement.points
     walls = tuple(wall for constraint in as_constraints(corridor) for wall in constraint.walls(points))
-    nearest = nearest_wall(traj, walls)
-    error, excess, met = (None, None, True) if placement is None else _passing(traj, placement)
-    utilisation = () if limits is None else _use(limits, traj, _start_of_limits(limits_from, traj))
+    nearest = nearest_wall(curve, walls)
+    error, excess, met = (None, None, True) if placement is None else _passing(curve, placement)
+    utilisation = () if limits is None else _use(limits, curve, _start_of_limits(limits_from, curve))
     inside = nearest is None or nearest.value >= 0.0
-    speed, acceleration, jerk, snap = (norm for norm, _ in traj.max_norms((1, 2, 3, 4)))
+    speed, acceleration, jerk, snap = (norm for norm, _ in curve.max_norms((1, 2, 3, 4)))
     return Certificate(
         inside and met and all(used.fraction <= 1.0 + EXACT for used in utilisation),
         None if nearest is None else nearest.value,
@@ -198,11 +200,11 @@ def certify(
         acceleration,
         jerk,
         snap,
-        continuity(traj),
+        continuity(curve),
         utilisation,
         excess,
         limits,
-        traj,
+        curve,
         walls,
         None if placement is None else placement.points,
     )

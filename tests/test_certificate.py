@@ -154,7 +154,7 @@ def test_no_walls_no_margin():
 @pytest.mark.parametrize(
     ("traj", "arguments", "error", "words"),
     (
-        (lambda: minsnap.circle(2.0), (), InputError, "Trajectory"),
+        (lambda: minsnap.circle(2.0).sample(), (), InputError, "Trajectory"),
         (lambda: minsnap.plan(CORNERS, DURATIONS), (CORNERS[:3],), WaypointError, r"shape \(5, 3\)"),
         (lambda: minsnap.plan(CORNERS, DURATIONS), (np.zeros((5, 2)),), WaypointError, r"shape \(5, 3\)"),
         (lambda: minsnap.plan(CORNERS, DURATIONS), (CORNERS, [0.3, 0.3]), CorridorError, "4 legs"),

@@ -64,6 +64,11 @@ def option_field(kind: Kind) -> str:
     return kind.option.lstrip("-").replace("-", "_")
 
 
+def limit_options() -> set[str]:
+    """Return the names of the fields that hold options of limits."""
+    return {option_field(kind) for kind in KINDS if kind.option}
+
+
 def given_limits(options: Any) -> dict[str, Any]:
     """Return the limits that were given among options, by name, in the units of the library."""
     values = {kind: getattr(options, option_field(kind)) for kind in KINDS if kind.option}

@@ -54,6 +54,16 @@ else:
     LimitOptions = make_dataclass("LimitOptions", options.limit_fields(), bases=(Span,), frozen=True)
 
 
+def limits_of(given: Any) -> Limits | None:
+    """Return the limits among options, or None."""
+    chosen = options.given_limits(given)
+    if not chosen:
+        return None
+    from minsnap.limits.limits import Limits
+
+    return Limits(**chosen)
+
+
 @dataclass(frozen=True)
 class TimingOptions(LimitOptions):
     """The duration of a plan: a total time, a weight on time, or the shortest time within limits."""
@@ -70,12 +80,7 @@ class TimingOptions(LimitOptions):
     @property
     def limits(self) -> Limits | None:
         """The limits given, or None."""
-        chosen = options.given_limits(self)
-        if not chosen:
-            return None
-        from minsnap.limits.limits import Limits
-
-        return Limits(**chosen)
+        return limits_of(self)
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that were given."""
@@ -137,8 +142,16 @@ class RectanglePlanning(Planning):
         return rectangle_limits()
 
 
+if TYPE_CHECKING:
+
+    class PaceOptions:
+        """The same without a duration."""
+else:
+    PaceOptions = make_dataclass("PaceOptions", options.limit_fields(), frozen=True)
+
+
 @dataclass(frozen=True)
-class Turning:
+class Turning(PaceOptions):
     """Options of a circle, a helix or a figure of eight."""
 
     period: Period = None
@@ -153,7 +166,13 @@ class Turning:
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a shape that were given."""
         angles = {"yaw": options.parse_yaw(self.yaw), "ramp": None if self.ramp is None else radians(self.ramp)}
-        return options.given(**asdict(self) | angles)
+        own = {name: value for name, value in asdict(self).items() if name not in options.limit_options()}
+        return options.given(**own | angles | {"limits": self.limits})
+
+    @property
+    def limits(self) -> Limits | None:
+        """The limits given, or None."""
+        return limits_of(self)
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def circle(
     """Trace a circle, from rest to rest unless the ramp is 0."""
     from minsnap.shapes import circle as trace
 
-    destination.deliver(trace(radius, start_angle=radians(start_angle), **turning.arguments()))
+    destination.deliver(trace(radius, start_angle=radians(start_angle), **turning.arguments()), limits=turning.limits)
 
 
 @app.command()
@@ -92,7 +92,9 @@ def helix(
     """Trace a helix from an altitude upwards, or downwards with a negative pitch."""
     from minsnap.shapes import helix as trace
 
-    destination.deliver(trace(radius, pitch, start_angle=radians(start_angle), **turning.arguments()))
+    destination.deliver(
+        trace(radius, pitch, start_angle=radians(start_angle), **turning.arguments()), limits=turning.limits
+    )
 
 
 @app.command()
@@ -106,4 +108,4 @@ def eight(
     """Trace a figure of eight (a lemniscate) from its crossing."""
     from minsnap.shapes import lemniscate
 
-    destination.deliver(lemniscate(length, width, **turning.arguments()))
+    destination.deliver(lemniscate(length, width, **turning.arguments()), limits=turning.limits)

@@ -42,16 +42,13 @@ BINDING = 0.999
 _LIMITS_AFTER = 6
 """Limits stand below the greatest speed, acceleration and jerk."""
 
-SAMPLES = 20_001
-"""Instants at which a path that is not piecewise polynomial is searched for its greatest speed and so on."""
-
 
 def summarise(
     path: Path, corridor: Any = None, waypoints: npt.ArrayLike | None = None, limits: Limits | None = None
 ) -> dict[str, Any]:
     """Return the figures of a path; figures that do not apply are None.
 
-    Exact over all time for a trajectory; for a shape that is not a polynomial, the greatest of many samples.
+    Exact over all time; for a shape that is not a polynomial, those of polynomials within a micrometre of it.
 
     Parameters
     ----------
@@ -73,7 +70,7 @@ def summarise(
     known |= {"duration": path.duration, "cost_unit": None, "limits": [], "binding": []}
     if isinstance(path, Trajectory):
         return known | _of_trajectory(path, corridor, waypoints, limits)
-    return known | _of_shape(path)
+    return known | _of_shape(path, limits)
 
 
 def as_text(figures: Mapping[str, Any]) -> str:
@@ -133,9 +130,15 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, li
     }
 
 
-def _of_shape(path: Path) -> dict[str, Any]:
-    import numpy as np
+def _of_shape(path: Path, limits: Limits | None) -> dict[str, Any]:
+    """Return the figures of a shape, by its polynomials."""
+    from minsnap.certificate import certify
 
-    t = np.linspace(0.0, path.duration, SAMPLES)
-    names = {"max_speed": 1, "max_acceleration": 2, "max_jerk": 3}
-    return {name: float(np.linalg.norm(path(t, order), axis=1).max()) for name, order in names.items()}
+    found = certify(path, limits=limits)
+    return {
+        "max_speed": found.max_speed,
+        "max_acceleration": found.max_acceleration,
+        "max_jerk": found.max_jerk,
+        "limits": [asdict(used) for used in found.utilisation],
+        "binding": [used.name for used in found.utilisation if used.fraction >= BINDING],
+    }

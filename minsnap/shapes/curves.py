@@ -8,7 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.shapes.phase import ComplexArray, PhasePath
+from minsnap.errors import ShapeError
+from minsnap.limits.limits import Limits
+from minsnap.shapes.phase import ComplexArray
+from minsnap.shapes.shape import Shape
 from minsnap.shapes.shape_checks import check_finite, check_point, check_positive, phase_law, with_yaw
 from minsnap.trajectory.look_at import LookAt
 
@@ -28,7 +31,8 @@ def circle(
     start_angle: float = 0.0,
     clockwise: bool = False,
     yaw: float | str | LookAt = 0.0,
-) -> PhasePath:
+    limits: Limits | None = None,
+) -> Shape:
     r"""Level circle, from rest to rest unless ``ramp=0``.
 
     :math:`r = c + R\,(\cos(\varphi_0 + \varphi), \sin(\varphi_0 + \varphi), 0)`. The laps include spin-up and
@@ -56,10 +60,12 @@ def circle(
         Turn clockwise seen from above.
     yaw : float, "velocity", "tilt" or LookAt
         Constant heading [rad], or along the velocity.
+    limits : Limits, optional
+        Flown as fast as they allow, instead of in a period or at a speed.
 
     Returns
     -------
-    PhasePath
+    Shape
         dim 3.
 
     Raises
@@ -79,9 +85,9 @@ def circle(
     (array([2. , 0. , 1.5]), array([0., 0., 0.]))
     """
     check_positive("radius", radius, "metres")
-    law = phase_law(period, speed, float(radius), laps, ramp)
+    law = phase_law(*_pace(period, speed, limits), float(radius), laps, ramp)
     harmonics = _turned(radius, start_angle, clockwise)
-    return with_yaw(PhasePath(law, _center(center, altitude), np.zeros(3), harmonics), yaw)
+    return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
 
 
 def helix(
@@ -97,7 +103,8 @@ def helix(
     start_angle: float = 0.0,
     clockwise: bool = False,
     yaw: float | str | LookAt = 0.0,
-) -> PhasePath:
+    limits: Limits | None = None,
+) -> Shape:
     r"""Circle with constant climb per turn.
 
     :math:`r = c + (R\cos(\varphi_0 + \varphi), R\sin(\varphi_0 + \varphi), p\,\varphi / 2\pi)`.
@@ -110,14 +117,14 @@ def helix(
         p, the climb a lap [m]; negative to descend.
     period, speed : float, optional
         Seconds per lap at full speed, or that speed along the helix [m/s]; one of them. 6 s unless given.
-    laps, ramp, center, start_angle, clockwise, yaw
+    laps, ramp, center, start_angle, clockwise, yaw, limits
         As for :func:`circle`.
     altitude : float
         z at the start [m].
 
     Returns
     -------
-    PhasePath
+    Shape
         dim 3.
 
     Raises
@@ -127,9 +134,9 @@ def helix(
     """
     climb = check_finite("pitch", pitch, "metres") / (2.0 * math.pi)
     check_positive("radius", radius, "metres")
-    law = phase_law(period, speed, math.hypot(radius, climb), laps, ramp)
+    law = phase_law(*_pace(period, speed, limits), math.hypot(radius, climb), laps, ramp)
     harmonics = _turned(radius, start_angle, clockwise)
-    return with_yaw(PhasePath(law, _center(center, altitude), np.array([0.0, 0.0, climb]), harmonics), yaw)
+    return _paced(Shape(law, _center(center, altitude), np.array([0.0, 0.0, climb]), harmonics), yaw, limits)
 
 
 def lemniscate(
@@ -144,7 +151,8 @@ def lemniscate(
     altitude: float = 1.5,
     clockwise: bool = False,
     yaw: float | str | LookAt = 0.0,
-) -> PhasePath:
+    limits: Limits | None = None,
+) -> Shape:
     r"""Level figure of eight (the lemniscate of Gerono where the length is twice the width), from its crossing.
 
     :math:`r = c + (\tfrac{1}{2} L \sin\varphi, \tfrac{1}{2} W \sin 2\varphi, 0)`.
@@ -157,14 +165,14 @@ def lemniscate(
         W, its extent along y [m].
     period, speed : float, optional
         Seconds per lap at full rate, or the greatest speed, that at the crossing [m/s]; one of them. 6 s unless given.
-    laps, ramp, center, altitude, yaw
+    laps, ramp, center, altitude, yaw, limits
         As for :func:`circle`.
     clockwise : bool
         Turn clockwise, seen from above, on the first half.
 
     Returns
     -------
-    PhasePath
+    Shape
         dim 3.
 
     Raises
@@ -174,10 +182,23 @@ def lemniscate(
     """
     reach_x = check_positive("length", length, "metres") / 2.0
     reach_y = check_positive("width", width, "metres") / 2.0
-    law = phase_law(period, speed, math.hypot(reach_x, 2.0 * reach_y), laps, ramp)
+    law = phase_law(*_pace(period, speed, limits), math.hypot(reach_x, 2.0 * reach_y), laps, ramp)
     side = 1.0 if clockwise else -1.0
     harmonics = np.array([[-1j * reach_x, 0.0, 0.0], [0.0, -1j * reach_y * side, 0.0]])
-    return with_yaw(PhasePath(law, _center(center, altitude), np.zeros(3), harmonics), yaw)
+    return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
+
+
+def _pace(period: float | None, speed: float | None, limits: Limits | None) -> tuple[float | None, float | None]:
+    """Return period and speed, or raise ShapeError if limits say the pace too."""
+    if limits is not None and (period is not None or speed is not None):
+        raise ShapeError("limits say how fast a shape is flown: give no period and no speed with them")
+    return period, speed
+
+
+def _paced(path: Shape, yaw: float | str | LookAt, limits: Limits | None) -> Shape:
+    """Give a shape its heading, and its pace."""
+    turned = with_yaw(path, yaw)
+    return turned if limits is None else turned.within(limits)
 
 
 def _center(center: Sequence[float], altitude: float) -> FloatArray:

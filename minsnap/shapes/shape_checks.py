@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from minsnap.checks import is_number
 from minsnap.errors import ShapeError, YawError
 from minsnap.shapes.phase import PhaseLaw, PhasePath
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.path import ConstantHeading
+
+Turning = TypeVar("Turning", bound=PhasePath)
 
 
 def check_positive(name: str, value: float, unit: str) -> float:
@@ -67,7 +70,7 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
     return PhaseLaw(2.0 * math.pi / seconds, angle, float(ramp))
 
 
-def with_yaw(path: PhasePath, yaw: float | str | LookAt) -> PhasePath:
+def with_yaw(path: Turning, yaw: float | str | LookAt) -> Turning:
     """Return the path with a constant yaw [rad], with the yaw ``"velocity"`` or ``"tilt"``, or towards a point."""
     if yaw == "velocity":
         from minsnap.trajectory.velocity_heading import VelocityHeading

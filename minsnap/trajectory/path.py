@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
 from minsnap.checks import is_whole
-from minsnap.errors import IntervalError, TimingError
+from minsnap.errors import InputError, IntervalError, TimingError
 from minsnap.tolerances import ROUNDING
 from minsnap.trajectory.samples import Samples
 
@@ -93,6 +93,20 @@ class Path(ABC):
         check_instants(flat, self.duration)
         inside = np.clip(flat, 0.0, self.duration)
         return self._evaluate(inside, check_order(order)).reshape(*instants.shape, self.dim)
+
+    def as_trajectory(self) -> Any:
+        """Return the path as a :class:`~minsnap.Trajectory`, piecewise polynomials.
+
+        Raises
+        ------
+        InputError
+            If no polynomials are known for such a path.
+        """
+        raise InputError(f"no polynomials are known for a {type(self).__name__}: write samples of it instead")
+
+    def then(self, other: Path) -> Any:
+        """Fly ``other`` after this path; both as trajectories."""
+        return self.as_trajectory().then(other)
 
     def sample(self, rate: float = 20.0) -> Samples:
         """Evaluate on the grid 0, 1/rate, 2/rate, …; the last sample is the end state.

@@ -332,35 +332,38 @@ class Trajectory(ReadOnly, Path):
             points = share * padded[:, :-1] + (1.0 - share) * padded[:, 1:]
         return replace(self, control_points=points)
 
-    def then(self, other: Trajectory) -> Trajectory:
-        """Fly ``other`` after this one.
+    def as_trajectory(self) -> Trajectory:
+        """Return the trajectory itself."""
+        return self
+
+    def then(self, other: Path) -> Trajectory:
+        """Fly ``other`` after this one: a trajectory, or a shape, of which the polynomials are taken.
 
         Raises
         ------
         InputError
-            If ``other`` is no trajectory, such as a circle.
+            If ``other`` is no path, or one of which no polynomials are known.
         WaypointError
             If the dimensions differ or ``other`` does not begin where this one ends.
         """
-        if not isinstance(other, Trajectory):
-            raise InputError(
-                f"a {type(other).__name__} cannot be flown after a trajectory: join trajectories of plan()"
-            )
-        if other.dim != self.dim:
-            raise WaypointError(f"trajectories of {self.dim} and {other.dim} coordinates cannot be joined")
-        gap = np.abs(other.control_points[0, 0] - self.control_points[-1, -1]).max()
-        if gap > JOINT * max(np.abs(self.control_points).max(), np.abs(other.control_points).max()):
+        if not isinstance(other, Path):
+            raise InputError(f"a {type(other).__name__} cannot be flown after a trajectory: join plans and shapes")
+        following: Trajectory = other.as_trajectory()
+        if following.dim != self.dim:
+            raise WaypointError(f"trajectories of {self.dim} and {following.dim} coordinates cannot be joined")
+        gap = np.abs(following.control_points[0, 0] - self.control_points[-1, -1]).max()
+        if gap > JOINT * max(np.abs(self.control_points).max(), np.abs(following.control_points).max()):
             raise WaypointError(f"the second trajectory begins {gap} m away from where the first one ends")
-        degree = max(self.degree, other.degree)
-        points = np.concatenate([part.elevated(degree).control_points for part in (self, other)])
-        pieces = self.pieces if self.pieces == other.pieces else 1
-        joined = Trajectory(points, np.concatenate([self.durations, other.durations]), pieces=pieces)
-        if isinstance(self.yaw, TiltHeading) and isinstance(other.yaw, TiltHeading):
+        degree = max(self.degree, following.degree)
+        points = np.concatenate([part.elevated(degree).control_points for part in (self, following)])
+        pieces = self.pieces if self.pieces == following.pieces else 1
+        joined = Trajectory(points, np.concatenate([self.durations, following.durations]), pieces=pieces)
+        if isinstance(self.yaw, TiltHeading) and isinstance(following.yaw, TiltHeading):
             return joined.with_yaw(self.yaw.turned(joined))
-        if isinstance(self.yaw, LookAtHeading) and isinstance(other.yaw, LookAtHeading):
-            if np.array_equal(self.yaw.target.point[:2], other.yaw.target.point[:2]):
+        if isinstance(self.yaw, LookAtHeading) and isinstance(following.yaw, LookAtHeading):
+            if np.array_equal(self.yaw.target.point[:2], following.yaw.target.point[:2]):
                 return joined.with_yaw(self.yaw.on(joined))
-        return joined.with_yaw(JoinedHeading(self.yaw, other.yaw, self.duration))
+        return joined.with_yaw(JoinedHeading(self.yaw, following.yaw, self.duration))
 
     def to_ppoly(self) -> PPoly:
         """Return the same curve as scipy.interpolate.PPoly: local powers of seconds, descending."""

@@ -191,3 +191,11 @@ def test_bad_requests_are_2_in_one_sentence_and_write_nothing(call, tmp_path, ar
     assert run.returncode == 2
     assert said in run.stderr and run.stderr.count("\n") == 1 and run.stdout == ""
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("shape", ["circle", "helix", "eight"])
+def test_shapes_are_flown_as_fast_as_limits_allow(call, shape):
+    said = summary(call(shape, "--max-speed", "1.5", "--max-acceleration", "4", "--json", "-o", "a.csv"))
+    assert max(used["fraction"] for used in said["limits"]) == pytest.approx(1.0, abs=1e-6) and said["binding"]
+    assert said["max_speed"] <= 1.5 * (1 + 1e-9)
+    assert "no period" in call(shape, "--max-speed", "1.5", "--period", "4").stderr

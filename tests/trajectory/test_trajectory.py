@@ -286,7 +286,7 @@ def test_a_rate_that_is_not_positive_is_refused(lap, rate):
         lap.sample(rate)
 
 
-def test_a_shape_that_is_no_trajectory_cannot_be_joined():
+def test_what_is_no_path_cannot_be_joined():
     path = minsnap.plan([(0, 0, 1), (1, 0, 1)], [1.0])
-    with pytest.raises(minsnap.MinsnapError, match="cannot be flown after a trajectory"):
-        path.then(minsnap.helix())
+    with pytest.raises(minsnap.MinsnapError, match="a Samples cannot be flown after a trajectory"):
+        path.then(path.sample())
