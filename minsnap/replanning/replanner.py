@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.span import largest_use
 from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
 from minsnap.replanning.change import Change
+from minsnap.replanning.clearance import moved_inwards
 from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_outside
 from minsnap.replanning.horizon import Near, near
 from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
@@ -78,6 +79,9 @@ class Replanner:
         Heading of new plans, reached smoothly from the flown one; the flown heading at the splice is held unless given.
     recover : float
         Distance by which a start may be outside the walls of its leg [m]; the plan then flies back first.
+    clearance : float
+        Distance that new plans keep from the walls, where the waypoints and the start have it [m]: walls that are
+        measured anew may then shift by as much, and the plan is still inside.
     horizon : int, optional
         So many legs are planned; beyond them the flown plan goes on, or the new one ends at rest there.
     degree : int
@@ -102,6 +106,7 @@ class Replanner:
         *,
         yaw: float | str | None = None,
         recover: float = 0.0,
+        clearance: float = 0.0,
         horizon: int | None = None,
         degree: int = 7,
         pieces: int = 1,
@@ -111,7 +116,8 @@ class Replanner:
         self._limits = _all_limits(limits, vehicle)
         self._corridor, self._room = corridor, as_room(room)
         self._chosen = _chosen(yaw, self._limits)
-        self._recover, self._horizon = _check_recover(recover), _check_horizon(horizon)
+        self._recover, self._clearance = _check_distance(recover, "recover"), _check_distance(clearance, "clearance")
+        self._horizon = _check_horizon(horizon)
         self._clock, self._lock = clock, threading.Lock()
         self._memory: Memory | None = None
         self._beyond: float | None = None
@@ -250,7 +256,9 @@ class Replanner:
         seconds = self._search_seconds(call)
         if call.aim.timed and seconds <= 0.0:
             return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
-        part = near(call.course.task, self._horizon, rest)
+        task = call.course.task
+        inner = moved_inwards(task.walls, task.waypoints, self._clearance)
+        part = near(replace(task, walls=inner), self._horizon, rest)
         began = time.perf_counter()
         try:
             better = self._better(call, part, seconds)
@@ -368,10 +376,10 @@ def _chosen(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
     return asked_heading(yaw, 1, False, gravity, Held(None, None, turning))
 
 
-def _check_recover(recover: Any) -> float:
-    if not is_number(recover) or not 0.0 <= recover < np.inf:
-        raise InputError(f"recover is {recover!r}: give a distance of 0 or more [m]")
-    return float(recover)
+def _check_distance(value: Any, name: str) -> float:
+    if not is_number(value) or not 0.0 <= value < np.inf:
+        raise InputError(f"{name} is {value!r}: give a distance of 0 or more [m]")
+    return float(value)
 
 
 def _check_horizon(horizon: Any) -> int | None:

@@ -1,0 +1,44 @@
+"""Walls moved inwards: by the clearance, less where a waypoint is nearer, and plans inside walls that shift."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Boxes, Limits, Replanner, RoundTube
+from minsnap.errors import InputError
+from minsnap.replanning.clearance import moved_inwards
+
+POINTS = np.array([(0.0, 0.0, 1.0), (3.0, 0.05, 1.0), (6.0, 0.0, 1.0)])
+BOXES = Boxes([(-1, -0.1, 0), (2, -1, 0)], [(4, 1, 2), (7, 1, 2)])
+
+
+def test_faces_move_by_the_clearance_or_by_the_room_of_a_waypoint():
+    (inner,) = moved_inwards(BOXES.walls(POINTS), POINTS, 0.3)
+    assert inner.lower.reshape(2, 3)[0] == pytest.approx([-0.7, -0.0, 0.3], abs=1e-5)
+    assert inner.upper.reshape(2, 3) == pytest.approx(np.array([(3.7, 0.7, 1.7), (6.7, 0.7, 1.7)]), abs=1e-5)
+
+
+def test_round_tubes_shrink():
+    (inner,) = moved_inwards(RoundTube([0.5, 0.2]).walls(POINTS), POINTS, 0.3)
+    assert inner.radius == pytest.approx([0.2, 0.02], abs=1e-5)
+
+
+def test_limits_do_not_move():
+    walls = Limits(speed=2.0).walls(POINTS)
+    assert moved_inwards(walls, POINTS, 0.3) == list(walls)
+
+
+def test_new_plans_stay_inside_boxes_that_shift_by_the_clearance():
+    wide = Boxes([(-1, -1, 0), (2, -1, 0)], [(4, 1, 2), (7, 1, 2)])
+    flown = minsnap.plan(POINTS, limits=Limits(speed=1.5, acceleration=3.0), corridor=wide)
+    faster = Limits(speed=3.0, acceleration=6.0)
+    change = Replanner(faster, wide, clearance=0.4, clock=lambda: 0.0).replan(flown, 0.2, POINTS[1:], 0.5)
+    assert not change.kept
+    shifted = Boxes(wide.lower + [0.0, 0.39, 0.39], wide.upper - [0.0, 0.39, 0.39])
+    whole = np.concatenate((change.trajectory(0.0)[None], POINTS[1:]))
+    assert minsnap.certify(change.trajectory, whole, shifted, faster).ok
+
+
+def test_a_negative_clearance_is_refused():
+    with pytest.raises(InputError, match="clearance is -0.1: give a distance of 0 or more"):
+        Replanner(clearance=-0.1)
