@@ -30,11 +30,23 @@ class Splice:
         On its clock [s].
     half : int
         Derivatives 0 ... k - 1 are taken over.
+    whole : Trajectory, optional
+        Of which the flown plan is the rest: cut from it, what is left does not gather the rounding of many cuts.
+    offset : float
+        Instant at which the flown plan began, on the clock of the whole [s].
     """
 
     flown: Trajectory
     instant: float
     half: int
+    whole: Trajectory | None = None
+    offset: float = 0.0
+
+    @property
+    def source(self) -> tuple[Trajectory, float]:
+        """The whole plan, and the instant on its clock [s]."""
+        whole = self.flown if self.whole is None else self.whole
+        return whole, min(self.offset + self.instant, whole.duration)
 
     @property
     def over(self) -> bool:
@@ -44,8 +56,8 @@ class Splice:
     @cached_property
     def state(self) -> FloatArray:
         """Derivatives 0 ... k - 1, (k, dim)."""
-        at = min(self.instant, self.flown.duration)
-        return np.stack([self.flown(at, order) for order in range(self.half)])
+        whole, at = self.source
+        return np.stack([whole(at, order) for order in range(self.half)])
 
     @property
     def passed(self) -> int:
@@ -65,15 +77,15 @@ class Splice:
         """What is left, from time 0, with as many pieces on every leg; None where it is over."""
         if self.over:
             return None
-        flown, pieces = self.flown, self.flown.pieces
-        piece = int(np.searchsorted(flown.breaks, self.instant, side="right")) - 1
-        low = float((self.instant - flown.breaks[piece]) / flown.durations[piece])
+        (flown, at), pieces = self.source, self.flown.pieces
+        piece = int(np.searchsorted(flown.breaks, at, side="right")) - 1
+        low = float((at - flown.breaks[piece]) / flown.durations[piece])
         first = split(flown.control_points[piece], low)[1]
         parts = (piece - len(flown.durations)) % pieces + 1
         points = np.concatenate((divided(first, parts), flown.control_points[piece + 1 :]))
-        own = np.full(parts, (flown.breaks[piece + 1] - self.instant) / parts)
+        own = np.full(parts, (flown.breaks[piece + 1] - at) / parts)
         durations = np.concatenate((own, flown.durations[piece + 1 :]))
-        return flown.turned(Trajectory(points, durations, pieces=pieces), self.instant)
+        return flown.turned(Trajectory(points, durations, pieces=pieces), at)
 
 
 def split(points: FloatArray, s: float) -> tuple[FloatArray, FloatArray]:

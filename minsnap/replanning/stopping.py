@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
+from itertools import chain, islice
 
 import numpy as np
 
@@ -30,13 +30,16 @@ from minsnap.trajectory.trajectory import Trajectory
 DURATIONS = np.geomspace(0.6, 8.0, 24)
 """Durations tried, in the time that stopping takes at the largest acceleration."""
 
+TOGETHER = 6
+"""Durations looked at together: the shortest that does ends the search."""
+
 REACHES = (0.0, -0.12, 0.12)
 """By how much further than for the least cost it ends, in the way that the speed of the start makes meanwhile."""
 
 LEGS = 2
 """Legs within which a stop may end."""
 
-INSTANTS = np.linspace(0.0, 1.0, 33)
+INSTANTS = np.linspace(0.0, 1.0, 25)
 """Where the family is looked at before it is certified."""
 
 INWARDS = 1e-4
@@ -119,7 +122,9 @@ class Stopping:
         """Return a certified member of the closed family; None where there is none."""
         _, acceleration, unit = self._scales
         piece = SinglePiece(start_state(self.task), acceleration)
-        return self._first_certified(_family(piece, self._legs, self._bounds, unit * DURATIONS))
+        parts = (unit * DURATIONS[first : first + TOGETHER] for first in range(0, len(DURATIONS), TOGETHER))
+        found = (_family(piece, self._legs, self._bounds, durations) for durations in parts)
+        return self._first_certified(chain.from_iterable(found))
 
     def aside(self) -> Trajectory | None:
         """Return a certified stop in the first leg, its end chosen by programmes; None where there is none."""

@@ -24,6 +24,15 @@ class RemappedHeading:
         return self.heading(self.start + self.rate * np.asarray(t, dtype=np.float64), order) * self.rate**order
 
 
+def remapped(heading: Heading, start: float, rate: float = 1.0) -> Heading:
+    """Return a heading on another clock: ``yaw(t) = heading(start + rate t)``, however often that was done before."""
+    if isinstance(heading, ConstantHeading):
+        return heading
+    if isinstance(heading, RemappedHeading):
+        return RemappedHeading(heading.heading, heading.start + heading.rate * start, heading.rate * rate)
+    return RemappedHeading(heading, start, rate)
+
+
 @dataclass(frozen=True, eq=False)
 class JoinedHeading:
     """One heading up to an instant, another from there on, turned by whole turns to meet it."""
@@ -58,6 +67,7 @@ __all__ = [
     "ConstantHeading",
     "JoinedHeading",
     "RemappedHeading",
+    "remapped",
     "shortest_turns",
     "wrap",
 ]

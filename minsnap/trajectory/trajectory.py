@@ -26,7 +26,7 @@ from minsnap.polynomials.bernstein import (
 )
 from minsnap.polynomials.enclosures import UNIT, Enclosure, derivative
 from minsnap.polynomials.extrema import maximum
-from minsnap.trajectory.heading import JoinedHeading, RemappedHeading
+from minsnap.trajectory.heading import JoinedHeading, remapped
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import ConstantHeading, Heading, Path, check_order
 from minsnap.trajectory.tilt_heading import TiltHeading
@@ -321,7 +321,7 @@ class Trajectory(ReadOnly, Path):
             return curve.with_yaw(self.yaw.on(curve))
         if isinstance(self.yaw, VelocityHeading) and start == 0.0 and rate not in (1.0, -1.0):
             return curve.with_yaw(self.yaw.on(curve))
-        return curve.with_yaw(RemappedHeading(self.yaw, start, rate))
+        return curve.with_yaw(remapped(self.yaw, start, rate))
 
     def elevated(self, degree: int) -> Trajectory:
         """Return the same curve written in polynomials of a higher degree."""
