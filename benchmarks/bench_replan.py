@@ -86,7 +86,7 @@ class Tally:
 
     walls: list[float] = field(default_factory=list)
     own: list[float] = field(default_factory=list)
-    jump: float = 0.0
+    jumps: np.ndarray = field(default_factory=lambda: np.zeros(4))
     new: int = 0
     uncertified: int = 0
     without_stop: int = 0
@@ -104,7 +104,9 @@ class Tally:
         for order in range(4):
             value = before(min(change.splice, before.duration), order)
             scale = max(np.abs(value).max(), 1.0)
-            self.jump = max(self.jump, float(np.abs(change.trajectory(0.0, order) - value).max() / scale))
+            gap = float(np.abs(change.trajectory(0.0, order) - value).max() / scale)
+            if order < 3 or min(change.trajectory.durations[0], before.durations[0]) > 2 * PERIOD:
+                self.jumps[order] = max(self.jumps[order], gap)
 
 
 def gates(seed: int) -> np.ndarray:
@@ -140,7 +142,8 @@ def course(most: int, seconds: float) -> None:
         seed += 1
     print(f"\n{GATES} gates, boxes shifted by up to {NOISE} m before each replan: {len(tally.walls)} replans")
     print(f"searched {tally.searched}, new plans {tally.new}, not certified {tally.uncertified}, ", end="")
-    print(f"without a stop {tally.without_stop}, largest jump {tally.jump:.1e} relative")
+    print(f"without a stop {tally.without_stop}, largest relative jumps of position to jerk ", end="")
+    print(*(f"{jump:.0e}" for jump in tally.jumps), f"(jerk where no piece is shorter than {2 * PERIOD} s)")
     for name, values in (("wall", tally.walls), ("processor", tally.own)):
         median, high, highest = 1e3 * np.percentile(values, [50, 99, 100])
         print(f"{name}: median {median:.2f} ms, p99 {high:.2f} ms, longest {highest:.2f} ms")

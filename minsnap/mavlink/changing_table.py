@@ -110,7 +110,7 @@ class ChangingTable:
         ----------
         exchange : Exchange
         elapsed : float
-            Of the flight, up to the last setpoint that was decided [s].
+            Of the flight, now [s].
 
         Raises
         ------

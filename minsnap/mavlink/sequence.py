@@ -138,7 +138,6 @@ class Sequence:
         self.offset: Vector = (0.0, 0.0, 0.0)
         self.setpoint = table.start
         self._first_slot = 0
-        self.index: int | None = None
         self._was_outside = False
         self._outside_since: float | None = None
         self._settled_since: float | None = None
@@ -276,7 +275,7 @@ class Sequence:
         if reason is not None:
             self.abort(reason, at)
             return
-        index = self.index = at.slot - self._first_slot
+        index = at.slot - self._first_slot
         self.setpoint = self._table[index].shifted(self.offset)
         if index >= len(self._table):
             self.completed = True

@@ -80,10 +80,11 @@ class Streamer:
     def now(self) -> float | None:
         """Instant on the clock of the trajectory that is flown now [s]; None unless it is flying.
 
-        From any thread; its time 0 is that of the first setpoint, or of the splice of the last change.
+        From any thread; its time 0 is that of the first setpoint, or of the splice of the last change, before which it
+        is negative.
         """
         elapsed = self._elapsed
-        return None if elapsed is None else elapsed - self._table.began
+        return None if elapsed is None else max(elapsed, 0.0) - self._table.began
 
     @property
     def _elapsed(self) -> float | None:
@@ -97,7 +98,8 @@ class Streamer:
     def change(self, change: Change) -> Trajectory:
         """Fly a change from its splice on, from any thread: its trajectory if that is certified, else its stop.
 
-        The rules of safety are the same before and after.
+        The rules of safety are the same before and after. A setpoint of the first step after the splice may have been
+        decided before: both trajectories are equal up to the jerk there, so that they hardly differ yet.
 
         Parameters
         ----------
@@ -121,11 +123,11 @@ class Streamer:
         if chosen is None:
             raise FlightError(f"the change is not certified and has no stop ({change.no_stop}): hold, or land")
         sequence = self._sequence
-        if sequence is None or sequence.first_slot is None or sequence.index is None:
+        if sequence is None or sequence.first_slot is None:
             raise FlightError("the vehicle is not flying this stream, so there is nothing to change")
         exchange = self._table.prepare(chosen, change.splice)
         with self._changing:
-            self._table.exchange(exchange, sequence.index / self._table.rate)
+            self._table.exchange(exchange, self._elapsed or 0.0)
         return chosen
 
     def run(self) -> StreamReport:

@@ -22,8 +22,9 @@ class Change:
     kept : bool
         True: the trajectory is the rest of the flown plan.
     certified : bool
-        Whether the trajectory keeps all that was asked for; false only for a rest that is kept because nothing that
-        does was found in time. Then fly ``stop``.
+        Whether the trajectory is proved to be inside the walls ahead and the limits; false only for a rest that is kept
+        because nothing that is was found in time. Then fly ``stop``. A rest that is kept passes the waypoints where
+        they were when it was planned.
     reason : str
         Why the rest was kept; empty where it was not.
     no_stop : str

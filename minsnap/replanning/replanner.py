@@ -211,7 +211,7 @@ class Replanner:
         if not (holds and rest is not None and self._unchanged(call, rest, legs)):
             better, settled, reason = self._searched(call, rest)
         chosen, reason = self._chosen_of(call, rest if holds else None, better, reason)
-        change = self._change(call, chosen, stop, holds, reason)
+        change = self._change(call, chosen, stop, safe, reason)
         guess = None if better is None or chosen is not None else better.curve
         whole, offset = splice.source if change.kept else (None, 0.0)
         start = leg_start_of(splice, self._memory)
@@ -305,12 +305,12 @@ class Replanner:
         known = self._memory is not None and self._memory.answer is call.splice.flown
         return GAIN if known or call.aim.total_time is None else SPLIT_GAIN
 
-    def _change(self, call: _Call, chosen: Better | None, stop: Trajectory | None, holds: bool, reason: str) -> Change:
+    def _change(self, call: _Call, chosen: Better | None, stop: Trajectory | None, safe: bool, reason: str) -> Change:
         splice = call.splice
         found = splice.rest if chosen is None else chosen.curve
         if found is None:
             raise TimingError(f"the flown plan is over at {splice.instant:.6g} s, and no plan was found: {reason}")
-        certified = holds if chosen is None else True
+        certified = safe if chosen is None else True
         if stop is None and certified and ends_at_rest(found):
             stop = found
         times = (0.0, 0.0) if chosen is None else (chosen.limits_from, chosen.inside_from)

@@ -68,6 +68,7 @@ def test_moved_waypoints_are_passed_from_the_state_at_the_splice(flown, now):
     replanner = Replanner(LIMITS, boxes, clock=still)
     change = replanner.replan(flown, now, moved, 30.0) if now < 0.0 else replanner.replan(flown, now, moved, 0.05)
     check_splice(change, flown)
+    assert change.certified
     if not change.kept:
         check_certified(change, moved, boxes)
         assert change.trajectory(change.trajectory.duration) == pytest.approx(moved[-1], abs=1e-9)
@@ -167,8 +168,11 @@ def test_what_is_late_is_not_flown(flown):
     _, points, boxes = ahead(flown, 0.5)
     ticks = count()
     change = Replanner(LIMITS, boxes, clock=lambda: 10.0 * next(ticks)).replan(flown, 0.1, points + 0.01, 0.4)
-    assert change.kept and not change.certified
+    assert change.kept and change.certified
     assert "no time to search" in change.reason
+    slower = Limits(speed=2.0, acceleration=6.0)
+    change = Replanner(slower, boxes, clock=lambda: 10.0 * next(ticks)).replan(flown, 0.1, points, 0.4)
+    assert change.kept and not change.certified
     with pytest.raises(TimingError, match=r"the splice at 0.5 s of the flown plan passed 0.25 s ago: replan earlier"):
         Replanner(LIMITS, boxes, clock=lambda: 50.75).replan(flown, 0.1, points, 0.4, began=50.0)
 

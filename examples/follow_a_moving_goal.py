@@ -1,0 +1,109 @@
+"""A goal that moves is followed over MAVLink: 20 setpoints a second, up to 50 replans, against a receiver.
+
+The receiver says that it is PX4, in OFFBOARD, wherever the last setpoint was. A second thread replans from what is
+flown, and hands each change to the stream, which takes it over at its splice and refuses what comes late. The budget of
+a replan begins at 20 ms and grows where the machine needs more.
+
+``python examples/follow_a_moving_goal.py [FOLDER [SECONDS]]``: five seconds unless given, 600 for ten minutes.
+"""
+
+import os
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+import minsnap
+from minsnap.errors import MinsnapError
+from minsnap.mavlink import SafetyRules, Streamer, StreamOptions, open_link
+from minsnap.mavlink.offboard import prepare
+from minsnap.mavlink.schedule import Clock
+
+OFFBOARD, POSITION = 6 << 16, 3 << 16
+LIMITS = minsnap.Limits(speed=1.5, acceleration=3.0)
+ROOM = ((-5.0, -5.0, 0.5), (5.0, 5.0, 3.0))
+LEAST, MOST = 0.02, 0.2
+
+
+class Receiver(threading.Thread):
+    """The least that a vehicle says: heartbeats and positions."""
+
+    def __init__(self):
+        super().__init__(daemon=True)
+        os.environ["MAVLINK20"] = "1"
+        from pymavlink import mavutil
+
+        self.link = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=1, source_component=1)
+        self.port = self.link.port.getsockname()[1]
+        self.mode, self.place, self.running, self.path = OFFBOARD, (0.0, 2.0, -1.5), True, []
+
+    def run(self):
+        """Answer until told to stop."""
+        while self.running:
+            while (message := self.link.recv_msg()) is not None:
+                if message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
+                    self.place = (message.x, message.y, message.z)
+                    self.path.append(self.place)
+            self.link.mav.heartbeat_send(2, 12, 129, self.mode, 4)
+            self.link.mav.local_position_ned_send(0, *self.place, 0, 0, 0)
+            time.sleep(0.02)
+        self.link.close()
+
+
+def goal_at(t: float) -> np.ndarray:
+    """Return a point on a circle of 2 m, at 0.8 m/s, around the height of 1.5 m."""
+    return np.array([2.0 * np.cos(0.4 * t + 2.0), 2.0 * np.sin(0.4 * t + 2.0), 1.5 + 0.3 * np.sin(t)])
+
+
+def follow(streamer: Streamer, flown: minsnap.Trajectory, seconds: float, counts: dict[str, int]) -> None:
+    """Replan from what is flown, again and again, until the time is over or the flight is."""
+    replanner = minsnap.Replanner(LIMITS, room=ROOM)
+    while streamer.now is None:
+        time.sleep(LEAST)
+    began, budget = time.monotonic(), LEAST
+    while time.monotonic() - began < seconds and (now := streamer.now) is not None:
+        if now < 0.0:  # the last change has not begun yet
+            time.sleep(-now)
+            continue
+        kind = "new"
+        try:
+            change = replanner.replan(flown, now, goal_at(time.monotonic() - began)[None], budget)
+            flown = streamer.change(change)
+            kind = "kept" if change.kept else "new"
+        except MinsnapError:
+            kind = "refused"
+        counts[kind] += 1
+        budget = max(LEAST, 0.9 * budget) if kind == "new" else min(MOST, 1.5 * budget)
+
+
+def main(folder: Path, seconds: float) -> None:
+    """Fly after the goal, then hold, and write the setpoints that arrived."""
+    receiver, clock = Receiver(), Clock()
+    receiver.start()
+    first = minsnap.plan([(2.0, 0.0, 1.5), goal_at(0.0)], limits=LIMITS, room=ROOM)
+    options = StreamOptions(rate=20.0, trigger="now", rules=SafetyRules(abort_distance=1.0))
+    counts = {"new": 0, "kept": 0, "refused": 0}
+
+    def on_status(status):
+        if status.phase.value == "holding":
+            receiver.mode = POSITION
+
+    link = open_link(f"udpout:127.0.0.1:{receiver.port}", clock)
+    streamer = Streamer(prepare(first, options), link, options, clock, print, on_status)
+    follower = threading.Thread(target=follow, args=(streamer, first, seconds, counts))
+    follower.start()
+    report = streamer.run()
+    follower.join()
+    link.close()
+    receiver.running = False
+    receiver.join()
+    folder.mkdir(parents=True, exist_ok=True)
+    np.savetxt(folder / "followed.csv", np.array(receiver.path), delimiter=",", header="x,y,z (NED)")
+    jump = np.abs(np.diff(np.array(receiver.path), axis=0)).max()
+    print(f"{report.flown} setpoints flown; {counts}; largest step between setpoints {jump:.3f} m")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "out"), float(sys.argv[2]) if len(sys.argv) > 2 else 5.0)
