@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import fields
 
@@ -10,6 +11,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
+from minsnap.files.formats.headings import headed, heading_rule
 from minsnap.files.formats.pieces import from_powers, polynomials_of, yaw_powers
 from minsnap.files.formats.sample_checks import checked_samples
 from minsnap.storage.archive import read_archive
@@ -21,7 +23,7 @@ from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
 _SAMPLES = tuple(field.name for field in fields(Samples))
-_TRAJECTORY = ("control_points", "durations", "yaw_angle", "yaw_control_points", "yaw_durations")
+_TRAJECTORY = ("control_points", "durations", "yaw_angle", "yaw_control_points", "yaw_durations", "yaw_rule")
 _KNOWN = (*_SAMPLES, *_TRAJECTORY, "frame")
 
 
@@ -29,8 +31,8 @@ def write_npz(source: Path | Samples, path: str | os.PathLike[str], *, clobber: 
     """Write a trajectory or samples, in z-up world axes (the archive's ``frame`` says ``enu``).
 
     A shape is written as polynomials within 1e-6 m of it.
-    A constant or planned heading is kept exactly. Any other heading is approximated by polynomials within one
-    milliradian, or refused.
+    A constant or planned heading, one along the velocity, from the tilt or towards a point is kept exactly. Any other
+    is approximated by polynomials within one milliradian, or refused.
 
     Raises
     ------
@@ -51,6 +53,9 @@ def _of_trajectory(trajectory: Trajectory) -> dict[str, FloatArray]:
     heading = trajectory.yaw
     if isinstance(heading, ConstantHeading):
         return arrays | {"yaw_angle": np.array(heading.angle)}
+    rule = heading_rule(trajectory)
+    if rule is not None:
+        return arrays | {"yaw_rule": np.array(json.dumps(rule))}
     if not isinstance(heading, PlannedHeading):
         powers = yaw_powers(trajectory, max(trajectory.degree, 7))
         heading = PlannedHeading(from_powers(trajectory.durations, powers[:, :, None], None))
@@ -72,7 +77,10 @@ def read_npz(path: str | os.PathLike[str]) -> Trajectory | Samples:
         raise FileError(f"{path} holds {shown(unknown[0])}, which neither a trajectory nor samples have")
     with reading(path, "a trajectory or samples"):
         if "control_points" in arrays and "durations" in arrays:
-            return Trajectory(arrays["control_points"], arrays["durations"], _heading(arrays))
+            curve = Trajectory(arrays["control_points"], arrays["durations"])
+            if "yaw_rule" in arrays:
+                return headed(curve, json.loads(str(arrays["yaw_rule"])))
+            return curve.with_yaw(_heading(arrays))
         if "t" in arrays and "position" in arrays:
             return checked_samples(Samples(**{name: arrays[name] for name in _SAMPLES if name in arrays}))
     raise FileError(f"{path} holds neither a trajectory (control_points, durations) nor samples (t, position)")

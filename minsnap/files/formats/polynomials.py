@@ -21,13 +21,13 @@ from minsnap.corridors.room import HalfSpaces, Room
 from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
-from minsnap.files.formats.pieces import from_powers, polynomials_of, yaw_powers
+from minsnap.files.formats.headings import headed, yaw_description
+from minsnap.files.formats.pieces import polynomials_of
 from minsnap.limits.limits import Limits
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import reading
 from minsnap.storage.text import load_yaml, read_text
-from minsnap.trajectory.path import ConstantHeading, Heading, Path
-from minsnap.trajectory.planned_heading import PlannedHeading
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
 MARK = "minsnap polynomials"
@@ -82,8 +82,8 @@ def write_polynomials(
     Parameters
     ----------
     trajectory : Path
-        A trajectory, or a shape: its polynomials are within 1e-6 m of it. The heading is constant, planned, or a
-        polynomial to a milliradian on every piece.
+        A trajectory, or a shape: its polynomials are within 1e-6 m of it. The heading is constant, planned, along
+        the velocity, from the tilt, towards a point, or a polynomial to a milliradian on every piece.
     path : str or path
         Destination.
     waypoints, corridor, limits
@@ -131,7 +131,7 @@ def description(
         "pieces_per_leg": trajectory.pieces,
         "durations": trajectory.durations.tolist(),
         "control_points": trajectory.control_points.tolist(),
-        "yaw": _yaw(trajectory),
+        "yaw": yaw_description(trajectory),
         "waypoints": None if waypoints is None else np.asarray(waypoints, dtype=np.float64).tolist(),
         "corridor": _corridor(corridor),
         "limits": None if limits is None else _limits(limits),
@@ -170,11 +170,11 @@ def _plan(said: Mapping[str, Any]) -> PlanFile:
     trajectory = Trajectory(
         np.array(said["control_points"], dtype=np.float64),
         np.array(said["durations"], dtype=np.float64),
-        _heading(said["yaw"]),
         pieces=int(said["pieces_per_leg"]),
     )
     if len(trajectory.durations) % trajectory.pieces:
         raise FileError(f"{len(trajectory.durations)} pieces are no whole number of legs of {trajectory.pieces}")
+    trajectory = headed(trajectory, said["yaw"])
     waypoints = said.get("waypoints")
     points = None if waypoints is None else np.array(waypoints, dtype=np.float64)
     limits = None if said.get("limits") is None else Limits(**said["limits"])
@@ -183,27 +183,6 @@ def _plan(said: Mapping[str, Any]) -> PlanFile:
     return PlanFile(
         trajectory, points, _constraint(said.get("corridor")), limits, words, str(said.get("made_by", "")), certificate
     )
-
-
-def _yaw(trajectory: Trajectory) -> dict[str, Any]:
-    heading = trajectory.yaw
-    if isinstance(heading, ConstantHeading):
-        return {"angle": heading.angle}
-    if not isinstance(heading, PlannedHeading):
-        powers = yaw_powers(trajectory, max(trajectory.degree, 7))
-        heading = PlannedHeading(from_powers(trajectory.durations, powers[:, :, None], None))
-    planned = heading.trajectory
-    return {"durations": planned.durations.tolist(), "control_points": planned.control_points.tolist()}
-
-
-def _heading(said: Mapping[str, Any]) -> Heading:
-    if "angle" in said:
-        angle = float(said["angle"])
-        if not np.isfinite(angle):
-            raise FileError(f"the yaw is {angle}: it must be finite")
-        return ConstantHeading(angle)
-    points, durations = (np.array(said[name], dtype=np.float64) for name in ("control_points", "durations"))
-    return PlannedHeading(Trajectory(points, durations))
 
 
 def _corridor(corridor: Any) -> Any:

@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap import Boxes, HalfSpaces, Limits, Polytopes, Room, RoundTube, Tube
 from minsnap.errors import FileError
-from minsnap.files.convert import read_any
+from minsnap.files.convert import read_any, write_any
 from minsnap.files.formats.polynomials import read_polynomials, write_polynomials
 
 CORNERS = [(0, 0, 1), (3, 0, 1), (3, 2, 1.5)]
@@ -115,3 +115,27 @@ def test_what_is_no_json_is_refused(tmp_path, text):
     (tmp_path / "plan.json").write_text(text)
     with pytest.raises(FileError, match="is not JSON"):
         read_polynomials(tmp_path / "plan.json")
+
+
+@pytest.mark.parametrize("yaw", ["velocity", "tilt", minsnap.LookAt((1.0, 4.0))], ids=["velocity", "tilt", "look"])
+@pytest.mark.parametrize("name", ["plan.json", "plan.yaml", "plan.npz"])
+def test_a_heading_that_follows_from_the_curve_is_kept_exactly(tmp_path, yaw, name):
+    path = minsnap.plan([(0, 0, 1), (3, 0, 1), (0, 0, 1), (0, 2, 1)], [2.0, 2.0, 1.5], yaw=yaw)
+    write_any(path, tmp_path / name)
+    found = read_any(tmp_path / name)
+    t = np.linspace(0.0, path.duration, 101)
+    assert (found.control_points == path.control_points).all()
+    assert (found.yaw(t) == path.yaw(t)).all() and (found.yaw(t, 1) == path.yaw(t, 1)).all()
+
+
+def test_a_heading_by_an_unknown_rule_is_refused(tmp_path, path):
+    write_polynomials(path, tmp_path / "plan.json")
+    said = json.loads((tmp_path / "plan.json").read_text())
+    for yaw in (
+        {"rule": "sideways"},
+        {"rule": "velocity", "yaw_rate": "fast", "hold_below": None},
+        {"rule": "look at"},
+    ):
+        (tmp_path / "plan.json").write_text(json.dumps(said | {"yaw": yaw}))
+        with pytest.raises(FileError):
+            read_polynomials(tmp_path / "plan.json")

@@ -1,0 +1,81 @@
+"""Headings in files: constants, polynomials, and rules by which a heading follows from the curve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from minsnap.errors import FileError
+from minsnap.files.formats.pieces import from_powers, yaw_powers
+from minsnap.trajectory.look_at import LookAt, LookAtHeading
+from minsnap.trajectory.path import ConstantHeading, Heading, Path
+from minsnap.trajectory.planned_heading import PlannedHeading
+from minsnap.trajectory.tilt_heading import TiltHeading
+from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.velocity_heading import VelocityHeading
+
+
+def yaw_description(trajectory: Trajectory) -> dict[str, Any]:
+    """Return the heading of a trajectory as plain numbers, text and lists.
+
+    Raises
+    ------
+    YawError
+        If it is no constant, follows from the curve by no rule, and is no polynomial to a milliradian.
+    """
+    heading = trajectory.yaw
+    if isinstance(heading, ConstantHeading):
+        return {"angle": heading.angle}
+    rule = heading_rule(trajectory)
+    if rule is not None:
+        return rule
+    if not isinstance(heading, PlannedHeading):
+        powers = yaw_powers(trajectory, max(trajectory.degree, 7))
+        heading = PlannedHeading(from_powers(trajectory.durations, powers[:, :, None], None))
+    planned = heading.trajectory
+    return {"durations": planned.durations.tolist(), "control_points": planned.control_points.tolist()}
+
+
+def heading_rule(trajectory: Trajectory) -> dict[str, Any] | None:
+    """Return the description of a heading that follows from the curve by a rule: along it, tilt, point."""
+    heading = trajectory.yaw
+    if not isinstance(heading, (VelocityHeading, TiltHeading, LookAtHeading)) or not _same(heading.path, trajectory):
+        return None
+    if isinstance(heading, VelocityHeading):
+        return {"rule": "velocity", "yaw_rate": heading.yaw_rate, "hold_below": heading.hold_below}
+    if isinstance(heading, TiltHeading):
+        return {"rule": "tilt", "angle_at_start": heading.angle, "gravity": heading.gravity}
+    return {"rule": "look at", "point": heading.target.point.tolist()}
+
+
+def _same(path: Path, trajectory: Trajectory) -> bool:
+    """Whether a heading is that of this curve."""
+    return isinstance(path, Trajectory) and (
+        np.array_equal(path.control_points, trajectory.control_points)
+        and np.array_equal(path.durations, trajectory.durations)
+    )
+
+
+def headed(curve: Trajectory, said: Mapping[str, Any]) -> Trajectory:
+    """Give a curve the heading that a file describes."""
+    if "rule" not in said:
+        return curve.with_yaw(_heading(said))
+    if said["rule"] == "velocity":
+        return curve.with_yaw(VelocityHeading(curve, said["yaw_rate"], said["hold_below"]))
+    if said["rule"] == "tilt":
+        return curve.with_yaw(TiltHeading(curve, float(said["angle_at_start"]), float(said["gravity"])))
+    if said["rule"] == "look at":
+        return curve.with_yaw(LookAt(said["point"]).heading(curve))
+    raise FileError(f"no heading is called {str(said['rule'])[:40]!r}: there are velocity, tilt and look at")
+
+
+def _heading(said: Mapping[str, Any]) -> Heading:
+    if "angle" in said:
+        angle = float(said["angle"])
+        if not np.isfinite(angle):
+            raise FileError(f"the yaw is {angle}: it must be finite")
+        return ConstantHeading(angle)
+    points, durations = (np.array(said[name], dtype=np.float64) for name in ("control_points", "durations"))
+    return PlannedHeading(Trajectory(points, durations))
