@@ -39,7 +39,7 @@ def yaw_description(trajectory: Trajectory) -> dict[str, Any]:
 
 
 def heading_rule(trajectory: Trajectory) -> dict[str, Any] | None:
-    """Return the description of a heading that follows from the curve by a rule: along it, tilt, point."""
+    """Return the description of a heading that follows from the curve by a rule; None for any other."""
     heading = trajectory.yaw
     if not isinstance(heading, (VelocityHeading, TiltHeading, LookAtHeading)) or not _same(heading.path, trajectory):
         return None
