@@ -50,6 +50,16 @@ def test_each_lap_passes_the_gate_straight_and_the_ball(yard):
         assert np.linalg.norm(position - [4, 5, 2], axis=1).min() <= 1e-3
 
 
+def test_the_prism_behind_a_gate_holds_where_the_path_turns_at_once():
+    gate = Gate((3, 0, 1), (1, 0, 0), 0.6, crossing=1)
+    stops = (Stop((0, 0.2, 1)), Stop(gate, straight=0.6), Stop((3.7, 2.5, 1)))
+    path = plan_mission(Course(stops, limits=LIMITS)).trajectory
+    inside, after = path.leg_breaks[1:4:2], path.duration
+    t = np.linspace(*inside, 5001)
+    assert np.abs(path(t)[:, 1:] - [0.0, 1.0]).max() <= 0.3 + 1e-9
+    assert path(t[[0, -1]])[:, 0] == pytest.approx([2.4, 3.6]) and path(after)[1] == pytest.approx(2.5)
+
+
 def test_a_closed_course_alone_is_a_lap_at_speed_again_and_again():
     mission = plan_mission(Course(YARD, closed=True, laps=3, limits=LIMITS))
     assert whole(mission) == ["lap 1", "lap 2", "lap 3"]
