@@ -1,8 +1,10 @@
 # make demo   a rectangle in a corridor: CSV, picture and check, in out/
 # make test   all tests (examples, doctests and the documentation's build among them), warnings as errors; JOBS=2: in 2 processes
 # make test-python  the tests of plans once more, by the Python core
+# make test-interpreter PYTHON=python3.10  a part of the tests with another interpreter
 # make lint   ruff and mypy
 # make docs   the documentation, in docs/_build/html
+# make figures  the pictures of the documentation, from the examples
 # make bench  the benchmarks
 # make clang  the native core's tests with a core compiled by clang
 # make sanitize  the native core's tests under the address and undefined-behaviour sanitizers
@@ -10,7 +12,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt
+OTHER := build/interpreter
+# Versions are pinned for Python 3.11 and newer; for 3.10, which they have left behind, pip chooses the last that there are.
+PINS := $(shell $(PYTHON) -c 'import sys; print("--constraint constraints.txt" * (sys.version_info >= (3, 11)))')
+PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PINS)
 
 # Where a C++ compiler exists the native core is wanted: a failing one must not pass as an installation in pure Python.
 COMPILER := $(shell command -v $(firstword $(if $(filter-out default,$(origin CXX)),$(CXX),c++)) || command -v g++ || command -v clang++)
@@ -18,7 +23,7 @@ ifneq ($(COMPILER),)
 export MINSNAP_REQUIRE_NATIVE ?= 1
 endif
 
-.PHONY: demo test test-python lint docs bench clang sanitize clean
+.PHONY: demo test test-python test-interpreter lint docs figures bench clang sanitize clean
 
 demo: $(VENV)/installed
 	mkdir -p out
@@ -38,6 +43,13 @@ clang: $(VENV)/developing
 	MINSNAP_CORE=native MINSNAP_LIBRARY=build/clang/_core.bin $(BIN)/python -m pytest -W error -p no:cacheprovider tests/native \
 		--ignore tests/native/test_build.py --ignore tests/native/test_wheel.py -m "not slow"
 
+# The installed package and its core with another interpreter, in an environment of its own.
+test-interpreter:
+	@rm -rf $(OTHER) && $(PYTHON) -m venv $(OTHER)
+	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) . pyyaml pytest hypothesis
+	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest -W error -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
+		$(addprefix $(CURDIR)/tests/,test_planner.py test_reference_values.py test_cards.py shapes optimisation/test_fallbacks.py cli/test_shape_commands.py)
+
 sanitize: $(VENV)/developing
 	MINSNAP_CXXFLAGS='-Werror -DMINSNAP_UNROLL= -DMINSNAP_INLINE=inline -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all' \
 		$(BIN)/python -m minsnap.native.build --output build/sanitized/_core.bin
@@ -52,6 +64,9 @@ lint: $(VENV)/developing
 docs: $(VENV)/developing
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 
+figures: $(VENV)/developing
+	$(BIN)/python docs/make_figures.py
+
 bench: $(VENV)/benchmarking
 	for script in benchmarks/bench_*.py; do echo "# $$script"; $(BIN)/python $$script || exit 1; done
 
@@ -59,8 +74,8 @@ clean:
 	rm -rf $(VENV) out docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 $(VENV)/made:
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
-		{ echo "minsnap needs Python 3.11 or newer; name one with 'make PYTHON=python3.12'" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+		{ echo "minsnap needs Python 3.10 or newer; name one with 'make PYTHON=python3.12'" >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
 		echo "This Python cannot make a virtual environment: on Debian or Ubuntu, 'apt-get install python3-venv' adds it" >&2; exit 1; }
 	@touch $@

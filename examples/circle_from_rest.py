@@ -11,8 +11,10 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import minsnap
+from minsnap.plot import save_figure, styled
 
 
+@styled
 def main(folder: Path) -> None:
     """Write both as setpoints, and draw their velocities and accelerations."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -23,7 +25,7 @@ def main(folder: Path) -> None:
         minsnap.write_csv(path, folder / f"circle_{name.replace(' ', '_')}.csv", rate=20.0)
         minsnap.plot_profiles(path, axes, orders=(1, 2))
         axes[0].set_title(f"{name}: {path.duration:g} s", loc="left")
-    figure.savefig(folder / "circle_from_rest.png", dpi=120)
+    save_figure(figure, folder / "circle_from_rest.png")
 
 
 if __name__ == "__main__":

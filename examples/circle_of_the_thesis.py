@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from minsnap.flight import plot_experiment, run_experiment
+from minsnap.plot import save_figure
 from minsnap.thesis.experiment_report import experiment_text
 
 
@@ -17,7 +18,7 @@ def main(folder: Path) -> None:
     experiment = run_experiment("circle", 10)
     print(experiment_text(experiment))
     folder.mkdir(parents=True, exist_ok=True)
-    plot_experiment(experiment).savefig(folder / "circle_of_the_thesis.png", dpi=110)
+    save_figure(plot_experiment(experiment), folder / "circle_of_the_thesis.png")
 
 
 if __name__ == "__main__":

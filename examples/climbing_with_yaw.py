@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import minsnap
+from minsnap.plot import save_figure
 
 WAYPOINTS = [(0, 0, 1), (4, 1, 1.5), (5, 4, 2.5), (2, 5, 3), (0, 3, 2)]
 
@@ -18,7 +19,7 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     minsnap.write_csv(traj, folder / "climbing.csv", rate=50.0)
     figure = minsnap.plot_overview(traj, view="3d", corridor=0.5, title="five waypoints, ±0.5 m")
-    figure.savefig(folder / "climbing_with_yaw.png", dpi=120)
+    save_figure(figure, folder / "climbing_with_yaw.png")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import minsnap
+from minsnap.plot import save_figure
 
 CORNERS = [(0, 0, 1), (6, 0, 1), (6, 4, 1), (0, 4, 1), (0, 0, 1)]
 
@@ -19,7 +20,7 @@ def main(folder: Path) -> None:
     print(f"closed lap {lap.cost():.1f} m²/s⁷, rest to rest {once.cost():.1f} m²/s⁷")
     print(f"speed through the first corner {float((lap(0.0, order=1) ** 2).sum() ** 0.5):.2f} m/s")
     folder.mkdir(parents=True, exist_ok=True)
-    minsnap.plot_overview(lap, corridor=0.4, title="a lap without a stop").savefig(folder / "closed_laps.png", dpi=120)
+    save_figure(minsnap.plot_overview(lap, corridor=0.4, title="a lap without a stop"), folder / "closed_laps.png")
 
 
 if __name__ == "__main__":

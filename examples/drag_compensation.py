@@ -13,10 +13,12 @@ from matplotlib.figure import Figure
 
 import minsnap
 from minsnap.flight import GeometricController, simulate
+from minsnap.plot import save_figure, styled
 from minsnap.thesis import consistent_parasitic_drag, published_drag
 from minsnap.vehicle import Quadrotor
 
 
+@styled
 def main(folder: Path) -> None:
     """Fly four times; draw the distance to the reference."""
     vehicle = Quadrotor.dji_f330()
@@ -38,7 +40,7 @@ def main(folder: Path) -> None:
     ax.grid(alpha=0.3)
     ax.legend(frameon=False, ncols=2)
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "drag_compensation.png", dpi=120)
+    save_figure(figure, folder / "drag_compensation.png")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from minsnap.plot import save_figure, styled
 from minsnap.thesis import PUBLISHED_PARASITIC, PUBLISHED_PROPELLER, consistent_parasitic_drag, fit_drag, published_drag
 from minsnap.thesis.fit_figures import plot_coefficient_fit, plot_surface
 from minsnap.vehicle import RPM, Quadrotor, fit_thrust_coefficient
@@ -39,6 +40,7 @@ def propeller() -> dict[str, np.ndarray]:
     return {"pitch_deg": pitch, "velocity": velocity, "speed_rpm": speed, "drag": drag}
 
 
+@styled
 def main(folder: Path) -> None:
     """Fit all three and draw them, with the two models at the speeds that were flown."""
     figure = Figure(figsize=(11.0, 8.5), layout="constrained")
@@ -60,7 +62,7 @@ def main(folder: Path) -> None:
     ax.set(xlabel="velocity [m/s]", ylabel="drag [N]")
     ax.legend(frameon=False)
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "drag_fits.png", dpi=110)
+    save_figure(figure, folder / "drag_fits.png")
     for term, value, error in zip(fit.surface.exponents, fit.coefficients, fit.standard_errors, strict=True):
         print(f"pitch^{term[0]} velocity^{term[1]}: {value: .6f} ± {error:.6f}")
 

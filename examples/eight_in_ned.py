@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import minsnap
+from minsnap.plot import save_figure
 
 
 def main(folder: Path) -> None:
@@ -18,7 +19,7 @@ def main(folder: Path) -> None:
     print((folder / "eight_ned.csv").read_text().splitlines()[0])
     flown = minsnap.read_csv(folder / "eight_ned.csv", frame="ned")
     figure = minsnap.plot_overview(flown, title="figure of eight, read back from its file")
-    figure.savefig(folder / "eight_in_ned.png", dpi=120)
+    save_figure(figure, folder / "eight_in_ned.png")
 
 
 if __name__ == "__main__":

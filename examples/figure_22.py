@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import minsnap
+from minsnap.plot import save_figure
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 
@@ -21,7 +22,7 @@ def main(folder: Path) -> None:
 
     figure = minsnap.plot_overview(traj, corridor=0.3, title="8 m × 4 m in 12 s, inside ±0.3 m at every instant")
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "figure_22.png", dpi=120)
+    save_figure(figure, folder / "figure_22.png")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from minsnap.frames import FRAMES, get_frame, map_vectors, map_yaw
+from minsnap.plot import save_figure, styled
 
 COLOURS = ("#d55e00", "#0072b2", "#009e73")
 TITLES = {
@@ -42,6 +43,7 @@ def draw_yaw(axes, name):
     axes.text2D(0.5, -0.04, f"yaw {value:+.2f} rad", transform=axes.transAxes, ha="center", fontsize=9)
 
 
+@styled
 def main(folder: Path) -> None:
     """Draw the five frames side by side."""
     import matplotlib.pyplot as plt
@@ -59,7 +61,7 @@ def main(folder: Path) -> None:
         axes.view_init(elev=26, azim=-62)
     figure.subplots_adjust(left=0, right=1, bottom=0.06, top=0.9, wspace=0)
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "frames.png", dpi=90)
+    save_figure(figure, folder / "frames.png")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 import minsnap
 from minsnap.corridors.constraint import Faces
+from minsnap.plot import save_figure, styled
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ WAYPOINTS = [(0, 0, 1), (3, 2.5, 1), (5, 2.5, 1), (8, 0, 1)]
 WALL = BeforeWall((0.0, 0.8, 0.6), 2.65)
 
 
+@styled
 def main(folder: Path) -> None:
     """Plan with and without the wall and draw both from the side."""
     free = minsnap.plan(WAYPOINTS, total_time=8)
@@ -48,7 +50,7 @@ def main(folder: Path) -> None:
     ax.axhline(0.0, color="black", linewidth=0.8)
     ax.legend(title="exact margin")
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "half_space.png", dpi=120)
+    save_figure(figure, folder / "half_space.png")
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from matplotlib.patches import Rectangle
 from scipy.ndimage import distance_transform_edt
 
 import minsnap
+from minsnap.plot import save_figure, styled
 
 PIXEL, RADIUS = 0.1, 0.25
 CELLS, PASSAGE, WALL = (8, 6), 12, 2
@@ -57,6 +58,7 @@ def find_path(free: np.ndarray, start: tuple[int, int], goal: tuple[int, int]) -
     return np.array(path[::-1])
 
 
+@styled
 def main(folder: Path) -> None:
     """Go from start to goal, and write the setpoints and a figure."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -82,7 +84,7 @@ def main(folder: Path) -> None:
         ax.add_patch(Rectangle(lower, *(upper - lower), facecolor="#56b4e9", edgecolor="#0072b2", alpha=0.25))
     position = trajectory.sample(rate=50).position
     ax.plot(position[:, 0], position[:, 1], color="#d55e00")
-    figure.savefig(folder / "maze.png", dpi=120)
+    save_figure(figure, folder / "maze.png")
 
 
 if __name__ == "__main__":

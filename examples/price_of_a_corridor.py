@@ -11,11 +11,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import minsnap
+from minsnap.plot import save_figure, styled
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 WIDTHS = np.geomspace(0.003, 3.0, 25)
 
 
+@styled
 def main(folder: Path) -> None:
     """Plan for each width and draw the cost."""
     costs = [minsnap.plan(CORNERS, durations=[4, 2, 4, 2], corridor=width).cost() for width in WIDTHS]
@@ -27,7 +29,7 @@ def main(folder: Path) -> None:
     ax.grid(True, which="both", alpha=0.3)
     ax.legend()
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "price_of_a_corridor.png", dpi=120)
+    save_figure(figure, folder / "price_of_a_corridor.png")
 
 
 if __name__ == "__main__":

@@ -13,9 +13,11 @@ from matplotlib.figure import Figure
 
 import minsnap
 from minsnap.flight import simulate_open_loop
+from minsnap.plot import save_figure, styled
 from minsnap.vehicle import RPM, Quadrotor, check_rotor_limits, flatness_of, tilt
 
 
+@styled
 def main(folder: Path) -> None:
     """Draw thrust, tilt and rotor speeds, and say how far the open loop strays."""
     vehicle = Quadrotor.dji_f330()
@@ -36,7 +38,7 @@ def main(folder: Path) -> None:
     rotors.legend(frameon=False, ncols=4)
     figure.suptitle(f"flown open loop for {path.duration:g} s it strays by {1e9 * strays:.1f} nm")
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "rotors_of_a_rectangle.png", dpi=120)
+    save_figure(figure, folder / "rotors_of_a_rectangle.png")
 
 
 if __name__ == "__main__":

@@ -10,11 +10,13 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import minsnap
+from minsnap.plot import save_figure, styled
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 INSTANTS = [2, 3, 5, 8, 12, 20, 30, 50]
 
 
+@styled
 def main(folder: Path) -> None:
     """Plan with more and more instants, and once for all of them."""
     given = {"durations": [4, 2, 4, 2], "corridor": 0.3}
@@ -34,7 +36,7 @@ def main(folder: Path) -> None:
     ax.grid(True, alpha=0.3)
     ax.legend()
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "sampled_or_certain.png", dpi=120)
+    save_figure(figure, folder / "sampled_or_certain.png")
 
 
 if __name__ == "__main__":

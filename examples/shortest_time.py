@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 import minsnap
 from minsnap import Limits
+from minsnap.plot import save_figure, styled
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 LIMITS = Limits(speed=3.0, acceleration=6.0)
@@ -25,6 +26,7 @@ WAYS = {
 STYLES = [("#999999", ":"), ("#d55e00", "-."), ("#009e73", "--"), ("#0072b2", "-")]
 
 
+@styled
 def main(folder: Path) -> None:
     """Plan each way, say what binds, and draw the speeds and the last one's use of its limits."""
     figure = Figure(figsize=(7.0, 7.0), layout="constrained")
@@ -42,7 +44,7 @@ def main(folder: Path) -> None:
     top.grid(True, alpha=0.3)
     minsnap.plot_utilisation(path, LIMITS, bottom)
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "shortest_time.png", dpi=120)
+    save_figure(figure, folder / "shortest_time.png")
 
 
 if __name__ == "__main__":

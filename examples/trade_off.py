@@ -12,11 +12,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import minsnap
+from minsnap.plot import save_figure, styled
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 PRICES = np.geomspace(0.3, 3e4, 11)
 
 
+@styled
 def main(folder: Path) -> None:
     """Plan for each price, and draw cost against duration and the search for one of them."""
     figure = Figure(figsize=(10.0, 4.0), layout="constrained")
@@ -36,7 +38,7 @@ def main(folder: Path) -> None:
     left.legend(fontsize="small")
     minsnap.plot_convergence(minsnap.plan(CORNERS, total_time=12.0, corridor=0.3), right)
     folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "trade_off.png", dpi=120)
+    save_figure(figure, folder / "trade_off.png")
 
 
 if __name__ == "__main__":

@@ -50,6 +50,7 @@ from .optimisation.textbook_qp import FullProblem as FullProblem
 from .optimisation.textbook_qp import build_qp as build_qp
 from .planner import plan as plan
 from .plot import plot_convergence as plot_convergence
+from .plot import plot_heading as plot_heading
 from .plot import plot_mission as plot_mission
 from .plot import plot_overview as plot_overview
 from .plot import plot_path as plot_path

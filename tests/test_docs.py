@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import shutil
 import subprocess
 import sys
@@ -15,13 +16,51 @@ import minsnap
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.mark.slow
-def test_documentation_builds_without_a_warning(tmp_path):
-    source = shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("_build", "api"))
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """Build the documentation, with warnings as errors, and return its folder."""
+    place = tmp_path_factory.mktemp("documentation")
+    for folder in ("docs", "examples"):
+        shutil.copytree(ROOT / folder, place / folder, ignore=shutil.ignore_patterns("_build", "api", "out"))
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
-    run = subprocess.run([*command, str(source), str(tmp_path / "html")], capture_output=True, text=True, check=False)
+    where = [str(place / "docs"), str(place / "html")]
+    run = subprocess.run([*command, *where], capture_output=True, text=True, check=False)
     assert (run.returncode, run.stderr) == (0, "")
-    assert (tmp_path / "html" / "api" / "generated" / "minsnap.shapes.curves.html").exists()
+    return place / "html"
+
+
+@pytest.mark.slow
+def test_names_lead_to_their_pages(pages):
+    assert 'href="api/minsnap.plan.html#minsnap.plan"' in (pages / "index.html").read_text()
+    listed = (pages / "api.html").read_text()
+    for name in minsnap.__all__:
+        assert f'href="api/minsnap.{name}.html#minsnap.{name}"' in listed, name
+        assert (pages / "api" / f"minsnap.{name}.html").exists(), name
+
+
+@pytest.mark.slow
+def test_no_page_needs_a_network_or_shows_a_formula_raw(pages):
+    for page in pages.rglob("*.html"):
+        text = page.read_text()
+        assert not re.search(r'<(?:script|link|img)[^>]*(?:src|href)="(?:https?:)?//', text), page
+        assert "\\(" not in text.replace("\\(\\)", "") or "<math" in text, page
+    assert (pages / "how_it_works.html").read_text().count("<math") > 5
+
+
+@pytest.mark.slow
+def test_every_example_has_a_page_with_its_code(pages):
+    shown = (pages / "examples.html").read_text()
+    for script in (ROOT / "examples").glob("*.py"):
+        assert f'href="examples/{script.stem}.html"' in shown
+        assert "def" in (pages / "examples" / f"{script.stem}.html").read_text()
+    for figure in re.findall(r'src="_images/([^"]+)"', shown):
+        assert (pages / "_images" / figure).exists(), figure
+
+
+@pytest.mark.slow
+def test_the_footer_names_year_and_holder(pages):
+    text = " ".join((pages / "index.html").read_text().split())
+    assert re.search(r"Copyright &#169; \d{4}, the minsnap maintainers", text)
 
 
 def test_every_public_name_is_on_the_page_of_the_interface_and_can_be_had():
@@ -58,8 +97,6 @@ def test_importing_the_package_imports_nothing_heavy():
     "page", ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/dependencies.md", "docs/benchmarks.md"]
 )
 def test_links_within_the_repository_lead_somewhere(page):
-    import re
-
     text = (ROOT / page).read_text(encoding="utf-8")
     for target in re.findall(r"\]\((?!https?:)([^)#\s]+)", text):
         assert ((ROOT / page).parent / target).exists(), target

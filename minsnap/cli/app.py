@@ -12,7 +12,6 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from minsnap.cli.words import in_options
 from minsnap.errors import (
     BatchError,
     DivergenceError,
@@ -144,6 +143,8 @@ def exit_status(error: MinsnapError) -> int:
 def _leave(error: Exception) -> NoReturn:
     """Convert an exception to its message and exit status; an unexpected one keeps its traceback."""
     if isinstance(error, MinsnapError):
+        from minsnap.cli.words import in_options
+
         fail(in_options(str(error)), exit_status(error))
     if isinstance(error, BrokenPipeError):
         _leave_pipe()

@@ -11,6 +11,7 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.output import check_figure
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ def compare(
         float | None, typer.Option("--max-speed", metavar="M/S", help="Compare speeds with it.")
     ] = None,
     plot: options.Plot = None,
+    view: options.View = None,
     json: options.Json = False,
 ) -> None:
     """Compare flights with what they were to fly: error per axis, along and across the path, and lateness.
@@ -48,13 +50,14 @@ def compare(
     """
     if (waypoints is None) != (corridor is None):
         raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
+    check_figure(plot, view)
     found = _compared(reference, flights, frame, align, max_delay)
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in found.items()}
     if plot is not None:
         from minsnap.plot.figures import save_figure
         from minsnap.tracking.comparison_plot import plot_comparison
 
-        save_figure(plot_comparison(found), plot)
+        save_figure(plot_comparison(found, view or "xy"), plot)
     _say(found, kept, json)
 
 

@@ -9,6 +9,7 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.output import check_figure
 from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
 from minsnap.errors import InputError
 
@@ -20,7 +21,7 @@ def experiment(
     compensate: Annotated[str, typer.Option("--compensate", help="Drag compensation: off, on or both.")] = "both",
     model: Annotated[
         list[str] | None,
-        typer.Option("--model", help="What is compensated: published, consistent or exact; may be repeated."),
+        typer.Option("--model", help="What is compensated: published, consistent (f330 only) or exact; repeatable."),
     ] = None,
     literal: Annotated[
         bool, typer.Option("--literal/--smooth", help="Start and repeat as published, or from rest, without jumps.")
@@ -41,20 +42,25 @@ def experiment(
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Write reference and flights as CSV there.")
     ] = None,
     plot: options.Plot = None,
+    view: options.View = None,
     json: options.Json = False,
 ) -> None:
     """Repeat a published experiment in simulation: tracking error with and without drag compensation."""
     from minsnap.simulation.sensors import Sensors
-    from minsnap.thesis.experiment import run_experiment
+    from minsnap.storage.atomic import check_destination
+    from minsnap.thesis.experiment import models_of, run_experiment
     from minsnap.thesis.experiment_report import experiment_dict, experiment_text
 
-    _check_figure(plot)
+    check_figure(plot, view)
+    if plot is not None:
+        check_destination(plot)
+    craft = vehicle_of(vehicle)
     found = run_experiment(
         course,
         repeat,
-        compensations=_compensations(compensate, model or ["published", "consistent"]),
+        compensations=_compensations(compensate, model or list(models_of(craft))),
         literal=literal,
-        vehicle=vehicle_of(vehicle),
+        vehicle=craft,
         controller=controller_of(controller, references),
         setpoint_rate=rate,
         sensors=Sensors(pose_rate, delay, noise, seed),
@@ -68,23 +74,13 @@ def experiment(
         from minsnap.plot.figures import save_figure
         from minsnap.thesis.experiment_plot import plot_experiment
 
-        save_figure(plot_experiment(found), plot)
+        save_figure(plot_experiment(found, view or "xy"), plot)
     if json:
         from minsnap.cli.summary import as_json
 
         print(as_json(experiment_dict(found)))
     else:
         print(experiment_text(found))
-
-
-def _check_figure(plot: Path | None) -> None:
-    """Check the figure's name before the long simulation."""
-    if plot is not None:
-        from minsnap.plot.figures import check_figure_name
-        from minsnap.storage.atomic import check_destination
-
-        check_figure_name(plot)
-        check_destination(plot)
 
 
 def _compensations(compensate: str, models: list[str]) -> list[str | None]:

@@ -41,12 +41,11 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     with searching(destination.json) as progress:
         mission = plan_mission(flown, on_interrupt="return", **asked, **progress)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
-    destination.deliver(
-        mission.trajectory, limits=mission.limits, further={"parts": parts}, draw=lambda: _figure(mission)
-    )
+    view, further = destination.view or "xy", {"parts": parts}
+    destination.deliver(mission.trajectory, limits=mission.limits, further=further, draw=lambda: _figure(mission, view))
 
 
-def _figure(mission: Mission) -> Any:
+def _figure(mission: Mission, view: str) -> Any:
     from minsnap.plot.mission_figure import plot_mission
 
-    return plot_mission(mission)
+    return plot_mission(mission, view=view)

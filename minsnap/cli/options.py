@@ -31,6 +31,10 @@ ReadFrame = Annotated[
 Plot = Annotated[
     Path | None, typer.Option("--plot", metavar="FILE", help="Figure to write: PNG, SVG or PDF, by its ending.")
 ]
+View = Annotated[
+    str | None,
+    typer.Option("--view", help="Of the figure: xy (unless given), xz, yz or 3d; xy shows climbs from the side."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 NoClobber = Annotated[bool, typer.Option("--no-clobber", help="Refuse to replace a file that is there.")]
 

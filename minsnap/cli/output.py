@@ -32,6 +32,8 @@ class Destination:
     ----------
     output, plot : path or None
         File of the path, in the format of its ending ("-": setpoints to standard output), and figure.
+    view : str or None
+        Of the figure, as :func:`minsnap.plot_path` takes it.
     rate : float
         Setpoints a second [Hz].
     frame : str
@@ -53,10 +55,13 @@ class Destination:
         If the frame is unknown.
     TimingError
         If the rate is not positive.
+    InputError
+        If the view is unknown, or asked of no figure.
     """
 
     output: options.Output = None
     plot: options.Plot = None
+    view: options.View = None
     rate: options.Rate = 20.0
     frame: options.Frame = "enu"
     json: options.Json = False
@@ -73,10 +78,7 @@ class Destination:
 
         get_frame(self.frame)
         sample_times(1.0, self.rate)
-        if self.plot is not None:
-            from minsnap.plot.figures import check_figure_name
-
-            check_figure_name(self.plot)
+        check_figure(self.plot, self.view)
         for file in (self.output, self.plot):
             if file is not None and file != STANDARD_OUTPUT:
                 check_destination(file, clobber=not self.no_clobber)
@@ -184,10 +186,32 @@ class Destination:
     def _draw(self, path: Path, **drawing: Any) -> None:
         from minsnap.plot.figures import plot_overview
 
-        self._save(plot_overview(path, **drawing))
+        self._save(plot_overview(path, view=self.view or "xy", **drawing))
 
     def _save(self, figure: Figure) -> None:
         from minsnap.plot.figures import save_figure
 
         if self.plot is not None:
             save_figure(figure, self.plot, clobber=not self.no_clobber)
+
+
+def check_figure(plot: FilePath | None, view: str | None) -> None:
+    """Check the name and the view of a figure before anything is computed.
+
+    Raises
+    ------
+    FileError
+        If the ending is not that of a figure.
+    InputError
+        If the view is unknown, or there is no figure to show it.
+    """
+    if view is not None:
+        from minsnap.plot.geometry import check_view
+
+        check_view(view)
+        if plot is None:
+            raise InputError(f"--view {view} is of a figure: give --plot with it")
+    if plot is not None:
+        from minsnap.plot.figures import check_figure_name
+
+        check_figure_name(plot)

@@ -17,7 +17,7 @@ def plot(
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="Figure to write: PNG, SVG or PDF, by its ending.")
     ],
-    view: Annotated[str, typer.Option("--view", help="xy, xz, yz or 3d.")] = "xy",
+    view: options.View = None,
     frame: options.ReadFrame = None,
     waypoints: Annotated[
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints to draw too, as for plan.")
@@ -26,7 +26,7 @@ def plot(
     title: Annotated[str | None, typer.Option("--title", help="Written above; the file's name unless given.")] = None,
     no_clobber: options.NoClobber = False,
 ) -> None:
-    """Draw a setpoint file: the path, and position, velocity and acceleration against time."""
+    """Draw a file: the path, and its position, derivatives and heading against time."""
     from minsnap.files.convert import read_samples
     from minsnap.files.waypoints import read_waypoints
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
@@ -37,5 +37,5 @@ def plot(
     samples = read_samples(file, frame)
     points = None if waypoints is None else read_waypoints(waypoints).points
     walls = options.parse_corridor(corridor)
-    figure = plot_overview(samples, view=view, corridor=walls, waypoints=points, title=title or file.name)
+    figure = plot_overview(samples, view=view or "xy", corridor=walls, waypoints=points, title=title or file.name)
     save_figure(figure, output, clobber=not no_clobber)

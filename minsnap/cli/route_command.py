@@ -77,7 +77,7 @@ def route(
         found = plan_through(_source(map_file, reading.transpose), *ends, **asked)
     figures = {"obstacle_distance": found.distance, "obstacle_instant": found.approach.instant}
     how: dict[str, Any] = {"corridor": found.corridor, "limits": found.limits, "further": figures}
-    destination.deliver(found.trajectory, **how, draw=lambda: _figure(found, map_file))
+    destination.deliver(found.trajectory, **how, draw=lambda: _figure(found, map_file, destination.view or "xy"))
 
 
 def _source(file: Path, transpose: bool) -> Any:
@@ -91,7 +91,7 @@ def _source(file: Path, transpose: bool) -> Any:
     return cells.swapaxes(0, 1) if cells.ndim > 1 else cells
 
 
-def _figure(found: Route, file: Path) -> Any:
+def _figure(found: Route, file: Path, view: str) -> Any:
     from minsnap.plot.route_figure import plot_route
 
-    return plot_route(found, title=file.name)
+    return plot_route(found, view=view, title=file.name)

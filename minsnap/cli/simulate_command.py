@@ -10,6 +10,7 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.output import check_figure
 from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
 from minsnap.errors import InputError
 
@@ -35,6 +36,7 @@ def simulate(
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="CSV of what was flown, 50 rows a second.")
     ] = None,
     plot: options.Plot = None,
+    view: options.View = None,
     animate: Annotated[
         Path | None, typer.Option("--animate", metavar="FILE", help="Animation: .gif, or .mp4 with ffmpeg.")
     ] = None,
@@ -46,6 +48,7 @@ def simulate(
     from minsnap.simulation.sensors import Sensors
     from minsnap.tracking.simulated import flight_figures
 
+    check_figure(plot, view)
     _check_files(output, plot, animate)
     path = read_any(file, frame)
     if path.dim != 3:
@@ -54,18 +57,15 @@ def simulate(
     compensation = craft.drag if compensate else None
     sensors = Sensors(noise=noise, seed=seed) if noise else None
     flight = fly(craft, pilot, path, compensation=compensation, sensors=sensors, wind=wind_of(wind, gust, seed))
-    figures = flight_figures(flight, craft) | _write(flight, file, output, plot, animate)
+    figures = flight_figures(flight, craft) | _write(flight, file, output, plot, animate, view or "xy")
     print(_as_json(figures) if json else _as_text(figures))
 
 
 def _check_files(output: Path | None, plot: Path | None, animate: Path | None) -> None:
     """Check the names of all files before the simulation."""
     from minsnap.plot.animation import check_animation_name
-    from minsnap.plot.figures import check_figure_name
     from minsnap.storage.atomic import check_destination
 
-    if plot is not None:
-        check_figure_name(plot)
     if animate is not None:
         check_animation_name(animate)
     if output is not None and output.suffix.lower() != ".csv":
@@ -76,7 +76,7 @@ def _check_files(output: Path | None, plot: Path | None, animate: Path | None) -
 
 
 def _write(
-    flight: Flight, file: Path, output: Path | None, plot: Path | None, animate: Path | None
+    flight: Flight, file: Path, output: Path | None, plot: Path | None, animate: Path | None, view: str
 ) -> dict[str, str | None]:
     """Write what was asked for; return the names."""
     if output is not None:
@@ -88,7 +88,7 @@ def _write(
         from minsnap.tracking.comparison_plot import plot_comparison
         from minsnap.tracking.simulated import compared
 
-        save_figure(plot_comparison({file.name: compared(flight)}), plot)
+        save_figure(plot_comparison({file.name: compared(flight)}, view), plot)
     if animate is not None:
         from minsnap.plot.animation import animate_path
 

@@ -7,7 +7,7 @@ millisecond per leg), but accurate enough for any input that double precision ca
 
 from __future__ import annotations
 
-from decimal import Decimal, localcontext
+from decimal import Context, Decimal, localcontext
 from functools import cache
 from typing import Any
 
@@ -37,7 +37,7 @@ def is_extreme(problem: Problem) -> bool:
 
 @cache
 def _gram(degree: int) -> Decimals:
-    with localcontext(prec=DIGITS):
+    with localcontext(Context(prec=DIGITS)):
         rows = [[Decimal(v.numerator) / Decimal(v.denominator) for v in row] for row in exact_ends_gram(degree)]
     return np.array(rows, dtype=object)
 
@@ -75,7 +75,7 @@ def decimal_optimum(problem: Problem, free: BoolArray, values: FloatArray) -> Fl
     SolverError
         If even these digits do not resolve the durations.
     """
-    with localcontext(prec=DIGITS):
+    with localcontext(Context(prec=DIGITS)):
         blocks, knots = _piece_blocks(problem), values.copy()
         pull = _pull(problem, blocks, values)
         for axis in range(problem.dim):
@@ -171,7 +171,7 @@ def decimal_whitening(problem: Problem, columns: IntArray, n: int) -> FloatArray
     columns : ndarray of int, shape (pieces, axes, 2k)
         Unknown of each end derivative, n for none.
     """
-    with localcontext(prec=DIGITS):
+    with localcontext(Context(prec=DIGITS)):
         hessian = np.full((n + 1, n + 1), Decimal(0), dtype=object)
         for block, piece in zip(_piece_blocks(problem), columns, strict=True):
             for index in piece:

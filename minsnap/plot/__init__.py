@@ -4,13 +4,15 @@ from minsnap.plot.figures import plot_overview, save_figure
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.limit_use import plot_convergence, plot_utilisation
 from minsnap.plot.mission_figure import plot_mission
-from minsnap.plot.profiles import plot_profiles
+from minsnap.plot.profiles import plot_heading, plot_profiles
 from minsnap.plot.race import plot_race, plot_rotors
 from minsnap.plot.route_figure import plot_route
+from minsnap.plot.style import styled
 
 __all__ = [
     "plot_convergence",
     "plot_mission",
+    "plot_heading",
     "plot_overview",
     "plot_path",
     "plot_profiles",
@@ -19,4 +21,5 @@ __all__ = [
     "plot_route",
     "plot_utilisation",
     "save_figure",
+    "styled",
 ]

@@ -7,13 +7,15 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from minsnap.errors import FileError
-from minsnap.plot.geometry import plot_path
+from minsnap.errors import FileError, InputError
+from minsnap.limits.limits import Limits
+from minsnap.plot.geometry import VIEWS, check_view, plot_path
+from minsnap.plot.limit_use import plot_utilisation, utilisation_curves
+from minsnap.plot.openings import Waypoints
 from minsnap.plot.outlines import Corridor
-from minsnap.plot.profiles import available_orders, plot_profiles
-from minsnap.plot.style import dense_samples
+from minsnap.plot.profiles import available_orders, heading_rows, plot_heading, plot_profiles
+from minsnap.plot.style import dense_samples, styled
 from minsnap.storage.atomic import atomic_write
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -25,17 +27,28 @@ FORMATS: dict[str, dict[str, None]] = {".png": {}, ".svg": {"Date": None}, ".pdf
 """Endings of figures, with the metadata left out so that equal figures are equal files."""
 
 
+DPI = 200
+"""Pixels an inch of a PNG: two for each of a screen's, which shows 100 of them."""
+
+PROFILES = 6.4
+"""Width of the curves against time [in]."""
+
+
+@styled
 def plot_overview(
     path: Path | Samples,
     figure: Figure | None = None,
     *,
     view: str = "xy",
     corridor: Corridor | None = None,
-    waypoints: npt.ArrayLike | None = None,
+    waypoints: Waypoints | None = None,
+    tolerance: Any = None,
     limits: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw a path, and its position and derivatives against time.
+    """Draw a path, and its position, derivatives, heading and use of limits against time.
+
+    From above, a path that climbs is drawn from the side as well. The heading is left out where it is zero throughout.
 
     Parameters
     ----------
@@ -43,7 +56,7 @@ def plot_overview(
         dim 2 or 3.
     figure : matplotlib Figure, optional
         Where to draw; a new one, that no window shows, unless given.
-    view, corridor, waypoints
+    view, corridor, waypoints, tolerance
         As :func:`plot_path` takes them.
     limits
         As :func:`plot_profiles` takes them.
@@ -54,20 +67,80 @@ def plot_overview(
     -------
     matplotlib Figure
     """
-    from minsnap.plot.shown_figure import ShownFigure
-
+    check_view(view)
     samples = dense_samples(path)
-    orders = available_orders(samples)
-    drawn = ShownFigure(figsize=(13.0, max(4.5, 1.5 * len(orders))), layout="constrained") if figure is None else figure
-    left, right = np.asarray(drawn.subfigures(1, 2, width_ratios=(1.15, 1.0)))
-    plane = left.add_subplot(projection="3d" if view == "3d" else None)
-    plot_path(path, plane, view=view, corridor=corridor, waypoints=waypoints)
-    stack = right.subplots(len(orders), 1, sharex=True, squeeze=False)[:, 0]
-    plot_profiles(path, stack, orders=orders, limits=limits)
+    rows = _rows(samples, limits)
+    side = view == "xy" and _climbs(samples)
+    drawn = _figure(samples, view, side, len(rows)) if figure is None else figure
+    left, right = np.asarray(drawn.subfigures(1, 2, width_ratios=(drawn.get_figwidth() - PROFILES, PROFILES)))
+    how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}
+    _draw_place(left, path, view, side, how)
+    stack = right.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+    _draw_against_time(stack, rows, path, limits)
     right.align_ylabels(stack)
     if title:
         drawn.suptitle(title)
     return drawn
+
+
+def _rows(samples: Samples, limits: Any) -> list[Any]:
+    """Return what is drawn against time: orders of derivatives, then names of what else is known."""
+    known = heading_rows(samples)
+    heading = [name for name, _, _ in known] if any(np.any(values) for _, _, values in known) else []
+    return [*available_orders(samples), *heading, *(["limits"] if _can_show(limits, samples) else [])]
+
+
+def _can_show(limits: Any, samples: Samples) -> bool:
+    """Whether the samples have what the limits bound."""
+    if not isinstance(limits, Limits) or not limits.given():
+        return False
+    try:
+        utilisation_curves(samples, limits)
+    except InputError:
+        return False
+    return True
+
+
+def _climbs(samples: Samples) -> bool:
+    """Whether a path in space changes its altitude by more than a hundredth of its extent."""
+    return samples.dim == 3 and bool(np.ptp(samples.position[:, 2]) > 0.01 * np.ptp(samples.position, axis=0).max())
+
+
+def _figure(samples: Samples, view: str, side: bool, rows: int) -> Figure:
+    """Return a new figure whose left part has about the shape of what is drawn there."""
+    from minsnap.plot.shown_figure import ShownFigure
+
+    high = max(5.0, 1.25 * rows)
+    spans = np.ptp(samples.position, axis=0)
+    across, up = (spans[list(VIEWS[view])][:2]) if view != "3d" else (1.2, 1.0)
+    up = up + spans[2] if side else up
+    wide = float(np.clip((high - 1.0) * across / max(up, 1e-9 * across, 1e-300) + 1.8, 5.0, 9.0))
+    return ShownFigure(figsize=(wide + PROFILES, high), layout="constrained")
+
+
+def _draw_place(panel: Any, path: Path | Samples, view: str, side: bool, how: dict[str, Any]) -> None:
+    """Draw the path in its view and, where it climbs, from the side below that, on the same scale."""
+    if not side:
+        plot_path(path, panel.add_subplot(projection="3d" if view == "3d" else None), view=view, **how)
+        return
+    above, below = panel.subplots(2, 1, sharex=True)
+    plot_path(path, above, view="xy", **how)
+    plot_path(path, below, view="xz", **how)
+    below.get_legend().remove()
+    above.set_xlabel("")
+    above.get_gridspec().set_height_ratios([float(np.ptp(ax.get_ylim())) for ax in (above, below)])
+
+
+def _draw_against_time(stack: Any, rows: list[Any], path: Path | Samples, limits: Any) -> None:
+    orders = [row for row in rows if isinstance(row, int)]
+    plot_profiles(path, stack[: len(orders)], orders=orders, limits=limits)
+    turning = len([row for row in rows if row in ("yaw", "yaw rate")])
+    if turning:
+        plot_heading(path, stack[len(orders) : len(orders) + turning])
+    if rows[-1] == "limits":
+        plot_utilisation(path, limits, stack[-1])
+    for ax in stack[:-1]:
+        ax.set_xlabel("")
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
@@ -80,7 +153,7 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, clobber: bool =
     """
     suffix = check_figure_name(path)
     with atomic_write(path, "wb", clobber=clobber) as file:
-        figure.savefig(file, format=suffix[1:], dpi=150, metadata=FORMATS[suffix])
+        figure.savefig(file, format=suffix[1:], dpi=DPI, metadata=FORMATS[suffix])
 
 
 def check_figure_name(path: str | os.PathLike[str]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from minsnap.corridors.gates import Ball, Gate
 from minsnap.errors import InputError
 from minsnap.plot.openings import Waypoints, draw_balls, draw_gates, draw_waypoints, nominal_points
 from minsnap.plot.outlines import Corridor, facets, leg_bodies, outline
+from minsnap.plot.space import arrow_places, draw_heads, equal_space, widen_short_axes
 from minsnap.plot.speed_colour import draw_coloured
 from minsnap.plot.style import (
     CORRIDOR_COLOUR,
@@ -20,7 +21,9 @@ from minsnap.plot.style import (
     PATH_COLOUR,
     coordinate_name,
     dense_samples,
+    legend_beside,
     new_axes,
+    styled,
 )
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -32,6 +35,7 @@ VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "3d": (0, 1, 2)}
 ARROWS = 6
 
 
+@styled
 def plot_path(
     path: Path | Samples,
     ax: Axes | None = None,
@@ -71,8 +75,8 @@ def plot_path(
         If the view is unknown or needs coordinates that the path does not have, or the colour is of nothing known.
     """
     samples = dense_samples(path)
-    chosen = _coordinates(view, samples.dim)
-    axes = new_axes("3d" if view == "3d" else None) if ax is None else _suitable(ax, view)
+    chosen = view_coordinates(view, samples.dim)
+    axes = _own_axes(samples.position[:, chosen]) if ax is None else _suitable(ax, view)
     points, gates = _waypoints(path, waypoints)
     if corridor is not None and points is not None:
         _draw_corridor(axes, corridor, points, chosen)
@@ -86,8 +90,20 @@ def plot_path(
         draw_gates(axes, list(gates.values()), chosen)
         if isinstance(tolerance, Ball):
             draw_balls(axes, points, tolerance, gates, chosen)
-    _finish(axes, chosen, samples.dim)
+    finish_place(axes, chosen, samples.dim)
+    if len(chosen) == 3:
+        axes.legend(loc="upper left", handlelength=1.8)  # a corner that the box in perspective leaves free
+    else:
+        legend_beside(axes)
     return axes
+
+
+def _own_axes(points: FloatArray) -> Axes:
+    """Return the axes of a new figure whose shape is about that of the points."""
+    if points.shape[1] == 3:
+        return new_axes("3d", (7.5, 5.5))
+    width, height = np.ptp(points, axis=0)
+    return new_axes(size=(7.5, float(np.clip(6.0 * height / max(width, 1e-9 * height, 1e-300) + 0.8, 2.5, 7.0))))
 
 
 def _suitable(ax: Axes, view: str) -> Axes:
@@ -97,9 +113,16 @@ def _suitable(ax: Axes, view: str) -> Axes:
     return ax
 
 
-def _coordinates(view: str, dim: int) -> list[int]:
+def check_view(view: str) -> str:
+    """Return the name of a view, or raise InputError if there is none of that name."""
     if view not in VIEWS:
         raise InputError(f"no view is called {view!r}: choose one of {', '.join(VIEWS)}")
+    return view
+
+
+def view_coordinates(view: str, dim: int) -> list[int]:
+    """Return the coordinates that a view of a path of ``dim`` coordinates shows, or raise InputError."""
+    check_view(view)
     if max(VIEWS[view]) >= dim:
         raise InputError(f"the view {view!r} needs {max(VIEWS[view]) + 1} coordinates, the path has {dim}")
     return list(VIEWS[view])
@@ -144,37 +167,20 @@ def _draw_ends(ax: Axes, points: FloatArray) -> None:
 
 def _draw_arrows(ax: Axes, points: FloatArray) -> None:
     """Draw arrows along the curve at equal distances."""
-    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    places = np.searchsorted(travelled, travelled[-1] * (np.arange(ARROWS) + 0.5) / ARROWS)
-    places = np.clip(places, 1, len(points) - 1)
-    steps = points[places] - points[places - 1]
-    moving = steps.any(axis=1)
-    ends, steps = points[places][moving], steps[moving]
     if points.shape[1] == 3:
-        space: Any = ax
-        arrow = {"length": 0.05 * float(travelled[-1]), "normalize": True, "pivot": "middle"}
-        space.quiver(*ends.T, *steps.T, color=PATH_COLOUR, arrow_length_ratio=0.6, linewidth=1.0, **arrow)
+        draw_heads(ax, points, ARROWS)
         return
-    for end, step in zip(ends, steps, strict=True):
-        style = {"arrowstyle": "-|>", "color": PATH_COLOUR, "mutation_scale": 14}
+    for end, step in zip(*arrow_places(points, ARROWS), strict=True):
+        style = {"arrowstyle": "-|>", "color": PATH_COLOUR, "mutation_scale": 12}
         ax.annotate("", xy=tuple(end), xytext=tuple(end - step), arrowprops=style, zorder=3)
 
 
-def _finish(ax: Axes, chosen: list[int], dim: int) -> None:
+def finish_place(ax: Axes, chosen: Sequence[int], dim: int) -> None:
+    """Name the axes of a view of places, and scale them equally."""
     for name, index in zip(("x", "y", "z"), chosen, strict=False):
         getattr(ax, f"set_{name}label")(f"{coordinate_name(index, dim)} [m]")
     if len(chosen) == 3:
-        _equal_space(ax)
-    else:
-        ax.set_aspect("equal", adjustable="datalim")
-    ax.grid(True, alpha=0.3)
-    ax.legend(loc="best", fontsize="small", framealpha=0.9)
-
-
-def _equal_space(ax: Any) -> None:
-    """Scale all three axes equally, with few ticks on the short one and space for the labels; draw the path on top."""
-    from matplotlib.ticker import MaxNLocator
-
-    ax.computed_zorder = False
-    ax.zaxis.set_major_locator(MaxNLocator(4))
-    ax.set_box_aspect([abs(high - low) for low, high in (ax.get_xlim(), ax.get_ylim(), ax.get_zlim())], zoom=0.85)
+        equal_space(ax)
+        return
+    widen_short_axes(ax, "xy")
+    ax.set_aspect("equal", adjustable="box", anchor="NW")

@@ -12,7 +12,7 @@ from minsnap.errors import InputError
 from minsnap.limits.kinds import KIND, Kind
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, Motion, sampled_motion
-from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, dense_samples, new_axes
+from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, dense_samples, legend_beside, new_axes, styled
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.tilt_heading import TiltHeading
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 WIDTHS = (1.6, 1.6, 1.6, 1.6, 0.9, 0.9, 0.9, 0.9)
 
 
+@styled
 def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = None) -> Axes:
     """Draw the utilisation of each limit, value over limit, against time, in percent.
 
@@ -57,10 +58,9 @@ def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = Non
         axes.plot(samples.t, 100.0 * share, label=label, color=color, linestyle=linestyle, linewidth=width)
     axes.axhline(100.0, color=LIMIT_COLOUR, linewidth=1.0, linestyle=(0, (5, 3)))
     axes.set_xlabel("time [s]")
-    axes.set_ylabel("share of the limit [%]")
+    axes.set_ylabel("share of\nthe limit [%]")
     axes.set_ylim(bottom=0.0)
-    axes.grid(True, alpha=0.3)
-    axes.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
+    legend_beside(axes)
     return axes
 
 
@@ -92,6 +92,7 @@ def _values(kind: Kind, samples: Samples, motion: Motion) -> FloatArray:
     return np.abs(samples.yaw_rate)
 
 
+@styled
 def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
     """Draw the convergence of the search for durations: the best value so far after every evaluated plan.
 
@@ -124,6 +125,5 @@ def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
     axes.set_ylim(least - 0.05 * (first - least) - 1e-3 * least, first + 0.3 * (first - least) + 1e-3 * least)
     axes.set_xlabel("plans tried")
     axes.set_ylabel("total time [s]" if all(step.value == step.total_time for step in steps) else "cost [m²/s⁷]")
-    axes.grid(True, alpha=0.3)
-    axes.legend(fontsize="small", framealpha=0.9)
+    legend_beside(axes)
     return axes

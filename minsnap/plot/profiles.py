@@ -12,11 +12,14 @@ from minsnap.errors import InputError
 from minsnap.limits.kinds import KINDS
 from minsnap.plot.style import (
     AXIS_STYLES,
+    HEADING_COLOUR,
     LIMIT_COLOUR,
     NORM_STYLE,
     QUANTITIES,
     coordinate_name,
     dense_samples,
+    legend_beside,
+    styled,
     unit_of,
 )
 from minsnap.trajectory.path import Path
@@ -30,6 +33,7 @@ LIMIT_NAMES = {kind.order: kind.name for kind in KINDS if kind.measure == "norm"
 """Limits that are lines beside a norm, by the order of the derivative."""
 
 
+@styled
 def plot_profiles(
     path: Path | Samples,
     axes: npt.ArrayLike | None = None,
@@ -66,13 +70,54 @@ def plot_profiles(
         raise InputError(f"{len(drawn)} derivatives need as many axes, got {len(stack)}")
     for ax, order in zip(stack, drawn, strict=False):
         _draw(ax, samples, order)
-        _draw_limit(ax, samples, order, getattr(limits, LIMIT_NAMES.get(order, ""), None))
-        _mark_knots(ax, path)
+        limited = _draw_limit(ax, samples, order, getattr(limits, LIMIT_NAMES.get(order, ""), None))
+        mark_knots(ax, path)
+        legend_beside(ax, handles=None if ax is stack[0] else limited)
         ax.label_outer()
-    above: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.1, "frameon": False}
-    stack[0].legend(ncols=samples.dim, fontsize="small", **above)
     stack[len(drawn) - 1].set_xlabel("time [s]")
     return stack
+
+
+@styled
+def plot_heading(path: Path | Samples, axes: npt.ArrayLike | None = None) -> npt.NDArray[Any]:
+    """Draw yaw and yaw rate against time.
+
+    Parameters
+    ----------
+    path : Path or Samples
+        Samples without a yaw rate are drawn with their yaw alone.
+    axes : sequence of matplotlib axes, optional
+        One for the yaw, one for its rate; a new figure of stacked axes unless given.
+
+    Returns
+    -------
+    ndarray of matplotlib axes
+
+    Raises
+    ------
+    InputError
+        If the samples have no yaw, or the axes are too few.
+    """
+    samples = dense_samples(path)
+    drawn = heading_rows(samples)
+    if not drawn:
+        raise InputError("the samples have no yaw: there is nothing to draw")
+    stack = _stack(len(drawn)) if axes is None else np.atleast_1d(np.asarray(axes, dtype=object))
+    if len(stack) < len(drawn):
+        raise InputError(f"yaw and yaw rate need {len(drawn)} axes, got {len(stack)}")
+    for ax, (name, unit, values) in zip(stack, drawn, strict=False):
+        ax.plot(samples.t, values, color=HEADING_COLOUR, linewidth=1.4)
+        ax.set_ylabel(f"{name}\n[{unit}]")
+        mark_knots(ax, path)
+        ax.label_outer()
+    stack[len(drawn) - 1].set_xlabel("time [s]")
+    return stack
+
+
+def heading_rows(samples: Samples) -> list[tuple[str, str, FloatArray]]:
+    """Return what is known of the heading: name, unit and values (m,) of yaw and yaw rate."""
+    known = (("yaw", "rad", samples.yaw), ("yaw rate", "rad/s", samples.yaw_rate))
+    return [(name, unit, values) for name, unit, values in known if values is not None]
 
 
 def available_orders(samples: Samples, orders: Sequence[int] = (0, 1, 2, 3, 4)) -> list[int]:
@@ -103,22 +148,20 @@ def _draw(ax: Axes, samples: Samples, order: int) -> None:
     for i in range(samples.dim):
         style: dict[str, Any] = AXIS_STYLES[i % len(AXIS_STYLES)]
         ax.plot(samples.t, values[:, i], label=coordinate_name(i, samples.dim), linewidth=1.4, **style)
-    ax.set_ylabel(f"{QUANTITIES[order]} [{unit_of(order)}]")
-    ax.grid(True, alpha=0.3)
+    ax.set_ylabel(f"{QUANTITIES[order]}\n[{unit_of(order)}]")
 
 
-def _draw_limit(ax: Axes, samples: Samples, order: int, limit: Any) -> None:
-    """Draw the norm and its limit, if there is a limit."""
+def _draw_limit(ax: Axes, samples: Samples, order: int, limit: Any) -> list[Any]:
+    """Draw the norm and its limit, and return both lines, if there is a limit."""
     if not isinstance(limit, (int, float)) or not np.isfinite(limit):
-        return
+        return []
     norm = np.linalg.norm(getattr(samples, QUANTITIES[order]), axis=1)
-    lines = ax.plot(samples.t, norm, label="norm", **NORM_STYLE)
-    lines.append(ax.axhline(limit, color=LIMIT_COLOUR, linewidth=1.0, linestyle=(0, (5, 3)), label="limit"))
-    if order:
-        ax.legend(handles=lines, loc="lower right", ncols=2, fontsize="x-small", framealpha=0.9)
+    line = ax.axhline(limit, color=LIMIT_COLOUR, linewidth=1.0, linestyle=(0, (5, 3)), label="limit")
+    return [*ax.plot(samples.t, norm, label="norm", **NORM_STYLE), line]
 
 
-def _mark_knots(ax: Axes, path: Path | Samples) -> None:
+def mark_knots(ax: Axes, path: Path | Samples) -> None:
+    """Draw a thin line at every waypoint's instant, unless there are many."""
     breaks = getattr(path, "leg_breaks", ())
     if len(breaks) <= 50:
         for instant in breaks:

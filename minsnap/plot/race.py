@@ -11,7 +11,7 @@ from minsnap.errors import InputError
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.openings import Waypoints
 from minsnap.plot.outlines import Corridor
-from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, POINTS, new_axes
+from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, POINTS, legend_beside, new_axes, styled
 from minsnap.trajectory.path import Path
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from minsnap.vehicle import Quadrotor
 
 
+@styled
 def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
     """Draw the thrust of every rotor along a path against time, and its limits.
 
@@ -47,11 +48,11 @@ def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
     axes.set_xlabel("time [s]")
     axes.set_ylabel("thrust [N]")
     axes.set_xlim(0.0, path.duration)
-    axes.grid(True, alpha=0.3)
-    axes.legend(ncols=5, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, frameon=False)
+    legend_beside(axes)
     return axes
 
 
+@styled
 def plot_race(
     path: Path,
     vehicle: Quadrotor,

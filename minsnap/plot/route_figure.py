@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray
-from minsnap.plot.geometry import plot_path
-from minsnap.plot.profiles import available_orders, plot_profiles
-from minsnap.plot.style import LIMIT_COLOUR, dense_samples
+from minsnap.plot.figures import plot_overview
+from minsnap.plot.style import LIMIT_COLOUR, dense_samples, legend_beside, styled
 from minsnap.routes.plan_route import Route
 
 if TYPE_CHECKING:
@@ -20,17 +19,20 @@ OCCUPIED = "#4d4d4d"
 """Colour of occupied cells."""
 
 
-def plot_route(route: Route, figure: Figure | None = None, *, title: str | None = None) -> Figure:
-    """Draw a route from above on its map, with position and derivatives against time.
+@styled
+def plot_route(route: Route, figure: Figure | None = None, *, view: str = "xy", title: str | None = None) -> Figure:
+    """Draw a route on its map, with position, derivatives and use of limits against time.
 
-    Of a map in space, the cells are drawn that are occupied at an altitude at which the path passes, or nearer to it
-    than the clearance.
+    From above, the occupied cells are drawn. Of a map in space they are those that are occupied at an altitude at which
+    the path passes, or nearer to it than the clearance.
 
     Parameters
     ----------
     route : Route
     figure : matplotlib Figure, optional
         Where to draw; a new one, that no window shows, unless given.
+    view : str
+        As :func:`plot_path` takes it.
     title : str, optional
         Written above, with the least distance to an occupied cell.
 
@@ -38,22 +40,15 @@ def plot_route(route: Route, figure: Figure | None = None, *, title: str | None 
     -------
     matplotlib Figure
     """
-    from matplotlib.figure import Figure
-
-    samples = dense_samples(route.trajectory)
-    orders = available_orders(samples)
-    drawn = Figure(figsize=(13.0, max(4.5, 1.5 * len(orders))), layout="constrained") if figure is None else figure
-    left, right = np.asarray(drawn.subfigures(1, 2, width_ratios=(1.15, 1.0)))
-    plane = left.add_subplot()
-    draw_cells(plane, route, samples.position)
-    plot_path(route.trajectory, plane, corridor=route.corridor)
-    _draw_nearest(plane, route)
-    plane.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=6, fontsize="small")
-    stack = right.subplots(len(orders), 1, sharex=True, squeeze=False)[:, 0]
-    plot_profiles(route.trajectory, stack, orders=orders, limits=route.limits)
-    right.align_ylabels(stack)
     nearest = f"{route.distance:.3f} m from what is occupied" if np.isfinite(route.distance) else "nothing occupied"
-    drawn.suptitle(nearest if title is None else f"{title}: {nearest}")
+    name = nearest if title is None else f"{title}: {nearest}"
+    how: dict[str, Any] = {"corridor": route.corridor, "limits": route.limits, "title": name}
+    drawn = plot_overview(route.trajectory, figure, view=view, **how)
+    if view == "xy":
+        plane: Any = drawn.subfigs[0].axes[0]
+        draw_cells(plane, route, dense_samples(route.trajectory).position)
+        _draw_nearest(plane, route)
+        legend_beside(plane)
     return drawn
 
 
@@ -64,9 +59,17 @@ def draw_cells(ax: Axes, route: Route, position: FloatArray) -> None:
     grid = route.grid
     cells = grid.occupied if grid.dim == 2 else _passed(route, position).any(axis=2)
     (left, bottom), (right, top) = grid.lower[:2], grid.upper[:2]
-    style: dict[str, Any] = {"cmap": ListedColormap([OCCUPIED]), "interpolation": "nearest", "zorder": 0.5}
+    style: dict[str, Any] = {"cmap": ListedColormap([OCCUPIED]), "interpolation": "nearest", "zorder": 0.7}
     shown = np.ma.masked_where(~cells.T, np.ones(cells.T.shape))
+    limits = ax.get_xlim(), ax.get_ylim()
     ax.imshow(shown, origin="lower", extent=(left, right, bottom, top), **style)
+    ax.set(xlim=_within(limits[0], left, right), ylim=_within(limits[1], bottom, top))
+
+
+def _within(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
+    """Return limits that show the path and the map around it, up to a half of the path's extent."""
+    margin = 0.5 * (shown[1] - shown[0])
+    return min(shown[0], max(low, shown[0] - margin)), max(shown[1], min(high, shown[1] + margin))
 
 
 def _passed(route: Route, position: FloatArray) -> BoolArray:

@@ -1,8 +1,10 @@
-"""Common parts of all figures: colours distinguishable in grey and for colour-blind readers, and dense sampling."""
+"""The style of all figures: one sheet, colours distinguishable in grey and for colour-blind readers, dense sampling."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -12,10 +14,36 @@ from minsnap.trajectory.samples import Samples
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+P = ParamSpec("P")
+R = TypeVar("R")
+
+SHEET: Any = {
+    "font.size": 10.0,
+    "axes.titlesize": 11.0,
+    "axes.labelsize": 10.0,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "legend.fontsize": 9.0,
+    "legend.frameon": False,
+    "axes.edgecolor": "#666666",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#d8d8d8",
+    "grid.linewidth": 0.6,
+    "xtick.color": "#333333",
+    "ytick.color": "#333333",
+    "lines.solid_capstyle": "round",
+}
+"""matplotlib's parameters while a figure of this package is drawn."""
+
 PATH_COLOUR = "#8a1c3b"
 CORRIDOR_COLOUR = "#56b4e9"
 CORRIDOR_EDGE = "#0072b2"
 LIMIT_COLOUR = "#000000"
+HEADING_COLOUR = "#6a3d9a"
 
 AXIS_STYLES: tuple[dict[str, str], ...] = (
     {"color": "#0072b2", "linestyle": "-"},
@@ -32,6 +60,34 @@ QUANTITIES = ("position", "velocity", "acceleration", "jerk", "snap")
 
 POINTS = 1200
 """Instants at which a path is evaluated to draw it."""
+
+
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Let a function draw with the sheet of this package; matplotlib's parameters are as before when it returns."""
+
+    @wraps(draw)
+    def drawn(*arguments: P.args, **options: P.kwargs) -> R:
+        from matplotlib import rc_context
+
+        with rc_context(SHEET):
+            return draw(*arguments, **options)
+
+    return drawn
+
+
+def legend_beside(ax: Axes, handles: Sequence[Any] | None = None) -> None:
+    """Put the legend to the right of the axes, where it covers no curve.
+
+    Parameters
+    ----------
+    ax : matplotlib axes
+    handles : sequence of artists, optional
+        What the legend names; all that have a name unless given. Nothing to name gives no legend.
+    """
+    named = ax.get_legend_handles_labels()[0] if handles is None else handles
+    if named:
+        place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+        ax.legend(handles=named, handlelength=1.8, **place)
 
 
 def coordinate_name(index: int, dim: int) -> str:
@@ -53,9 +109,9 @@ def dense_samples(source: Path | Samples) -> Samples:
     return Samples(t, **motion, yaw=source.yaw(t), yaw_rate=source.yaw(t, 1))
 
 
-def new_axes(projection: str | None = None) -> Axes:
-    """Return the axes of a new figure."""
+def new_axes(projection: str | None = None, size: tuple[float, float] = (7.0, 4.8)) -> Axes:
+    """Return the axes of a new figure of a size [in]."""
     from matplotlib import pyplot
 
-    axes: Axes = pyplot.figure(layout="constrained").add_subplot(projection=projection)
+    axes: Axes = pyplot.figure(figsize=size, layout="constrained").add_subplot(projection=projection)
     return axes

@@ -24,6 +24,9 @@ from minsnap.vehicle.states import check_rotor_limits
 MODELS = ("published", "consistent", "exact")
 """Models that compensation may use: the published linear fit, the consistent airframe model, the simulated drag."""
 
+MEASURED = "DJI F330"
+"""Name of the vehicle that the first two models were measured on; they are of no other."""
+
 PUBLISHED_RMSE: dict[str, dict[str, tuple[float, float]]] = {
     "line": {"x": (1.4862, 0.8179), "y": (0.1051, 0.1174)},
     "circle": {"x": (1.0801, 0.5990), "y": (1.0933, 0.6617)},
@@ -75,16 +78,25 @@ class Experiment:
         raise InputError(f"nothing was flown with compensation {compensation!r}")
 
 
+def models_of(vehicle: Quadrotor) -> tuple[str, ...]:
+    """Return the models that are compensated unless others are named: measured ones of the F330, else its own drag."""
+    return ("published", "consistent") if vehicle.name == MEASURED else ("exact",)
+
+
 def drag_model(name: str, vehicle: Quadrotor) -> Drag:
     """Return one of :data:`MODELS`; the exact one is the vehicle's own.
 
     Raises
     ------
     VehicleError
-        If the name is not known.
+        If the name is not known, or the model was measured on another vehicle.
     """
     if name == "exact":
         return vehicle.drag
+    if name in MODELS and vehicle.name != MEASURED:
+        raise VehicleError(
+            f"the {name} model was measured on the {MEASURED}, not on {vehicle.name or 'this vehicle'}: use 'exact'"
+        )
     if name == "consistent":
         return consistent_parasitic_drag()
     if name == "published":
@@ -96,7 +108,7 @@ def run_experiment(
     name: str = "circle",
     repetitions: int = 10,
     *,
-    compensations: Sequence[str | None] = (None, "published", "consistent"),
+    compensations: Sequence[str | None] | None = None,
     literal: bool = True,
     vehicle: Quadrotor | None = None,
     controller: Controller | None = None,
@@ -114,8 +126,9 @@ def run_experiment(
         The course, see :func:`minsnap.flight.course`.
     repetitions : int
         Ten in the thesis.
-    compensations : sequence of str or None
-        Which of :data:`MODELS` to offset in each flight; None flies without.
+    compensations : sequence of str or None, optional
+        Which of :data:`MODELS` to offset in each flight; None among them flies without. Unless given, None and those
+        of :func:`models_of`.
     literal : bool
         Start and repeat as in the thesis; otherwise from rest and without jumps.
     vehicle : Quadrotor or None
@@ -146,10 +159,11 @@ def run_experiment(
     DivergenceError
         If a flight diverges.
     """
+    craft = Quadrotor.dji_f330() if vehicle is None else vehicle
+    compensations = (None, *models_of(craft)) if compensations is None else compensations
     if not compensations:
         raise InputError("there is nothing to fly: give at least one compensation, or None for a flight without")
     flown = course(name, repetitions, literal=literal, rate=setpoint_rate)
-    craft = Quadrotor.dji_f330() if vehicle is None else vehicle
     check_rotor_limits(craft, reference_states(craft, flown.samples, None), flown.samples.t)
     models = [None if compensation is None else drag_model(compensation, craft) for compensation in compensations]
     pilot = CascadeController(references="velocity") if controller is None else controller

@@ -12,12 +12,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def plot_experiment(experiment: Experiment) -> Figure:
+def plot_experiment(experiment: Experiment, view: str = "xy") -> Figure:
     """Draw the planar view and the position and velocity profiles of all flights.
 
     Parameters
     ----------
     experiment : Experiment
+    view : str
+        ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
 
     Returns
     -------
@@ -28,4 +30,4 @@ def plot_experiment(experiment: Experiment) -> Figure:
         for run in experiment.runs
     }
     title = f"{experiment.course.repetitions} {TITLES[experiment.course.name]}, in simulation"
-    return plot_tracking(experiment.course.samples, flights, title)
+    return plot_tracking(experiment.course.samples, flights, title, view)

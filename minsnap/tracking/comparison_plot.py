@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from minsnap.plot.style import AXIS_STYLES, coordinate_name
+from minsnap.plot.geometry import finish_place, view_coordinates
+from minsnap.plot.style import AXIS_STYLES, coordinate_name, legend_beside, styled
 from minsnap.tracking.log_comparison import ComparedFlight
 
 if TYPE_CHECKING:
@@ -16,44 +17,47 @@ _STYLES: tuple[dict[str, Any], ...] = AXIS_STYLES
 _WANTED: dict[str, Any] = {"color": "#000000", "linewidth": 1.0}
 
 
-def plot_comparison(flights: Mapping[str, ComparedFlight]) -> Figure:
+@styled
+def plot_comparison(flights: Mapping[str, ComparedFlight], view: str = "xy") -> Figure:
     """Draw flights and their reference, with the tracking errors against time.
 
     Parameters
     ----------
     flights : mapping of str to ComparedFlight
         By the name that the legend shows.
+    view : str
+        ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    from matplotlib import pyplot
+    from minsnap.plot.shown_figure import ShownFigure
 
     dim = next(iter(flights.values())).reference.dim
-    figure = pyplot.figure(figsize=(11.5, 2.0 + 1.6 * (dim + 1)), layout="constrained")
+    chosen = view_coordinates(view, dim)
+    figure = ShownFigure(figsize=(11.5, 2.0 + 1.6 * (dim + 1)), layout="constrained")
     grid = figure.add_gridspec(dim + 1, 2, width_ratios=(1.0, 1.3))
-    plane = figure.add_subplot(grid[:, 0])
-    _draw_plane(plane, flights)
+    plane = figure.add_subplot(grid[:, 0], projection="3d" if len(chosen) == 3 else None)
+    _draw_plane(plane, flights, chosen)
     rows = [figure.add_subplot(grid[row, 1]) for row in range(dim + 1)]
     for axis, ax in enumerate(rows[:-1]):
         _draw_coordinate(ax, flights, axis, dim)
     _draw_error(rows[-1], flights)
     for ax in rows:
-        ax.grid(alpha=0.3)
         ax.sharex(rows[-1])
         ax.tick_params(labelbottom=ax is rows[-1])
     rows[-1].set_xlabel("time [s]")
-    figure.legend(*plane.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    figure.legend(*plane.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 
-def _draw_plane(ax: Axes, flights: Mapping[str, ComparedFlight]) -> None:
+def _draw_plane(ax: Axes, flights: Mapping[str, ComparedFlight], chosen: list[int]) -> None:
     for index, (name, one) in enumerate(flights.items()):
-        ax.plot(*one.reference.position.T[:2], label="to be flown" if index == 0 else None, **_WANTED)
-        ax.plot(*one.flight.position.T[:2], label=name, **_STYLES[index % len(_STYLES)])
-    ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", adjustable="datalim")
-    ax.grid(alpha=0.3)
+        wanted = one.reference.position[:, chosen]
+        ax.plot(*wanted.T, label="to be flown" if index == 0 else None, **_WANTED)
+        ax.plot(*one.flight.position[:, chosen].T, label=name, **_STYLES[index % len(_STYLES)])
+    finish_place(ax, chosen, next(iter(flights.values())).reference.dim)
 
 
 def _draw_coordinate(ax: Axes, flights: Mapping[str, ComparedFlight], axis: int, dim: int) -> None:
@@ -72,4 +76,4 @@ def _draw_error(ax: Axes, flights: Mapping[str, ComparedFlight]) -> None:
             one.comparison.t, one.comparison.across, color=colour, linestyle=":", label="across" if index == 0 else None
         )
     ax.set_ylabel("error [m]")
-    ax.legend(loc="upper right", ncols=2, fontsize="small", frameon=False)
+    legend_beside(ax)

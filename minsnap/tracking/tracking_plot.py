@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.plot.style import AXIS_STYLES, coordinate_name, unit_of
+from minsnap.plot.geometry import finish_place, view_coordinates
+from minsnap.plot.style import AXIS_STYLES, coordinate_name, styled, unit_of
 from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
@@ -18,8 +19,9 @@ if TYPE_CHECKING:
 _REFERENCE: dict[str, Any] = {"color": "#000000", "linewidth": 1.0}
 
 
-def plot_tracking(reference: Samples, flights: Mapping[str, Samples], title: str = "") -> Figure:
-    """Draw flights and their reference: planar view, and x and y of position and velocity against time.
+@styled
+def plot_tracking(reference: Samples, flights: Mapping[str, Samples], title: str = "", view: str = "xy") -> Figure:
+    """Draw flights and their reference: from above, and x and y of position and velocity against time.
 
     All panels are in one figure.
 
@@ -31,36 +33,38 @@ def plot_tracking(reference: Samples, flights: Mapping[str, Samples], title: str
         What was flown, by the name that the legend shows.
     title : str
         Above the figure.
+    view : str
+        ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    from matplotlib import pyplot
+    from minsnap.plot.shown_figure import ShownFigure
 
-    figure = pyplot.figure(figsize=(11.0, 6.5), layout="constrained")
+    chosen = view_coordinates(view, reference.dim)
+    figure = ShownFigure(figsize=(11.0, 6.5), layout="constrained")
     grid = figure.add_gridspec(4, 2, width_ratios=(1.1, 1.3))
-    plane = figure.add_subplot(grid[:, 0])
-    _draw_plane(plane, reference, flights)
+    plane = figure.add_subplot(grid[:, 0], projection="3d" if len(chosen) == 3 else None)
+    _draw_plane(plane, reference, flights, chosen)
     profiles = [figure.add_subplot(grid[row, 1]) for row in range(4)]
     for row, ax in enumerate(profiles):
         _draw_profile(ax, reference, flights, order=row // 2, axis=row % 2)
         ax.sharex(profiles[0])
         ax.tick_params(labelbottom=row == 3)
     profiles[-1].set_xlabel("time [s]")
-    figure.legend(*plane.get_legend_handles_labels(), loc="outside lower center", ncols=len(flights) + 1, frameon=False)
+    figure.legend(*plane.get_legend_handles_labels(), loc="outside lower center", ncols=len(flights) + 1)
     if title:
         figure.suptitle(title)
     return figure
 
 
-def _draw_plane(ax: Axes, reference: Samples, flights: Mapping[str, Samples]) -> None:
-    """Draw positions from above, at equal scales."""
+def _draw_plane(ax: Axes, reference: Samples, flights: Mapping[str, Samples], chosen: list[int]) -> None:
+    """Draw positions in a view, at equal scales."""
     for index, (name, flight) in enumerate(flights.items()):
-        ax.plot(flight.position[:, 0], flight.position[:, 1], label=name, **_style(index))
-    ax.plot(reference.position[:, 0], reference.position[:, 1], label="reference", **_REFERENCE)
-    ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", adjustable="datalim")
-    ax.grid(alpha=0.3)
+        ax.plot(*flight.position[:, chosen].T, label=name, **_style(index))
+    ax.plot(*reference.position[:, chosen].T, label="reference", **_REFERENCE)
+    finish_place(ax, chosen, reference.dim)
 
 
 def _draw_profile(ax: Axes, reference: Samples, flights: Mapping[str, Samples], order: int, axis: int) -> None:
@@ -74,7 +78,6 @@ def _draw_profile(ax: Axes, reference: Samples, flights: Mapping[str, Samples], 
         ax.plot(reference.t, values[:, axis], **_REFERENCE)
     symbol = coordinate_name(axis, reference.dim)
     ax.set_ylabel(f"${'v_' * order}{symbol}$ [{unit_of(order)}]")
-    ax.grid(alpha=0.3)
 
 
 def _values(samples: Samples, order: int) -> FloatArray | None:

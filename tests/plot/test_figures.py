@@ -15,8 +15,17 @@ import minsnap
 from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits
-from minsnap.plot import plot_convergence, plot_overview, plot_path, plot_profiles, plot_utilisation, save_figure
+from minsnap.plot import (
+    plot_convergence,
+    plot_heading,
+    plot_overview,
+    plot_path,
+    plot_profiles,
+    plot_utilisation,
+    save_figure,
+)
 from minsnap.plot.outlines import leg_bodies, outline
+from minsnap.plot.space import arrow_heads
 from minsnap.trajectory.samples import Samples
 
 SQUARE = np.array([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])
@@ -87,7 +96,7 @@ def test_repeated_legs_give_one_body_and_round_tubes_are_round():
 def test_profiles_show_every_derivative_with_its_unit_and_limits(path):
     axes = plot_profiles(path, limits=Bounds())
     assert [ax.get_ylabel() for ax in axes] == [
-        "position [m]", "velocity [m/s]", "acceleration [m/s²]", "jerk [m/s³]", "snap [m/s⁴]"
+        "position\n[m]", "velocity\n[m/s]", "acceleration\n[m/s²]", "jerk\n[m/s³]", "snap\n[m/s⁴]"
     ]  # fmt: skip
     assert axes[-1].get_xlabel() == "time [s]"
     for order, ax in enumerate(axes):
@@ -189,3 +198,80 @@ def test_axes_of_another_dimension_than_the_view_are_refused(path, view, project
 
     with pytest.raises(InputError, match=f"the view '{view}' needs axes of"):
         plot_path(path, Figure().add_subplot(projection=projection), view=view)
+
+
+def rows(figure):
+    """Return the names of what an overview draws against time."""
+    return [ax.get_ylabel().partition("\n")[0] for ax in figure.subfigs[1].axes]
+
+
+def test_an_overview_has_the_heading_where_there_is_one_and_the_limits_where_there_are_some():
+    derivatives = ["position", "velocity", "acceleration", "jerk", "snap"]
+    level = minsnap.line()
+    assert rows(plot_overview(level)) == derivatives
+    assert rows(plot_overview(level, limits=Limits(speed=3.0))) == [*derivatives, "share of"]
+    assert rows(plot_overview(minsnap.circle(yaw="velocity"))) == [*derivatives, "yaw", "yaw rate"]
+    assert rows(plot_overview(minsnap.circle(yaw=1.0))) == [*derivatives, "yaw", "yaw rate"]
+    bare = Samples(np.arange(3.0), np.ones((3, 3)), velocity=np.zeros((3, 3)))
+    assert rows(plot_overview(bare, limits=Limits(acceleration=3.0))) == ["position", "velocity"]
+
+
+def test_the_heading_is_that_of_the_path():
+    path = minsnap.circle(yaw="velocity")
+    for order, ax in enumerate(plot_heading(path)):
+        t, drawn = ax.lines[0].get_data()
+        assert drawn == pytest.approx(path.yaw(t, order))
+    with pytest.raises(InputError, match="yaw"):
+        plot_heading(Samples(np.arange(2.0), np.ones((2, 3))))
+
+
+def test_a_climbing_path_is_drawn_from_the_side_on_the_same_scale(path):
+    figure = plot_overview(path, corridor=None)
+    figure.draw_without_rendering()
+    above, below = figure.subfigs[0].axes
+    assert (above.get_ylabel(), below.get_ylabel()) == ("y [m]", "z [m]")
+    boxes = [ax.get_window_extent() for ax in (above, below)]
+    assert [boxes[0].x0, boxes[0].x1] == pytest.approx([boxes[1].x0, boxes[1].x1], abs=1.5)
+    scales = [box.height / np.ptp(ax.get_ylim()) for box, ax in zip(boxes, (above, below), strict=True)]
+    assert scales[0] == pytest.approx(scales[1], rel=0.01)
+    assert len(plot_overview(minsnap.circle()).subfigs[0].axes) == 1
+
+
+@pytest.mark.parametrize("view", ["xy", "3d"])
+def test_no_legend_covers_a_curve(view):
+    limits = Limits(speed=3.0, acceleration=6.0)
+    traj = minsnap.plan(SQUARE + [[0, 0, 0], [0, 0, 1], [0, 0, 2], [0, 0, 1], [0, 0, 0]], limits=limits, yaw="velocity")
+    figure = plot_overview(traj, corridor=0.3, limits=limits, view=view)
+    figure.draw_without_rendering()
+    flat = [ax for part in figure.subfigs for ax in part.axes if ax.name != "3d" and ax.get_legend() is not None]
+    assert len(flat) >= 4
+    for ax in flat:
+        assert ax.get_legend().get_window_extent().x0 >= ax.get_window_extent().x1
+
+
+def test_arrowheads_in_space_are_small_on_the_curve_and_point_along_it(path):
+    curve = path(np.linspace(0.0, path.duration, 5000))
+    heads = arrow_heads(curve, 6)
+    extent = np.linalg.norm(np.ptp(curve, axis=0))
+    distance = np.linalg.norm(heads[:, :, None] - curve, axis=3).min(axis=2)
+    assert len(heads) == 6 and 0.0 < distance.max() < 0.04 * extent
+    for tip, left, right in heads:
+        nearest = np.argmin(np.linalg.norm(curve - (2 * tip + left + right) / 4.0, axis=1))
+        assert (tip - (left + right) / 2.0) @ (curve[nearest + 1] - curve[nearest - 1]) > 0.0
+    assert len(arrow_heads(np.zeros((5, 3)), 6)) == 0
+
+
+@pytest.mark.parametrize("view", ["xy", "3d"])
+def test_a_flat_path_has_axes_that_leave_room_for_their_labels(view):
+    ax = plot_path(minsnap.line(), view=view)
+    limits = [ax.get_xlim(), ax.get_ylim(), *([ax.get_zlim()] if view == "3d" else [])]
+    spans = np.ptp(limits, axis=1)
+    assert spans.min() >= 0.25 * spans.max()
+
+
+def test_drawing_leaves_the_parameters_of_matplotlib_alone(path):
+    before = dict(matplotlib.rcParams)
+    plot_overview(path, limits=Limits(speed=3.0))
+    with pytest.raises(InputError):
+        plot_path(path, view="top")
+    assert dict(matplotlib.rcParams) == before

@@ -106,11 +106,22 @@ def test_one_flight_alone_and_models_by_name() -> None:
     alone = run_experiment("line", 1, compensations=("consistent",))
     assert "without" not in experiment_text(alone).splitlines()[1]
     assert drag_model("exact", Quadrotor.crazyflie()) is not None
-    assert isinstance(drag_model("consistent", Quadrotor.crazyflie()), BodyDrag)
+    assert isinstance(drag_model("consistent", Quadrotor.dji_f330()), BodyDrag)
     with pytest.raises(VehicleError, match="'perfect'"):
         drag_model("perfect", Quadrotor.dji_f330())
     with pytest.raises(InputError, match="nothing to fly"):
         run_experiment(compensations=())
+
+
+def test_models_belong_to_the_vehicle_they_were_measured_on() -> None:
+    small = Quadrotor.crazyflie()
+    for name in ("published", "consistent"):
+        with pytest.raises(VehicleError, match=f"the {name} model was measured on the DJI F330, not on Crazyflie"):
+            drag_model(name, small)
+    given = {"vehicle": small, "controller": GeometricController(feed_forward=True), "literal": False}
+    without, offset = run_experiment("circle", 1, **given).runs
+    assert (without.compensation, offset.compensation) == (None, "exact")
+    assert offset.whole.rmse_3d < 0.6 * without.whole.rmse_3d
 
 
 def test_a_course_that_the_rotors_cannot_lift_is_refused_with_its_instant() -> None:
