@@ -2,9 +2,10 @@
 
 It behaves as PX4 or ArduPilot were seen to where it matters to those who send setpoints: it follows them in one mode
 only and enters that mode only while they stream. When they stop, PX4 leaves the mode after ``patience`` (its
-COM_OF_LOSS_T) and enters it again with the first setpoint that comes back; ArduCopter stays in its mode, flies on at
-its last velocity for ``guided_timeout`` and brakes. Both are noted in ``failsafes``. ArduCopter refuses the first
-take-off.
+COM_OF_LOSS_T; 1.06 s were recorded), by default for a return that climbs, and enters it again with the first setpoint
+that comes back; ArduCopter stays in its mode, accelerates for ``guided_timeout`` (recorded: from 1.06 to 1.99 m/s in
+3 s) and brakes, 6 m farther. Both are noted in ``failsafes``. ArduCopter refuses the first take-off with result 4.
+Poses are put on the topics of PX4, of which its EKF2 fuses one: ``topics``, ``fused``.
 """
 
 import math
@@ -20,6 +21,9 @@ from pymavlink import mavutil  # noqa: E402
 mavlink = mavutil.mavlink
 
 POSCTL, OFFBOARD, LAND, RETURN = 3 << 16, 6 << 16, (4 << 16) | (6 << 24), (4 << 16) | (5 << 24)
+GAINED, BRAKED = 0.31, 1.4  # of ArduCopter after a loss, until and after its timeout, as recorded [m/s^2]
+COASTING = 0.3  # ArduCopter flies on by its last velocity after so long without a setpoint [s]
+RETURN_HEIGHT = 14.0  # past which PX4's default return was seen to climb [m]
 LOITER, GUIDED, COPTER_LAND, COPTER_RTL = 5, 4, 9, 6
 
 
@@ -29,9 +33,17 @@ class PointMass:
     def __init__(self, position=(0.0, 0.0, 0.0), lag=0.15):
         self.position, self.velocity, self.lag = list(position), [0.0, 0.0, 0.0], lag
 
-    def drift(self, dt):
+    def drift(self, dt, rate=0.0):
+        """Fly on with the speed changing at a rate [m/s^2], not below zero."""
+        speed = math.hypot(*self.velocity)
+        factor = max(0.0, 1.0 + rate * dt / speed) if speed > 1e-3 else 0.0
         for i in range(3):
+            self.velocity[i] *= factor
             self.position[i] += self.velocity[i] * dt
+
+    def climb(self, dt, rate=3.0):
+        self.velocity = [0.0, 0.0, -rate]
+        self.position[2] -= rate * dt
 
     def follow(self, setpoint, dt):
         gain = 1 - math.exp(-dt / self.lag)
@@ -67,6 +79,7 @@ class StandIn:
         self.position_rate, self.beat_period, self.patience = 20.0, 0.25, 1.0
         self.guided_timeout, self.refused_takeoffs, self.failed = 3.0, 0 if self.px4 else 1, False
         self.parameters, self.written = {}, []
+        self.returns, self.topics, self.fused = False, [], 0
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -138,14 +151,24 @@ class StandIn:
                 self.first_setpoint = min(self.first_setpoint, self.clock())
             elif kind == "COMMAND_LONG":
                 self._obey(message)
+            elif kind in ("VISION_POSITION_ESTIMATE", "ODOMETRY", "ATT_POS_MOCAP"):
+                self._estimate(message)
             elif kind in ("PARAM_REQUEST_READ", "PARAM_SET"):
                 self._tell(message)
 
     def _resume(self):
         """PX4 goes back into OFFBOARD when the stream that it lost comes back: no heartbeat shows that it was away."""
-        if self.px4 and self.failed and self.mode == self.other:
+        if self.px4 and self.failed and self.mode in (self.other, self.returning):
             self.mode = self.following
         self.failed = False
+
+    def _estimate(self, message):
+        """PX4 puts poses on two topics, and its EKF2 reads but the visual one."""
+        mocap = message.get_type() == "ATT_POS_MOCAP" or (
+            message.get_type() == "ODOMETRY" and message.estimator_type == mavlink.MAV_ESTIMATOR_TYPE_MOCAP
+        )
+        self.topics.append("vehicle_mocap_odometry" if mocap else "vehicle_visual_odometry")
+        self.fused += not mocap
 
     def _tell(self, message):
         """Answer for a parameter: an integer of PX4 comes as its bytes in the place of the float."""
@@ -198,21 +221,23 @@ class StandIn:
         elif self.mode == self.landing:
             self.body.descend(dt)
             self.armed = self.armed and self.body.position[2] < -0.02
+        elif self.mode == self.returning and self.failed and self.body.position[2] > -RETURN_HEIGHT:
+            self.body.climb(dt)
         elif self.armed:
             self.body.rest(dt)
 
     def _follow(self, now, dt):
         silence = now - self.last_setpoint
-        if self.px4 or silence <= self.patience:
+        if self.px4 or silence <= COASTING:
             self.body.follow(self.setpoints[-1][1], dt)
         elif silence <= self.guided_timeout:
-            self.body.drift(dt)
+            self.body.drift(dt, GAINED)
         else:
-            self.body.rest(dt)
+            self.body.drift(dt, -BRAKED)
         if silence > self.patience and not self.failed:
             self.failsafes.append(now)
             self.failed = True
-            self.mode = self.other if self.px4 else self.mode
+            self.mode = (self.returning if self.returns else self.other) if self.px4 else self.mode
 
     def _climb(self, dt):
         """Take off at a metre per second; a setpoint on the way would stop it, as ArduPilot's would."""
