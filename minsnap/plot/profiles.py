@@ -46,7 +46,8 @@ def plot_profiles(
     Parameters
     ----------
     path : Path or Samples
-        Samples are drawn with the derivatives that they have.
+        Samples are drawn with the derivatives that they have; the acceleration with their feed-forward is drawn thin
+        beside the acceleration.
     axes : sequence of matplotlib axes, optional
         One an order drawn; a new figure of stacked axes unless given.
     orders : sequence of int
@@ -148,7 +149,17 @@ def _draw(ax: Axes, samples: Samples, order: int) -> None:
     for i in range(samples.dim):
         style: dict[str, Any] = AXIS_STYLES[i % len(AXIS_STYLES)]
         ax.plot(samples.t, values[:, i], label=coordinate_name(i, samples.dim), linewidth=1.4, **style)
+    if order == 2 and samples.feed_forward is not None:
+        _draw_commanded(ax, samples)
     ax.set_ylabel(f"{QUANTITIES[order]}\n[{unit_of(order)}]")
+
+
+def _draw_commanded(ax: Axes, samples: Samples) -> None:
+    """Draw the acceleration with the feed-forward that is commanded beside it, thin and without a name."""
+    values = samples.commanded().acceleration
+    assert values is not None
+    for i in range(samples.dim):
+        ax.plot(samples.t, values[:, i], linewidth=0.7, alpha=0.6, **AXIS_STYLES[i % len(AXIS_STYLES)])
 
 
 def _draw_limit(ax: Axes, samples: Samples, order: int, limit: Any) -> list[Any]:
