@@ -6,8 +6,10 @@ import time
 import pytest
 from pymavlink.dialects.v20 import common
 
-from minsnap.native.library import using
+from minsnap.native.library import core, using
 from minsnap.native.setpoint_sender import LONGEST, NativeSender
+
+pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
 
 RATE, MAX_GAP = 100.0, 0.3
 MESSAGE = common.MAVLink_set_position_target_local_ned_message
