@@ -1,3 +1,4 @@
+from . import studio as studio
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .corridors.boxes import Boxes as Boxes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,7 +17,7 @@ from minsnap.cli.progress import searching
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.files.waypoints import Waypoints
+    from minsnap.files.plan_request import SceneRequest
     from minsnap.missions.course import Course
 
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 def plan(
     planning: Planning,
     destination: Destination,
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="x,y,z[,yaw][,duration] in CSV; YAML; or a plan.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="x,y,z[,yaw][,duration] in CSV; YAML; .plan; a plan.")],
     closed: Annotated[
         bool, typer.Option("--closed", help="A lap, at speed throughout: appends the first waypoint if need be.")
     ] = False,
@@ -38,10 +39,11 @@ def plan(
     A course in YAML may have gates, balls, holds, laps, take-off and landing; it is flown as fast as its limits allow,
     3 m/s and 6 m/s^2 unless it says others.
 
-    A plan that was written as .json or .yaml is taken as it is, with its corridor and limits, and certified again.
+    A YAML file may also say how: total time, limits, corridor and more, as the studio saves it; options come first. A
+    plan that was written as .json or .yaml is taken as it is, with its corridor and limits, and certified again.
     """
     from minsnap.files.formats.polynomials import is_polynomials
-    from minsnap.files.waypoints import read_waypoints
+    from minsnap.files.request_yaml import read_request
     from minsnap.planner import plan as plan_path
 
     if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
@@ -51,24 +53,23 @@ def plan(
     if course is not None:
         fly_course(course, planning, destination)
         return
-    given, chosen = read_waypoints(file), planning.arguments()
+    given, chosen = read_request(file), _given(planning)
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
-    found = _closed(given, file, searched) if closed else given
-    if "split" in chosen and not searched:
+    found = _with_corridor(_closed(given, file, searched) if closed else given, planning)
+    if "split" in chosen and not searched and found.total_time is None and not found.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
-    asked = _of_file(found) | chosen
-    if searched:
-        del asked["durations"]
+    asked = _asked(found, chosen, searched)
     with searching(destination.json) as progress:
-        path = plan_path(found.points, closed=closed, on_interrupt="return", **asked, **progress)
-    destination.deliver(path, planning.walls, found.points, limits=planning.limits)
+        path = plan_path(on_interrupt="return", **asked, **progress)
+    destination.deliver(path, found.walls, found.waypoints, limits=asked.get("limits"))
 
 
 def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> Course | None:
     """Return what is flown as a course: a file that describes one, or waypoints with laps, take-off or landing."""
+    from minsnap.files.request_yaml import is_request
     from minsnap.missions.course_file import is_course, read_course
 
-    described = file.suffix.lower() in (".yaml", ".yml") and is_course(file)
+    described = file.suffix.lower() in (".yaml", ".yml") and not is_request(file) and is_course(file)
     if not (described or laps is not None or takeoff or land):
         return None
     course = read_course(file) if described else course_of(file)
@@ -85,9 +86,9 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
     destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, limits=stored.limits)
 
 
-def _closed(given: Waypoints, file: Path, searched: bool) -> Waypoints:
-    """Return the waypoints of a lap, whose last leg must have a duration if the others have theirs."""
-    lap = given.closed()
+def _closed(given: SceneRequest, file: Path, searched: bool) -> SceneRequest:
+    """Return the request of a lap, whose last leg must have a duration if the others have theirs."""
+    lap = given.as_lap()
     if lap.durations is None and given.durations is not None and not searched:
         raise InputError(
             f"{file} has no duration for the leg that closes the lap: append the first waypoint and give one, or --time"
@@ -95,9 +96,32 @@ def _closed(given: Waypoints, file: Path, searched: bool) -> Waypoints:
     return lap
 
 
-def _of_file(found: Waypoints) -> dict[str, Any]:
-    """Return the content of the file, with durations from the average speed if it has none."""
+def _with_corridor(found: SceneRequest, planning: Planning) -> SceneRequest:
+    """Return the request with the half-widths of the option in place of its own."""
+    widths = planning.walls
+    if widths is None:
+        return found
+    return replace(found, corridor=tuple(widths) if isinstance(widths, list) else (widths,) * max(found.legs, 1))
+
+
+def _given(planning: Planning) -> dict[str, Any]:
+    """Return the arguments of the options that differ from their defaults, half-widths left out."""
+    usual = Planning().arguments()
+    given = {name: value for name, value in planning.arguments().items() if value != usual.get(name)}
+    given.pop("corridor", None)
+    return given
+
+
+def _asked(found: SceneRequest, chosen: dict[str, Any], searched: bool) -> dict[str, Any]:
+    """Return the arguments of the file, options in their place, and durations from the average speed without any."""
+    import numpy as np
+
     from minsnap.shapes.straight import leg_durations
 
-    durations = leg_durations(found.points) if found.durations is None else found.durations
-    return {"durations": durations} | ({} if found.yaw is None else {"yaw": found.yaw})
+    asked = found.arguments()
+    if searched:
+        asked = {name: value for name, value in asked.items() if name not in ("durations", "total_time", "limits")}
+    asked = Planning().arguments() | asked | chosen
+    if not asked.keys() & {"durations", "total_time", "time_weight", "limits"}:
+        asked["durations"] = leg_durations(np.array(found.waypoints))
+    return asked

@@ -69,7 +69,7 @@ class Waypoints(ReadOnly):
 
 
 def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
-    """Read waypoints from a CSV or YAML file, by its ending (``.yaml``, ``.yml``; anything else is CSV).
+    """Read waypoints from YAML (``.yaml``, ``.yml``), a QGroundControl mission (``.plan``), or CSV, by the ending.
 
     CSV has a header with ``x,y`` and optionally ``z``, ``yaw`` [rad] or ``yaw [deg]``, and ``duration`` or ``t`` [s];
     plain numbers without a header are x,y or x,y,z. Commas, semicolons, tabs or spaces separate them; capitals, empty
@@ -96,7 +96,11 @@ def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
         If the file is YAML and PyYAML is not there.
     """
     if Path(path).suffix.lower() in (".yaml", ".yml"):
-        return _from_yaml(path)
+        return waypoints_of(f"{path}", load_yaml(path))
+    if Path(path).suffix.lower() == ".plan":
+        from minsnap.files.ground_control import read_mission
+
+        return Waypoints(read_mission(path).points)
     table, units = read_loose_table(path, TABLE)
     missing = [name for name in COLUMNS[:2] if name not in table]
     if missing:
@@ -142,8 +146,21 @@ def _leg_durations(where: str, cells: FloatArray) -> FloatArray | None:
     )
 
 
-def _from_yaml(path: str | os.PathLike[str]) -> Waypoints:
-    content = load_yaml(path)
+def waypoints_of(path: str, content: Any) -> Waypoints:
+    """Return the waypoints of the content of a YAML file.
+
+    Parameters
+    ----------
+    path : str
+        What errors name.
+    content : list or dict
+        As :func:`read_waypoints` describes it.
+
+    Raises
+    ------
+    FileError
+        If it is malformed; says which waypoint.
+    """
     keys = content if isinstance(content, dict) else {"waypoints": content}
     unknown = [key for key in keys if key not in ("waypoints", "yaw", "durations")]
     if unknown or not isinstance(keys.get("waypoints"), list) or not keys["waypoints"]:

@@ -98,7 +98,7 @@ def _is_tube(rows: FloatArray, step: FloatArray) -> bool:
     normals = rows[:, :-1] / np.maximum(np.linalg.norm(rows[:, :-1], axis=1, keepdims=True), 1e-300)
     across = np.abs(normals @ step).max(initial=0.0) < 1e-9 * np.linalg.norm(step)
     paired = (normals @ normals.T).min(axis=1, initial=0.0) < 1e-9 - 1.0
-    return bool(across and paired.all() and np.linalg.matrix_rank(normals) == len(step) - 1)
+    return bool(across and paired.all() and np.linalg.matrix_rank(normals, tol=1e-9) == len(step) - 1)
 
 
 def _ends(start: FloatArray, end: FloatArray) -> FloatArray:

@@ -123,11 +123,6 @@ class Replanner:
         self._beyond: float | None = None
         self._stop_takes = np.inf
 
-    @property
-    def limits(self) -> Limits | None:
-        """The limits that new plans keep, those of the vehicle with them."""
-        return self._limits
-
     def replan(
         self,
         flown: Trajectory,
@@ -266,7 +261,7 @@ class Replanner:
             return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
         task = call.course.task
         inner = moved_inwards(task.walls, task.waypoints, self._clearance)
-        part = near(replace(task, walls=inner), self._horizon, rest, call.splice.rest)
+        part = near(replace(task, walls=inner), self._horizon, rest)
         began = time.perf_counter()
         try:
             better = self._better(call, part, seconds)
@@ -372,8 +367,7 @@ def _all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | No
         raise LimitError(f"limits must be a Limits, not {type(limits).__name__}")
     if vehicle is None:
         return limits
-    others: dict[str, Any] = {} if limits is None else {**limits.given(), "norm": limits.norm}
-    return Limits.of(vehicle, **others)
+    return Limits.of(vehicle, **({} if limits is None else limits.given()))
 
 
 def _chosen(yaw: Any, limits: Limits | None) -> ChosenHeading | None:

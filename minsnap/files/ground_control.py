@@ -1,0 +1,128 @@
+"""Missions of QGroundControl (``.plan``): their waypoints in local coordinates about the home position."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, ReadOnly
+from minsnap.errors import FileError
+from minsnap.files.geodesy import local_positions
+from minsnap.storage.budget import reading, shown
+from minsnap.storage.text import read_text
+
+LARGEST = 64_000_000
+"""Bytes of the largest mission that is read."""
+
+WAYPOINTS = (16, 17, 18, 19, 21, 31, 82)
+"""MAV_CMD_NAV_* that go to a position: waypoint, loiters, land, loiter to altitude, spline waypoint."""
+
+TAKEOFF = 22
+"""MAV_CMD_NAV_TAKEOFF: above home where it gives no position."""
+
+ABOVE_SEA, ABOVE_HOME = (0, 5), (3, 6)
+"""MAV_FRAME_GLOBAL and MAV_FRAME_GLOBAL_RELATIVE_ALT, and their integer forms."""
+
+
+@dataclass(frozen=True, eq=False)
+class GroundControlMission(ReadOnly):
+    """Waypoints of a mission.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        East, north and up of home [m].
+    home : ndarray, shape (3,)
+        Latitude and longitude [degrees], altitude above sea level [m].
+    """
+
+    points: FloatArray
+    home: FloatArray
+
+
+def read_mission(path: str | os.PathLike[str]) -> GroundControlMission:
+    """Read the waypoints of a QGroundControl plan, as east, north and up of its planned home position.
+
+    Every item that flies to a position gives a waypoint (take-off, waypoint, spline waypoint, loiter, land); the
+    transects of a survey count as waypoints; others, such as changes of speed, are left out. Heights are above home or
+    above sea level; heights above terrain are refused. The coordinates are in the plane tangent to the ellipsoid of
+    WGS 84 at home, so that level ground 1 km away lies 8 cm below zero. Equal consecutive waypoints become one.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    GroundControlMission
+
+    Raises
+    ------
+    FileError
+        If the file is no such plan, has fewer than two positions, or an item that cannot be converted; says which.
+    """
+    text = read_text(path, LARGEST)
+    with reading(path, "JSON"):
+        content = json.loads(text)
+    mission = content.get("mission") if isinstance(content, dict) and content.get("fileType") == "Plan" else None
+    if not isinstance(mission, dict) or not isinstance(mission.get("items"), list):
+        raise FileError(f"{path} is no QGroundControl plan: it has no mission with items")
+    home = _coordinates(f"{path}: plannedHomePosition", mission.get("plannedHomePosition"))
+    found = [row for where, item in _simple_items(f"{path}", mission["items"]) for row in _positions(where, item, home)]
+    points = local_positions(np.array(found), home) if found else np.zeros((0, 3))
+    points = points[np.concatenate(([True], (np.diff(points, axis=0) != 0.0).any(axis=1)))] if len(points) else points
+    if len(points) < 2:
+        raise FileError(f"{path} has {len(points)} different positions: a path needs two at least")
+    return GroundControlMission(points, home)
+
+
+def _simple_items(where: str, items: list[Any], depth: int = 0) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield the items that are single commands, those inside of complex ones too, with what errors call them."""
+    for i, item in enumerate(items):
+        name = f"{where}, item {i}"
+        if not isinstance(item, dict):
+            raise FileError(f"{name} is {shown(item)}, not an item of a mission")
+        if item.get("type") == "SimpleItem":
+            yield name, item
+            continue
+        inner = (item.get("TransectStyleComplexItem") or {}).get("Items") or item.get("Items")
+        if not isinstance(inner, list) or depth:
+            kind = shown(item.get("complexItemType", item.get("type")))
+            raise FileError(f"{name} is of type {kind}, which has no list of waypoints: convert it to waypoints first")
+        yield from _simple_items(name, inner, depth + 1)
+
+
+def _positions(where: str, item: Mapping[str, Any], home: FloatArray) -> list[tuple[float, float, float]]:
+    """Return the position that an item flies to: latitude, longitude [degrees] and height above sea [m]; or nothing."""
+    command = item.get("command")
+    if command not in (*WAYPOINTS, TAKEOFF):
+        return []
+    given = item.get("params")
+    if not isinstance(given, list) or len(given) != 7:
+        raise FileError(f"{where} has parameters {shown(given)}: a waypoint has seven")
+    place = home[:2].tolist() if command == TAKEOFF and given[4] in (None, 0) else given[4:6]
+    latitude, longitude, altitude = _coordinates(where, [*place, given[6]]).tolist()
+    return [(latitude, longitude, altitude + _base(where, item.get("frame"), home))]
+
+
+def _base(where: str, frame: Any, home: FloatArray) -> float:
+    """Return the height above sea level that altitudes of a frame are counted from [m]."""
+    if frame in ABOVE_HOME:
+        return float(home[2])
+    if frame in ABOVE_SEA:
+        return 0.0
+    raise FileError(f"{where} gives its altitude in frame {shown(frame)}: use altitudes above home or above sea level")
+
+
+def _coordinates(where: str, given: Any) -> FloatArray:
+    """Return latitude, longitude [degrees] and altitude [m] as an array."""
+    numbers = isinstance(given, list) and len(given) == 3 and all(type(v) in (int, float) for v in given)
+    if not numbers or not np.isfinite(given).all() or abs(given[0]) > 90.0 or abs(given[1]) > 180.0:
+        raise FileError(f"{where} has the coordinates {shown(given)}: give latitude, longitude and altitude")
+    return np.array(given, dtype=np.float64)

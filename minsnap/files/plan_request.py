@@ -1,0 +1,172 @@
+"""A plan as it is asked for: waypoints, times, walls, limits and heading as one value, and as arguments of ``plan``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from minsnap.errors import VehicleError
+
+if TYPE_CHECKING:
+    from minsnap.limits.limits import Limits
+    from minsnap.vehicle.quadrotor import Quadrotor
+
+Point = tuple[float, ...]
+"""Coordinates [m]."""
+
+Box = tuple[Point, Point]
+"""Two opposite corners, the lower one first [m]."""
+
+RESERVE = 0.1
+"""Share of the rotors' room that is left to feedback unless told otherwise."""
+
+VEHICLES = ("crazyflie", "dji_f330", "px4_sih")
+"""Presets of :class:`~minsnap.vehicle.Quadrotor` by name."""
+
+
+@dataclass(frozen=True)
+class SceneRequest:
+    """What :func:`minsnap.plan` is asked for, as plain numbers; two equal requests give the same plan.
+
+    Parameters
+    ----------
+    waypoints : tuple of points
+        [m].
+    durations : tuple of float, or None
+        Seconds of each leg.
+    total_time : float or None
+        Of all legs together [s].
+    limits : tuple of (name, value)
+        Fields of :class:`~minsnap.Limits`, in their units.
+    rotors : float or None
+        Keep the thrust of the rotors of ``vehicle`` within their range, less this reserve in [0, 1).
+    corridor : tuple of float, or None
+        Half-width of the tube around each leg [m].
+    boxes : tuple of Box, or None
+        The box that each leg stays in.
+    room : Box or None
+        The box that all legs stay in.
+    yaw : float, str, tuple of float, or None
+        As ``plan`` takes it.
+    degree, continuity, pieces, closed
+        As ``plan`` takes them.
+    vehicle : str
+        Name of a preset: one of :data:`VEHICLES`; empty for none.
+    frame : str
+        Axes in which the plan is to be written.
+    """
+
+    waypoints: tuple[Point, ...]
+    durations: tuple[float, ...] | None = None
+    total_time: float | None = None
+    limits: tuple[tuple[str, float], ...] = ()
+    rotors: float | None = None
+    corridor: tuple[float, ...] | None = None
+    boxes: tuple[Box, ...] | None = None
+    room: Box | None = None
+    yaw: float | str | tuple[float, ...] | None = None
+    degree: int = 7
+    continuity: int | None = None
+    pieces: int | str = 1
+    closed: bool = False
+    vehicle: str = ""
+    frame: str = "enu"
+
+    @property
+    def legs(self) -> int:
+        """Number of legs."""
+        return len(self.waypoints) - 1
+
+    def as_lap(self) -> SceneRequest:
+        """Return the closed lap: waypoints that do not end where they begin go on to the first one again.
+
+        The leg that is added has the half-width of the last one; durations are left out then.
+        """
+        if self.waypoints[0] == self.waypoints[-1]:
+            return replace(self, closed=True)
+        yaw = (*self.yaw, self.yaw[0]) if isinstance(self.yaw, tuple) else self.yaw
+        corridor = None if self.corridor is None else (*self.corridor, *self.corridor[-1:])
+        points = (*self.waypoints, self.waypoints[0])
+        return replace(self, waypoints=points, durations=None, yaw=yaw, corridor=corridor, closed=True)
+
+    @property
+    def walls(self) -> Any:
+        """Tube, boxes and room together, as ``certify`` takes a corridor; None without any.
+
+        Raises
+        ------
+        CorridorError
+            If one of them is malformed.
+        """
+        from minsnap.corridors.room import Room
+
+        corridor = self._corridor()
+        if self.room is None:
+            return corridor
+        room = Room(*self.room)  # type: ignore[arg-type]
+        return [room] if corridor is None else [corridor, room]
+
+    @property
+    def bounds(self) -> Limits | None:
+        """The limits, those of the rotors among them; None without any.
+
+        Raises
+        ------
+        VehicleError
+            If the rotors of no vehicle are to be kept within their range.
+        """
+        from minsnap.limits.limits import Limits
+
+        if self.rotors is not None:
+            return Limits.of(named_vehicle(self.vehicle), self.rotors, **dict(self.limits))
+        return Limits(**dict(self.limits)) if self.limits else None  # type: ignore[arg-type]
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of ``plan`` that were given, the waypoints among them.
+
+        Raises
+        ------
+        InputError
+            If a wall or a limit is malformed.
+        """
+        asked: dict[str, Any] = {"waypoints": self.waypoints, "durations": self.durations, "yaw": self.yaw}
+        asked |= {"total_time": self.total_time, "limits": self.bounds, "corridor": self._corridor()}
+        asked |= {"room": self.room, "continuity": self.continuity}
+        given = {name: value for name, value in asked.items() if value is not None}
+        return given | {"degree": self.degree, "pieces": self.pieces, "closed": self.closed}
+
+    def _corridor(self) -> Any:
+        """Half-widths where the tube is alone, so that the native core sees the plain problem."""
+        if self.boxes is None:
+            return None if self.corridor is None else _plain(self.corridor)
+        from minsnap.corridors.boxes import Boxes
+        from minsnap.corridors.tubes import Tube
+
+        boxes = Boxes(*_corners(self.boxes))
+        return boxes if self.corridor is None else [Tube(self.corridor), boxes]  # type: ignore[arg-type]
+
+
+def named_vehicle(name: str) -> Quadrotor:
+    """Return the preset of that name.
+
+    Raises
+    ------
+    VehicleError
+        If there is none.
+    """
+    from minsnap.vehicle.quadrotor import Quadrotor
+
+    makers: dict[str, Callable[[], Quadrotor]] = {known: getattr(Quadrotor, known) for known in VEHICLES}
+    if name not in makers:
+        raise VehicleError(f"no vehicle is called {name!r}: choose one of {', '.join(VEHICLES)}")
+    return makers[name]()
+
+
+def _plain(widths: tuple[float, ...]) -> float | list[float]:
+    return widths[0] if len(set(widths)) == 1 else list(widths)
+
+
+def _corners(boxes: tuple[Box, ...]) -> tuple[Any, Any]:
+    lower, upper = zip(*boxes, strict=True)
+    return lower, upper

@@ -1,0 +1,6 @@
+"""The studio: a page in the browser where plans are drawn, dragged and flown. Needs ``minsnap[studio]``."""
+
+from minsnap.studio.showing import show
+from minsnap.studio.studio import Studio
+
+__all__ = ["Studio", "show"]

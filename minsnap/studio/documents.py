@@ -1,0 +1,189 @@
+"""Opening and saving: files and uploads as requests, plans as files of every kind."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.errors import FileError, WaypointError
+from minsnap.files.convert import RATE, written
+from minsnap.files.format import Writing
+from minsnap.files.plan_request import SceneRequest
+from minsnap.files.request_yaml import read_request, write_request
+from minsnap.files.setpoint_csv import write_csv
+from minsnap.studio.edits import straight_durations
+from minsnap.studio.plan_stages import PlannedScene
+from minsnap.studio.working_folder import WorkingFolder
+
+ENDINGS = (".yaml", ".yml", ".csv", ".plan", ".json")
+"""Of the files that can be opened as a scene."""
+
+MOST = 200
+"""Waypoints of the largest scene that a page can show."""
+
+
+@dataclass(frozen=True)
+class ExportKind:
+    """A kind of file that a studio writes.
+
+    Parameters
+    ----------
+    ending : str
+        Of its name.
+    format : str
+        Name of the format for :func:`minsnap.files.convert.written`; empty for requests and figures.
+    """
+
+    ending: str
+    format: str = ""
+
+
+EXPORTS = {
+    "setpoints (CSV)": ExportKind(".csv", "setpoints"),
+    "request (YAML)": ExportKind(".yaml"),
+    "Crazyflie (CSV)": ExportKind(".csv", "crazyflie"),
+    "plan (JSON)": ExportKind(".json", "polynomials"),
+    "figure (PNG)": ExportKind(".png"),
+    "figure (SVG)": ExportKind(".svg"),
+}
+"""By the words of the page."""
+
+
+def example_scene() -> SceneRequest:
+    """Return the scene of a studio that is given no file: the rectangle of 8 by 4 m in 12 s, 0.3 m to each side."""
+    corners = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0))
+    return SceneRequest(corners, total_time=12.0, corridor=(0.3,) * 4, vehicle="dji_f330")
+
+
+def open_scene(path: str | os.PathLike[str]) -> SceneRequest:
+    """Return the scene of a file: a request or waypoints in YAML, waypoints in CSV, or a QGroundControl plan.
+
+    A plan that was written as JSON or YAML gives its waypoints, durations, half-widths and limits. What has no times
+    is timed at 1 m/s per leg.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, its ending is not known, or it has more waypoints than a page can show.
+    WaypointError
+        If its waypoints have two coordinates.
+    """
+    from minsnap.files.formats.polynomials import is_polynomials
+
+    ending = Path(path).suffix.lower()
+    if ending not in ENDINGS:
+        raise FileError(f"{Path(path).name} cannot be opened by its ending: it must be one of {', '.join(ENDINGS)}")
+    request = _of_plan(path) if ending != ".csv" and is_polynomials(path) else read_request(path)
+    if len(request.waypoints) > MOST:
+        raise FileError(f"{Path(path).name} has {len(request.waypoints)} waypoints: the studio shows up to {MOST}")
+    if len(request.waypoints[0]) != 3:
+        raise WaypointError(f"the waypoints of {Path(path).name} have no z: the studio shows three coordinates")
+    return timed(request)
+
+
+def timed(request: SceneRequest) -> SceneRequest:
+    """Return a request that has durations at 1 m/s if nothing else gives its time."""
+    given = (request.durations, request.total_time, request.rotors)
+    if request.limits or any(value is not None for value in given):
+        return request
+    return replace(request, durations=straight_durations(request))
+
+
+def open_upload(name: str, content: bytes, folder: WorkingFolder) -> SceneRequest:
+    """Return the scene of an uploaded file.
+
+    Parameters
+    ----------
+    name : str
+        As the browser says; only its ending is used.
+    content : bytes
+        Of the file.
+    folder : WorkingFolder
+        Where it lies while it is read.
+    """
+    ending = Path(name).suffix.lower()
+    if ending not in ENDINGS:
+        raise FileError(f"a file that ends in {ending[:20]!r} cannot be opened: it must end in {', '.join(ENDINGS)}")
+    with folder.scratch(ending) as path:
+        path.write_bytes(content)
+        return open_scene(path)
+
+
+def save_as(kind: str, scene: PlannedScene | None, request: SceneRequest, path: Path) -> str:
+    """Write a file of one of :data:`EXPORTS`; return a sentence on what it cannot hold, or nothing.
+
+    Raises
+    ------
+    FileError
+        If there is no plan of the request yet, or the file cannot be written.
+    """
+    chosen = EXPORTS[kind]
+    if kind.startswith("request"):
+        write_request(request, path)
+        return ""
+    if scene is None or scene.request != request or not scene.final:
+        raise FileError("there is no final plan of this scene yet: wait for it, or mend what cannot be planned")
+    if kind.startswith("figure"):
+        _draw(scene, path)
+        return ""
+    if kind.startswith("setpoints"):
+        write_csv(scene.trajectory, path, RATE, request.frame)
+        return ""
+    facts: dict[str, Any] = {"waypoints": np.array(request.waypoints), "corridor": request.walls}
+    facts |= {"limits": request.bounds, "command": ("minsnap", "studio")}
+    return written(scene.trajectory, path, chosen.format, RATE, Writing(request.frame, True, facts))[1] or ""
+
+
+def _draw(scene: PlannedScene, path: Path) -> None:
+    from minsnap.plot.figures import plot_overview, save_figure
+
+    request = scene.request
+    how: dict[str, Any] = {"corridor": request.walls, "waypoints": np.array(request.waypoints)}
+    save_figure(plot_overview(scene.trajectory, limits=request.bounds, **how), path)
+
+
+def _of_plan(path: str | os.PathLike[str]) -> SceneRequest:
+    from minsnap.files.formats.polynomials import read_polynomials
+
+    stored = read_polynomials(path)
+    curve = stored.trajectory
+    points = curve(curve.leg_breaks) if stored.waypoints is None else stored.waypoints
+    return scene_of(curve, points, stored.corridor, stored.limits)
+
+
+def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Any = None) -> SceneRequest:
+    """Return the scene of a plan: its waypoints, durations, half-widths, and limits where it is to keep them.
+
+    Raises
+    ------
+    WaypointError
+        If it is not in space, or its waypoints are not as many as its legs need.
+    """
+    points = np.array(curve(curve.leg_breaks) if waypoints is None else waypoints, dtype=np.float64)
+    if points.shape != (curve.legs + 1, 3):
+        raise WaypointError(
+            f"the waypoints have shape {points.shape}: a path of {curve.legs} legs in space has ({curve.legs + 1}, 3)"
+        )
+    rows = tuple(tuple(row) for row in points.tolist())
+    durations = tuple(np.diff(curve.leg_breaks).tolist())
+    bounds = {} if limits is None else {k: v for k, v in limits.given().items() if "rotor" not in k}
+    return replace(
+        SceneRequest(rows, durations, limits=tuple(bounds.items()), degree=curve.degree, pieces=curve.pieces),
+        corridor=_widths(corridor, curve.legs),
+    )
+
+
+def _widths(corridor: Any, legs: int) -> tuple[float, ...] | None:
+    """Return half-widths of the legs where a corridor is such; None for other walls, which a scene cannot hold."""
+    given = getattr(corridor, "half_width", corridor)
+    if given is None or hasattr(given, "walls"):
+        return None
+    try:
+        widths = np.broadcast_to(np.array(given, dtype=np.float64), (legs,))
+    except (TypeError, ValueError):
+        return None
+    return tuple(widths.tolist())

@@ -1,0 +1,250 @@
+"""Edits of a request: pure functions that keep as many widths, boxes, durations and headings as there are legs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import InputError, WaypointError
+from minsnap.files.plan_request import Box, Point, SceneRequest
+
+_Entry = TypeVar("_Entry")
+
+SPEED = 1.0
+"""Average speed that gives a new leg its duration [m/s]."""
+
+WIDTH = 0.3
+"""Half-width of a new tube [m]."""
+
+ROOM_AROUND = 1.0
+"""How far new boxes and rooms reach beyond their waypoints [m]."""
+
+THINNEST = 0.02
+"""Least distance of two opposite faces while one is moved [m]."""
+
+
+def move_waypoint(request: SceneRequest, index: int, position: Sequence[float]) -> SceneRequest:
+    """Return the request with a waypoint at another position [m]; both ends of a closed lap move together."""
+    points = list(request.waypoints)
+    point = tuple(float(value) for value in position)
+    ends = (0, len(points) - 1)
+    joined = request.closed and index in ends
+    for i in ends if joined else (index,):
+        points[i] = point
+    return replace(request, waypoints=tuple(points))
+
+
+def insert_waypoint(request: SceneRequest, index: int) -> SceneRequest:
+    """Return the request with a waypoint in the middle of the leg from waypoint ``index``, or beyond the last one.
+
+    Both halves of the leg keep its width and its box, and share its duration.
+    """
+    points = [np.array(point) for point in request.waypoints]
+    last = len(points) - 1
+    leg = min(index, last - 1)
+    new = (
+        points[last] + (points[last] - points[last - 1]) / 2.0 if index >= last else (points[leg] + points[leg + 1]) / 2
+    )
+    points.insert(index + 1, new)
+    yaw = request.yaw
+    if isinstance(yaw, tuple):
+        yaw = (*yaw[: index + 1], yaw[index], *yaw[index + 1 :])
+    shares = (1.0, 0.5) if index >= last else (0.5, 0.5)
+    changed = replace(request, waypoints=tuple(_plain(point) for point in points), yaw=yaw)
+    return _grown(_with_legs(changed, request, leg, shares))
+
+
+def delete_waypoint(request: SceneRequest, index: int) -> SceneRequest:
+    """Return the request without a waypoint; its two legs become one, with the smaller width and a box around both.
+
+    Raises
+    ------
+    WaypointError
+        If only two are left.
+    """
+    if len(request.waypoints) <= 2:
+        raise WaypointError("a path has two waypoints at least: add one before you delete this")
+    points = request.waypoints[:index] + request.waypoints[index + 1 :]
+    yaw = request.yaw[:index] + request.yaw[index + 1 :] if isinstance(request.yaw, tuple) else request.yaw
+    first, last = max(index - 1, 0), min(index, request.legs - 1)
+    changed = replace(request, waypoints=points, yaw=yaw)
+    if first == last:
+        gone = 0 if index == 0 else request.legs - 1
+        return replace(
+            changed,
+            durations=_without(request.durations, gone),
+            corridor=_without(request.corridor, gone),
+            boxes=_without(request.boxes, gone),
+        )
+    return _joined(changed, request, first)
+
+
+def move_in_order(request: SceneRequest, index: int, step: int) -> SceneRequest:
+    """Return the request with a waypoint exchanged with its neighbour ``step`` away, -1 or 1; legs keep their place."""
+    other = index + step
+    if not 0 <= other < len(request.waypoints):
+        return request
+    order = list(range(len(request.waypoints)))
+    order[index], order[other] = order[other], order[index]
+    yaw = tuple(request.yaw[i] for i in order) if isinstance(request.yaw, tuple) else request.yaw
+    return _grown(replace(request, waypoints=tuple(request.waypoints[i] for i in order), yaw=yaw))
+
+
+def set_width(request: SceneRequest, leg: int, width: float) -> SceneRequest:
+    """Return the request with another half-width of one leg [m]."""
+    widths = request.corridor or (WIDTH,) * request.legs
+    return replace(request, corridor=(*widths[:leg], float(width), *widths[leg + 1 :]))
+
+
+def with_tube(request: SceneRequest, wanted: bool) -> SceneRequest:
+    """Return the request with a tube of 0.3 m around every leg, or without any."""
+    return replace(request, corridor=(WIDTH,) * request.legs if wanted else None)
+
+
+def with_boxes(request: SceneRequest, wanted: bool) -> SceneRequest:
+    """Return the request with a box around every leg, 1 m larger than the leg, or without any."""
+    boxes = tuple(_around(request.waypoints[leg : leg + 2]) for leg in range(request.legs))
+    return replace(request, boxes=boxes if wanted else None)
+
+
+def with_room(request: SceneRequest, wanted: bool) -> SceneRequest:
+    """Return the request with a room around all waypoints, or without any."""
+    return replace(request, room=_around(request.waypoints) if wanted else None)
+
+
+def move_face(box: Box, axis: int, side: int, value: float) -> Box:
+    """Return a box with one of its faces elsewhere.
+
+    Parameters
+    ----------
+    box : Box
+        [m].
+    axis, side : int
+        Which face: axis 0 to 2; side 0 is the lower one.
+    value : float
+        Its new coordinate [m]; it stops 2 cm before the opposite face.
+    """
+    corners = [list(corner) for corner in box]
+    opposite = corners[1 - side][axis]
+    corners[side][axis] = min(value, opposite - THINNEST) if side == 0 else max(value, opposite + THINNEST)
+    return _plain(corners[0]), _plain(corners[1])
+
+
+def replace_box(request: SceneRequest, leg: int | None, box: Box) -> SceneRequest:
+    """Return the request with another box of a leg, or another room where the leg is None."""
+    if leg is None or request.boxes is None:
+        return replace(request, room=box)
+    return replace(request, boxes=(*request.boxes[:leg], box, *request.boxes[leg + 1 :]))
+
+
+def with_time(request: SceneRequest, mode: str, durations: Sequence[float], limits: dict[str, float]) -> SceneRequest:
+    """Return the request timed in another way.
+
+    Parameters
+    ----------
+    request : SceneRequest
+    mode : {"durations", "total time", "limits"}
+        What is given.
+    durations : sequence of float
+        Of the legs, for the first two [s].
+    limits : dict
+        For the third.
+    """
+    times = tuple(float(value) for value in durations)
+    if mode == "limits":
+        kept = request.limits or tuple(limits.items())
+        return replace(request, durations=None, total_time=None, limits=kept)
+    if mode == "total time":
+        return replace(request, durations=None, total_time=sum(times), limits=(), rotors=None)
+    return replace(request, durations=times, total_time=None, limits=(), rotors=None)
+
+
+def set_limit(request: SceneRequest, name: str, value: float | None) -> SceneRequest:
+    """Return the request with another value of a limit, or without it where that is None.
+
+    Raises
+    ------
+    InputError
+        If that would leave a plan within limits without any.
+    """
+    limits = {known: given for known, given in request.limits if known != name}
+    if value is not None:
+        limits[name] = float(value)
+    if not limits and request.rotors is None:
+        raise InputError("the time comes from the limits: keep one of them, or give the time instead")
+    return replace(request, limits=tuple(limits.items()))
+
+
+def set_duration(request: SceneRequest, leg: int, seconds: float) -> SceneRequest:
+    """Return the request with another duration of one leg [s]."""
+    times = request.durations or straight_durations(request)
+    return replace(request, durations=(*times[:leg], float(seconds), *times[leg + 1 :]), total_time=None)
+
+
+def straight_durations(request: SceneRequest) -> tuple[float, ...]:
+    """Return durations of the legs at 1 m/s [s]."""
+    steps = np.diff(np.array(request.waypoints), axis=0)
+    return tuple((np.maximum(np.linalg.norm(steps, axis=1), 0.1) / SPEED).tolist())
+
+
+def _with_legs(changed: SceneRequest, before: SceneRequest, leg: int, shares: tuple[float, float]) -> SceneRequest:
+    """Return the request with what belongs to a leg given to two of them."""
+    durations, corridor, boxes = before.durations, before.corridor, before.boxes
+    if durations is not None:
+        halves = tuple(share * durations[leg] for share in shares)
+        durations = (*durations[:leg], *halves, *durations[leg + 1 :])
+    if corridor is not None:
+        corridor = (*corridor[: leg + 1], *corridor[leg:])
+    if boxes is not None:
+        boxes = (*boxes[: leg + 1], *boxes[leg:])
+    return replace(changed, durations=durations, corridor=corridor, boxes=boxes)
+
+
+def _joined(changed: SceneRequest, before: SceneRequest, leg: int) -> SceneRequest:
+    """Return the request with what belongs to a leg and its successor given to one."""
+    durations, corridor, boxes = before.durations, before.corridor, before.boxes
+    if durations is not None:
+        durations = (*durations[:leg], durations[leg] + durations[leg + 1], *durations[leg + 2 :])
+    if corridor is not None:
+        corridor = (*corridor[:leg], min(corridor[leg : leg + 2]), *corridor[leg + 2 :])
+    if boxes is not None:
+        boxes = (*boxes[:leg], _hull((*boxes[leg], *boxes[leg + 1])), *boxes[leg + 2 :])
+    return replace(changed, durations=durations, corridor=corridor, boxes=boxes)
+
+
+def _grown(request: SceneRequest) -> SceneRequest:
+    """Return the request with boxes that contain the ends of their legs."""
+    if request.boxes is None:
+        return request
+    ends = (_around(request.waypoints[leg : leg + 2]) for leg in range(request.legs))
+    pairs = zip(request.boxes, ends, range(request.legs), strict=True)
+    return replace(
+        request, boxes=tuple(box if _holds(box, request, leg) else _hull((*box, *new)) for box, new, leg in pairs)
+    )
+
+
+def _holds(box: Box, request: SceneRequest, leg: int) -> bool:
+    points = np.array(request.waypoints[leg : leg + 2])
+    return bool((points >= np.array(box[0])).all() and (points <= np.array(box[1])).all())
+
+
+def _around(points: Sequence[Point]) -> Box:
+    lower, upper = _hull(points)
+    return _plain(np.array(lower) - ROOM_AROUND), _plain(np.array(upper) + ROOM_AROUND)
+
+
+def _hull(points: Sequence[Point]) -> Box:
+    values = np.array(points)
+    return _plain(values.min(axis=0)), _plain(values.max(axis=0))
+
+
+def _plain(values: Sequence[float] | FloatArray) -> Point:
+    return tuple(float(value) for value in values)
+
+
+def _without(values: tuple[_Entry, ...] | None, index: int) -> tuple[_Entry, ...] | None:
+    return None if values is None else values[:index] + values[index + 1 :]

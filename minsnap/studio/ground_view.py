@@ -1,0 +1,74 @@
+"""What stands still in the scene: the ground grid, the axes with their names, obstacles, the scale of speeds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.frames import get_frame
+from minsnap.studio.obstacles import Obstacles
+
+AXES = {
+    "enu": ("x East", "y North", "z Up"),
+    "ned": ("x North", "y East", "z Down"),
+    "flu": ("x Forward", "y Left", "z Up"),
+    "frd": ("x Forward", "y Right", "z Down"),
+    "optitrack": ("x", "y Up", "z"),
+}
+"""Names of the axes of every frame."""
+
+COLOURS = ((213, 0, 0), (0, 140, 0), (0, 60, 220))
+OBSTACLE = (134, 96, 62)
+
+
+class GroundView:
+    """Grid, axes and obstacles.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where they are drawn.
+    """
+
+    def __init__(self, server: Any) -> None:
+        self._server = server
+        server.scene.world_axes.visible = False
+        self._labels: list[Any] = []
+        self._frame = ""
+        self._place: tuple[float, tuple[float, ...]] = (0.0, ())
+
+    def show(self, frame: str, points: FloatArray) -> None:
+        """Draw the ground under the waypoints, shape (n, 3) [m], and the axes of a frame."""
+        centre, size = points.mean(axis=0), float(np.ceil(2.0 * np.ptp(points, axis=0)[:2].max() + 8.0))
+        middle = (float(np.round(centre[0])), float(np.round(centre[1])), 0.0)
+        cells = {"cell_size": 1.0, "section_size": 5.0, "cell_color": (222, 226, 230), "section_color": (173, 181, 189)}
+        if self._place != (size, middle):
+            self._place = size, middle
+            self._server.scene.add_grid("/ground", size, size, position=middle, shadow_opacity=0.0, **cells)
+        if frame != self._frame:
+            self._show_axes(frame)
+
+    def show_obstacles(self, obstacles: Obstacles) -> None:
+        """Draw occupied cells and points."""
+        if len(obstacles.boxes):
+            vertices, faces = obstacles.surface()
+            look = {"color": OBSTACLE, "opacity": 0.55, "flat_shading": True, "side": "double"}
+            self._server.scene.add_mesh_simple("/obstacles/cells", vertices, faces, **look)
+        if len(obstacles.points):
+            how = {"point_size": obstacles.point_size, "point_shape": "rounded"}
+            self._server.scene.add_point_cloud("/obstacles/points", obstacles.points, OBSTACLE, **how)
+
+    def _show_axes(self, frame: str) -> None:
+        for label in self._labels:
+            label.remove()
+        directions = get_frame(frame).matrix
+        ends = np.stack([np.zeros((3, 3)), directions], axis=1)
+        colours = np.repeat(np.array(COLOURS, dtype=np.uint8)[:, None], 2, axis=1)
+        how = {"thickness": 4.0, "thickness_units": "screen"}
+        self._server.scene.add_line_segments("/axes", ends, colours, **how)
+        add = self._server.scene.add_label
+        names = AXES[get_frame(frame).name]
+        self._labels = [add(f"/axes/{i}", f"{name} [m]", position=1.1 * directions[i]) for i, name in enumerate(names)]
+        self._frame = frame

@@ -1,0 +1,134 @@
+"""Obstacles that a page shows: the occupied cells of a grid, or the points of a cloud."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.errors import FileError, InputError
+from minsnap.files.waypoints import read_waypoints
+from minsnap.storage.archive import read_archive
+from minsnap.studio.wall_shapes import box_surface
+
+MOST_CELLS = 200_000
+"""Occupied cells of the largest grid that is shown."""
+
+MOST_POINTS = 200_000
+"""Points that are shown of a cloud; of larger ones every n-th."""
+
+ENDINGS = (".npz", ".csv")
+"""Of files of obstacles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacles(ReadOnly):
+    """What is to be shown.
+
+    Parameters
+    ----------
+    boxes : ndarray, shape (m, 2, 3)
+        Corners of occupied columns of cells [m].
+    points : ndarray, shape (n, 3)
+        [m].
+    point_size : float
+        [m].
+    """
+
+    boxes: FloatArray
+    points: FloatArray
+    point_size: float = 0.05
+
+    def surface(self) -> tuple[FloatArray, IntArray]:
+        """Return the boxes as vertices (8 m, 3) [m] and triangles (12 m, 3)."""
+        parts = [box_surface((tuple(low), tuple(high))) for low, high in self.boxes.tolist()]
+        faces = np.concatenate([faces + 8 * i for i, (_, faces) in enumerate(parts)])
+        return np.concatenate([vertices for vertices, _ in parts]), faces
+
+
+def cloud(points: npt.ArrayLike) -> Obstacles:
+    """Return a point cloud, shape (n, 3) [m], thinned if it is large.
+
+    Raises
+    ------
+    InputError
+        If it has another shape or is not finite.
+    """
+    values = np.asarray(points, dtype=np.float64)
+    if values.ndim != 2 or values.shape[1] != 3 or not len(values) or not np.isfinite(values).all():
+        raise InputError(f"a point cloud has shape (n, 3) and finite coordinates, not shape {values.shape}")
+    step = -(-len(values) // MOST_POINTS)
+    size = 0.004 * float(max(np.ptp(values, axis=0).max(), 1.0))
+    return Obstacles(np.zeros((0, 2, 3)), values[::step], size)
+
+
+def grid(occupancy: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayLike | None = None) -> Obstacles:
+    """Return the occupied cells of a grid, as :func:`minsnap.corridor_from_grid` takes it.
+
+    Cells that follow each other along z become one box; a grid of two axes stands 1 m high on the ground.
+
+    Parameters
+    ----------
+    occupancy : array_like, shape (nx, ny) or (nx, ny, nz)
+        0 where free.
+    resolution : float or array_like
+        Side of a cell [m].
+    origin : array_like, optional
+        Outer corner of the first cell [m]; zero unless given.
+
+    Raises
+    ------
+    InputError
+        If an array has another shape, or too many cells are occupied.
+    """
+    taken = np.asarray(occupancy) != 0
+    if taken.ndim not in (2, 3):
+        raise InputError(f"an occupancy grid has 2 or 3 axes, not {taken.ndim}")
+    side = np.broadcast_to(np.asarray(resolution, dtype=np.float64), (taken.ndim,))
+    corner = np.zeros(taken.ndim) if origin is None else np.asarray(origin, dtype=np.float64).reshape(-1)
+    if len(corner) != taken.ndim or not np.isfinite(corner).all() or not (np.isfinite(side) & (side > 0.0)).all():
+        raise InputError(
+            "the grid needs a positive cell size and a finite origin of as many coordinates as it has axes"
+        )
+    if taken.ndim == 2:
+        taken, side, corner = taken[:, :, None], np.append(side, 1.0), np.append(corner, 0.0)
+    if taken.sum() > MOST_CELLS:
+        raise InputError(f"{int(taken.sum())} cells are occupied: the studio shows up to {MOST_CELLS}")
+    return Obstacles(corner + side * _columns(taken), np.zeros((0, 3)))
+
+
+def read_obstacles(path: str | os.PathLike[str]) -> Obstacles:
+    """Read obstacles: x,y,z CSV; or an ``.npz`` archive of ``points``, or of ``occupancy``, ``resolution``, ``origin``.
+
+    Raises
+    ------
+    FileError
+        If the file is neither.
+    """
+    if Path(path).suffix.lower() == ".csv":
+        return cloud(read_waypoints(path).points)
+    if Path(path).suffix.lower() != ".npz":
+        raise FileError(f"{Path(path).name} holds no obstacles by its ending: it must be one of {', '.join(ENDINGS)}")
+    content: dict[str, Any] = read_archive(path)
+    try:
+        if "points" in content:
+            return cloud(content["points"])
+        return grid(content["occupancy"], content["resolution"], content.get("origin"))
+    except KeyError:
+        raise FileError(f"{path} needs an array called points, or two called occupancy and resolution") from None
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+
+
+def _columns(taken: npt.NDArray[np.bool_]) -> FloatArray:
+    """Return runs of occupied cells along the last axis as corners in cells, shape (m, 2, 3)."""
+    padded = np.pad(taken, ((0, 0), (0, 0), (1, 1))).astype(np.int8)
+    change = np.diff(padded, axis=2)
+    starts, ends = np.argwhere(change == 1), np.argwhere(change == -1)
+    upper = ends + [1, 1, 0]
+    return np.stack([starts, upper], axis=1).astype(np.float64)

@@ -1,0 +1,95 @@
+"""Inputs of a page: values that browsers change, and that follow the document."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from html import escape
+from typing import Any, Protocol
+
+from minsnap.files.plan_request import SceneRequest
+
+Change = Callable[[SceneRequest], SceneRequest]
+"""Returns the document after an edit."""
+
+
+class Editor(Protocol):
+    """What the parts of a page edit with."""
+
+    def edit(self, change: Change, subject: str = "", held: bool = False) -> None:
+        """Edit the document; what is refused is shown to the user."""
+
+    def attempt(self, act: Callable[[], None]) -> None:
+        """Do something; what is refused is shown to the user."""
+
+    def pause(self) -> None:
+        """End a drag."""
+
+    def undo(self) -> None:
+        """Take the last edit back."""
+
+    def redo(self) -> None:
+        """Do it again."""
+
+    def later(self, act: Callable[[], None]) -> None:
+        """Do something that takes long, without keeping the page waiting; what is refused is shown."""
+
+
+def when_changed(handle: Any, act: Callable[[Any], None]) -> Any:
+    """Call ``act`` with every value that a browser gives an input; return the input.
+
+    Values that the program sets itself are not reported. The calls come from the event loop, in the order in which
+    browsers sent them.
+    """
+
+    async def changed(event: Any) -> None:
+        if event.client_id is not None:
+            act(event.target.value)
+
+    handle.on_update(changed)
+    return handle
+
+
+def when_clicked(button: Any, act: Callable[[Any], None]) -> Any:
+    """Call ``act`` with the browser's handle at every click of a button; return the button."""
+
+    async def clicked(event: Any) -> None:
+        if event.client is not None:
+            act(event.client)
+
+    button.on_click(clicked)
+    return button
+
+
+def follow(handle: Any, value: Any) -> None:
+    """Give an input the value of the document; a slider is made longer if it has to be."""
+    if handle.value == value:
+        return
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        low, high = getattr(handle, "min", None), getattr(handle, "max", None)
+        if high is not None and value > high:
+            handle.max = 2.0 * value
+        if low is not None and value < low:
+            handle.min = value
+    handle.value = value
+
+
+def sentence(text: str, kind: str = "note") -> str:
+    """Return text as HTML in which nothing is evaluated: in red for ``"refusal"``, grey for ``"note"``."""
+    colour = {"refusal": "#c92a2a", "good": "#2b8a3e"}.get(kind, "#868e96")
+    return f'<div style="color:{colour};font-size:0.85em;padding:0 0.8em 0.3em">{escape(text)}</div>'
+
+
+def table(rows: Sequence[tuple[str, str]]) -> str:
+    """Return names and values as an HTML table."""
+    cells = "".join(
+        f'<tr><td style="color:#868e96;padding-right:1em">{escape(name)}</td><td>{escape(value)}</td></tr>'
+        for name, value in rows
+    )
+    return f'<table style="font-size:0.85em;margin:0 0.8em;font-variant-numeric:tabular-nums">{cells}</table>'
+
+
+def copyable(text: str) -> str:
+    """Return text as HTML with a button that copies it."""
+    copy = "navigator.clipboard.writeText(this.nextElementSibling.textContent)"
+    style = "white-space:pre-wrap;user-select:all;font-size:0.8em;max-height:20em;overflow:auto"
+    return f'<button onclick="{copy}">Copy</button><pre style="{style}">{escape(text)}</pre>'

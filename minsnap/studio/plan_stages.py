@@ -1,0 +1,145 @@
+"""Plans of a request one after the other: a quick one where the search takes long, then the one that was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.certificate import Certificate, certify
+from minsnap.errors import MinsnapError
+from minsnap.files.plan_request import SceneRequest
+from minsnap.limits.kinds import KIND
+from minsnap.limits.limits import Limits
+from minsnap.planner import plan
+from minsnap.studio.edits import straight_durations
+from minsnap.trajectory.report import Step
+from minsnap.trajectory.trajectory import Trajectory
+
+STRETCHES = 6
+"""Attempts at slowing a quick plan down until its limits hold."""
+
+SLACK = 1e-6
+"""By how much more it is slowed down, relative."""
+
+
+class Superseded(Exception):  # noqa: N818
+    """A newer request has arrived: raised inside a search to end it; never leaves the studio."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedScene:
+    """A plan with its request.
+
+    Parameters
+    ----------
+    request : SceneRequest
+        What was asked for.
+    trajectory : Trajectory
+        What was found.
+    certificate : Certificate
+        What holds of it.
+    final : bool
+        Whether it is what ``plan`` returns for the request; False while a better one is searched.
+    milliseconds : float
+        From the request to this plan.
+    """
+
+    request: SceneRequest
+    trajectory: Trajectory
+    certificate: Certificate
+    final: bool
+    milliseconds: float
+
+
+def planned_in_stages(
+    request: SceneRequest, durations: FloatArray | None, superseded: Callable[[], bool]
+) -> Iterator[PlannedScene]:
+    """Plan a request.
+
+    Where durations are searched within limits, the first plan has the durations of the last one, as often stretched as
+    the limits need, so that it is there in milliseconds; every plan is certified.
+
+    Parameters
+    ----------
+    request : SceneRequest
+    durations : ndarray, shape (legs,), or None
+        Of the last plan [s].
+    superseded : callable
+        Whether a newer request is there; it is asked during the search.
+
+    Yields
+    ------
+    PlannedScene
+        The last one is what :func:`minsnap.plan` returns.
+
+    Raises
+    ------
+    MinsnapError
+        What ``plan`` raises.
+    Superseded
+        If a newer request has arrived.
+    """
+    began = perf_counter()
+    arguments = request.arguments()
+    limits: Limits | None = arguments.get("limits")
+    if limits is not None and request.durations is None and request.total_time is None:
+        quick = _quick_plan(request, dict(arguments), limits, durations)
+        if quick is not None:
+            yield _certified(request, quick, limits, False, began)
+    if superseded():
+        raise Superseded
+    curve = plan(**arguments, progress=_ender(superseded)) if _searches(arguments) else plan(**arguments)
+    yield _certified(request, curve, limits, True, began)
+
+
+def _certified(
+    request: SceneRequest, curve: Trajectory, limits: Limits | None, final: bool, began: float
+) -> PlannedScene:
+    certificate = certify(curve, waypoints=request.waypoints, corridor=request.walls, limits=limits)
+    return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
+
+
+def _searches(arguments: dict[str, Any]) -> bool:
+    return arguments.get("durations") is None
+
+
+def _ender(superseded: Callable[[], bool]) -> Callable[[Step], None]:
+    def end(step: Step) -> None:
+        if superseded():
+            raise Superseded
+
+    return end
+
+
+def _quick_plan(
+    request: SceneRequest, arguments: dict[str, Any], limits: Limits, durations: FloatArray | None
+) -> Trajectory | None:
+    """Plan with the durations given, as often stretched as the limits need; None if that does not end."""
+    times = np.array(straight_durations(request) if durations is None else durations)
+    if len(times) != request.legs:
+        times = np.array(straight_durations(request))
+    del arguments["limits"]
+    arguments["pieces"] = 1
+    try:
+        for attempt in range(STRETCHES):
+            curve = plan(**arguments | {"durations": times})
+            factor = max(_stretch(used.name, used.fraction) for used in limits.utilisation(curve))
+            if factor <= 1.0 and (attempt or factor > 1.0 - SLACK):
+                return curve
+            times = times * (factor * (1.0 + SLACK))
+    except MinsnapError:
+        return None
+    return None
+
+
+def _stretch(name: str, fraction: float) -> float:
+    """Return the factor on time that uses a limit fully: exact for norms of derivatives, a guess for the others."""
+    kind = KIND[name]
+    if kind.order:
+        return float(fraction ** (1.0 / kind.order))
+    return float(min(max(fraction, 0.9), 4.0) ** 0.5)

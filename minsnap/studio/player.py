@@ -1,0 +1,75 @@
+"""The clock of a page: the time slider, and the flight of the vehicle along the plan."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from time import monotonic
+from typing import Any
+
+from minsnap.studio.page_inputs import follow, when_changed
+
+PERIOD = 0.05
+"""Seconds between two poses of a flying vehicle."""
+
+
+class Player:
+    """A time in the duration of the plan.
+
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where its inputs are added, in the present container.
+    moved : callable
+        Called with the time [s] when it has changed.
+    """
+
+    def __init__(self, gui: Any, moved: Callable[[float], None]) -> None:
+        self._moved = moved
+        self.now, self._duration = 0.0, 1.0
+        self._slider = gui.add_slider("Time [s]", min=0.0, max=1.0, step=0.01, initial_value=0.0)
+        when_changed(self._slider, self._set)
+        self._flying = threading.Event()
+        self._closed = threading.Event()
+        when_changed(gui.add_checkbox("Fly along the plan", False), self._fly)
+        self._thread = threading.Thread(target=self._run, name="studio clock", daemon=True)
+        self._thread.start()
+
+    def show(self, duration: float) -> None:
+        """Take up the duration of another plan [s]; the time stays where it is, or at the end."""
+        self._duration = duration
+        self.now = min(self.now, duration)
+        if self._slider.max != duration:
+            if self._slider.value > duration:
+                self._slider.value = self.now
+            self._slider.max = duration
+
+    def seek(self, now: float) -> None:
+        """Go to a time [s]."""
+        self._set(min(max(now, 0.0), self._duration))
+        follow(self._slider, round(self.now, 2))
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closed.set()
+        self._flying.set()
+        self._thread.join(1.0)
+
+    def _set(self, now: float) -> None:
+        self.now = min(float(now), self._duration)
+        self._moved(self.now)
+
+    def _fly(self, wanted: bool) -> None:
+        (self._flying.set if wanted else self._flying.clear)()
+
+    def _run(self) -> None:
+        before = monotonic()
+        while not self._closed.wait(PERIOD):
+            waited = not self._flying.is_set()
+            self._flying.wait()
+            if self._closed.is_set():
+                return
+            elapsed, before = (0.0 if waited else monotonic() - before), monotonic()
+            self.now = (self.now + elapsed) % self._duration
+            follow(self._slider, round(self.now, 2))
+            self._moved(self.now)

@@ -1,0 +1,73 @@
+"""A request as Python and as a command line that give exactly the same plan."""
+
+from __future__ import annotations
+
+import shlex
+from typing import Any
+
+from minsnap.files.plan_request import SceneRequest
+from minsnap.files.request_yaml import request_text
+
+END = "END_OF_REQUEST"
+"""The line that ends the text of the request in a shell."""
+
+
+def as_python(request: SceneRequest) -> str:
+    """Return a script that plans a request and leaves it in ``trajectory``; numbers are written exactly."""
+    arguments = {
+        "total_time": request.total_time,
+        "durations": _list(request.durations),
+        "limits": _limits(request),
+        "corridor": _corridor(request),
+        "room": None if request.room is None else repr(request.room),
+        "yaw": _list(request.yaw),
+        "degree": request.degree if request.degree != 7 else None,
+        "continuity": request.continuity,
+        "pieces": repr(request.pieces) if request.pieces != 1 else None,
+        "closed": True if request.closed else None,
+    }
+    given = [f"    {name}={value}," for name, value in arguments.items() if value is not None]
+    points = [f"    {point!r}," for point in request.waypoints]
+    head = ["import minsnap"] + (["from minsnap.vehicle import Quadrotor"] if request.rotors is not None else [])
+    return "\n".join(
+        [*head, "", "waypoints = [", *points, "]", "trajectory = minsnap.plan(", "    waypoints,", *given, ")", ""]
+    )
+
+
+def as_command(request: SceneRequest, output: str = "setpoints.csv") -> str:
+    """Return shell commands that write the request to a file and plan it.
+
+    Parameters
+    ----------
+    request : SceneRequest
+    output : str
+        Name of the file of setpoints; that of the request has the ending ``.yaml`` instead.
+    """
+    stem = output.removesuffix(".csv")
+    file, target = shlex.quote(f"{stem}.yaml"), shlex.quote(f"{stem}.csv")
+    frame = f" --frame {request.frame}" if request.frame != "enu" else ""
+    return f"cat > {file} <<'{END}'\n{request_text(request)}{END}\nminsnap plan {file}{frame} -o {target}\n"
+
+
+def _list(value: Any) -> str | None:
+    if value is None:
+        return None
+    return repr(list(value)) if isinstance(value, tuple) else repr(value)
+
+
+def _limits(request: SceneRequest) -> str | None:
+    fields = ", ".join(f"{name}={value!r}" for name, value in request.limits)
+    if request.rotors is None:
+        return f"minsnap.Limits({fields})" if fields else None
+    vehicle = f"Quadrotor.{request.vehicle}(), reserve={request.rotors!r}"
+    return f"minsnap.Limits.of({vehicle}{', ' if fields else ''}{fields})"
+
+
+def _corridor(request: SceneRequest) -> str | None:
+    widths = request.corridor
+    tube = None if widths is None else repr(widths[0] if len(set(widths)) == 1 else list(widths))
+    if request.boxes is None:
+        return tube
+    lower, upper = (repr([corners[side] for corners in request.boxes]) for side in (0, 1))
+    boxes = f"minsnap.Boxes({lower}, {upper})"
+    return boxes if tube is None else f"[minsnap.Tube({list(widths or ())!r}), {boxes}]"

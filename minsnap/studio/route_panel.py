@@ -1,0 +1,126 @@
+"""The part of the panel about the route: waypoints, and where the vehicle looks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import degrees, radians
+from typing import Any
+
+from minsnap.files.plan_request import SceneRequest
+from minsnap.studio.edits import delete_waypoint, insert_waypoint, move_in_order, move_waypoint
+from minsnap.studio.page_inputs import Editor, follow, when_changed
+from minsnap.studio.workbench import BenchState
+
+HEADINGS = ("fixed", "per waypoint", "velocity", "tilt")
+"""Ways to give the heading."""
+
+ORDER = ("Add after", "Delete", "Earlier", "Later")
+"""What can be done with a waypoint."""
+
+
+class RoutePanel:
+    """Rows of waypoints, buttons that change their number and order, heading.
+
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where it is added, in the present container.
+    editor : Editor
+        What inputs edit.
+    """
+
+    def __init__(self, gui: Any, editor: Editor) -> None:
+        self._gui, self._editor = gui, editor
+        self._folder = gui.add_folder("Waypoints [m]")
+        self._rows: list[Any] = []
+        self._chosen = gui.add_number("Waypoint", 0, min=0, step=1)
+        self._order = gui.add_button_group("Order", ORDER)
+        self._order.on_click(self._reorder)
+        self._closed = when_changed(gui.add_checkbox("Closed lap, at speed", False), self._set_closed)
+        self._heading = when_changed(gui.add_dropdown("Heading", HEADINGS), self._set_heading)
+        self._angle = when_changed(gui.add_number("Angle [degrees]", 0.0, step=1.0), self._set_angle)
+        self._angles = gui.add_folder("Headings [degrees]", visible=False)
+        self._turns: list[Any] = []
+
+    def show(self, state: BenchState) -> None:
+        """Show the waypoints and the heading of the document."""
+        request = state.request
+        self._show_rows(request)
+        follow(self._closed, request.closed)
+        follow(self._heading, _heading(request))
+        self._angle.visible = _heading(request) == "fixed"
+        if isinstance(request.yaw, float):
+            follow(self._angle, round(degrees(request.yaw), 9))
+        self._show_turns(request.yaw if isinstance(request.yaw, tuple) else ())
+
+    def _show_rows(self, request: SceneRequest) -> None:
+        while len(self._rows) > len(request.waypoints):
+            self._rows.pop().remove()
+        with self._folder:
+            while len(self._rows) < len(request.waypoints):
+                self._rows.append(self._row(len(self._rows), request.waypoints[len(self._rows)]))
+        for row, point in zip(self._rows, request.waypoints, strict=True):
+            follow(row, point)
+
+    def _row(self, index: int, point: Any) -> Any:
+        def move(value: Any) -> None:
+            self._editor.edit(lambda request: move_waypoint(request, index, value), f"waypoint {index}")
+
+        return when_changed(self._gui.add_vector3(f"{index}", point, step=0.05), move)
+
+    async def _reorder(self, event: Any) -> None:
+        if event.client_id is None:
+            return
+        index, what = int(self._chosen.value), event.target.value
+        change = {
+            ORDER[0]: lambda request: insert_waypoint(request, _within(request, index)),
+            ORDER[1]: lambda request: delete_waypoint(request, _within(request, index)),
+            ORDER[2]: lambda request: move_in_order(request, _within(request, index), -1),
+            ORDER[3]: lambda request: move_in_order(request, _within(request, index), 1),
+        }[what]
+        self._editor.edit(change)
+
+    def _set_closed(self, wanted: bool) -> None:
+        self._editor.edit(lambda request: request.as_lap() if wanted else replace(request, closed=False))
+
+    def _set_heading(self, kind: str) -> None:
+        def change(request: SceneRequest) -> SceneRequest:
+            fixed = request.yaw if isinstance(request.yaw, float) else 0.0
+            each = (fixed,) * len(request.waypoints)
+            chosen: dict[str, float | tuple[float, ...]] = {"fixed": fixed, "per waypoint": each}
+            return replace(request, yaw=chosen.get(kind, kind))
+
+        self._editor.edit(change)
+
+    def _set_angle(self, value: float) -> None:
+        self._editor.edit(lambda request: replace(request, yaw=radians(value)), "heading")
+
+    def _show_turns(self, yaw: tuple[float, ...]) -> None:
+        self._angles.visible = bool(yaw)
+        while len(self._turns) > len(yaw):
+            self._turns.pop().remove()
+        with self._angles:
+            while len(self._turns) < len(yaw):
+                self._turns.append(self._turn(len(self._turns)))
+        for handle, value in zip(self._turns, yaw, strict=True):
+            follow(handle, round(degrees(value), 9))
+
+    def _turn(self, index: int) -> Any:
+        def turn(value: float) -> None:
+            def change(request: SceneRequest) -> SceneRequest:
+                given = request.yaw if isinstance(request.yaw, tuple) else ()
+                return replace(request, yaw=(*given[:index], radians(value), *given[index + 1 :]))
+
+            self._editor.edit(change, f"heading {index}")
+
+        return when_changed(self._gui.add_number(f"{index}", 0.0, step=1.0), turn)
+
+
+def _heading(request: SceneRequest) -> str:
+    if isinstance(request.yaw, tuple):
+        return HEADINGS[1]
+    return request.yaw if isinstance(request.yaw, str) else HEADINGS[0]
+
+
+def _within(request: SceneRequest, index: int) -> int:
+    return min(max(index, 0), len(request.waypoints) - 1)

@@ -1,0 +1,256 @@
+"""A studio: the page of a scene, its planning, and everything in between."""
+
+from __future__ import annotations
+
+import threading
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.errors import MinsnapError
+from minsnap.files.plan_request import SceneRequest, named_vehicle
+from minsnap.studio.charts import Charts
+from minsnap.studio.corridor_panel import CorridorPanel
+from minsnap.studio.file_panel import FilePanel
+from minsnap.studio.ground_view import GroundView
+from minsnap.studio.obstacles import Obstacles
+from minsnap.studio.page_inputs import Change
+from minsnap.studio.page_server import LOOPBACK, PORT, start_server, stop_server
+from minsnap.studio.path_view import PathView
+from minsnap.studio.plan_drawing import pose_at, profiles_of
+from minsnap.studio.plan_stages import PlannedScene
+from minsnap.studio.player import Player
+from minsnap.studio.route_panel import RoutePanel
+from minsnap.studio.speed_legend import SpeedLegend
+from minsnap.studio.status_panel import StatusPanel
+from minsnap.studio.time_panel import TimePanel
+from minsnap.studio.vehicle_panel import DRAWN, VehiclePanel
+from minsnap.studio.vehicle_view import VehicleView
+from minsnap.studio.wall_view import WallView
+from minsnap.studio.waypoint_view import WaypointView
+from minsnap.studio.workbench import BenchState, Workbench
+from minsnap.studio.working_folder import WorkingFolder
+from minsnap.trajectory.trajectory import Trajectory
+
+
+class Studio:
+    """A page that shows and edits a scene, for every browser that opens its address.
+
+    Parameters
+    ----------
+    request : SceneRequest
+        The scene at first.
+    folder : str or path
+        Where its files are saved.
+    host, port
+        Address to listen on; port 0 is any that is free.
+    planned : PlannedScene, optional
+        A plan of the scene that is there already.
+    obstacles : Obstacles, optional
+        To be shown.
+
+    Raises
+    ------
+    LinkError
+        If it cannot listen there.
+    ImportError
+        If viser is not there.
+    """
+
+    def __init__(
+        self,
+        request: SceneRequest,
+        folder: str | WorkingFolder = ".",
+        host: str = LOOPBACK,
+        port: int = PORT,
+        planned: PlannedScene | None = None,
+        obstacles: Obstacles | None = None,
+    ) -> None:
+        self._folder = folder if isinstance(folder, WorkingFolder) else WorkingFolder(folder)
+        self._server: Any = start_server(host, port)
+        self.url = f"http://{host}:{self._server.get_port()}"
+        self._closed = threading.Event()
+        self._lock = threading.RLock()
+        self._bench: Workbench | None = None
+        self._shown: BenchState = BenchState(request, planned)
+        self._profiled: tuple[Any, ...] = ()
+        self._build()
+        self._look_at(np.array(request.waypoints))
+        if obstacles is not None:
+            self._ground.show_obstacles(obstacles)
+        self._bench = Workbench(request, self._show, planned)
+
+    @property
+    def request(self) -> SceneRequest:
+        """The scene as it is edited."""
+        return self._shown.request
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """The last good plan."""
+        return None if self._shown.planned is None else self._shown.planned.trajectory
+
+    @property
+    def folder(self) -> Path:
+        """Where files are saved."""
+        return self._folder.path
+
+    @property
+    def now(self) -> float:
+        """The time of the vehicle and of the cursors [s]."""
+        return self._player.now
+
+    def seek(self, now: float) -> None:
+        """Show the vehicle and the cursors at an instant [s]."""
+        self._player.seek(now)
+
+    def edit(self, change: Change, subject: str = "", held: bool = False) -> None:
+        """Change the scene; what is refused is shown on the page."""
+        self.attempt(lambda: self._working.edit(change, subject, held))
+
+    def pause(self) -> None:
+        """End a drag: what follows is undone on its own."""
+        self._working.pause()
+
+    def undo(self) -> None:
+        """Take the last edit back."""
+        self._working.undo()
+
+    def redo(self) -> None:
+        """Do the edit again that was taken back last."""
+        self._working.redo()
+
+    def attempt(self, act: Callable[[], None]) -> None:
+        """Do something; show on the page why it is refused."""
+        said = ""
+        try:
+            act()
+        except (MinsnapError, OSError, ImportError) as error:
+            said = f"{error}"
+        except Exception:
+            traceback.print_exc()
+            said = "this failed in an unexpected way: the terminal says more"
+        with self._lock:
+            if not self._closed.is_set():
+                self._status.say(said)
+
+    def later(self, act: Callable[[], None]) -> None:
+        """Do something in a thread of its own; show on the page why it is refused."""
+        threading.Thread(target=self.attempt, args=(act,), name="studio task", daemon=True).start()
+
+    def wait(self, timeout: float = 30.0) -> bool:
+        """Wait until the scene is planned or refused; return whether that is so within this time [s]."""
+        return self._working.wait(timeout)
+
+    def wait_until_closed(self, timeout: float | None = None) -> bool:
+        """Wait until the studio is closed; return whether it is."""
+        return self._closed.wait(timeout)
+
+    def close(self) -> None:
+        """End the page and the planning."""
+        with self._lock:  # what is being shown comes to its end, and nothing is shown from now on
+            if self._closed.is_set():
+                return
+            self._closed.set()
+        self._player.close()
+        self._working.close()
+        stop_server(self._server)
+
+    @property
+    def _working(self) -> Workbench:
+        assert self._bench is not None
+        return self._bench
+
+    def _build(self) -> None:
+        server, gui = self._server, self._server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
+        gui.set_panel_label("minsnap studio: plans in a corridor")
+        gui.main_panel.dock_right()
+        server.scene.configure_default_lights(cast_shadow=False)
+        self._ground, self._path = GroundView(server), PathView(server)
+        self._walls, self._waypoints = WallView(server, self), WaypointView(server, self)
+        self._vehicle = VehicleView(server)
+        self._status, self._player = StatusPanel(gui, self), Player(gui, self._point_at)
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Route"):
+            self._route = RoutePanel(gui, self)
+        with tabs.add_tab("Corridor"):
+            self._corridor = CorridorPanel(gui, self, self._walls)
+        with tabs.add_tab("Time"):
+            self._time = TimePanel(gui, self)
+        with tabs.add_tab("Vehicle"):
+            self._flying = VehiclePanel(gui, self, self._path, lambda: self._shown)
+        with tabs.add_tab("Files"):
+            FilePanel(gui, self, self._folder, lambda: self._shown, self._ground.show_obstacles)
+        self._build_plots(gui)
+
+    def _build_plots(self, gui: Any) -> None:
+        panel = gui.add_panel()
+        with panel.add_tab("Plots"):
+            self._legend = SpeedLegend(gui)
+            self._charts = Charts(gui)
+        panel.dock_left()
+        panel.set_width(330)
+
+    def _look_at(self, points: Any) -> None:
+        """Place the camera of browsers to come so that all waypoints are seen."""
+        centre, size = points.mean(axis=0), max(float(np.ptp(points, axis=0).max()), 2.0)
+        camera = self._server.initial_camera
+        camera.look_at = centre
+        camera.position = centre + size * np.array([-0.45, -1.15, 0.9])
+
+    def _show(self, state: BenchState) -> None:
+        """Show a state on every page; called with one state at a time."""
+        with self._lock:
+            if self._closed.is_set():
+                return
+            self._shown = state
+            with self._server.atomic():
+                self._path.show(state)
+                self._status.show(state)
+            self._server.flush()
+            with self._server.atomic():
+                self._show_document(state)
+                self._show_plan(state)
+
+    def _show_document(self, state: BenchState) -> None:
+        points = np.array(state.request.waypoints)
+        self._ground.show(state.request.frame, points)
+        self._waypoints.show(state)
+        self._walls.show(state)
+        self._route.show(state)
+        self._corridor.show(state)
+        self._time.show(state)
+        larger = self._vehicle.show(self._flown_vehicle(state), float(np.ptp(points, axis=0).max()))
+        self._flying.show(state, larger)
+
+    def _show_plan(self, state: BenchState) -> None:
+        if state.planned is None:
+            return
+        curve, request = state.planned.trajectory, state.request
+        key = (curve, request.limits, request.vehicle)
+        if len(self._profiled) == len(key) and all(a is b or a == b for a, b in zip(self._profiled, key, strict=True)):
+            return
+        self._profiled = key
+        self._player.show(curve.duration)
+        self._legend.show(self._path.top_speed)
+        vehicle = self._flown_vehicle(state)
+        self._charts.show(profiles_of(curve, vehicle), request, vehicle, self._player.now)
+        self._vehicle.place(pose_at(curve, vehicle, self._player.now))
+
+    def _point_at(self, now: float) -> None:
+        """Show the vehicle and the cursor at an instant [s]."""
+        with self._lock:
+            state = self._shown
+            if state.planned is None or self._closed.is_set():
+                return
+            with self._server.atomic():
+                self._vehicle.place(pose_at(state.planned.trajectory, self._flown_vehicle(state), now))
+                self._charts.point_at(now)
+
+    @staticmethod
+    def _flown_vehicle(state: BenchState) -> Any:
+        return named_vehicle(state.request.vehicle or DRAWN)

@@ -1,0 +1,171 @@
+"""The part of the panel about time and the curve: durations, total, limits; degree, continuity, pieces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import degrees, radians
+from typing import Any
+
+from minsnap.checks import DEGREES
+from minsnap.files.plan_request import RESERVE, SceneRequest
+from minsnap.limits.kinds import KIND
+from minsnap.studio.edits import set_duration, set_limit, straight_durations, with_time
+from minsnap.studio.page_inputs import Editor, follow, when_changed
+from minsnap.studio.workbench import BenchState
+
+MODES = ("durations", "total time", "limits")
+"""Ways to give the time."""
+
+SLIDERS = {
+    "speed": (0.1, 15.0, 3.0),
+    "acceleration": (0.1, 30.0, 6.0),
+    "jerk": (0.5, 200.0, 40.0),
+    "horizontal_speed": (0.1, 15.0, 3.0),
+    "vertical_speed": (0.1, 10.0, 2.0),
+    "max_thrust": (1.05, 5.0, 2.0),
+    "tilt": (1.0, 85.0, 35.0),
+    "body_rate": (0.2, 20.0, 6.0),
+    "yaw_rate": (0.1, 10.0, 2.0),
+}
+"""Limits of the panel: ends of the slider and the value at first, angles in degrees."""
+
+USUAL = {"speed": 3.0, "acceleration": 6.0}
+"""Limits of a scene that had none."""
+
+AUTOMATIC = "automatic"
+
+
+class TimePanel:
+    """How the time is given, and the polynomials.
+
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where it is added, in the present container.
+    editor : Editor
+        What inputs edit.
+    """
+
+    def __init__(self, gui: Any, editor: Editor) -> None:
+        self._gui, self._editor = gui, editor
+        self._mode = when_changed(gui.add_dropdown("Time from", MODES), self._set_mode)
+        self._total = gui.add_slider("Total [s]", min=0.5, max=60.0, step=0.1, initial_value=12.0)
+        when_changed(self._total, self._set_total)
+        self._legs = gui.add_folder("Duration per leg [s]")
+        self._rows: list[Any] = []
+        self._limits = gui.add_folder("Limits")
+        with self._limits:
+            self._sliders = {name: self._limit_row(name) for name in SLIDERS}
+            self._rotors = when_changed(gui.add_checkbox("rotors of the vehicle", False), self._set_rotors)
+        with gui.add_folder("Polynomials"):
+            self._add_polynomials()
+        self._durations: tuple[float, ...] = ()
+
+    def show(self, state: BenchState) -> None:
+        """Show the times of the document."""
+        request, planned = state.request, state.planned
+        if planned is not None and planned.trajectory.legs == request.legs:
+            breaks = planned.trajectory.leg_breaks.tolist()
+            self._durations = tuple(b - a for a, b in zip(breaks[:-1], breaks[1:], strict=True))
+        mode = _mode(request)
+        follow(self._mode, mode)
+        self._total.visible, self._legs.visible = mode == MODES[1], mode == MODES[0]
+        self._limits.visible = mode == MODES[2]
+        if request.total_time is not None:
+            follow(self._total, request.total_time)
+        self._show_rows(request.durations or ())
+        self._show_limits(request)
+        self._show_polynomials(request)
+
+    def _set_mode(self, mode: str) -> None:
+        def change(request: SceneRequest) -> SceneRequest:
+            known = self._durations if len(self._durations) == request.legs else straight_durations(request)
+            return with_time(request, mode, known, USUAL)
+
+        self._editor.edit(change)
+
+    def _set_total(self, seconds: float) -> None:
+        self._editor.edit(lambda request: replace(request, total_time=float(seconds), durations=None), "total time")
+
+    def _show_rows(self, durations: tuple[float, ...]) -> None:
+        while len(self._rows) > len(durations):
+            self._rows.pop().remove()
+        with self._legs:
+            while len(self._rows) < len(durations):
+                self._rows.append(self._row(len(self._rows)))
+        for row, seconds in zip(self._rows, durations, strict=True):
+            follow(row, seconds)
+
+    def _row(self, leg: int) -> Any:
+        def set_it(seconds: float) -> None:
+            self._editor.edit(lambda request: set_duration(request, leg, seconds), f"duration {leg}")
+
+        slider = self._gui.add_slider(f"Leg {leg} ", min=0.1, max=20.0, step=0.05, initial_value=1.0)
+        return when_changed(slider, set_it)
+
+    def _limit_row(self, name: str) -> tuple[Any, Any]:
+        low, high, usual = SLIDERS[name]
+        kind = KIND[name]
+        label = f"{kind.label} [{kind.typed_unit}]".replace("^2", "²").replace("^3", "³")
+
+        def choose(wanted: bool) -> None:
+            value = _inner(name, slider.value) if wanted else None
+            self._editor.edit(lambda request: set_limit(request, name, value))
+
+        def set_it(value: float) -> None:
+            self._editor.edit(lambda request: set_limit(request, name, _inner(name, value)), f"limit {name}")
+
+        box = when_changed(self._gui.add_checkbox(label, False), choose)
+        slider = self._gui.add_slider(
+            f"≤ {kind.label}", min=low, max=high, step=0.05, initial_value=usual, visible=False
+        )
+        return box, when_changed(slider, set_it)
+
+    def _set_rotors(self, wanted: bool) -> None:
+        def change(request: SceneRequest) -> SceneRequest:
+            if wanted:
+                return replace(request, rotors=RESERVE, vehicle=request.vehicle or "dji_f330")
+            limits = request.limits or tuple(USUAL.items())
+            return replace(request, rotors=None, limits=limits)
+
+        self._editor.edit(change)
+
+    def _show_limits(self, request: SceneRequest) -> None:
+        given = dict(request.limits)
+        for name, (box, slider) in self._sliders.items():
+            follow(box, name in given)
+            slider.visible = name in given
+            if name in given:
+                value = degrees(given[name]) if KIND[name].degrees else given[name]
+                follow(slider, round(value, 9))
+        follow(self._rotors, request.rotors is not None)
+
+    def _add_polynomials(self) -> None:
+        gui, edit = self._gui, self._editor.edit
+        self._degree = gui.add_dropdown("Degree", tuple(map(str, DEGREES)), initial_value="7")
+        when_changed(self._degree, lambda text: edit(lambda r: replace(r, degree=int(text), continuity=None)))
+        self._continuity = gui.add_dropdown("Continuous derivatives", (AUTOMATIC, *map(str, range(2, 11))))
+        when_changed(self._continuity, lambda text: edit(lambda r: replace(r, continuity=_whole(text))))
+        self._pieces = gui.add_dropdown("Pieces per leg", ("1", "2", "3", "4", "5", "6", "auto"))
+        when_changed(
+            self._pieces, lambda text: edit(lambda r: replace(r, pieces=text if text == "auto" else int(text)))
+        )
+
+    def _show_polynomials(self, request: SceneRequest) -> None:
+        follow(self._degree, str(request.degree))
+        follow(self._continuity, AUTOMATIC if request.continuity is None else str(request.continuity))
+        follow(self._pieces, str(request.pieces))
+
+
+def _mode(request: SceneRequest) -> str:
+    if request.durations is not None:
+        return MODES[0]
+    return MODES[1] if request.total_time is not None else MODES[2]
+
+
+def _inner(name: str, value: float) -> float:
+    return radians(value) if KIND[name].degrees else float(value)
+
+
+def _whole(text: str) -> int | None:
+    return None if text == AUTOMATIC else int(text)

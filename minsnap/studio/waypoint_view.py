@@ -1,0 +1,59 @@
+"""Waypoints in the scene: gizmos that can be dragged, with their numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from minsnap.studio.edits import move_waypoint
+from minsnap.studio.page_inputs import Editor
+from minsnap.studio.workbench import BenchState
+
+BALL = (40, 40, 40)
+"""Colour of a waypoint."""
+
+
+class WaypointView:
+    """Waypoints of the scene.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where they are drawn.
+    editor : Editor
+        What drags edit.
+    """
+
+    def __init__(self, server: Any, editor: Editor) -> None:
+        self._server, self._editor = server, editor
+        self._gizmos: list[Any] = []
+
+    def show(self, state: BenchState) -> None:
+        """Draw the waypoints of the document."""
+        points = state.request.waypoints
+        while len(self._gizmos) > len(points):
+            self._gizmos.pop().remove()
+        while len(self._gizmos) < len(points):
+            self._gizmos.append(self._gizmo(len(self._gizmos), points))
+        for gizmo, point in zip(self._gizmos, points, strict=True):
+            if np.abs(np.asarray(gizmo.position) - point).max() > 1e-9:
+                gizmo.position = point
+
+    def _gizmo(self, index: int, points: Any) -> Any:
+        scene, name = self._server.scene, f"/waypoints/{index}"
+        size = 0.1 * float(np.clip(np.ptp(np.array(points), axis=0).max(), 1.0, 10.0))
+        how = {"disable_rotations": True, "depth_test": False, "scale": size, "line_width": 3.0}
+        gizmo = scene.add_transform_controls(name, position=points[index], **how)
+        scene.add_icosphere(f"{name}/ball", radius=0.08 * size, color=BALL)
+        scene.add_label(f"{name}/number", str(index), anchor="bottom-left", font_screen_scale=0.9)
+
+        async def moved(event: Any) -> None:
+            if event.phase == "update":
+                position = tuple(float(value) for value in gizmo.position)
+                self._editor.edit(lambda request: move_waypoint(request, index, position), f"drag {index}", held=True)
+            elif event.phase == "end":
+                self._editor.pause()
+
+        gizmo.on_update(moved)
+        return gizmo

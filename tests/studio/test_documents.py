@@ -1,0 +1,77 @@
+"""Opening and saving of scenes."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import FileError, WaypointError
+from minsnap.files.request_yaml import read_request
+from minsnap.studio import documents
+from minsnap.studio.edits import set_width, with_boxes
+from minsnap.studio.plan_stages import planned_in_stages
+from minsnap.studio.working_folder import WorkingFolder
+
+EXAMPLE = documents.example_scene()
+
+
+@pytest.fixture(scope="module")
+def planned():
+    return list(planned_in_stages(EXAMPLE, None, lambda: False))[-1]
+
+
+def test_setpoints_are_byte_by_byte_those_of_the_library(tmp_path, planned):
+    documents.save_as("setpoints (CSV)", planned, EXAMPLE, tmp_path / "a.csv")
+    minsnap.write_csv(minsnap.plan(EXAMPLE.waypoints, total_time=12.0, corridor=0.3), tmp_path / "b.csv")
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+@pytest.mark.parametrize("kind", documents.EXPORTS)
+def test_every_kind_is_written(tmp_path, planned, kind):
+    target = tmp_path / f"scene{documents.EXPORTS[kind].ending}"
+    documents.save_as(kind, planned, EXAMPLE, target)
+    assert target.stat().st_size > 200
+    if target.suffix == ".yaml":
+        assert read_request(target) == EXAMPLE
+    elif kind == "plan (JSON)":
+        again = documents.open_scene(target)
+        assert again.corridor == EXAMPLE.corridor and again.waypoints == EXAMPLE.waypoints
+        assert again.durations == pytest.approx(np.diff(planned.trajectory.leg_breaks))
+
+
+def test_a_plan_of_another_scene_is_not_saved(tmp_path, planned):
+    other = set_width(EXAMPLE, 0, 0.1)
+    for scene, request in ((planned, other), (replace(planned, final=False), EXAMPLE), (None, EXAMPLE)):
+        with pytest.raises(FileError, match="no final plan"):
+            documents.save_as("setpoints (CSV)", scene, request, tmp_path / "a.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_files_without_times_are_timed_at_one_metre_per_second(tmp_path):
+    (tmp_path / "a.csv").write_text("x,y,z\n0,0,1\n3,4,1\n3,4,3\n")
+    assert documents.open_scene(tmp_path / "a.csv").durations == (5.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "error"),
+    [
+        ("a.txt", "x,y,z\n0,0,1\n3,4,1\n", FileError),
+        ("a.csv", "x,y\n0,0\n3,4\n", WaypointError),
+        ("a.yaml", "!!python/object/apply:os.system ['touch bad']", FileError),
+        ("a.csv", "x,y,z\n" + "".join(f"{i},0,1\n" for i in range(300)), FileError),
+        ("a.plan", json.dumps({"fileType": "Plan"}), FileError),
+    ],
+)
+def test_what_cannot_be_opened_is_refused_and_nothing_stays(tmp_path, name, text, error):
+    with pytest.raises(error):
+        documents.open_upload(f"../{name}", text.encode(), WorkingFolder(tmp_path))
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_upload_is_the_scene_that_was_saved(tmp_path):
+    scene = with_boxes(EXAMPLE, True)
+    documents.save_as("request (YAML)", None, scene, tmp_path / "a.yaml")
+    content = (tmp_path / "a.yaml").read_bytes()
+    assert documents.open_upload("x.YAML", content, WorkingFolder(tmp_path)) == scene

@@ -1,0 +1,96 @@
+"""Drags, as a browser sends them over its websocket, and what every page then shows; without a browser."""
+
+import asyncio
+import time
+
+import numpy as np
+import pytest
+
+from minsnap.studio import Studio
+from minsnap.studio.documents import example_scene
+from minsnap.studio.edits import with_boxes, with_room
+
+viser = pytest.importorskip("viser")
+
+EXAMPLE = with_boxes(with_room(example_scene(), True), True)
+
+
+@pytest.fixture
+def studio(tmp_path):
+    page = Studio(EXAMPLE, str(tmp_path), port=0)
+    assert page.wait(60.0)
+    yield page
+    page.close()
+
+
+def send(studio, *messages):
+    """Send messages as a browser does."""
+    import msgspec
+    import websockets
+
+    async def talk():
+        protocol = [f"viser-v{viser.__version__}"]
+        async with websockets.connect(studio.url.replace("http", "ws"), subprotocols=protocol, max_size=None) as socket:
+            for message in messages:
+                await socket.send(msgspec.msgpack.encode(message))
+            await asyncio.sleep(0.3)
+
+    asyncio.run(talk())
+
+
+def drag(name, *positions):
+    """Return the messages of a drag of a handle through positions."""
+    ends = {"name": name, "owner": ""}
+    moves = [
+        {"type": "TransformControlsUpdateMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": place, **ends}
+        for place in positions
+    ]
+    start, end = ({"type": f"TransformControlsDrag{phase}Message", **ends} for phase in ("Start", "End"))
+    return start, *moves, end
+
+
+def eventually(condition):
+    end = time.monotonic() + 60.0
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.02)
+    return condition()
+
+
+def test_a_dragged_waypoint_is_planned_and_the_drag_is_one_step(studio):
+    send(studio, *drag("/waypoints/1", (8.0, 0.1, 1.0), (8.1, 0.2, 1.1), (8.2, 0.3, 1.2)))
+    assert eventually(lambda: studio.request.waypoints[1] == (8.2, 0.3, 1.2))
+    assert studio.wait(60.0)
+    assert studio.trajectory(studio.trajectory.leg_breaks)[1] == pytest.approx([8.2, 0.3, 1.2])
+    studio.undo()
+    assert studio.request == EXAMPLE
+
+
+def test_a_dragged_face_moves_its_wall_alone(studio):
+    studio._walls.choose("room")
+    send(studio, *drag("/faces/21", (4.0, 2.0, 2.5), (4.0, 2.0, 3.5)))
+    assert eventually(lambda: studio.request.room == (EXAMPLE.room[0], (*EXAMPLE.room[1][:2], 3.5)))
+    studio._walls.choose("box 1")
+    send(studio, *drag("/faces/00", (6.5, 2.0, 1.0)))
+    assert eventually(lambda: studio.request.boxes[1][0][0] == 6.5)
+    assert studio.request.boxes[2:] == EXAMPLE.boxes[2:] and studio.request.boxes[0] == EXAMPLE.boxes[0]
+    assert studio.wait(60.0)
+    assert studio.trajectory is not None
+
+
+def test_walls_waypoints_and_rows_follow_edits_of_every_kind(studio):
+    from minsnap.studio.edits import delete_waypoint, insert_waypoint
+
+    studio.edit(lambda request: insert_waypoint(request, 1))
+    studio.edit(lambda request: delete_waypoint(delete_waypoint(request, 4), 3))
+    assert studio.wait(60.0)
+    assert len(studio._waypoints._gizmos) == len(studio.request.waypoints) == 4
+    assert [tuple(gizmo.position) for gizmo in studio._waypoints._gizmos] == list(studio.request.waypoints)
+    assert sorted(studio._walls._boxes) == ["box 0", "box 1", "box 2", "room"]
+    assert np.array_equal([row.value for row in studio._route._rows], studio.request.waypoints)
+    assert len(studio._corridor._rows) == studio.request.legs
+
+
+def test_an_unexpected_name_or_message_does_no_harm(studio):
+    send(studio, *drag("/waypoints/77", (1.0, 1.0, 1.0)), *drag("/plan/path", (1.0, 1.0, 1.0)))
+    assert studio.request == EXAMPLE
+    assert studio.wait(60.0)

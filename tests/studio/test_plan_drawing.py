@@ -1,0 +1,83 @@
+"""What is drawn of a plan, against the plan itself and the vehicle's own equations."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.studio import plan_drawing as drawing
+from minsnap.studio.charts import CHARTS, Charts, data_with_cursor, round_up
+from minsnap.studio.documents import example_scene
+from minsnap.vehicle import Quadrotor
+
+VEHICLE = Quadrotor.crazyflie()
+
+
+@pytest.fixture(scope="module")
+def curve():
+    return minsnap.plan([(0, 0, 1), (4, 0, 1), (4, 3, 2)], total_time=6.0, corridor=0.3)
+
+
+def test_the_path_is_drawn_where_it_is_in_the_colour_of_its_speed(curve):
+    points, colours, top = drawing.coloured_path(curve)
+    t = np.linspace(0.0, curve.duration, len(points) + 1)
+    assert points[:, 0] == pytest.approx(curve(t)[:-1], abs=1e-6)
+    assert np.array_equal(points[1:, 0], points[:-1, 1])
+    speed = np.linalg.norm(curve(t, 1), axis=1)
+    assert top == pytest.approx(speed.max())
+    assert tuple(colours[0, 0]) == (68, 1, 84)
+    assert tuple(drawing.speed_colours(1.0)) == (253, 231, 37)
+    assert np.array_equal(colours[5, 1], drawing.speed_colours(speed[6] / top))
+
+
+def test_rotor_thrusts_carry_the_vehicle(curve):
+    profiles = drawing.profiles_of(curve, VEHICLE)
+    bare = Quadrotor(**{name: getattr(VEHICLE, name) for name in BARE})
+    without_drag = drawing.profiles_of(curve, bare)
+    assert without_drag.rotors.sum(axis=1) == pytest.approx(profiles.thrust * bare.weight, rel=1e-9)
+    assert profiles.rotors[0].sum() == pytest.approx(VEHICLE.weight)
+    pose = drawing.pose_at(curve, VEHICLE, profiles.t[100])
+    assert pose.rotors == pytest.approx(profiles.rotors[100])
+    assert pose.position == pytest.approx(curve(profiles.t[100]))
+    assert drawing.pose_at(curve, VEHICLE, 99.0).position == pytest.approx([4, 3, 2])
+
+
+BARE = "mass inertia arm_length thrust_coefficient torque_coefficient rotor_speed_max layout".split()
+
+
+def test_the_cursor_rises_at_its_instant_and_moves_no_curve():
+    t, curves = np.linspace(0.0, 4.0, 5), np.array([[0.0, 1.0, 4.0, 9.0, 16.0]])
+    times, values, least, most, cursor = data_with_cursor(t, curves, (-1.0, 20.0, 2.0, 18.0), 2.5)
+    assert times.tolist() == [0, 1, 2, 2.5, 2.5, 2.5, 3, 4]
+    assert values.tolist() == [0, 1, 4, 6.5, 6.5, 6.5, 9, 16]
+    assert cursor.tolist() == [-1, -1, -1, -1, 20, -1, -1, -1]
+    assert set(least) == {2.0} and set(most) == {18.0}
+    assert data_with_cursor(t, curves, (0.0, 1.0, 0.0, 0.0), 77.0)[0].max() == 4.0
+
+
+@pytest.mark.parametrize("value", [1e-3, 0.99, 1.0, 1.3, 9.7, 99.0, 12345.0])
+def test_edges_of_plots_are_round_and_not_far_above(value):
+    assert value <= round_up(value) <= 1.3 * value
+
+
+class Page:
+    """Takes plots, as the page does."""
+
+    def __init__(self):
+        self.plots = []
+
+    def add_uplot(self, data, series, **how):
+        self.plots.append(type("Plot", (), {"data": data, "series": series, "scales": None, **how})())
+        return self.plots[-1]
+
+
+def test_plots_have_a_column_for_every_series_and_the_limits_of_the_scene(curve):
+    page, scene = Page(), example_scene()
+    charts = Charts(page)
+    limited = type(scene)(scene.waypoints, limits=(("speed", 3.0),), vehicle="crazyflie")
+    charts.show(drawing.profiles_of(curve, VEHICLE), limited, VEHICLE, 1.0)
+    assert [plot.title for plot in page.plots] == [chart.title for chart in CHARTS]
+    assert all(len(plot.data) == len(plot.series) for plot in page.plots)
+    assert set(page.plots[0].data[-2]) == {3.0}
+    assert set(page.plots[4].data[-2]) == {VEHICLE.rotor_thrust_limits[1]}
+    low, _ = page.plots[1].scales["y"]["range"]
+    assert page.plots[1].data[-2].max() < low

@@ -1,0 +1,46 @@
+"""Walls as triangles, against the bodies of the figures and against the walls themselves."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
+
+from minsnap.corridors.tubes import Tube
+from minsnap.plot.outlines import leg_bodies
+from minsnap.studio.wall_shapes import box_edges, box_surface, face_centres, tube_prism
+
+COORDINATES = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
+BOX = ((0.0, -1.0, 2.0), (1.0, 3.0, 7.0))
+
+
+@given(COORDINATES, COORDINATES, st.floats(0.05, 2.0))
+def test_a_prism_has_the_volume_of_the_body_of_the_figures(start, end, width):
+    if np.linalg.norm(np.subtract(end, start)) < 0.1:
+        return
+    vertices, faces = tube_prism(start, end, width)
+    body = leg_bodies([width], np.array([start, end]))[0]
+    assert ConvexHull(vertices).volume == pytest.approx(ConvexHull(body).volume, rel=1e-6)
+    assert faces.min() == 0 and faces.max() == len(vertices) - 1
+
+
+def test_corners_of_a_prism_touch_the_walls_of_the_tube():
+    start, end = np.array([0.0, 0.0, 1.0]), np.array([3.0, 2.0, 1.5])
+    walls = Tube(np.array(0.3)).walls(np.array([start, end]))[0]
+    for vertex in tube_prism(start, end, 0.3)[0]:
+        offsets = np.abs(np.sum(walls.normal * (vertex - walls.anchor), axis=1))
+        assert offsets.max() == pytest.approx(0.3)
+
+
+def test_a_box_has_its_corners_edges_and_face_centres():
+    vertices, faces = box_surface(BOX)
+    assert len(np.unique(vertices, axis=0)) == 8 and (vertices.min(axis=0), vertices.max(axis=0)) == (
+        pytest.approx(BOX[0]),
+        pytest.approx(BOX[1]),
+    )
+    triangles = vertices[faces]
+    area = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1) / 2
+    assert area.sum() == pytest.approx(2 * (1 * 4 + 1 * 5 + 4 * 5))
+    lengths = np.linalg.norm(np.diff(box_edges(BOX), axis=1)[:, 0], axis=1)
+    assert sorted(lengths) == pytest.approx([1.0] * 4 + [4.0] * 4 + [5.0] * 4)
+    assert face_centres(BOX)[1, 0] == pytest.approx([0.5, -1.0, 4.5])

@@ -1,0 +1,51 @@
+"""No name leads out of the working folder."""
+
+import os
+
+import pytest
+
+from minsnap.errors import FileError
+from minsnap.studio.working_folder import WorkingFolder
+
+
+@pytest.fixture
+def folder(tmp_path):
+    inside = tmp_path / "work"
+    inside.mkdir()
+    (tmp_path / "outside.csv").write_text("kept")
+    return WorkingFolder(inside)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../outside", "..", "a/b", "/etc/x", "\\\\host\\x", "", ".hidden", "~", "a\nb", "a\0b", "x" * 200, "C:x", "-rf"],
+)
+def test_names_that_lead_out_are_refused(folder, tmp_path, name):
+    with pytest.raises(FileError, match="working folder"):
+        folder.destination(name, ".csv")
+    assert sorted(os.listdir(tmp_path)) == ["outside.csv", "work"]
+
+
+def test_links_and_folders_are_refused(folder, tmp_path):
+    (folder.path / "link.csv").symlink_to(tmp_path / "outside.csv")
+    (folder.path / "made.csv").mkdir()
+    for name in ("link", "made.csv"):
+        with pytest.raises(FileError, match="link or no file"):
+            folder.destination(name, ".csv")
+
+
+def test_plain_names_are_inside_and_get_their_ending(folder):
+    assert folder.destination("Flight 3.b", ".csv") == folder.path / "Flight 3.b.csv"
+    assert folder.destination("flight.csv", ".csv") == folder.path / "flight.csv"
+
+
+def test_scratch_files_are_inside_and_go(folder):
+    with folder.scratch(".yaml") as path:
+        path.write_text("x")
+        assert folder.path in path.parents
+    assert os.listdir(folder.path) == []
+
+
+def test_a_folder_must_exist(tmp_path):
+    with pytest.raises(FileError, match="no folder"):
+        WorkingFolder(tmp_path / "nowhere")
