@@ -181,3 +181,52 @@ def test_tubes_are_solved_together_to_the_bytes_of_each_alone(threads):
         assert ours.cost == pytest.approx(its.cost, rel=1e-12)
         assert ours.corridor_margin == its.corridor_margin >= 0.0
         assert minsnap.certify(many[index], points[index], corridor=widths[index]).ok
+
+
+def test_tubes_of_all_kinds_are_those_of_plan():
+    points, durations = questions(6, 4, seed=8)
+    rows = [0.3, 0.2, minsnap.Tube(0.25), [0.2, 0.3, 0.25, 0.4], minsnap.Tube([0.2, 0.3, 0.25, 0.4]), -1.0]
+    many = minsnap.plan_many(points, durations, corridor=rows)
+    for index, row in enumerate(rows[:5]):
+        alone = minsnap.plan(points[index], durations=durations[index], corridor=row)
+        assert same(many[index], alone) and many[index].report.core == alone.report.core
+        assert many[index].report.corridor_margin == pytest.approx(alone.report.corridor_margin, abs=1e-9)
+    assert isinstance(many.errors[5], CorridorError) and many.errors[:5] == (None,) * 5
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_threads_change_no_bit_of_tubes(threads):
+    points, durations = questions(80, 5, seed=6)
+    widths = np.random.default_rng(1).uniform(0.2, 0.5, 80)
+    one = minsnap.plan_many(points, durations, corridor=widths, threads=1, gradients=True)
+    many = minsnap.plan_many(points, durations, corridor=widths, threads=threads, gradients=True)
+    assert many.control_points.tobytes() == one.control_points.tobytes()
+    assert many.gradients.waypoints.tobytes() == one.gradients.waypoints.tobytes()
+    assert minsnap.certify(many[7], points[7], float(widths[7])).ok
+
+
+def test_limits_pins_and_totals_for_all_or_for_each():
+    points, durations = questions(3, 3, seed=2)
+    limits = [minsnap.Limits(speed=2.0), minsnap.Limits(speed=3.0), None]
+    many = minsnap.plan_many(points, limits=limits)
+    for index in range(2):
+        assert same(many[index], minsnap.plan(points[index], limits=limits[index]), False)
+        assert many[index].max_norm(1)[0] <= (2.0, 3.0)[index] * (1 + 1e-9)
+    assert isinstance(many.errors[2], TimingError)
+    pins = [{1: {"velocity": (0.0, 0.0, 0.0)}}, None, {2: {"velocity": (1.0, 0.0, 0.0)}}]
+    pinned = minsnap.plan_many(points, durations, pins=pins)
+    for index in range(3):
+        assert same(pinned[index], minsnap.plan(points[index], durations=durations[index], pins=pins[index]), False)
+    total = minsnap.plan_many(points, total_time=[5.0, 6.0, 7.0], start={"velocity": (0.1, 0.0, 0.0)})
+    assert np.allclose(total.duration, [5.0, 6.0, 7.0]) and np.allclose(total(0.0, 1), (0.1, 0.0, 0.0))
+    with pytest.raises(TimingError, match="3 problems need one total_time, or one for each, 2 given"):
+        minsnap.plan_many(points, total_time=[5.0, 6.0])
+
+
+def test_costs_of_all_at_once():
+    points, durations = questions(5, 4, seed=9)
+    durations[3, 1] = np.nan
+    many = minsnap.plan_many(points, durations)
+    assert np.isnan(many.costs[3])
+    for index in (0, 1, 2, 4):
+        assert many.costs[index] == pytest.approx(many[index].cost(), rel=1e-13)

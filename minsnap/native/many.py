@@ -1,8 +1,9 @@
-"""Many plans without walls, and their evaluation, by the native core over threads."""
+"""Many plans, free or in tubes, how their costs change, and their evaluation, by the native core over threads."""
 
 from __future__ import annotations
 
 from ctypes import c_double, c_int32, c_int64, c_void_p
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,16 +15,124 @@ _SOLVE = Entry(
     *(c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p, c_int32),
     *(c_void_p, c_void_p, c_void_p),
 )
-_TUBES = Entry(
-    "minsnap_many_tubes",
-    *(c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_double, c_int32),
-    *(c_void_p, c_void_p, c_void_p, c_void_p),
-)
 _EVALUATE = Entry(
     "minsnap_evaluate_many",
     *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_int32),
     *(c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p),
 )
+
+
+_GRADIENTS = Entry(
+    "minsnap_many_gradients",
+    *(c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p, c_int32),
+    *(c_void_p, c_void_p, c_void_p, c_void_p),
+)
+_TUBES = Entry(
+    "minsnap_many_tubes",
+    *(c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_double, c_int32),
+    *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
+)
+
+
+class ManySlopes(NamedTuple):
+    """Derivatives of costs in durations (legs in all,), displacements of legs (legs in all, dim) and half-widths."""
+
+    durations: FloatArray
+    displacements: FloatArray
+    widths: FloatArray | None
+
+
+class ManyTubes(NamedTuple):
+    """Curves that are proved to stay inside tubes.
+
+    Parameters
+    ----------
+    points : ndarray, shape (legs in all, 2k, dim)
+        Control points [m].
+    breaks : ndarray, shape (knots in all,)
+        [s].
+    figures : ndarray, shape (problems, 4)
+        Cost and lower bound of any cost [m^2/s^(2k - 1)], contacts with walls, rounds.
+    statuses : ndarray of int, shape (problems,)
+    slopes : ManySlopes or None
+    """
+
+    points: FloatArray
+    breaks: FloatArray
+    figures: FloatArray
+    statuses: IntArray
+    slopes: ManySlopes | None
+
+
+def many_tubes(
+    points: FloatArray,
+    durations: FloatArray,
+    offsets: IntArray,
+    half: int,
+    widths: FloatArray,
+    threads: int,
+    slopes: bool = False,
+    gap: float = 1e-6,
+) -> ManyTubes | None:
+    """Return curves of least cost from rest to rest in a ``Tube`` each; None where the Python core is in use.
+
+    Parameters
+    ----------
+    points, durations, offsets, half, threads
+        As for ``many_optima``.
+    widths : ndarray, shape (legs in all,)
+        Half-widths [m].
+    slopes : bool
+        Whether derivatives of the costs are wanted.
+    gap : float
+        Share of a cost that may be given away.
+    """
+    solve = _TUBES.ready or _TUBES.function()
+    if solve is None:
+        return None
+    count, legs, dim = len(offsets) - 1, len(durations), points.shape[1]
+    found, breaks = np.empty((legs, 2 * half, dim)), np.empty(len(points))
+    figures, statuses = np.zeros((count, 4)), np.zeros(count, dtype=np.int32)
+    wanted = ManySlopes(np.full(legs, np.nan), np.full((legs, dim), np.nan), np.full(legs, np.nan)) if slopes else None
+    solve(
+        *(address(points), address(durations), address(widths), address(offsets), count, dim, half, gap, threads),
+        *(address(found), address(breaks), address(figures)),
+        *((None, None, None) if wanted is None else [None if array is None else address(array) for array in wanted]),
+        address(statuses),
+    )
+    return ManyTubes(found, breaks, figures, statuses.astype(np.intp), wanted)
+
+
+def many_gradients(
+    points: FloatArray,
+    durations: FloatArray,
+    offsets: IntArray,
+    half: int,
+    ends: tuple[FloatArray | None, FloatArray | None],
+    threads: int,
+) -> ManySlopes | None:
+    """Return derivatives of the optimal costs without walls, not numbers where the native core does not answer.
+
+    Parameters
+    ----------
+    points, durations, offsets, half, ends, threads
+        As for ``many_optima``.
+    """
+    solve = _GRADIENTS.ready or _GRADIENTS.function()
+    if solve is None:
+        return None
+    count, dim = len(offsets) - 1, points.shape[1]
+    costs, statuses = np.zeros(count), np.zeros(count, dtype=np.int32)
+    slopes = ManySlopes(np.empty(len(durations)), np.empty((len(durations), dim)), None)
+    states = [None if state is None else address(state) for state in ends]
+    solve(
+        *(address(points), address(durations), address(offsets), count, dim, half, *states, threads),
+        *map(address, (costs, slopes.durations, slopes.displacements, statuses)),
+    )
+    failed = np.repeat(statuses != 0, np.diff(offsets))
+    slopes.durations[failed] = np.nan
+    slopes.displacements[failed] = np.nan
+    return slopes
 
 
 def many_optima(
@@ -67,44 +176,6 @@ def many_optima(
         *(address(found), address(breaks), address(statuses)),
     )
     return found, breaks, statuses.astype(np.intp)
-
-
-def many_tubes(
-    points: FloatArray,
-    durations: FloatArray,
-    offsets: IntArray,
-    half: int,
-    widths: FloatArray,
-    threads: int,
-    gap: float = 1e-6,
-) -> tuple[FloatArray, FloatArray, FloatArray, IntArray] | None:
-    """Return curves from rest to rest that are proved to stay in their tubes; see ``minsnap.native.tube``.
-
-    Parameters
-    ----------
-    points, durations, offsets, half, threads
-        As for ``many_optima``.
-    widths : ndarray, shape (legs in all,)
-        Half-widths [m].
-    gap : float
-        Share of the cost that may be given away.
-
-    Returns
-    -------
-    (control points (legs in all, 2k, dim), breaks (knots in all,), figures (problems, 4), statuses (problems,)) or None
-        The figures are those of ``TubeCurve``; None where the Python core is in use.
-    """
-    solve = _TUBES.ready or _TUBES.function()
-    if solve is None:
-        return None
-    count, dim = len(offsets) - 1, points.shape[1]
-    found, breaks = np.empty((len(durations), 2 * half, dim)), np.empty(len(points))
-    figures, statuses = np.zeros((count, 4)), np.zeros(count, dtype=np.int32)
-    solve(
-        *map(address, (points, durations, widths, offsets)),
-        *(count, dim, half, gap, threads, *map(address, (found, breaks, figures, statuses))),
-    )
-    return found, breaks, figures, statuses.astype(np.intp)
 
 
 def many_values(

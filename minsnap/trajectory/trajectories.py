@@ -12,9 +12,10 @@ import numpy.typing as npt
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.many import many_values
+from minsnap.trajectory.gradients import Gradients
 from minsnap.trajectory.path import check_order
 from minsnap.trajectory.report import Report
-from minsnap.trajectory.trajectory import ReportMaker, Trajectory
+from minsnap.trajectory.trajectory import ReportMaker, Trajectory, costs_of_pieces
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,6 +40,8 @@ class Trajectories:
         By plan.
     threads : int
         With how many threads all are evaluated.
+    gradients : Gradients or None
+        Derivatives of the costs, where they were asked for.
     """
 
     control_points: FloatArray
@@ -48,6 +51,7 @@ class Trajectories:
     errors: tuple[MinsnapError | None, ...]
     reports: tuple[Report | ReportMaker, ...]
     threads: int = 1
+    gradients: Gradients | None = None
 
     def __len__(self) -> int:
         return len(self.errors)
@@ -76,6 +80,18 @@ class Trajectories:
         """Duration of every plan, shape (plans,) [s]; not a number where it failed."""
         last = self.offsets[1:] + np.arange(len(self))
         return np.where(self.present, self.breaks[last], np.nan)
+
+    @cached_property
+    def costs(self) -> FloatArray:
+        """Integral of the squared norm of the k-th derivative of every plan, shape (plans,) [m^2 / s^(2k - 1)].
+
+        Not a number where it failed.
+        """
+        made = np.repeat(self.present, np.diff(self.offsets))
+        pieces = np.zeros(len(self.durations) + 1)
+        pieces[:-1][made] = costs_of_pieces(self.control_points[made], self.durations[made], (self.degree + 1) // 2)
+        sums = np.add.reduceat(pieces, self.offsets[:-1]) if len(self) else np.zeros(0)
+        return np.where(self.present, sums, np.nan)
 
     @property
     def stacked(self) -> FloatArray:

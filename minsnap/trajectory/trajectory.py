@@ -225,9 +225,7 @@ class Trajectory(ReadOnly, Path):
         order = self.cost_order if order is None else order
         if check_order(order) > self.degree:
             return np.zeros(len(self.durations))
-        differences = perm(self.degree, order) * careful_differences(self.control_points, order)
-        roots = np.matmul(gram_root(self.degree - order), differences)
-        return np.asarray((roots * roots).sum(axis=(1, 2)) * self.durations ** (1.0 - 2.0 * order))
+        return costs_of_pieces(self.control_points, self.durations, order)
 
     def max_norm(self, order: int = 0) -> tuple[float, float]:
         """Maximum over time of the Euclidean norm of a derivative, and the instant where it is attained.
@@ -407,6 +405,13 @@ class _ReportWhenAsked:
 
 
 Trajectory.report = _ReportWhenAsked()  # type: ignore[assignment]
+
+
+def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> FloatArray:
+    """Integral of the squared norm of a derivative over each piece, from a sum of squares: shape (pieces,)."""
+    degree = points.shape[1] - 1
+    roots = np.matmul(gram_root(degree - order), perm(degree, order) * careful_differences(points, order))
+    return np.asarray((roots * roots).sum(axis=(1, 2)) * durations ** (1.0 - 2.0 * order))
 
 
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
