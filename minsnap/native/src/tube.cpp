@@ -7,6 +7,15 @@
 #include "for_all.hpp"
 #include "unconstrained.hpp"
 
+namespace minsnap {
+namespace {
+
+// Share of a cost that may be given away where a smaller one does not end with a proof.
+constexpr double usual_gap = 1e-6;
+
+}  // namespace
+}  // namespace minsnap
+
 // The curve of least cost from rest to rest that stays inside the tube at every instant, which is proved. shared: one
 // half-width for all legs. Out: control points (legs, 2k, dim) [m], instants of the knots (legs + 1,) [s], and figures
 // (4,): cost and lower bound [m^2/s^(2k-1)], contacts, rounds.
@@ -40,21 +49,26 @@ MINSNAP_EXPORT std::int32_t minsnap_many_tubes(const double *points, const doubl
     for_all<8>(count, threads, statuses, [&](std::int64_t b) {
         const std::int64_t first = offsets[b], legs = offsets[b + 1] - first;
         const TubeProblem given = {points + (first + b) * dim, durations + first, widths + first, legs, dim, half, false};
-        TubeWalls walls;
-        TubeAnswer found;
-        const Status status = solve_tube(given, gap, out + first * 2 * half * dim, walls, found);
-        if (status != Status::done) return status;
-        write_breaks(given.durations, legs, breaks + first + b);
-        const double unit = cost_unit(given, walls);
-        const double told[] = {unit * found.answer.cost, unit * found.answer.bound, double(found.answer.rows),
-                               double(found.answer.rounds)};
-        for (int i = 0; i < 4; ++i) figures[4 * b + i] = told[i];
-        if (slopes == nullptr) return status;
-        return for_half(half, [&](auto k) {
-            TubeSlopes<k.value>(given, walls, found.answer)
-                .write(slopes + first, displacements + first * dim, width_slopes + first);
-            return Status::done;
-        });
+        Status status = Status::no_progress;
+        for (double share = gap; status != Status::done; share = usual_gap) {
+            TubeWalls walls;
+            TubeAnswer found;
+            status = solve_tube(given, share, out + first * 2 * half * dim, walls, found);
+            if (status != Status::done && share < usual_gap) continue;
+            if (status != Status::done) return status;
+            write_breaks(given.durations, legs, breaks + first + b);
+            const double unit = cost_unit(given, walls);
+            const double told[] = {unit * found.answer.cost, unit * found.answer.bound, double(found.answer.rows),
+                                   double(found.answer.rounds)};
+            for (int i = 0; i < 4; ++i) figures[4 * b + i] = told[i];
+            if (slopes == nullptr) break;
+            status = for_half(half, [&](auto k) {
+                TubeSlopes<k.value>(given, walls, found.answer)
+                    .write(slopes + first, displacements + first * dim, width_slopes + first);
+                return Status::done;
+            });
+        }
+        return status;
     });
     return std::int32_t(Status::done);
 }

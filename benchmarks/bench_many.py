@@ -1,0 +1,128 @@
+"""Many plans in one call, and datasets: time per problem, what Dask adds, and two workers against one.
+
+Run it by hand: ``python benchmarks/bench_many.py [--large]``; ``--large`` makes 100,000 certified problems of 4 to 10
+legs. Processor time is given beside the clock's, since it means something on a busy machine too.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+import tempfile
+import time
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import numpy as np
+from measure import table
+
+import minsnap
+from minsnap.batch import read_mapping, run_batch
+from minsnap.batch.solving import Solving
+
+RECTANGLE = np.array([(0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])
+WALKS = {"generator": "walks", "seed": 7, "legs": [4, 10], "corridor": [0.2, 0.5]}
+
+
+class TimeMany:
+    """What asv calls: all problems of one kind in one call, on one thread."""
+
+    def setup(self):
+        rng = np.random.default_rng(0)
+        self.free = rng.normal(size=(100_000, 11, 3)), rng.uniform(0.7, 1.4, (100_000, 10))
+        self.corners, self.widths = np.broadcast_to(RECTANGLE, (10_000, 5, 3)), rng.uniform(0.05, 1.0, 10_000)
+
+    def time_free(self, gradients=False):
+        return minsnap.plan_many(*self.free, threads=1, gradients=gradients)
+
+    def time_rectangles(self, gradients=False):
+        asked = self.corners, np.array([4.0, 2.0, 4.0, 2.0])
+        return minsnap.plan_many(*asked, corridor=self.widths, threads=1, gradients=gradients)
+
+
+def spent():
+    """Clock and processor time of this process and of those that it waited for [s]."""
+    own, below = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return time.perf_counter(), own.ru_utime + own.ru_stime + below.ru_utime + below.ru_stime
+
+
+def measured(call, repeats=1):
+    """Return the least clock and processor time of a call [s]."""
+    found = []
+    for _ in range(repeats):
+        before = spent()
+        call()
+        found.append([b - a for a, b in zip(before, spent(), strict=True)])
+    return np.min(found, axis=0)
+
+
+def in_one_call():
+    case = TimeMany()
+    case.setup()
+    rows = []
+    for name, call, count in (
+        ("10 legs, free", case.time_free, 100_000),
+        ("10 legs, free, gradients", lambda: case.time_free(True), 100_000),
+        ("rectangle, random width, certified", case.time_rectangles, 10_000),
+        ("the same, gradients", lambda: case.time_rectangles(True), 10_000),
+    ):
+        wall, cpu = measured(call, 3)
+        rows.append((name, count, f"{wall:.3f} s", f"{cpu:.3f} s", f"{1e6 * cpu / count:.1f} us"))
+    looped = measured(
+        lambda: [minsnap.plan(p, durations=t) for p, t in zip(*(a[:5000] for a in case.free), strict=True)]
+    )
+    rows.append(
+        ("10 legs, free, a loop over plan", 5000, *(f"{t:.3f} s" for t in looped), f"{200.0 * looped[1]:.1f} us")
+    )
+    table(("problems", "count", "clock", "processor", "processor each"), rows)
+
+
+def rows_alone(count):
+    """Plan rows in a process of their own, without Dask and files."""
+    solving = Solving(read_mapping(WALKS | {"count": count}), 60.0)
+    for _ in solving.rows(range(count)):
+        pass
+    solving.close()
+
+
+def dataset(count, workers, shard_rows=1000):
+    with tempfile.TemporaryDirectory() as folder:
+        run_batch(read_mapping(WALKS | {"count": count, "shard_rows": shard_rows}), folder, workers=workers)
+        return sum(entry.stat().st_size for entry in os.scandir(folder) if entry.name.endswith(".parquet"))
+
+
+def datasets(count):
+    """Compare datasets with rows alone; what a start costs is taken off by a run with few problems."""
+    few = 20
+    cases = {
+        "rows alone": (lambda n: lambda: rows_alone(n)),
+        "dataset, 1 worker": (lambda n: lambda: dataset(n, 1)),
+        "dataset, 2 workers": (lambda n: lambda: dataset(n, 2)),
+    }
+    rows, base = [], None
+    for name, make in cases.items():
+        start, whole = measured(make(few)), measured(make(count))
+        wall, cpu = (whole - start) / (count - few)
+        base = cpu if base is None else base
+        rows.append(
+            (
+                name,
+                count,
+                f"{whole[0]:.1f} s",
+                f"{1e6 * wall:.0f} us",
+                f"{1e6 * cpu:.0f} us",
+                f"{cpu / base - 1.0:+.1%}",
+            )
+        )
+    table(("what", "problems", "clock", "clock each", "processor each", "more than rows alone"), rows)
+
+
+def main():
+    in_one_call()
+    print()
+    datasets(100_000 if "--large" in sys.argv else 6_000)
+
+
+if __name__ == "__main__":
+    main()
