@@ -21,10 +21,14 @@ CONFIG = {
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.pause": False,
     "distributed.scheduler.allowed-failures": 10,
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.system-monitor.interval": "5s",
+    "distributed.admin.tick.interval": "1s",
     "distributed.comm.timeouts.connect": "10s",
     "distributed.comm.timeouts.tcp": "30s",
 }
-"""Results are a few kilobytes, so that nothing is worth spilling; a worker may be lost more often than thrice."""
+"""Results are a few kilobytes, so that nothing is worth spilling; a worker may be lost more often than thrice; and Dask need not watch
+itself a hundred times a second."""
 
 Finished = Callable[[Shard], None]
 """Called with every finished file, in the order in which they are finished."""
