@@ -93,7 +93,7 @@ def dataset(count, workers, shard_rows=1000):
 
 
 def datasets(count):
-    """Compare what Dask, files and the client take, besides the processes that plan, with these; starts are taken off."""
+    """Compare what Dask, files and the client take with the processes that plan; starts are taken off."""
     few = 20
     cases = {
         "rows alone": (lambda n: lambda: rows_alone(n)),

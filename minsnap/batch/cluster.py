@@ -27,8 +27,8 @@ CONFIG = {
     "distributed.comm.timeouts.connect": "10s",
     "distributed.comm.timeouts.tcp": "30s",
 }
-"""Results are a few kilobytes, so that nothing is worth spilling; a worker may be lost more often than thrice; and Dask need not watch
-itself a hundred times a second."""
+"""Results are a few kilobytes, so that nothing is worth spilling; a worker may be lost more often than thrice; and Dask
+need not watch itself a hundred times a second."""
 
 Finished = Callable[[Shard], None]
 """Called with every finished file, in the order in which they are finished."""
