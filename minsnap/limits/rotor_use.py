@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.errors import LimitError
 from minsnap.limits.rotor_bounds import Part, axis_ranges, heading_ranges, rotor_ranges
 from minsnap.polynomials.bernstein import differentiate, multiply, subdivide
 from minsnap.polynomials.intervals import Interval
@@ -30,7 +31,18 @@ ROUNDS, PARTS, MOST = 9, 4, 400_000
 
 
 def measure_rotors(vehicle: Quadrotor, reserve: float, traj: Trajectory) -> list[Utilisation]:
-    """Return the utilisation of the rotors' thrust range above and below hover."""
+    """Return the utilisation of the rotors' thrust range above and below hover.
+
+    Raises
+    ------
+    LimitError
+        If the heading follows from the tilt at another gravity than the vehicle's: no attitude has both.
+    """
+    if isinstance(traj.yaw, TiltHeading) and traj.yaw.gravity != vehicle.gravity:
+        raise LimitError(
+            f"the heading follows from the tilt at a gravity of {traj.yaw.gravity:g} m/s^2, the vehicle's is "
+            f"{vehicle.gravity:g} m/s^2: plan with the vehicle's, or give the heading the same"
+        )
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
     found = RotorBound(vehicle, traj).run()
     return [
@@ -71,7 +83,7 @@ class RotorBound:
 
     @property
     def _spinless(self) -> bool:
-        return isinstance(self.yaw, TiltHeading) and self.yaw.gravity == self.vehicle.gravity
+        return isinstance(self.yaw, TiltHeading)
 
     def sampled(self) -> tuple[FloatArray, FloatArray]:
         """Return many instants (m,) [s] and the largest deviations upwards and downwards there, (2, m) [N]."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
-from minsnap.limits.limits import Limits
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.certified_end import CertifiedEnd
@@ -41,6 +41,9 @@ RAISES = 3
 
 FirstGuess = Callable[[JointLayout], JointState | None]
 """Gives the state that a search begins from on a layout; None for the usual one."""
+
+SLOWINGS = 30
+"""Steps in which a curve found without spin is slowed down until rotors keep their limits under a fixed yaw."""
 
 EASED, POLISHES, POLISHED = 1.03, 2, 2e-4
 """Factor on time from which a search with several pieces is repeated, how often, and the least gain that repeats it."""
@@ -93,6 +96,7 @@ class LeastTime:
         self.log = Log(progress)
         self.deadline = np.inf if time_limit is None else perf_counter() + time_limit
         self.interrupted, self.best_on_interrupt = False, best_on_interrupt
+        self.kept: Evaluated | None = None
 
     def run(self) -> tuple[Solved, Run]:
         """Return the shortest plan found, certified, and how it was found.
@@ -107,7 +111,7 @@ class LeastTime:
             If nothing limits the time.
         """
         first = search = self.problem.search(1, self._tell)
-        found = self._settled(search, self._guess(search))
+        found = self._settled(search, self._begin(search))
         for parts in DIVISIONS if self.refine else (self.task.pieces,):
             before = found.merit
             if self.interrupted or parts == 1:
@@ -115,7 +119,9 @@ class LeastTime:
             search, found = self._finer(search, found, parts)
             if found.merit > before * (1.0 - WORTHWHILE):
                 break
-        solved = CertifiedEnd(search, self.limits, self.finish).run(found)
+        if self.refine:
+            found = self._repeated(search, found)
+        solved = self._certified(search, found)
         if solved is None and self.interrupted and self.task.still:
             solved = CertifiedEnd(first, self.limits, self.finish).run(first.evaluate(self._guess(first)))
         if solved is None and self.interrupted:
@@ -123,6 +129,17 @@ class LeastTime:
         if solved is None:
             raise self._reason(search, found)
         return solved, Run(tuple(self.log.steps), self.interrupted)
+
+    def _certified(self, search: JointSearch, found: Evaluated) -> Solved | None:
+        """Return the certified end of a search, or of the curve before the last division where that is shorter."""
+        solved, kept = CertifiedEnd(search, self.limits, self.finish).run(found), self.kept
+        if kept is None or kept is found:
+            return solved
+        unit = self.problem.units.time
+        if solved is not None and solved.trajectory.duration <= (1.0 + OPEN) * kept.merit * unit:
+            return solved
+        other = CertifiedEnd(search, self.limits, self.finish).run(kept)
+        return min((one for one in (solved, other) if one is not None), key=_duration, default=None)
 
     def _yaw(self, guess: FloatArray) -> float | None:
         """Yaw that the rotors' thrusts are limited for: a constant one, or None where the body does not spin."""
@@ -141,6 +158,23 @@ class LeastTime:
         if known is not None:
             return known
         return stop_and_go(search.layout, self.problem.guess / self.problem.units.time)
+
+    def _begin(self, search: JointSearch) -> JointState:
+        """Return where the search begins; for rotors under a fixed yaw, at a curve found without spin, flown slower.
+
+        From rest at every waypoint the search under a fixed yaw ends in a curve that is twice as slow.
+        """
+        state = self._guess(search)
+        if self.first is not None or self.problem.yaw is None or not isinstance(self.limits, VehicleLimits):
+            return state
+        free = JointProblem(self.task, self.limits, self.problem.guess, None).search(1, self._tell)
+        state = self._settled(free, state).state
+        for _ in range(SLOWINGS):
+            excess = search.evaluate(state).measured.limit
+            if self.interrupted or excess <= 0.0:
+                break
+            state = slowed(state, 1.0 + min(excess, 0.5) + OPEN)
+        return state
 
     def _settled(self, search: JointSearch, state: JointState) -> Evaluated:
         """Search from a state, with higher penalties as long as it ends outside."""
@@ -168,15 +202,19 @@ class LeastTime:
         fine = self.problem.search(search.layout.task.pieces * parts, self._tell)
         fine.penalties = search.penalties
         start = divided(search.layout, found.state, fine.layout)
-        kept = fine.evaluate(start)
-        best = min(kept, self._settled(fine, slowed(start)), key=_merit)
+        self.kept = fine.evaluate(start)
+        best = min(self.kept, self._settled(fine, slowed(start)), key=_merit)
+        return fine, best if self.refine else self._repeated(fine, best)
+
+    def _repeated(self, search: JointSearch, best: Evaluated) -> Evaluated:
+        """Search again from the best curve flown a little more slowly, while that gains."""
         for _ in range(POLISHES):
             if self.interrupted:
                 break
-            before, best = best, min(best, self._settled(fine, slowed(best.state, EASED)), key=_merit)
+            before, best = best, min(best, self._settled(search, slowed(best.state, EASED)), key=_merit)
             if best.merit > before.merit * (1.0 - POLISHED):
                 break
-        return fine, best
+        return best
 
     def _reason(self, search: JointSearch, found: Evaluated) -> MinsnapError:
         """Say why the search ended outside: the corridor alone, or which limit is exceeded where and by how much."""
@@ -193,6 +231,10 @@ class LeastTime:
             leg=used.leg,
             instant=used.instant,
         )
+
+
+def _duration(solved: Solved) -> float:
+    return solved.trajectory.duration
 
 
 def _merit(found: Evaluated) -> float:

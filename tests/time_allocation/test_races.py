@@ -21,7 +21,7 @@ RACER = Quadrotor(0.85, (0.001, 0.001, 0.0017), 0.15, 1e-6, 5e-8, np.sqrt(6.879e
 LOOP = [(-1.1, -1.6, 3.6), (9.2, 6.6, 1), (9.2, -4, 1.2), (-4.5, -6, 3.5), (-4.5, -6, 0.8), (4.75, -0.9, 1.2)]
 
 
-@pytest.mark.parametrize(("pieces", "most"), [(1, 10.86), (2, 9.40), (3, 9.20)])
+@pytest.mark.parametrize(("pieces", "most"), [(1, 10.86), (2, 9.39), (3, 9.16)])
 def test_the_rectangle(pieces, most):
     path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, pieces=pieces)
     assert minsnap.certify(path, REFERENCE, corridor=0.3, limits=LIMITS).ok and path.duration <= most
@@ -36,7 +36,7 @@ def test_the_maze_in_any_unit(unit):
     assert path.duration <= 15.2 and minsnap.certify(path, corridor=boxes, limits=limits).ok
 
 
-@pytest.mark.parametrize(("pieces", "most"), [(1, 3.23), (2, 3.08)])
+@pytest.mark.parametrize(("pieces", "most"), [(1, 3.23), (2, 3.06), (3, 3.03)])
 def test_a_moving_start_through_boxes(pieces, most):
     start = {"position": PATH[0], "velocity": (1.5, 0.2, 0), "acceleration": (0.5, 0, 0)}
     options = {"corridor": AROUND, "start": start, "end": {"position": PATH[-1]}, "limits": LIMITS}
@@ -63,6 +63,18 @@ def test_a_race_with_every_rotor_within_its_thrust():
     mean = 0.85 * size[:, 0] / 4.0
     assert (mean + torque).max() <= 6.879 + 1e-6 and (mean - torque).min() >= -1e-6
     assert (np.linalg.norm(across, axis=1) / size[:, 0]).max() <= 15.0 + 1e-6
+
+
+@pytest.mark.slow
+def test_rotors_under_a_fixed_yaw_begin_from_the_curve_without_spin():
+    """From rest at every ball the search under a fixed yaw ended at 2.4 times the time without spin."""
+    points = np.array([(-5, 4.5, 1.2), *LOOP[:3]], dtype=float)
+    asked = {"limits": Limits.of(RACER, reserve=0.0, body_rate=15.0), "waypoint_tolerance": minsnap.Ball(0.3)}
+    free = minsnap.plan(points, yaw="tilt", **asked)
+    for pieces in (1, 2):
+        fixed = minsnap.plan(points, yaw=0.0, pieces=pieces, **asked)
+        assert minsnap.certify(fixed, points, limits=asked["limits"], tolerance=minsnap.Ball(0.3)).ok
+        assert fixed.duration < 1.3 * free.duration
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7, "tilt", "velocity", [0.0, 0.5, 1.0, 0.5, 0.0]], ids=str)
