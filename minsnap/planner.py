@@ -39,6 +39,7 @@ from minsnap.native.unconstrained import resting_optimum
 from minsnap.optimisation.planned_yaw import Held, Yaw, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.tube_report import TubeReport
+from minsnap.time_allocation.search_line import shown
 from minsnap.time_allocation.timed import Timed, Timing
 from minsnap.trajectory.report import LinearSystem, Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
@@ -65,7 +66,7 @@ def plan(
     split: str = "optimal",
     time_weight: float | None = None,
     enforce: str | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     pieces: int | str = 1,
     room: Room | Sequence[npt.ArrayLike] | None = None,
     waypoint_tolerance: npt.ArrayLike | Ball | None = None,
@@ -126,8 +127,8 @@ def plan(
     enforce : {"qp", "scaling"}, optional
         How ``limits`` are kept: as walls of the QP (the default), so that long legs cruise at the limit; or, with
         ``limits`` alone, by planning without them and stretching time (the default for the other splits).
-    progress : callable, optional
-        Called with a ``Step`` at every evaluation of a search.
+    progress : callable or bool, optional
+        Called with a ``Step`` at every evaluation of a search; True shows a line on standard error.
     pieces : int or "auto"
         Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide legs, into three
         and then six, as long as that gains more than half a percent; it is one elsewhere.
@@ -186,9 +187,7 @@ def plan(
     from minsnap.time_allocation.allocate import plan_timed
 
     parts, refine = check_pieces(pieces)
-    timing = Timing(
-        durations, total_time, limits, split, time_weight, enforce, progress, time_limit, refine, on_interrupt
-    )
+    timing = Timing(durations, total_time, limits, split, time_weight, enforce, None, time_limit, refine, on_interrupt)
     timing.check()
     instants = check_samples(_named_method(corridor_method, certify), samples, limits is not None)
     half = check_degree(degree)
@@ -199,7 +198,9 @@ def plan(
     task = replace(_placed(*asked, constraints, *smoothness, _named_solver(solver)), deadline=deadline)
     gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, gravity, Held(yaw_rate, hold_below, turning))
-    timed = plan_timed(task, timing, lambda curve: curve.with_yaw(heading(curve)), instants)
+    with shown(progress) as told:
+        told_timing = replace(timing, progress=told)
+        timed = plan_timed(task, told_timing, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.with_report(_report(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
 
 
