@@ -3,6 +3,8 @@
 // Piece i is r(t) = sum of B_j(s) p_ij with s = (t - t_i) / T_i in [0, 1]; pieces are half-open, the last is closed.  The
 // weights B_j are not negative and sum to one (G. Farin, "Curves and Surfaces for CAGD", chapter 5), so knots are met
 // exactly and rounding stays relative to the control points.  Instants in the same piece are taken together.
+// Helpers are inlined whatever the flags: code for wide registers passes vectors between functions in another way.
+#undef MINSNAP_INLINE
 #include "evaluate.hpp"
 
 #include <algorithm>
