@@ -12,13 +12,14 @@ from collections.abc import Callable
 import numpy as np
 
 from minsnap.limits.limits import Limits
+from minsnap.limits.span import largest_use
 from minsnap.native.library import core
 from minsnap.optimisation.outcome import Outcome
 from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_model import Caution, Inwards
 from minsnap.time_allocation.joint_search import SHARES, Evaluated, JointSearch
-from minsnap.time_allocation.time_stretch import most_used, nearby_factor, touching_factor
+from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.time_allocation.true_peaks import Measured
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -100,7 +101,7 @@ class CertifiedEnd:
         return self._touching(self.inside) if self.still and self.inside is not None else None
 
     def _excess(self, solved: Solved) -> float:
-        return most_used(self.limits, self.finish(solved.trajectory)).fraction - 1.0
+        return largest_use(self.limits, self.finish(solved.trajectory)) - 1.0
 
     def _closer(self, state: JointState, measured: Measured) -> JointState:
         """Take a step towards walls and limits moved inwards, as much of it as brings the curve closer to them."""

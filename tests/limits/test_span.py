@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+import minsnap
 from minsnap import Limits, Trajectory
-from minsnap.limits.span import kept_from, use_from
+from minsnap.limits.span import kept_from, largest_use, use_from
 from minsnap.polynomials.bernstein import powers_to_points
 
 # x = 4 t - t^2 on [0, 1.5]: the speed falls from 4 to 1 and is 3 at 0.5 s
@@ -29,3 +30,13 @@ def test_use_is_told_in_legs_and_instants_of_the_whole():
     used = use_from(Limits(speed=3.0), whole, 2.0)[0]
     assert (used.leg, used.instant) == (1, pytest.approx(3.0))
     assert used.value == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("orders", [("speed",), ("jerk", "speed"), ("acceleration", "snap", "speed")])
+def test_the_largest_use_of_norms_is_that_of_the_exact_utilisation(orders):
+    points = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2)], dtype=float)
+    path = minsnap.plan(points, durations=[1.0, 1.3])
+    limits = Limits(**{name: 2.0 + k for k, name in enumerate(orders)})
+    assert largest_use(limits, path) == pytest.approx(max(u.fraction for u in limits.utilisation(path)), rel=1e-12)
+    by_axis = Limits(**{name: 2.0 for name in orders}, norm="axis")
+    assert largest_use(by_axis, path) == max(u.fraction for u in by_axis.utilisation(path))
