@@ -123,6 +123,11 @@ class Replanner:
         self._beyond: float | None = None
         self._stop_takes = np.inf
 
+    @property
+    def limits(self) -> Limits | None:
+        """The limits that new plans keep, those of the vehicle with them."""
+        return self._limits
+
     def replan(
         self,
         flown: Trajectory,
@@ -367,7 +372,7 @@ def _all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | No
         raise LimitError(f"limits must be a Limits, not {type(limits).__name__}")
     if vehicle is None:
         return limits
-    return Limits.of(vehicle, **({} if limits is None else limits.given()))
+    return Limits.of(vehicle, **({} if limits is None else {**limits.given(), "norm": limits.norm}))
 
 
 def _chosen(yaw: Any, limits: Limits | None) -> ChosenHeading | None:

@@ -65,6 +65,17 @@ def test_a_piece_joined_before_a_plan_is_the_same_curve_with_as_many_legs():
     assert again.leg_breaks == pytest.approx(rest.leg_breaks)
 
 
+@pytest.mark.parametrize("seconds", [1e-6, 0.02, 0.2])
+def test_a_time_limit_ends_with_a_certified_plan_or_a_sentence(seconds):
+    start = {"velocity": (2.0, 0, 0)}
+    try:
+        path = minsnap.plan(POINTS, limits=LIMITS, corridor=BOXES, start=start, time_limit=seconds)
+    except minsnap.SolverError as late:
+        assert str(late).startswith("time_limit has passed without a certified plan")
+    else:
+        assert minsnap.certify(path, POINTS, BOXES, LIMITS).ok
+
+
 @pytest.mark.parametrize("instant", [-1.0, 9.0, True, "0"])
 def test_limits_from_is_an_instant_of_the_trajectory(instant):
     with pytest.raises(minsnap.errors.InputError, match="limits_from is"):
