@@ -24,6 +24,10 @@ def still():
     return 100.0
 
 
+AMPLE = {"began": 160.0}
+"""The flight begins in a minute on that clock: a search has the time that it needs on a loaded machine."""
+
+
 @pytest.fixture(scope="module")
 def flown():
     return minsnap.plan(POINTS, limits=LIMITS, corridor=BOXES, start=START)
@@ -61,37 +65,21 @@ def test_with_nothing_changed_the_rest_of_the_plan_comes_back(flown, now):
     check_certified(change, points, boxes)
 
 
-@pytest.mark.parametrize("now", [0.0, 0.6, 1.3, 2.2])
+@pytest.mark.parametrize("now", [0.0, 0.6, 1.3])
 def test_moved_waypoints_are_passed_from_the_state_at_the_splice(flown, now):
     passed, points, boxes = ahead(flown, now + 0.05)
     moved = points + np.where(np.arange(len(points)) == len(points) - 1, 0.2, 0.0)[:, None]
-    replanner = Replanner(LIMITS, boxes, clock=still)
-    change = replanner.replan(flown, now, moved, 30.0) if now < 0.0 else replanner.replan(flown, now, moved, 0.05)
+    change = Replanner(LIMITS, boxes, clock=still).replan(flown, now, moved, 0.05, **AMPLE)
     check_splice(change, flown)
-    assert change.certified
-    if not change.kept:
-        check_certified(change, moved, boxes)
-        assert change.trajectory(change.trajectory.duration) == pytest.approx(moved[-1], abs=1e-9)
-
-
-def test_moved_waypoints_are_reached_where_time_allows(flown):
-    passed, points, boxes = ahead(flown, 0.5)
-    moved = points + np.array([0.0, 0.1, 0.1])
-    change = Replanner(LIMITS, boxes, clock=still).replan(flown, 0.0, moved, 0.5)
-    splice = splice_of(flown, 0.0, 0.5, 4)
-    assert change.splice == splice.instant
-    found = 0
-    for attempt in range(4):
-        found += not change.kept
-        change = Replanner(LIMITS, boxes, clock=still).replan(flown, 0.02 * attempt, moved, 0.5)
-    assert found
-    check_splice(change, flown)
+    assert change.certified and not change.kept, change.reason
+    check_certified(change, moved, boxes)
+    assert change.trajectory(change.trajectory.duration) == pytest.approx(moved[-1], abs=1e-9)
 
 
 def test_larger_limits_give_a_shorter_plan_and_never_a_longer_one(flown):
     faster = Limits(speed=4.0, acceleration=9.0)
     _, points, boxes = ahead(flown, 0.6)
-    change = minsnap.replan(flown, 0.1, points, 0.5, limits=faster, corridor=boxes, clock=still)
+    change = minsnap.replan(flown, 0.1, points, 0.5, limits=faster, corridor=boxes, clock=still, **AMPLE)
     assert not change.kept
     assert change.trajectory.duration < flown.duration - change.splice
     assert minsnap.certify(change.trajectory, np.vstack((change.trajectory(0.0), points)), boxes, faster).ok
@@ -157,7 +145,7 @@ def test_where_the_course_beyond_the_horizon_changes_the_plan_rests_there(flown)
     _, points, boxes = ahead(flown, 0.5)
     points = points.copy()
     points[-1] += [0.3, 0.0, 0.0]
-    change = Replanner(LIMITS, boxes, horizon=2, clock=still).replan(flown, 0.1, points, 0.4)
+    change = Replanner(LIMITS, boxes, horizon=2, clock=still).replan(flown, 0.1, points, 0.4, **AMPLE)
     assert not change.kept
     assert change.trajectory.legs == 2
     assert change.trajectory(change.trajectory.duration) == pytest.approx(points[1])
@@ -197,9 +185,7 @@ def test_a_start_outside_its_box_says_by_how_much_and_flies_back_where_that_is_a
     with pytest.raises(CorridorError, match="the start is 0.05 m outside the box of leg 0: .* recover=0.05") as refused:
         minsnap.replan(flown, 0.1, points, 0.1, **options)
     assert (refused.value.leg, refused.value.waypoint) == (0, 0)
-    change = Replanner(**options, recover=0.1).replan(flown, 0.0, points, 0.2)
-    for _ in range(5):
-        change = Replanner(**options, recover=0.1).replan(flown, 0.0, points, 0.2) if change.kept else change
+    change = Replanner(**options, recover=0.1).replan(flown, 0.0, points, 0.2, **AMPLE)
     assert not change.kept, change.reason
     assert 0.0 < change.inside_from < 0.6
     t = np.linspace(change.inside_from, change.trajectory.leg_breaks[1], 500)
@@ -240,7 +226,9 @@ def test_two_threads_are_refused(flown):
 
 
 def test_a_vehicle_at_its_goal_flies_on(flown):
-    change = minsnap.replan(flown, flown.duration, [(8.0, 2.0, 1.0)], 0.5, limits=LIMITS, corridor=0.5, clock=still)
+    change = minsnap.replan(
+        flown, flown.duration, [(8.0, 2.0, 1.0)], 0.5, limits=LIMITS, corridor=0.5, clock=still, **AMPLE
+    )
     assert not change.kept
     assert change.trajectory(0.0) == pytest.approx(POINTS[-1], abs=1e-9)
     assert change.stop.duration < 0.5
