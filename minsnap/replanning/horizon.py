@@ -42,7 +42,7 @@ class Near:
         return finish(grouped(curve, pieces).then(grouped(self.tail, pieces)))
 
 
-def near(task: Task, legs: int | None, rest: Trajectory | None) -> Near:
+def near(task: Task, legs: int | None, rest: Trajectory | None, flown: Trajectory | None) -> Near:
     """Return what is planned of a task.
 
     Parameters
@@ -51,13 +51,16 @@ def near(task: Task, legs: int | None, rest: Trajectory | None) -> Near:
     legs : int or None
         So many legs, all with None.
     rest : Trajectory or None
-        What is flown through all legs of the task; the plan then joins it, where it is inside beyond the horizon.
+        What is flown through all waypoints of the task; the plan then joins it, where it is inside beyond the horizon.
+    flown : Trajectory or None
+        What is flown, wherever it passes: the first guess.
     """
     if legs is None or task.legs <= legs:
-        return Near(task, rest, None)
-    head = tail = None
+        return Near(task, flown, None)
+    head = _legs(flown, 0, legs) if flown is not None and flown.legs >= legs else None
+    tail = None
     if rest is not None:
-        head, tail = _legs(rest, 0, legs), _legs(rest, legs, rest.legs)
+        tail = _legs(rest, legs, rest.legs)
         nearest = nearest_wall(tail, walls_from(task.walls, legs, task.legs))
         tail = None if nearest is not None and nearest.value < 0.0 else tail
     return Near(_first(task, legs, tail), head, tail)

@@ -266,7 +266,7 @@ class Replanner:
             return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
         task = call.course.task
         inner = moved_inwards(task.walls, task.waypoints, self._clearance)
-        part = near(replace(task, walls=inner), self._horizon, rest)
+        part = near(replace(task, walls=inner), self._horizon, rest, call.splice.rest)
         began = time.perf_counter()
         try:
             better = self._better(call, part, seconds)

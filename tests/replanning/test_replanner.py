@@ -65,7 +65,7 @@ def test_with_nothing_changed_the_rest_of_the_plan_comes_back(flown, now):
     check_certified(change, points, boxes)
 
 
-@pytest.mark.parametrize("now", [0.0, 0.6, 1.3])
+@pytest.mark.parametrize("now", [0.0, 0.6, 1.3, 2.2])
 def test_moved_waypoints_are_passed_from_the_state_at_the_splice(flown, now):
     passed, points, boxes = ahead(flown, now + 0.05)
     moved = points + np.where(np.arange(len(points)) == len(points) - 1, 0.2, 0.0)[:, None]
