@@ -372,7 +372,8 @@ def _all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | No
         raise LimitError(f"limits must be a Limits, not {type(limits).__name__}")
     if vehicle is None:
         return limits
-    return Limits.of(vehicle, **({} if limits is None else {**limits.given(), "norm": limits.norm}))
+    others: dict[str, Any] = {} if limits is None else {**limits.given(), "norm": limits.norm}
+    return Limits.of(vehicle, **others)
 
 
 def _chosen(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
