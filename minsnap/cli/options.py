@@ -92,6 +92,9 @@ Corridor = Annotated[
 Yaw = Annotated[
     str | None, typer.Option("--yaw", help="Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin.")
 ]
+LookAtPoint = Annotated[
+    tuple[float, float] | None, typer.Option("--look-at", metavar="X Y", help="Point that the nose points at [m].")
+]
 YawRate = Annotated[
     float | None,
     typer.Option("--yaw-rate", metavar="RAD/S", help="With --yaw velocity: largest rate of a held heading [rad/s]."),
@@ -138,6 +141,23 @@ def parse_numbers(option: str, text: str) -> list[float]:
         If the text is something else.
     """
     return [_number(option, part) for part in text.split(",")]
+
+
+def chosen_yaw(text: str | None, look_at: tuple[float, float] | None) -> Any:
+    """Return the yaw that ``--yaw`` or ``--look-at`` says, or None.
+
+    Raises
+    ------
+    InputError
+        If both are given.
+    """
+    if look_at is None:
+        return parse_yaw(text)
+    if text is not None:
+        raise InputError("--yaw and --look-at both say where the nose points: give one of them")
+    from minsnap.trajectory.look_at import LookAt
+
+    return LookAt(look_at)
 
 
 def parse_yaw(text: str | None) -> float | str | None:

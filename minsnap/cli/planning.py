@@ -72,6 +72,7 @@ class TimingOptions(LimitOptions):
     pieces: options.Pieces = None
     time_limit: options.TimeLimit = None
     yaw: options.Yaw = None
+    look_at: options.LookAtPoint = None
 
     def __post_init__(self) -> None:
         if self.time is not None and self.time_weight is not None:
@@ -86,7 +87,9 @@ class TimingOptions(LimitOptions):
         """Return the arguments of a plan that were given."""
         how = {"time_weight": self.time_weight, "split": self.split, "time_limit": self.time_limit}
         how |= {"pieces": options.parse_pieces(self.pieces)}
-        return options.given(total_time=self.time, limits=self.limits, yaw=options.parse_yaw(self.yaw), **how)
+        return options.given(
+            total_time=self.time, limits=self.limits, yaw=options.chosen_yaw(self.yaw, self.look_at), **how
+        )
 
 
 @dataclass(frozen=True)
@@ -162,11 +165,15 @@ class Turning(PaceOptions):
     altitude: Altitude = 1.5
     clockwise: Clockwise = False
     yaw: options.Yaw = None
+    look_at: options.LookAtPoint = None
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a shape that were given."""
-        angles = {"yaw": options.parse_yaw(self.yaw), "ramp": None if self.ramp is None else radians(self.ramp)}
-        own = {name: value for name, value in asdict(self).items() if name not in options.limit_options()}
+        angles = {
+            "yaw": options.chosen_yaw(self.yaw, self.look_at),
+            "ramp": None if self.ramp is None else radians(self.ramp),
+        }
+        own = {name: value for name, value in asdict(self).items() if name not in options.limit_options() | {"look_at"}}
         return options.given(**own | angles | {"limits": self.limits})
 
     @property

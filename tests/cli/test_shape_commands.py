@@ -199,3 +199,16 @@ def test_shapes_are_flown_as_fast_as_limits_allow(call, shape):
     assert max(used["fraction"] for used in said["limits"]) == pytest.approx(1.0, abs=1e-6) and said["binding"]
     assert said["max_speed"] <= 1.5 * (1 + 1e-9)
     assert "no period" in call(shape, "--max-speed", "1.5", "--period", "4").stderr
+
+
+def test_the_nose_points_at_a_point(call, tmp_path):
+    call("circle", "--center", "1", "2", "--look-at", "1", "2", "--radius", "2", "-o", "a.csv")
+    read = minsnap.read_csv("a.csv")
+    inwards = np.array([1.0, 2.0]) - read.position[:, :2]
+    nose = np.stack((np.cos(read.yaw), np.sin(read.yaw)), axis=-1)
+    assert (nose * inwards).sum(axis=1) == pytest.approx(np.full(len(nose), 2.0))
+    (tmp_path / "w.csv").write_text("0,0,1\n3,0,1\n3,2,1\n")
+    call("plan", "w.csv", "--look-at", "1", "4", "-o", "b.csv")
+    read = minsnap.read_csv("b.csv")
+    assert np.tan(read.yaw) == pytest.approx((4.0 - read.position[:, 1]) / (1.0 - read.position[:, 0]), rel=1e-6)
+    assert "give one of them" in call("circle", "--yaw", "3", "--look-at", "1", "2").stderr
