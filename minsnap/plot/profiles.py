@@ -159,7 +159,8 @@ def _draw_commanded(ax: Axes, samples: Samples) -> None:
     values = samples.commanded().acceleration
     assert values is not None
     for i in range(samples.dim):
-        ax.plot(samples.t, values[:, i], linewidth=0.7, alpha=0.6, **AXIS_STYLES[i % len(AXIS_STYLES)])
+        style: dict[str, Any] = AXIS_STYLES[i % len(AXIS_STYLES)]
+        ax.plot(samples.t, values[:, i], linewidth=0.7, alpha=0.6, **style)
 
 
 def _draw_limit(ax: Axes, samples: Samples, order: int, limit: Any) -> list[Any]:
