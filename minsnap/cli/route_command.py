@@ -76,6 +76,7 @@ def route(
         asked = reading.arguments() | timing.arguments() | {"on_interrupt": "return"} | progress
         found = plan_through(_source(map_file, reading.transpose), *ends, **asked)
     figures = {"obstacle_distance": found.distance, "obstacle_instant": found.approach.instant}
+    figures["altitude"] = 0.0 if found.dim == 2 else None
     how: dict[str, Any] = {"corridor": found.corridor, "limits": found.limits, "further": figures}
     destination.deliver(found.trajectory, **how, draw=lambda: _figure(found, map_file, destination.view or "xy"))
 

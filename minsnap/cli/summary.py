@@ -24,6 +24,7 @@ _LINES = (
     ("max_jerk", "max jerk", "{:.4g} m/s³"),
     ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
     ("obstacle_distance", "obstacle distance", "{:.4g} m, at every instant"),
+    ("altitude", "altitude", "{:g} m in files of setpoints: give --start X Y Z to choose it"),
     ("parts", "parts", "{}"),
     ("solver", "solver", "{}"),
     ("rounds", "rounds", "{}"),

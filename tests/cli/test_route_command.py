@@ -24,7 +24,9 @@ def test_one_command_leads_from_a_map_to_setpoints_and_a_figure(call, folder):
     done = call(*WAY, "-o", "route.csv", "--plot", "route.png", "--json")
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
-    assert figures["obstacle_distance"] >= 0.3 - 1e-9 and figures["max_speed"] <= 3.0 + 1e-6
+    assert (
+        figures["altitude"] == 0.0 and figures["obstacle_distance"] >= 0.3 - 1e-9 and figures["max_speed"] <= 3.0 + 1e-6
+    )
     assert (folder / "route.png").read_bytes().startswith(b"\x89PNG")
     found = read_csv("route.csv")
     assert found.position[0] == pytest.approx([1, 1, 0]) and found.position[-1] == pytest.approx([9, 7, 0])
@@ -34,7 +36,7 @@ def test_one_command_leads_from_a_map_to_setpoints_and_a_figure(call, folder):
 def test_altitudes_a_time_and_a_plan_as_a_file(call, folder):
     done = call(*WAY[:4], "--start", "1", "1", "1.2", "--goal", "9", "7", "1.2", "--time", "15", "-o", "route.json")
     assert done.returncode == 0, done.stderr
-    assert "obstacle distance" in done.stdout and "15 s" in done.stdout
+    assert "obstacle distance" in done.stdout and "15 s" in done.stdout and "altitude" not in done.stdout
     assert call("plan", "route.json", "-o", "again.csv").returncode == 0
     assert read_csv("again.csv").position[:, 2].min() > 0.2
 
