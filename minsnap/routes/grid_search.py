@@ -16,7 +16,13 @@ FURTHEST = 1e300
 """Steps from the start beyond which nothing is looked for."""
 
 
-def shortest_way(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray) -> IntArray | None:
+AVOIDED = 1000.0
+"""Factor on the length of steps to and from cells that are avoided."""
+
+
+def shortest_way(
+    free: BoolArray, size: FloatArray, start: IntArray, goal: IntArray, avoided: BoolArray | None = None
+) -> IntArray | None:
     """Return cells from start to goal: (m, dim), or None if there is no way.
 
     Steps go to any neighbour, through an edge or a corner only where all cells that meet there are free, and have their
@@ -31,12 +37,14 @@ def shortest_way(free: BoolArray, size: FloatArray, start: IntArray, goal: IntAr
         Sides of a cell [m].
     start, goal : ndarray, shape (dim,)
         Cells.
+    avoided : ndarray of bool, optional
+        Cells that the way has only where there is no other.
     """
-    if free.size > LARGE:
+    if free.size > LARGE and avoided is None:
         coarse = _in_blocks(free, size, start, goal)
         if coarse is not None:
             return coarse
-    graph = _graph(free, size, corners=free.size <= LARGE)
+    graph = _graph(free, size, corners=free.size <= LARGE, avoided=avoided)
     ends = [int(np.ravel_multi_index(tuple(cell), free.shape)) for cell in (start, goal)]
     return _traced(graph, ends[0], ends[1], free.shape)
 
@@ -54,7 +62,7 @@ def _in_blocks(free: BoolArray, size: FloatArray, start: IntArray, goal: IntArra
     return None if way is None else np.vstack((start, 2 * way, goal))
 
 
-def _graph(free: BoolArray, size: FloatArray, corners: bool) -> Any:
+def _graph(free: BoolArray, size: FloatArray, corners: bool, avoided: BoolArray | None) -> Any:
     """Return the lengths of all steps between free cells, each once, as a sparse matrix.
 
     Without ``corners``, through faces only.
@@ -71,6 +79,8 @@ def _graph(free: BoolArray, size: FloatArray, corners: bool) -> Any:
         rows.append(index[here][open_])
         columns.append(index[there][open_])
         lengths.append(np.full(len(rows[-1]), np.linalg.norm(size * step)))
+        if avoided is not None:
+            lengths[-1] *= np.where(avoided[here][open_] | avoided[there][open_], AVOIDED, 1.0)
     entries = np.concatenate(lengths), (np.concatenate(rows), np.concatenate(columns))
     return csr_matrix(entries, shape=(free.size, free.size))
 

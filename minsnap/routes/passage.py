@@ -94,7 +94,7 @@ def _too_narrow(
     lead = f"no way leads from {_metres(start)} to {_metres(goal)}"
     if most is None:
         return CorridorError(f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells")
-    way = shortest_way(open_ & (gap >= most), grid.resolution, *ends)
+    way = shortest_way(open_ & (gap >= most), grid.resolution, *ends, avoided=gap <= most)
     assert way is not None
     narrow = way[int(gap[tuple(way.T)].argmin())]
     return InfeasibleError(

@@ -90,6 +90,15 @@ def test_the_widest_way_is_named_where_it_is_too_narrow():
     assert passing.distance >= 0.3 - 1e-9
 
 
+def test_the_narrowest_place_is_the_hole_and_not_where_the_way_passes_along_a_wall():
+    cells = np.zeros((60, 60), dtype=bool)
+    cells[30] = True
+    cells[30, 40:45] = False
+    with pytest.raises(InfeasibleError, match=r"0.2 m on each side at \((2.95|3.05), 4.25\) m") as caught:
+        plan_through(cells, (1.0, 0.6), (5.0, 0.6), clearance=0.35, resolution=0.1)
+    assert caught.value.smallest_width == pytest.approx(0.2)
+
+
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
