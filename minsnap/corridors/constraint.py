@@ -155,9 +155,10 @@ class Balls(ReadOnly):
     leg : array_like of int, shape (m,)
         Which leg each belongs to.
     matrix : array_like, shape (m, q, dim)
-        A: the identity for a ball, a projection for a cylinder.
+        A: the identity for a ball, a projection for a cylinder, diag(r / a) with the least semi-axis r for an ellipsoid
+        of semi-axes a. No singular value above 1, so that a margin is at most the distance in metres.
     anchor : array_like, shape (m, dim)
-        Centre; zero for derivatives.
+        Centre, or a point inside a cone, not its apex; zero for derivatives.
     radius : array_like, shape (m,)
         Positive.
     order : int

@@ -2,9 +2,9 @@
 
 A row gives a limit its name, unit and option of the command line, and names what it measures
 (:data:`minsnap.limits.measures.MEASURES`). From a row and its measure come the walls of the QP, the exact maximum over
-all time, the curve in figures, the line of a summary and the option of the commands that plan. To add a limit, add a
-row here and a field of the same name to :class:`~minsnap.limits.limits.Limits`; if it measures something new, also a
-measure.
+all time, the curve in figures, the line of a summary and the option of the commands that plan. To add a limit on
+a derivative of the position, add a row here and a field of the same name, at the same place, to
+:class:`~minsnap.limits.limits.Limits`; if it measures something new, also a measure.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ class Kind:
     unit : str
         Of the limit, as a summary prints it.
     measure : str
-        What is measured: a name of :data:`~minsnap.limits.measures.MEASURES`.
+        What is measured: a name of :data:`~minsnap.limits.measures.MEASURES`, or ``yaw_rate`` or ``rotors``, which
+        need more than the position.
     order : int
         Derivative that is measured; 0 where the measure takes several.
     option : str

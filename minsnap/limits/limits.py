@@ -152,7 +152,7 @@ class Limits:
         """Return the convex limits as sets that derivatives must stay in on every leg.
 
         A minimum thrust is replaced by a bound on its vertical part, which is sufficient; body and yaw rate are not
-        convex and are kept by the time scale.
+        convex: searches linearise them, and the time scale keeps them.
         """
         extent = Extent(len(waypoints) - 1, waypoints.shape[1])
         self._check_dim(extent.dim)

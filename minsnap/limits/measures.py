@@ -175,7 +175,7 @@ class _Tilt:
 
 
 class _BodyRate:
-    """Rate at which the thrust direction turns, squared |j x f|^2 over |f|^4; not convex, so kept by the time scale."""
+    """Rate at which the thrust direction turns, squared |j x f|^2 over |f|^4; not convex: linearised in searches."""
 
     def largest(self, motion: Motion, order: int) -> Found:
         thrust, jerk = motion.thrust(), motion.order(3) / motion.gravity

@@ -1,4 +1,4 @@
-"""The compiled core and its one door: C++17 behind ``extern "C"``, loaded with ctypes.
+"""The compiled core: C++17 behind ``extern "C"``, loaded with ctypes by ``library.py`` alone.
 
-Whatever it does not do, or does not prove, is handed over to the Python core, which stays the reference.
+Problems that it cannot solve or cannot prove are solved by the Python core, which stays the reference.
 """

@@ -1,4 +1,4 @@
-"""Control points with running error bounds: whatever a certificate computes, it knows how far that may be off.
+"""Control points with running error bounds: each number of a certificate is computed with a bound on its rounding.
 
 Standard model of rounding (N. J. Higham, "Accuracy and Stability of Numerical Algorithms", 2nd ed., SIAM 2002, sections
 2.2, 3.1 and 3.3): one operation is off by at most u times its result, and a sum of k products, in any order, by at most

@@ -1,4 +1,4 @@
-"""Polynomials in exact rational arithmetic: slow, and beyond doubt.
+"""Polynomials in exact rational arithmetic: exact but slow.
 
 Every double is a rational, so whatever follows from control points by sums, products and halving can be computed
 without any rounding.  Control points are lists of Fraction; a curve is a list of them, one per coordinate.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.limits.kinds import KINDS
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
@@ -18,13 +19,14 @@ SHORT = 0.3
 
 def norm_limits(limits: Limits) -> tuple[float, float, float, float]:
     """Speed, acceleration, jerk and snap that a motion in any direction may reach; infinite where free."""
-    speeds = (limits.speed, limits.horizontal_speed, limits.vertical_speed, limits.climb_speed, limits.descent_speed)
+    speeds, accelerations, jerks, snaps = (
+        [getattr(limits, k.name) for k in KINDS if k.order == n] for n in range(1, 5)
+    )
     reserve = [] if limits.max_thrust is None else [(limits.max_thrust - 1.0) * limits.gravity]
     reserve += [] if limits.min_thrust is None else [(1.0 - limits.min_thrust) * limits.gravity]
     reserve += [] if limits.tilt is None else [limits.gravity * np.sin(limits.tilt)]
-    accelerations = (limits.acceleration, limits.horizontal_acceleration, limits.vertical_acceleration, *reserve)
-    jerks = (limits.jerk, None if limits.body_rate is None else 0.5 * limits.gravity * limits.body_rate)
-    return _least(*speeds), _least(*accelerations), _least(*jerks), _least(limits.snap)
+    turning = None if limits.body_rate is None else 0.5 * limits.gravity * limits.body_rate
+    return _least(*speeds), _least(*accelerations, *reserve), _least(*jerks, turning), _least(*snaps)
 
 
 def _least(*values: float | None) -> float:
