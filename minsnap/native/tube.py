@@ -61,4 +61,5 @@ def tube_optimum(
         *(address(points), address(durations), address(widths), legs, dim, half, widths.ndim == 0, gap),
         *(writable(found), writable(breaks), writable(figures)),
     )
-    return None if status else TubeCurve(found, breaks, figures)
+    finite = not status and np.isfinite(found).all() and np.isfinite(figures).all()
+    return TubeCurve(found, breaks, figures) if finite else None

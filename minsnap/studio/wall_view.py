@@ -34,7 +34,7 @@ class WallView:
     def __init__(self, server: Any, editor: Editor) -> None:
         self._server, self._editor = server, editor
         self._tubes: dict[int, tuple[Any, Any]] = {}
-        self._boxes: dict[str, tuple[Any, list[Any]]] = {}
+        self._boxes: dict[str, tuple[Any, Any]] = {}
         self._faces: dict[tuple[int, int], Any] = {}
         self._chosen = NO_FACES
         self._request: SceneRequest | None = None
@@ -83,19 +83,20 @@ class WallView:
             refused = bool(state.refusal) and state.leg == leg
             wanted[f"box {leg}"] = (box, REFUSED if refused else BOX, 0.3 if refused else 0.1)
         for name in [name for name, (key, _) in self._boxes.items() if wanted.get(name) != key]:
-            for handle in self._boxes.pop(name)[1]:
-                handle.remove()
+            self._boxes.pop(name)[1].remove()
         for name, key in wanted.items():
             if name not in self._boxes:
                 self._boxes[name] = (key, self._box_nodes(name.replace(" ", "/"), *key))
 
-    def _box_nodes(self, name: str, box: Box, colour: Any, opacity: float) -> list[Any]:
+    def _box_nodes(self, name: str, box: Box, colour: Any, opacity: float) -> Any:
+        """Draw faces, and edges as their child, which goes with them; return the faces."""
         vertices, faces = box_surface(box)
         plain = {"cast_shadow": False, "receive_shadow": False, "side": "double", "flat_shading": True}
         scene = self._server.scene
         mesh = scene.add_mesh_simple(f"/walls/{name}", vertices, faces, color=colour, opacity=opacity, **plain)
         lines = {"thickness": 1.5, "thickness_units": "screen"}
-        return [mesh, scene.add_line_segments(f"/walls/{name}/edges", box_edges(box), colour, **lines)]
+        scene.add_line_segments(f"/walls/{name}/edges", box_edges(box), colour, **lines)
+        return mesh
 
     def _box(self) -> tuple[int | None, Box | None]:
         """Return the leg and the box whose faces can be dragged; (None, the room); or (None, None)."""

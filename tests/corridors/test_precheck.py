@@ -37,7 +37,10 @@ class Ball:
 def refused(error, match):
     """Expect a refusal, and no solve before it."""
     solved = AssertionError("solved before it was refused")
-    with mock.patch("minsnap.planner.plan_timed", side_effect=solved), pytest.raises(error, match=match) as caught:
+    with (
+        mock.patch("minsnap.time_allocation.allocate.plan_timed", side_effect=solved),
+        pytest.raises(error, match=match) as caught,
+    ):
         yield caught
 
 
