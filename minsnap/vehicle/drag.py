@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import VehicleError
+from minsnap.storage.budget import shown
 
 
 @runtime_checkable
@@ -217,6 +218,6 @@ def coefficients(name: str, values: npt.ArrayLike) -> FloatArray:
     """Return three non-negative finite numbers as a read-only array, or raise VehicleError naming them."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (3,) or not np.isfinite(array).all() or (array < 0).any():
-        raise VehicleError(f"{name} is {values!r}: give three numbers along x, y, z of the body, none below 0")
+        raise VehicleError(f"{name} is {shown(values)}: give three numbers along x, y, z of the body, none below 0")
     array.flags.writeable = False
     return array

@@ -11,6 +11,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import VehicleError
+from minsnap.storage.budget import shown
 
 LAYOUTS: dict[str, tuple[float, float, float, float]] = {
     "x": (45.0, 135.0, 225.0, 315.0),
@@ -31,7 +32,7 @@ def rotor_positions(layout: str, arm_length: float) -> FloatArray:
         If the layout is not known.
     """
     if layout not in LAYOUTS:
-        raise VehicleError(f"the layout is {layout!r}: it must be one of {', '.join(LAYOUTS)}")
+        raise VehicleError(f"the layout is {shown(layout)}: it must be one of {', '.join(LAYOUTS)}")
     angle = np.radians(LAYOUTS[layout])
     unit = np.round(np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1), 15)
     return np.asarray(arm_length * unit)

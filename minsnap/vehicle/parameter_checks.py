@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import VehicleError
+from minsnap.storage.budget import shown
 
 _SLACK = 1e-9
 """Relative rounding allowed in the symmetry and the triangle inequality of an inertia."""
@@ -19,7 +20,7 @@ def positive(name: str, value: Any) -> float:
     """Return a finite number above 0, or raise VehicleError."""
     number = _number(name, value)
     if not number > 0:
-        raise VehicleError(f"{name} is {value!r}: it must be a number above 0")
+        raise VehicleError(f"{name} is {shown(value)}: it must be a number above 0")
     return number
 
 
@@ -27,7 +28,7 @@ def non_negative(name: str, value: Any) -> float:
     """Return a finite number not below 0, or raise VehicleError."""
     number = _number(name, value)
     if number < 0:
-        raise VehicleError(f"{name} is {value!r}: it must be 0 or more")
+        raise VehicleError(f"{name} is {shown(value)}: it must be 0 or more")
     return number
 
 
@@ -35,9 +36,9 @@ def _number(name: str, value: Any) -> float:
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise VehicleError(f"{name} is {value!r}: it must be a number") from None
+        raise VehicleError(f"{name} is {shown(value)}: it must be a number") from None
     if not math.isfinite(number):
-        raise VehicleError(f"{name} is {value!r}: it must be finite")
+        raise VehicleError(f"{name} is {shown(value)}: it must be finite")
     return number
 
 
@@ -50,7 +51,7 @@ def checked_inertia(value: npt.ArrayLike) -> FloatArray:
     try:
         given = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
-        raise VehicleError(f"inertia is {value!r}: give 3 moments or a 3 x 3 matrix") from None
+        raise VehicleError(f"inertia is {shown(value)}: give 3 moments or a 3 x 3 matrix") from None
     if given.shape not in ((3,), (3, 3)) or not np.isfinite(given).all():
         raise VehicleError(f"inertia has shape {given.shape}: give 3 finite moments or a finite 3 x 3 matrix")
     matrix = np.diag(given) if given.ndim == 1 else given

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import GRAVITY, FloatArray, ReadOnly
 from minsnap.errors import VehicleError
+from minsnap.storage.budget import shown
 from minsnap.vehicle.drag import BodyDrag, Drag
 from minsnap.vehicle.mixer import mixer_matrix, rotor_positions
 from minsnap.vehicle.parameter_checks import checked_inertia, non_negative, positive
@@ -77,7 +78,7 @@ class Quadrotor(ReadOnly):
             limits = f"{self.rotor_speed_min} and {self.rotor_speed_max} rad/s"
             raise VehicleError(f"the rotor speed limits are {limits}: the lower must be below the upper")
         if not isinstance(self.drag, Drag):
-            raise VehicleError(f"drag is {self.drag!r}: give a model with a force method, such as BodyDrag(...)")
+            raise VehicleError(f"drag is {shown(self.drag)}: give a model with a force method, such as BodyDrag(...)")
 
     @cached_property
     def rotor_positions(self) -> FloatArray:

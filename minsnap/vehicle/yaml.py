@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from minsnap.errors import VehicleError
-from minsnap.storage.budget import shown
+from minsnap.storage.budget import SHOWN, shown
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag
 from minsnap.vehicle.surface import Surface, SurfaceDrag
 
@@ -64,7 +64,7 @@ def write_description(vehicle: Any, path: str | os.PathLike[str]) -> None:
 def vehicle_from(kind: type[Vehicle], given: dict[str, Any]) -> Vehicle:
     """Return the vehicle that a mapping of fields describes, or raise VehicleError."""
     known = [field.name for field in fields(kind)]  # type: ignore[arg-type]
-    unknown = [str(name) for name in given if name not in known]
+    unknown = [str(name)[:SHOWN] for name in given if name not in known][:5]
     if unknown:
         raise VehicleError(f"no field is called {', '.join(unknown)}: the fields are {', '.join(known)}")
     missing = [name for name in known[:6] if name not in given]
@@ -101,7 +101,9 @@ def _surface_from(given: dict[str, Any], count: Any) -> Drag:
         drag = SurfaceDrag(Surface(**values), int(count))
         drag.force(np.ones(3))
     except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise VehicleError(f"the surface of the drag is malformed ({error}): give the fields of Surface") from None
+        raise VehicleError(
+            f"the surface of the drag is malformed ({str(error)[:SHOWN]}): give the fields of Surface"
+        ) from None
     return drag
 
 

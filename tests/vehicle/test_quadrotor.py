@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -158,3 +159,9 @@ def test_a_drag_without_description_is_not_written(tmp_path) -> None:
 def test_bad_drags_in_descriptions_are_named(drag: object) -> None:
     with pytest.raises(VehicleError, match="drag"):
         vehicle_from(Quadrotor, GOOD | {"drag": drag})
+
+
+def test_a_long_value_is_shortened_in_the_message():
+    with pytest.raises(VehicleError, match="inertia is ") as refused:
+        replace(Quadrotor.crazyflie(), inertia=[["1." + 400 * "6", "x", 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    assert len(str(refused.value)) < 250
