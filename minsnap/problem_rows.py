@@ -213,7 +213,10 @@ class ManyAsked:
         given: dict[str, Any] = {"durations": durations} | (self.others[index] if self.others else {})
         corridor = None if self.corridors is None else self.corridors[index]
         try:
-            curve = plan(points, corridor=corridor, degree=2 * self.half - 1, start=start, end=end, **given)
+            own: dict[str, Any] = {"degree": 2 * self.half - 1}
+            if isinstance(points, np.ndarray) and points.ndim == 2:
+                own["dim"] = points.shape[1]
+            curve = plan(points, corridor=corridor, start=start, end=end, **own, **given)
             if curve.dim != self.batch.dim:
                 raise WaypointError(
                     f"problem {index} has {curve.dim} coordinates and the others {self.batch.dim}: plan it apart"
