@@ -130,6 +130,13 @@ def test_no_heartbeat_says_how_long_and_where():
     link.close()
 
 
+def test_who_sends_to_a_port_that_nobody_answers_is_told_to_listen_there():
+    link = open_link("udpout:127.0.0.1:9", FastClock(50))
+    with pytest.raises(LinkError, match=r"sends to a port is heard on it: try udpin:127.0.0.1:9$"):
+        link.wait_for_vehicle(5.0)
+    link.close()
+
+
 def test_a_wrong_system_is_not_listened_to_and_is_named():
     clock = FastClock(10)
     with StandIn(clock=clock.now, system=3) as vehicle:
