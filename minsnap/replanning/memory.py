@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -30,10 +30,6 @@ class Memory:
         Whether the search behind it ended by itself.
     guess : Trajectory or None
         The last curve found for these legs, where it was not returned.
-    whole : Trajectory or None
-        Of which the answer is the rest.
-    offset : float
-        Instant at which the answer begins on its clock [s].
     """
 
     answer: Trajectory
@@ -41,14 +37,6 @@ class Memory:
     legs: list[bytes]
     settled: bool
     guess: Trajectory | None = None
-    whole: Trajectory | None = None
-    offset: float = 0.0
-
-    def placed(self, splice: Splice) -> Splice:
-        """Return a splice that knows of which plan the flown one is the rest."""
-        if self.answer is not splice.flown or self.whole is None:
-            return splice
-        return replace(splice, whole=self.whole, offset=self.offset)
 
     def same(self, splice: Splice, legs: list[bytes]) -> bool:
         """Whether the same is asked of every leg ahead as for this answer, and its search had ended."""

@@ -185,7 +185,6 @@ class Replanner:
         try:
             budgeted = budget_of(self._clock, now, budget, began) if is_number(now) and is_number(budget) else None
             splice = splice_of(flown, now, budget, self._half)
-            splice = splice if self._memory is None else self._memory.placed(splice)
             assert budgeted is not None
             aim = Aim(self._limits, durations, total_time)
             course = self._course(splice, waypoints, boxes, self._corridor if corridor is None else corridor, goal)
@@ -218,9 +217,8 @@ class Replanner:
         chosen, reason = self._chosen_of(call, rest if holds else None, better, reason)
         change = self._change(call, chosen, stop, safe, reason)
         guess = None if better is None or chosen is not None else better.curve
-        whole, offset = splice.source if change.kept else (None, 0.0)
         start = leg_start_of(splice, self._memory)
-        self._memory = Memory(change.trajectory, start, legs, settled, guess, whole, offset)
+        self._memory = Memory(change.trajectory, start, legs, settled, guess)
         return change
 
     def _stop(self, call: _Call) -> Trajectory | None:

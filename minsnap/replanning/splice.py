@@ -30,23 +30,17 @@ class Splice:
         On its clock [s].
     half : int
         Derivatives 0 ... k - 1 are taken over.
-    whole : Trajectory, optional
-        Of which the flown plan is the rest: cut from it, what is left does not gather the rounding of many cuts.
-    offset : float
-        Instant at which the flown plan began, on the clock of the whole [s].
     """
 
     flown: Trajectory
     instant: float
     half: int
-    whole: Trajectory | None = None
-    offset: float = 0.0
 
     @property
     def source(self) -> tuple[Trajectory, float]:
-        """The whole plan, and the instant on its clock [s]."""
-        whole = self.flown if self.whole is None else self.whole
-        return whole, min(self.offset + self.instant, whole.duration)
+        """The plan of which the flown one is the rest, and the instant on its clock [s]: cuts do not add up."""
+        whole, start = self.flown.origin
+        return whole, min(start + self.instant, whole.duration)
 
     @property
     def over(self) -> bool:
@@ -85,7 +79,8 @@ class Splice:
         points = np.concatenate((divided(first, parts), flown.control_points[piece + 1 :]))
         own = np.full(parts, (flown.breaks[piece + 1] - at) / parts)
         durations = np.concatenate((own, flown.durations[piece + 1 :]))
-        return flown.turned(Trajectory(points, durations, pieces=pieces), at)
+        rest = Trajectory(points, durations, pieces=pieces).as_rest(flown, at)
+        return self.flown.turned(rest, self.instant)
 
 
 def split(points: FloatArray, s: float) -> tuple[FloatArray, FloatArray]:

@@ -146,7 +146,34 @@ class Trajectory(ReadOnly, Path):
     @cached_property
     def _native(self) -> Evaluator:
         """What evaluates the curve in the native core; whatever that refuses is left to ``Path`` and ``_evaluate``."""
-        return Evaluator(self.control_points, self.durations, self.breaks)
+        return Evaluator(*self._polynomials)
+
+    @property
+    def _polynomials(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Control points, durations and breaks of what is evaluated: the whole curve where this is the rest of one."""
+        whole, start = self.origin
+        return whole.control_points, whole.durations, whole.breaks - start
+
+    @property
+    def origin(self) -> tuple[Trajectory, float]:
+        """The curve of which this is the rest, and the instant on its clock at which it begins [s]; itself, and 0."""
+        found: tuple[Trajectory, float] = self.__dict__.get("_origin", (self, 0.0))
+        return found
+
+    def as_rest(self, whole: Trajectory, start: float) -> Trajectory:
+        """Return the same curve, evaluated with the polynomials of the one that it was cut from.
+
+        What is left of a piece is stored as control points that lie close together; derivatives of order p from these
+        have the rounding of positions divided by the p-th power of its duration. Those of the whole piece have not.
+
+        Parameters
+        ----------
+        whole : Trajectory
+            Of which this is what is left from ``start`` on, to its end.
+        start : float
+            Instant on its clock [s].
+        """
+        return self._twin(_origin=(whole, start))
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out addresses, which mean nothing in another process."""
@@ -155,11 +182,12 @@ class Trajectory(ReadOnly, Path):
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         if order > self.degree:
             return np.zeros((len(t), self.dim))
-        piece = np.clip(np.searchsorted(self.breaks, t, side="right") - 1, 0, len(self.durations) - 1)
-        duration = self.durations[piece]
-        s = np.clip((t - self.breaks[piece]) / duration, 0.0, 1.0)
-        s[t == self.breaks[piece + 1]] = 1.0
-        points = differentiate(self.control_points[piece], order)
+        control_points, durations, breaks = self._polynomials
+        piece = np.clip(np.searchsorted(breaks, t, side="right") - 1, 0, len(durations) - 1)
+        duration = durations[piece]
+        s = np.clip((t - breaks[piece]) / duration, 0.0, 1.0)
+        s[t == breaks[piece + 1]] = 1.0
+        points = differentiate(control_points[piece], order)
         values = np.einsum("mj,mjd->md", basis(self.degree - order, s), points)
         return np.asarray(values / duration[:, None] ** order) if order else values
 
@@ -198,7 +226,9 @@ class Trajectory(ReadOnly, Path):
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
         points = differentiate(self.control_points, check_order(order))
-        return replace(self, control_points=points / self.durations[:, None, None] ** order, report=None)
+        derived = replace(self, control_points=points / self.durations[:, None, None] ** order, report=None)
+        whole, start = self.origin
+        return derived if whole is self else derived.as_rest(whole.derivative(order), start)
 
     @property
     def cost_order(self) -> int:

@@ -11,6 +11,22 @@ from minsnap.replanning.splice import divided, ends_at_rest, splice_of, split
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1)], dtype=float)
 
 
+@pytest.mark.parametrize("left", [1e-2, 1e-4, 1e-6])
+def test_a_rest_that_begins_shortly_before_a_waypoint_keeps_all_digits_of_its_derivatives(left):
+    flown = minsnap.plan(POINTS + 60.0, durations=[1.0, 1.2, 0.8])
+    first = splice_of(flown, 0.5, 0.2, 4).rest
+    rest = splice_of(first, 0.3 - left - 0.1, 0.1, 4).rest
+    assert rest.origin[0] is flown
+    t = np.array([0.0, 0.5 * left, left, 0.5, rest.duration])
+    at = np.minimum(1.0 - left + t, flown.duration)
+    for order in range(4):
+        size = 1e-12 * flown.max_norm(order)[0]
+        assert rest(t, order) == pytest.approx(flown(at, order), abs=size)
+        assert rest.derivative(order)(t) == pytest.approx(flown(at, order), abs=size)
+        python = rest._evaluate(np.minimum(t, rest.duration), order)
+        assert python == pytest.approx(flown(at, order), abs=size)
+
+
 @pytest.mark.parametrize("pieces", [1, 2, 3])
 @pytest.mark.parametrize("instant", [0.05, 0.7, 1.0, 1.45, 2.0, 2.9])
 def test_the_rest_is_the_plan_from_there_with_its_legs(pieces, instant):
