@@ -103,10 +103,8 @@ class Tally:
         self.searched += change.reason != "nothing has changed"
         for order in range(4):
             value = before(min(change.splice, before.duration), order)
-            scale = max(np.abs(value).max(), 1.0)
-            gap = float(np.abs(change.trajectory(0.0, order) - value).max() / scale)
-            if order < 3 or min(change.trajectory.durations[0], before.durations[0]) > 2 * PERIOD:
-                self.jumps[order] = max(self.jumps[order], gap)
+            gap = np.abs(change.trajectory(0.0, order) - value).max() / before.max_norm(order)[0]
+            self.jumps[order] = max(self.jumps[order], float(gap))
 
 
 def gates(seed: int) -> np.ndarray:
@@ -142,8 +140,8 @@ def course(most: int, seconds: float) -> None:
         seed += 1
     print(f"\n{GATES} gates, boxes shifted by up to {NOISE} m before each replan: {len(tally.walls)} replans")
     print(f"searched {tally.searched}, new plans {tally.new}, not certified {tally.uncertified}, ", end="")
-    print(f"without a stop {tally.without_stop}, largest relative jumps of position to jerk ", end="")
-    print(*(f"{jump:.0e}" for jump in tally.jumps), f"(jerk where no piece is shorter than {2 * PERIOD} s)")
+    print(f"without a stop {tally.without_stop}, largest jumps of position to jerk, ", end="")
+    print("relative to their largest value over the plan:", *(f"{jump:.0e}" for jump in tally.jumps))
     for name, values in (("wall", tally.walls), ("processor", tally.own)):
         median, high, highest = 1e3 * np.percentile(values, [50, 99, 100])
         print(f"{name}: median {median:.2f} ms, p99 {high:.2f} ms, longest {highest:.2f} ms")

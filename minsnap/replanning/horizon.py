@@ -57,10 +57,10 @@ def near(task: Task, legs: int | None, rest: Trajectory | None, flown: Trajector
     """
     if legs is None or task.legs <= legs:
         return Near(task, flown, None)
-    head = _legs(flown, 0, legs) if flown is not None and flown.legs >= legs else None
+    head = legs_of(flown, 0, legs) if flown is not None and flown.legs >= legs else None
     tail = None
     if rest is not None:
-        tail = _legs(rest, legs, rest.legs)
+        tail = legs_of(rest, legs, rest.legs)
         nearest = nearest_wall(tail, walls_from(task.walls, legs, task.legs))
         tail = None if nearest is not None and nearest.value < 0.0 else tail
     return Near(_first(task, legs, tail), head, tail)
@@ -83,7 +83,8 @@ def _first(task: Task, legs: int, tail: Trajectory | None) -> Task:
     return replace(task, waypoints=points, lower=lower, upper=upper, pins=pins, walls=walls, regions=regions)
 
 
-def _legs(curve: Trajectory, first: int, last: int) -> Trajectory:
+def legs_of(curve: Trajectory, first: int, last: int) -> Trajectory:
+    """Return the polynomials of legs from ``first`` to before ``last``."""
     part = slice(first * curve.pieces, last * curve.pieces)
     return Trajectory(curve.control_points[part], curve.durations[part], pieces=curve.pieces)
 

@@ -19,16 +19,19 @@ from minsnap.errors import DegreeError, InfeasibleError, InputError, LimitError,
 from minsnap.limits.limits import Limits
 from minsnap.limits.span import largest_use
 from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
+from minsnap.optimisation.problem import Task
 from minsnap.replanning.change import Change
 from minsnap.replanning.clearance import moved_inwards
 from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_outside
-from minsnap.replanning.horizon import Near, near
+from minsnap.replanning.horizon import Near, legs_of, near
+from minsnap.replanning.leg_end import flown_on, rest_within, task_after
 from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
 from minsnap.replanning.search import Aim, Better, search_ahead, search_back
 from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
 from minsnap.replanning.spliced_heading import spliced
-from minsnap.replanning.stopping import Stopping, inside, within
+from minsnap.replanning.stopping import Stopping, inside
 from minsnap.replanning.time_budget import Clock, TimeBudget, budget_of
+from minsnap.time_allocation.timed import Finish
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 
@@ -247,7 +250,7 @@ class Replanner:
         rest, task = call.splice.rest, call.course.task
         if rest is None or rest.legs != task.legs or call.course.outside:
             return False
-        return inside(rest, task.walls) and within(rest, self._limits)
+        return rest_within(call.splice, self._limits) and inside(rest, task.walls)
 
     def _unchanged(self, call: _Call, rest: Trajectory, legs: list[bytes]) -> bool:
         """Whether a certified rest was planned for the same: by memory, or by its durations or its use of limits."""
@@ -262,12 +265,9 @@ class Replanner:
         seconds = self._search_seconds(call)
         if call.aim.timed and seconds <= 0.0:
             return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
-        task = call.course.task
-        inner = moved_inwards(task.walls, task.waypoints, self._clearance)
-        part = near(replace(task, walls=inner), self._horizon, rest, call.splice.rest)
         began = time.perf_counter()
         try:
-            better = self._better(call, part, seconds)
+            better = self._better(call, rest, seconds)
         except (InfeasibleError, SolverError, LimitError) as none:
             return None, time.perf_counter() - began < seconds, str(none)
         took = time.perf_counter() - began
@@ -278,15 +278,31 @@ class Replanner:
         reserve = RESERVE * call.seconds if self._beyond is None else 1.2 * self._beyond + 0.1 * call.seconds
         return call.budget.left - reserve
 
-    def _better(self, call: _Call, part: Near, seconds: float) -> Better:
-        finish = self._finish(call.splice)
+    def _better(self, call: _Call, rest: Trajectory | None, seconds: float) -> Better:
+        splice, task, aim = call.splice, call.course.task, call.aim
         if call.course.outside:
-            return search_back(part.task, call.aim, finish, seconds)
-        known = None if self._memory is None else self._memory.first_guess(call.splice, part.task.legs)
-        found = search_ahead(part.task, call.aim, finish, known or part.guess, seconds)
-        return Better(part.whole(found.curve, finish), found.limits_from, found.inside_from)
+            return search_back(self._part(task, None, None).task, aim, self._finish(splice), seconds)
+        known = None if self._memory is None else self._memory.first_guess(splice, task.legs)
+        guess, end = known or splice.rest, flown_on(splice, task, self._limits)
+        later = None if end is None else aim.after(end.left.duration)
+        if end is None or later is None:
+            return self._search(self._part(task, rest, guess), aim, self._finish(splice), seconds)
+        rest, guess = (None if one is None else legs_of(one, 1, one.legs) for one in (rest, guess))
+        part = self._part(task_after(task, end.after.state), rest, guess)
+        found = self._search(part, later, self._finish(end.after), seconds)
+        starts = (start and start + end.left.duration for start in (found.limits_from, found.inside_from))
+        return Better(end.before(found.curve), *starts)
 
-    def _finish(self, splice: Splice) -> Any:
+    def _part(self, task: Task, rest: Trajectory | None, guess: Trajectory | None) -> Near:
+        """Return the legs of the horizon, with the clearance from their walls."""
+        walls = moved_inwards(task.walls, task.waypoints, self._clearance)
+        return near(replace(task, walls=walls), self._horizon, rest, guess)
+
+    def _search(self, part: Near, aim: Aim, finish: Finish, seconds: float) -> Better:
+        found = search_ahead(part.task, aim, finish, part.guess, seconds)
+        return replace(found, curve=part.whole(found.curve, finish))
+
+    def _finish(self, splice: Splice) -> Finish:
         limit = None if self._limits is None else self._limits.yaw_rate
         return lambda curve: curve.with_yaw(spliced(splice.flown, splice.instant, self._chosen, limit, curve))
 

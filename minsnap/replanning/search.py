@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,9 @@ from minsnap.time_allocation.moving_start import as_timed, from_end, joined, sho
 from minsnap.time_allocation.recovery import start_state, way_back
 from minsnap.time_allocation.timed import Finish, Timing
 from minsnap.trajectory.trajectory import Trajectory
+
+MET = 1e-9
+"""Relative difference of times that counts as none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +56,17 @@ class Aim:
         if self.durations is not None:
             asked = np.asarray(self.durations, dtype=np.float64)
             own = np.diff(rest.leg_breaks)
-            return asked.shape == own.shape and bool(np.allclose(own, asked, rtol=1e-9, atol=0.0))
-        return self.total_time is None or abs(rest.duration - self.total_time) <= 1e-9 * self.total_time
+            return asked.shape == own.shape and bool(np.allclose(own, asked, rtol=MET, atol=0.0))
+        return self.total_time is None or abs(rest.duration - self.total_time) <= MET * self.total_time
+
+    def after(self, left: float) -> Aim | None:
+        """Return what is asked of the legs after the first, if that may be flown in ``left`` seconds; None if not."""
+        if self.durations is not None:
+            first, *others = np.asarray(self.durations, dtype=np.float64).ravel()
+            return replace(self, durations=others) if others and np.isclose(first, left, rtol=MET, atol=0.0) else None
+        if self.total_time is None:
+            return self
+        return replace(self, total_time=self.total_time - left) if self.total_time > left else None
 
     def timing(self, seconds: float) -> Timing:
         """Return how durations are chosen, in so many seconds."""

@@ -72,8 +72,8 @@ class Splice:
         if self.over:
             return None
         (flown, at), pieces = self.source, self.flown.pieces
-        piece = int(np.searchsorted(flown.breaks, at, side="right")) - 1
-        low = float((at - flown.breaks[piece]) / flown.durations[piece])
+        piece = int(np.searchsorted(flown.breaks, at * (1.0 + ROUNDING), side="right")) - 1
+        low = max(float((at - flown.breaks[piece]) / flown.durations[piece]), 0.0)
         first = split(flown.control_points[piece], low)[1]
         parts = (piece - len(flown.durations)) % pieces + 1
         points = np.concatenate((divided(first, parts), flown.control_points[piece + 1 :]))

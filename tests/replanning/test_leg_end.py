@@ -1,0 +1,74 @@
+"""Replans shortly before a waypoint: the leg is flown on, no derivative jumps, and the rest stays certified."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Limits, Replanner
+from minsnap.replanning.leg_end import leg_end_of
+from minsnap.replanning.search import Aim
+from minsnap.replanning.splice import splice_of
+
+POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1)], dtype=float) + 60.0
+TIMES = np.array([1.2, 1.1, 1.2])
+LIMITS = Limits(speed=4.0, acceleration=9.0)
+AMPLE = {"began": 160.0}
+
+
+def still():
+    return 100.0
+
+
+@pytest.fixture(scope="module")
+def flown():
+    return minsnap.plan(POINTS, durations=TIMES, yaw=[0.0, 0.5, 0.2, -0.3])
+
+
+def check_no_jump(curve, flown, at):
+    for order in range(4):
+        size = 1e-12 * flown.max_norm(order)[0]
+        assert curve(0.0, order) == pytest.approx(flown(at, order), abs=size), order
+    assert float(curve.yaw(0.0)) == pytest.approx(float(flown.yaw(at)), abs=1e-9)
+
+
+@pytest.mark.parametrize("left", [0.05, 1e-3, 1e-6])
+@pytest.mark.parametrize("horizon", [None, 1])
+def test_a_new_plan_begins_at_the_waypoint_where_little_is_left_of_the_leg(flown, left, horizon):
+    at = TIMES[0] - left
+    replanner = Replanner(LIMITS, 0.5, yaw="velocity", horizon=horizon, clock=still)
+    change = replanner.replan(flown, at - 0.2, POINTS[1:], 0.2, **AMPLE)
+    curve = change.trajectory
+    assert not change.kept, change.reason
+    check_no_jump(curve, flown, at)
+    assert curve.leg_breaks[1] == pytest.approx(left, abs=1e-12)
+    for knot, point in zip(curve.leg_breaks[1:], POINTS[1:], strict=False):
+        assert curve(knot) == pytest.approx(point, abs=1e-9)
+    for order in range(4):
+        before, after = curve(left * (1.0 - 1e-9), order), curve(left * (1.0 + 1e-9), order)
+        assert before == pytest.approx(after, abs=1e-6 * flown.max_norm(order)[0])
+    assert minsnap.certify(curve, limits=LIMITS).max_speed <= LIMITS.speed * (1.0 + 1e-9)
+    again = replanner.replan(curve, 0.0, POINTS[2:], left + 0.05)
+    check_no_jump(again.trajectory, curve, left + 0.05)
+
+
+def test_the_rest_of_a_plan_on_its_limits_is_certified_an_instant_before_a_waypoint():
+    full = minsnap.plan(POINTS, limits=Limits(acceleration=3.0))
+    at = full.leg_breaks[1] - 1e-8
+    most = full.max_norm(2)[0]
+    change = Replanner(Limits(acceleration=most), clock=still).replan(full, at - 0.1, POINTS[1:], 0.1)
+    assert change.certified
+
+
+def test_waypoints_that_have_moved_and_times_that_differ_are_planned_from_the_splice(flown):
+    moved = POINTS[1:] + [0.0, 0.0, 0.2]
+    change = Replanner(LIMITS, clock=still).replan(flown, 0.95, moved, 0.2, **AMPLE)
+    assert change.trajectory.leg_breaks[1] != pytest.approx(0.05)
+    assert change.trajectory(change.trajectory.leg_breaks[1]) == pytest.approx(moved[0])
+    assert leg_end_of(splice_of(flown, 0.5, 0.1, 4)) is None
+
+
+def test_times_that_are_given_are_those_of_the_legs_after_the_one_flown_on():
+    assert Aim(durations=[0.05, 1.0, 2.0]).after(0.05).durations == [1.0, 2.0]
+    assert Aim(durations=[0.06, 1.0, 2.0]).after(0.05) is None
+    assert Aim(total_time=2.0).after(0.5).total_time == 1.5
+    assert Aim(total_time=2.0).after(3.0) is None
