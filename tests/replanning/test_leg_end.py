@@ -53,7 +53,7 @@ def test_a_new_plan_begins_at_the_waypoint_where_little_is_left_of_the_leg(flown
 
 def test_the_rest_of_a_plan_on_its_limits_is_certified_an_instant_before_a_waypoint():
     full = minsnap.plan(POINTS, limits=Limits(acceleration=3.0))
-    at = full.leg_breaks[1] - 1e-8
+    at = full.leg_breaks[1] - 1e-7
     most = full.max_norm(2)[0]
     change = Replanner(Limits(acceleration=most), clock=still).replan(full, at - 0.1, POINTS[1:], 0.1)
     assert change.certified
