@@ -39,7 +39,7 @@ from minsnap.native.unconstrained import resting_optimum
 from minsnap.optimisation.planned_yaw import Held, Yaw, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.tube_report import TubeReport
-from minsnap.time_allocation.search_line import shown
+from minsnap.progress import ProgressLine, told
 from minsnap.time_allocation.timed import Timed, Timing
 from minsnap.trajectory.report import LinearSystem, Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
@@ -128,7 +128,7 @@ def plan(
         How ``limits`` are kept: as walls of the QP (the default), so that long legs cruise at the limit; or, with
         ``limits`` alone, by planning without them and stretching time (the default for the other splits).
     progress : callable or bool, optional
-        Called with a ``Step`` at every evaluation of a search; True shows a line on standard error.
+        Called with a ``Step`` at every evaluation of a search; True shows a line on standard error where it takes long.
     pieces : int or "auto"
         Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide legs, into three
         and then six, as long as that gains more than half a percent; it is one elsewhere.
@@ -178,7 +178,7 @@ def plan(
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw
         free = _all_none((durations, total_time, limits, time_weight))
         durations = table.durations if free else durations
-    further = total_time, limits, continuity, yaw, start, end, pins, time_weight, enforce, progress, room
+    further = total_time, limits, continuity, yaw, start, end, pins, time_weight, enforce, room
     finer = waypoint_tolerance, samples, certify, time_limit, yaw_rate, hold_below
     if _all_none(further) and _all_none(finer) and _usual(closed, solver, split, pieces, corridor_method):
         quick = _at_rest(waypoints, durations, corridor, degree, began, dim)
@@ -198,10 +198,16 @@ def plan(
     task = replace(_placed(*asked, constraints, *smoothness, _named_solver(solver)), deadline=deadline)
     gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, gravity, Held(yaw_rate, hold_below, turning))
-    with shown(progress) as told:
-        told_timing = replace(timing, progress=told)
-        timed = plan_timed(task, told_timing, lambda curve: curve.with_yaw(heading(curve)), instants)
+    hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
+    with told(progress, "searching", lambda line: _steps_in(line, hint)) as watch:
+        watched = replace(timing, progress=watch)
+        timed = plan_timed(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.with_report(_report(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
+
+
+def _steps_in(line: ProgressLine, hint: str) -> Progress:
+    """Return what shows every step of a search in a line."""
+    return lambda step: line.show(None, f"{step.evaluation} plans, {step.total_time:.4g} s{hint}")
 
 
 def _all_none(values: tuple[object, ...]) -> bool:

@@ -7,11 +7,10 @@ from collections.abc import Callable
 from time import monotonic
 from typing import TextIO
 
-BAR = 24
-"""Width of the bar."""
+from minsnap.progress import ProgressLine
 
-IN_PLACE, APART = 0.3, 30.0
-"""Seconds between two lines on a terminal, where one takes the place of the other, and elsewhere."""
+APART = 30.0
+"""Seconds between two lines where no terminal is, which shows one in place."""
 
 
 class BatchLine:
@@ -28,45 +27,41 @@ class BatchLine:
 
     def __init__(self, count: int, stream: TextIO, clock: Callable[[], float] = monotonic) -> None:
         self.count, self.stream, self.clock = count, stream, clock
-        self.in_place = stream.isatty()
-        self.found, self.statuses, self.width = 0, Counter[str](), 0
+        self.line = ProgressLine("batch") if stream.isatty() else None
+        self.found, self.statuses = 0, Counter[str]()
         self.began = self.due = clock()
 
     def begin(self, found: int) -> Callable[[dict[str, int]], None]:
         """Begin with so many rows that were there already; return what takes new ones."""
         self.found, self.began = found, self.clock()
-        self.due = self.began + (IN_PLACE if self.in_place else APART)
+        self.due = self.began + APART
         return self.add
 
     def add(self, counts: dict[str, int]) -> None:
-        """Count new rows by status, and show the line if another was not shown very recently."""
+        """Count new rows by status, and show the line if another was not shown recently."""
         self.statuses.update(counts)
-        if self.clock() >= self.due:
-            self.due = self.clock() + (IN_PLACE if self.in_place else APART)
-            self._show(self.text())
+        if self.line is not None:
+            self.line.show(self.there / self.count, self.text())
+        elif self.clock() >= self.due:
+            self.due = self.clock() + APART
+            print(self.text(), file=self.stream, flush=True)
+
+    @property
+    def there(self) -> int:
+        """Rows that are there."""
+        return min(self.found + self.statuses.total(), self.count)
 
     def text(self) -> str:
         """Return the line."""
-        new = self.statuses.total()
-        there, seconds = min(self.found + new, self.count), max(self.clock() - self.began, 1e-9)
-        rate = new / seconds
-        left = f", {_told((self.count - there) / rate)} left" if rate > 0.0 else ""
+        rate = self.statuses.total() / max(self.clock() - self.began, 1e-9)
+        left = f", {_told((self.count - self.there) / rate)} left" if rate > 0.0 else ""
         failures = "".join(f", {n} {kind}" for kind, n in sorted(self.statuses.items()) if kind != "done")
-        bar = f"{'#' * (BAR * there // self.count):-<{BAR}}"
-        return f"[{bar}] {there} of {self.count} problems, {rate:.4g} a second{left}{failures}"
+        return f"{self.there} of {self.count} problems, {rate:.4g} a second{left}{failures}"
 
     def clear(self) -> None:
         """Clear the line."""
-        if self.in_place and self.width:
-            self._show("")
-
-    def _show(self, text: str) -> None:
-        if self.in_place:
-            self.stream.write(f"\r{text:<{self.width}}" + ("" if text else "\r"))
-        else:
-            self.stream.write(text + "\n")
-        self.stream.flush()
-        self.width = len(text)
+        if self.line is not None:
+            self.line.clear()
 
 
 def _told(seconds: float) -> str:

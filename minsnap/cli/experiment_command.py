@@ -9,7 +9,7 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
-from minsnap.cli.output import check_figure
+from minsnap.cli.output import check_figure, on_terminal
 from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
 from minsnap.errors import InputError
 
@@ -65,6 +65,7 @@ def experiment(
         setpoint_rate=rate,
         sensors=Sensors(pose_rate, delay, noise, seed),
         wind=wind_of(wind, gust, seed),
+        progress=on_terminal(json),
     )
     if output is not None:
         from minsnap.thesis.experiment_report import write_flights

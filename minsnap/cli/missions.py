@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning
-from minsnap.cli.progress import searching
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,8 +37,7 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
         raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
     chosen = {"limits": asked.pop("limits", None), "yaw": asked.pop("yaw", None), "tube": asked.pop("corridor", None)}
     flown = course.changed(**{name: value for name, value in chosen.items() if value is not None})
-    with searching(destination.json) as progress:
-        mission = plan_mission(flown, on_interrupt="return", **asked, **progress)
+    mission = plan_mission(flown, **asked, **destination.search)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     view, further = destination.view or "xy", {"parts": parts}
     destination.deliver(mission.trajectory, limits=mission.limits, further=further, draw=lambda: _figure(mission, view))

@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 STANDARD_OUTPUT = FilePath("-")
 
 
+def on_terminal(quiet: bool) -> bool:
+    """Whether progress is shown: on a terminal, unless it is to be quiet."""
+    return sys.stderr.isatty() and not quiet
+
+
 @dataclass(frozen=True)
 class Destination:
     """What to write, and how; the constructor checks that the files can be written.
@@ -96,6 +101,11 @@ class Destination:
 
             if format_of(self.output, self.format).holds != "samples":
                 raise InputError("polynomials hold no feed-forward: write setpoints, such as -o FILE.csv")
+
+    @property
+    def search(self) -> dict[str, Any]:
+        """How a search behaves: it shows its progress on a terminal, and Ctrl-C takes the best plan so far."""
+        return {"on_interrupt": "return", "progress": on_terminal(self.json)}
 
     @property
     def _offsets(self) -> bool:

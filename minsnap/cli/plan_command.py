@@ -13,7 +13,6 @@ from minsnap.cli.groups import grouped
 from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning
-from minsnap.cli.progress import searching
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -59,8 +58,7 @@ def plan(
     if "split" in chosen and not searched and found.total_time is None and not found.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
     asked = _asked(found, chosen, searched)
-    with searching(destination.json) as progress:
-        path = plan_path(on_interrupt="return", **asked, **progress)
+    path = plan_path(**asked, **destination.search)
     destination.deliver(path, found.walls, found.waypoints, limits=asked.get("limits"))
 
 

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.output import on_terminal
+from minsnap.errors import InputError
 
 
 @app.command()
 def plot(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE", help="Figure to write: PNG, SVG or PDF, by its ending.")
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="PNG, SVG or PDF; an animation: .gif, .mp4."),
     ],
     view: options.View = None,
     frame: options.ReadFrame = None,
@@ -26,16 +29,26 @@ def plot(
     title: Annotated[str | None, typer.Option("--title", help="Written above; the file's name unless given.")] = None,
     no_clobber: options.NoClobber = False,
 ) -> None:
-    """Draw a file: the path, and its position, derivatives and heading against time."""
+    """Draw a file: the path, and its position, derivatives and heading against time; or the flight, moving."""
     from minsnap.files.convert import read_samples
     from minsnap.files.waypoints import read_waypoints
+    from minsnap.plot.animation import ENDINGS, animate_path, check_animation_name
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
     from minsnap.storage.atomic import check_destination
 
-    check_figure_name(output)
+    if corridor is not None and waypoints is None:
+        raise InputError("--corridor is around the legs between waypoints: give them with --waypoints FILE")
+    moving = output.suffix.lower() in ENDINGS
+    if moving:
+        check_animation_name(output, view or "xy")
+    else:
+        check_figure_name(output)
     check_destination(output, clobber=not no_clobber)
     samples = read_samples(file, frame)
     points = None if waypoints is None else read_waypoints(waypoints).points
-    walls = options.parse_corridor(corridor)
-    figure = plot_overview(samples, view=view or "xy", corridor=walls, waypoints=points, title=title or file.name)
-    save_figure(figure, output, clobber=not no_clobber)
+    drawn: dict[str, Any] = {"corridor": options.parse_corridor(corridor), "waypoints": points}
+    drawn |= {"view": view or "xy", "title": title or file.name}
+    if moving:
+        animate_path(samples, output, clobber=not no_clobber, progress=on_terminal(quiet=False), **drawn)
+    else:
+        save_figure(plot_overview(samples, **drawn), output, clobber=not no_clobber)

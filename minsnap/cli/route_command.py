@@ -14,7 +14,6 @@ from minsnap.cli.groups import grouped
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import TimingOptions
 from minsnap.cli.points import PointCommand, parse_point, point_option
-from minsnap.cli.progress import searching
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -72,9 +71,8 @@ def route(
     from minsnap.routes.plan_route import plan_through
 
     ends = parse_point("--start", start), parse_point("--goal", goal)
-    with searching(destination.json) as progress:
-        asked = reading.arguments() | timing.arguments() | {"on_interrupt": "return"} | progress
-        found = plan_through(_source(map_file, reading.transpose), *ends, **asked)
+    asked = reading.arguments() | timing.arguments() | destination.search
+    found = plan_through(_source(map_file, reading.transpose), *ends, **asked)
     figures = {"obstacle_distance": found.distance, "obstacle_instant": found.approach.instant}
     figures["altitude"] = 0.0 if found.dim == 2 else None
     how: dict[str, Any] = {"corridor": found.corridor, "limits": found.limits, "further": figures}

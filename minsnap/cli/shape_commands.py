@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import radians
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -11,7 +11,6 @@ from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Altitude, Center, Climbing, Clockwise, RectanglePlanning, TimingOptions, Turning
-from minsnap.cli.progress import searching
 
 StartAngle = Annotated[float, typer.Option("--start-angle", metavar="DEG", help="Where it begins [degrees].")]
 Point = tuple[float, float, float]
@@ -43,8 +42,7 @@ def rect(
         "clockwise": clockwise,
         "center": center,
     }
-    with searching(destination.json) as progress:
-        path = rectangle(width, length, altitude=altitude, **asked, on_interrupt="return", **progress)
+    path = rectangle(width, length, altitude=altitude, **asked, **destination.search)
     destination.deliver(path, planning.walls, limits=planning.limits)
 
 
@@ -60,9 +58,8 @@ def line(
     """Plan a straight line, from rest to rest or at constant speed."""
     from minsnap.shapes import line as plan_line
 
-    best: dict[str, Any] = {} if constant_speed else {"on_interrupt": "return"}
-    with searching(destination.json) as progress:
-        path = plan_line(start, goal, constant_speed=constant_speed, **timing.arguments(), **best, **progress)
+    search = {} if constant_speed else destination.search
+    path = plan_line(start, goal, constant_speed=constant_speed, **timing.arguments(), **search)
     destination.deliver(path, limits=timing.limits)
 
 

@@ -10,7 +10,7 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
-from minsnap.cli.output import check_figure
+from minsnap.cli.output import check_figure, on_terminal
 from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
 from minsnap.errors import InputError
 
@@ -48,26 +48,29 @@ def simulate(
     from minsnap.simulation.sensors import Sensors
     from minsnap.tracking.simulated import flight_figures
 
-    check_figure(plot, view)
-    _check_files(output, plot, animate)
+    check_figure(plot, view if plot else None)
+    _check_files(output, plot, animate, view)
     path = read_any(file, frame)
     if path.dim != 3:
         raise InputError(f"{file} has {path.dim} coordinates: a vehicle flies in three; write it with an altitude")
     craft, pilot = vehicle_of(vehicle), controller_of(controller, references)
     compensation = craft.drag if compensate else None
     sensors = Sensors(noise=noise, seed=seed) if noise else None
-    flight = fly(craft, pilot, path, compensation=compensation, sensors=sensors, wind=wind_of(wind, gust, seed))
-    figures = flight_figures(flight, craft) | _write(flight, file, output, plot, animate, view or "xy")
+    air, shown = wind_of(wind, gust, seed), on_terminal(json)
+    flight = fly(craft, pilot, path, compensation=compensation, sensors=sensors, wind=air, progress=shown)
+    figures = flight_figures(flight, craft) | _write(flight, file, output, plot, animate, view or "xy", shown)
     print(_as_json(figures) if json else _as_text(figures))
 
 
-def _check_files(output: Path | None, plot: Path | None, animate: Path | None) -> None:
+def _check_files(output: Path | None, plot: Path | None, animate: Path | None, view: str | None) -> None:
     """Check the names of all files before the simulation."""
     from minsnap.plot.animation import check_animation_name
     from minsnap.storage.atomic import check_destination
 
     if animate is not None:
-        check_animation_name(animate)
+        check_animation_name(animate, view or "xy")
+    elif view is not None and plot is None:
+        raise InputError(f"--view {view} is of a figure: give --plot or --animate with it")
     if output is not None and output.suffix.lower() != ".csv":
         raise InputError(f"{output} does not end in .csv: a flight is written as one")
     for written in (output, plot, animate):
@@ -76,7 +79,13 @@ def _check_files(output: Path | None, plot: Path | None, animate: Path | None) -
 
 
 def _write(
-    flight: Flight, file: Path, output: Path | None, plot: Path | None, animate: Path | None, view: str
+    flight: Flight,
+    file: Path,
+    output: Path | None,
+    plot: Path | None,
+    animate: Path | None,
+    view: str,
+    shown: bool,
 ) -> dict[str, str | None]:
     """Write what was asked for; return the names."""
     if output is not None:
@@ -92,7 +101,7 @@ def _write(
     if animate is not None:
         from minsnap.plot.animation import animate_path
 
-        animate_path(flight.reference, animate, flight=flight.samples)
+        animate_path(flight.reference, animate, flight=flight.samples, view=view, progress=shown)
     named = {"output": output, "plot": plot, "animation": animate}
     return {name: None if path is None else str(path) for name, path in named.items()}
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Callable, Mapping
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -12,9 +13,10 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.checks import is_number
-from minsnap.errors import FileError, TimingError
-from minsnap.plot.geometry import VIEWS, plot_path
+from minsnap.errors import FileError, InputError, TimingError
+from minsnap.plot.geometry import check_view, fitting_size, plot_path, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, PATH_COLOUR
+from minsnap.progress import told
 from minsnap.storage.atomic import atomic_write, check_destination
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -40,6 +42,9 @@ def animate_path(
     rate: float = 15.0,
     speed: float = 1.0,
     clobber: bool = True,
+    progress: Callable[[float], None] | bool | None = None,
+    title: str = "",
+    **drawn: Any,
 ) -> None:
     """Write an animation: a point that moves along a path in its time, and one that a flight moved along.
 
@@ -59,27 +64,40 @@ def animate_path(
         How many times faster than in flight.
     clobber : bool
         False: a file that exists is an error.
+    progress : callable, bool or None
+        Called with the part that is done, 0 to 1; True shows a line on standard error.
+    title : str
+        Written before the time.
+    **drawn
+        What :func:`minsnap.plot_path` is to draw too: ``corridor``, ``waypoints``.
 
     Raises
     ------
+    InputError
+        If the view is not plane.
     FileError
         If the ending is another, ffmpeg is needed and not found, or the file cannot be written.
     TimingError
         If rate or speed are not positive, or there would be more than 3000 pictures.
     """
-    ending = check_animation_name(file)
+    ending = check_animation_name(file, view)
     check_destination(file, clobber=clobber)
     instants = _instants(path.duration, rate, speed)
-    moving = _Moving(path, flight, view, instants)
-    with TemporaryDirectory() as folder:
+    moving = _Moving(path, flight, view, instants, title, drawn)
+    with TemporaryDirectory() as folder, told(progress, "drawing", lambda line: line.show) as watch:
         place = FilePath(folder) / f"animation{ending}"
-        moving.save(place, rate)
+        moving.save(place, rate, watch)
         with atomic_write(file, "wb", clobber=clobber) as out:
             out.write(place.read_bytes())
 
 
-def check_animation_name(file: str | os.PathLike[str]) -> str:
-    """Return the ending of an animation's name in lower case, or raise FileError if it cannot be written."""
+def check_animation_name(file: str | os.PathLike[str], view: str = "xy") -> str:
+    """Return the ending of an animation's name in lower case, or raise FileError if it cannot be written.
+
+    A view in space is an InputError.
+    """
+    if check_view(view) == "3d":
+        raise InputError("an animation is drawn in a plane: choose the view xy, xz or yz")
     ending = FilePath(file).suffix.lower()
     if ending not in ENDINGS:
         raise FileError(f"{file} does not end in {' or '.join(ENDINGS)}: an animation is written as one of these")
@@ -103,24 +121,32 @@ def _instants(duration: float, rate: float, speed: float) -> FloatArray:
 class _Moving:
     """A figure whose points move."""
 
-    def __init__(self, path: Path | Samples, flight: Samples | None, view: str, instants: FloatArray) -> None:
+    def __init__(
+        self,
+        path: Path | Samples,
+        flight: Samples | None,
+        view: str,
+        instants: FloatArray,
+        title: str = "",
+        drawn: Mapping[str, Any] | None = None,
+    ) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
-        self.figure: Figure = Figure(figsize=(7.0, 5.25), layout="constrained")
+        chosen = view_coordinates(view, path.dim)
+        self.instants = instants
+        self.curves = [_at(part, instants)[:, chosen] for part in (path, flight) if part is not None]
+        self.figure: Figure = Figure(figsize=fitting_size(np.concatenate(self.curves)), layout="constrained")
         FigureCanvasAgg(self.figure)
         axes = self.figure.add_subplot()
-        plot_path(path, axes, view=view)
-        chosen = list(VIEWS[view])
-        self.instants = instants
-        self.curves = [_at(path, instants)[:, chosen]]
-        colours = [PATH_COLOUR]
+        colours = [PATH_COLOUR, AXIS_STYLES[0]["color"]][: len(self.curves)]
         if flight is not None:
-            self.curves.append(_at(flight, instants)[:, chosen])
-            colours.append(AXIS_STYLES[0]["color"])
+            axes.plot(*self.curves[1].T, color=colours[1], linewidth=1.0, alpha=0.7, label="flown")
+        plot_path(path, axes, view=view, **(drawn or {}))
         self.trails: list[Any] = [axes.plot([], [], color=c, linewidth=3.5, alpha=0.6, zorder=8)[0] for c in colours]
         self.points: list[Any] = [axes.plot([], [], "o", color=c, markersize=9, zorder=9)[0] for c in colours]
-        self.clock = axes.set_title("0.0 s")
+        self.title = f"{title}  " if title else ""
+        self.clock = axes.set_title(f"{self.title}0.0 s")
         self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")  # the layout of the first picture is that of all
 
@@ -130,16 +156,17 @@ class _Moving:
         for curve, trail, point in zip(self.curves, self.trails, self.points, strict=True):
             trail.set_data(*curve[first : index + 1].T)
             point.set_data(*curve[index : index + 1].T)
-        self.clock.set_text(f"{self.instants[index]:.1f} s")
+        self.clock.set_text(f"{self.title}{self.instants[index]:.1f} s")
         return [*self.trails, *self.points, self.clock]
 
-    def save(self, file: FilePath, rate: float) -> None:
+    def save(self, file: FilePath, rate: float, progress: Callable[[float], None] | None) -> None:
         """Write all pictures."""
         from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 
         writer = PillowWriter(fps=rate) if file.suffix == ".gif" else FFMpegWriter(fps=rate)  # type: ignore[arg-type]
         animation = FuncAnimation(self.figure, self.show, frames=len(self.instants), blit=False)
-        animation.save(str(file), writer=writer, dpi=80)
+        shown = progress or (lambda _: None)
+        animation.save(str(file), writer=writer, dpi=80, progress_callback=lambda i, count: shown(i / count))
 
 
 def _at(source: Path | Samples, instants: FloatArray) -> FloatArray:

@@ -100,10 +100,13 @@ def plot_path(
 
 def _own_axes(points: FloatArray) -> Axes:
     """Return the axes of a new figure whose shape is about that of the points."""
-    if points.shape[1] == 3:
-        return new_axes("3d", (7.5, 5.5))
+    return new_axes("3d", (7.5, 5.5)) if points.shape[1] == 3 else new_axes(size=fitting_size(points))
+
+
+def fitting_size(points: FloatArray) -> tuple[float, float]:
+    """Return the size of a figure whose shape is about that of points in a plane [inches]."""
     width, height = np.ptp(points, axis=0)
-    return new_axes(size=(7.5, float(np.clip(6.0 * height / max(width, 1e-9 * height, 1e-300) + 0.8, 2.5, 7.0))))
+    return 7.5, float(np.clip(6.0 * height / max(width, 1e-9 * height, 1e-300) + 0.8, 2.5, 7.0))
 
 
 def _suitable(ax: Axes, view: str) -> Axes:

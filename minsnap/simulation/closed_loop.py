@@ -10,6 +10,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import DivergenceError, TimingError
+from minsnap.progress import told
 from minsnap.simulation.controllers.controller import Command, Controller
 from minsnap.simulation.flight_record import Flight
 from minsnap.simulation.reference import ReferenceTable, tabulate
@@ -40,7 +41,7 @@ def simulate(
     wind: Wind | None = None,
     duration: float | None = None,
     step: float = STEP,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
 ) -> Flight:
     """Simulate a flight along a path with a controller.
 
@@ -71,8 +72,8 @@ def simulate(
         How long to fly [s]; None is to the end of the reference.
     step : float
         [s].
-    progress : callable or None
-        Called about a hundred times with the part that is done, 0 to 1.
+    progress : callable, bool or None
+        Called about a hundred times with the part that is done, 0 to 1; True shows a line on standard error.
 
     Returns
     -------
@@ -95,7 +96,8 @@ def simulate(
         raise TimingError(f"the flight lasts {length!r} s: give a duration above 0")
     run = _Run(vehicle, controller, table, sensors or Sensors(), wind or ConstantWind(), round(length / step), step)
     run.delay = setpoint_delay
-    reason = run.fly(progress)
+    with told(progress, "flying", lambda line: line.show) as watch:
+        reason = run.fly(watch)
     flight = run.flight(path)
     if reason:
         message = f"the simulation diverged at t = {flight.duration:.3f} s: {reason}; what was flown until then is kept"

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from minsnap.errors import InputError, VehicleError
+from minsnap.progress import told
 from minsnap.simulation.closed_loop import STEP, simulate
 from minsnap.simulation.controllers.cascade import CascadeController
 from minsnap.simulation.controllers.controller import Controller
@@ -65,10 +67,13 @@ class Experiment:
     course : ExperimentCourse
     runs : tuple of ExperimentRun
         Without compensation first, where it was flown.
+    vehicle : Quadrotor
+        What flew.
     """
 
     course: ExperimentCourse
     runs: tuple[ExperimentRun, ...]
+    vehicle: Quadrotor
 
     def run(self, compensation: str | None) -> ExperimentRun:
         """Return the flight with a compensation, or raise InputError if there is none."""
@@ -116,7 +121,7 @@ def run_experiment(
     sensors: Sensors | None = None,
     wind: Wind | None = None,
     step: float = STEP,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | bool | None = None,
 ) -> Experiment:
     """Simulate a published course once per compensation, under equal conditions.
 
@@ -143,8 +148,8 @@ def run_experiment(
         Still air unless given.
     step : float
         Of the simulation [s].
-    progress : callable or None
-        Called with the part that is done, 0 to 1.
+    progress : callable, bool or None
+        Called with the part that is done, 0 to 1; True shows a line on standard error.
 
     Returns
     -------
@@ -167,20 +172,14 @@ def run_experiment(
     check_rotor_limits(craft, reference_states(craft, flown.samples, None), flown.samples.t)
     models = [None if compensation is None else drag_model(compensation, craft) for compensation in compensations]
     pilot = CascadeController(references="velocity") if controller is None else controller
+    how: dict[str, Any] = {"sensors": sensors, "wind": wind, "step": step}
     runs = []
-    for index, compensation in enumerate(compensations):
-        flight = simulate(
-            craft,
-            pilot,
-            flown.samples,
-            compensation=models[index],
-            sensors=sensors,
-            wind=wind,
-            step=step,
-            progress=_share(progress, index, len(compensations)),
-        )
-        runs.append(_run(flown, compensation, flight))
-    return Experiment(flown, tuple(runs))
+    with told(progress, "flying", lambda line: line.show) as watch:
+        for index, compensation in enumerate(compensations):
+            share = _share(watch, index, len(compensations))
+            flight = simulate(craft, pilot, flown.samples, compensation=models[index], progress=share, **how)
+            runs.append(_run(flown, compensation, flight))
+    return Experiment(flown, tuple(runs), craft)
 
 
 def _share(progress: Callable[[float], None] | None, index: int, count: int) -> Callable[[float], None] | None:

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from minsnap.thesis.experiment import PUBLISHED_RMSE, Experiment, ExperimentRun
+from minsnap.thesis.experiment import MEASURED, PUBLISHED_RMSE, Experiment, ExperimentRun
 from minsnap.tracking.comparison_table import aligned
 
 TITLES = {"line": "straight lines", "circle": "circular trajectories", "rect": "rectangular trajectories"}
@@ -20,6 +20,8 @@ def experiment_text(experiment: Experiment) -> str:
     course = experiment.course
     title = f"Root mean squared error in tracking of {course.repetitions} {TITLES[course.name]} [m]"
     tables = [title, _axis_table(experiment), "", *_part_table(experiment)]
+    if experiment.vehicle.name != MEASURED:
+        return "\n".join(tables)
     flown = PUBLISHED_RMSE[course.name]
     words = [f"{axis} {without:.4f} → {offset:.4f}" for axis, (without, offset) in flown.items()]
     return "\n".join([*tables, "", f"flown in the thesis, without → with: {', '.join(words)}"])
@@ -92,5 +94,5 @@ def experiment_dict(experiment: Experiment) -> dict[str, Any]:
         }
         for run in experiment.runs
     ]
-    thesis = PUBLISHED_RMSE[course.name]
+    thesis = PUBLISHED_RMSE[course.name] if experiment.vehicle.name == MEASURED else None
     return {"course": course.name, "repetitions": course.repetitions, "runs": runs, "thesis": thesis}

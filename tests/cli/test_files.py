@@ -143,6 +143,7 @@ def test_plot_draws_a_file(call, flown, square, tmp_path, name):
 def test_plot_needs_a_figure_it_can_write(call, flown, tmp_path):
     assert call("plot", flown).returncode == 2
     assert "a.txt" in call("plot", flown, "-o", "a.txt").stderr
+    assert "give them with --waypoints" in call("plot", flown, "-o", "a.png", "--corridor", "0.2").stderr
     (tmp_path / "a.png").write_text("precious")
     assert call("plot", flown, "-o", "a.png", "--no-clobber").returncode == 2
     assert (tmp_path / "a.png").read_text() == "precious"

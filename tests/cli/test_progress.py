@@ -37,10 +37,10 @@ def read(side, until=b"\0"):
 @pytest.mark.slow
 def test_a_long_search_shows_a_line_and_an_interrupt_takes_the_best_plan(terminal, tmp_path):
     run, side = terminal
-    assert "searching [" in read(side, until=b"Ctrl-C")
+    assert "searching" in read(side, until=b"Ctrl-C")
     run.send_signal(signal.SIGINT)
     rest = read(side)
     assert run.wait(timeout=60) == 0
-    summary = rest.rpartition("\r ")[2]
+    summary = rest.rpartition("\x1b[2K")[2]
     assert "interrupted" in summary and "best plan" in summary and "searching" not in summary.splitlines()[-1]
     assert (tmp_path / "a.csv").exists()

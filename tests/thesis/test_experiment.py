@@ -124,6 +124,11 @@ def test_models_belong_to_the_vehicle_they_were_measured_on() -> None:
     assert offset.whole.rmse_3d < 0.6 * without.whole.rmse_3d
 
 
+def test_another_vehicle_is_not_held_against_what_was_flown() -> None:
+    small = run_experiment("line", 1, compensations=(None,), vehicle=Quadrotor.crazyflie(), literal=False)
+    assert "flown in the thesis" not in experiment_text(small) and experiment_dict(small)["thesis"] is None
+
+
 def test_a_course_that_the_rotors_cannot_lift_is_refused_with_its_instant() -> None:
     weak = replace(Quadrotor.dji_f330(), mass=2.7)
     with pytest.raises(ThrustError, match=r"at t = \d+\.\d+ s a rotor is asked for .* N above the most") as caught:

@@ -1,0 +1,75 @@
+"""A line with a bar on standard error while something takes long."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import monotonic
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as RichProgress
+
+Callback = TypeVar("Callback", bound=Callable[..., None])
+
+DELAY, INTERVAL = 0.5, 0.2
+"""Time before the first line, so that what is quick shows none, and least time between two [s]."""
+
+
+class ProgressLine:
+    """A line with a label, a bar and a text, rewritten in place.
+
+    Parameters
+    ----------
+    label : str
+        What is done.
+    """
+
+    def __init__(self, label: str) -> None:
+        self._label, self._due = label, monotonic() + DELAY
+        self._drawn: RichProgress | None = None
+
+    def show(self, share: float | None, text: str = "") -> None:
+        """Show the share that is done, 0 to 1 (None: nobody knows), unless another was shown very recently."""
+        if monotonic() < self._due:
+            return
+        self._due = monotonic() + INTERVAL
+        if self._drawn is None:
+            self._drawn = _begin(self._label)
+        self._drawn.update(self._drawn.task_ids[0], total=None if share is None else 1.0, completed=share, text=text)
+        self._drawn.refresh()
+
+    def clear(self) -> None:
+        """Remove the line."""
+        if self._drawn is not None:
+            self._drawn.stop()
+
+
+def _begin(label: str) -> RichProgress:
+    """Draw the line; rich is imported only here, since that takes longer than a short command."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    # Not as a widget in notebooks, which would need another package.
+    console = Console(stderr=True, force_terminal=True, force_jupyter=False)
+    columns = TextColumn("{task.description}"), BarColumn(24), TextColumn("{task.fields[text]}", markup=False)
+    kept: dict[str, Any] = {"redirect_stdout": False, "redirect_stderr": False}
+    drawn = Progress(*columns, console=console, auto_refresh=False, transient=True, **kept)
+    drawn.start()
+    drawn.add_task(label, text="")
+    return drawn
+
+
+@contextmanager
+def told(
+    progress: Callback | bool | None, label: str, callback: Callable[[ProgressLine], Callback]
+) -> Iterator[Callback | None]:
+    """Yield what is to be called with the progress: for True what shows it in a line, which is removed at the end."""
+    if not isinstance(progress, bool):
+        yield progress
+        return
+    line = ProgressLine(label)
+    try:
+        yield callback(line) if progress else None
+    finally:
+        line.clear()
