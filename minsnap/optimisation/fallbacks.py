@@ -197,8 +197,10 @@ def _blended(last: Attempt) -> Attempt:
     while True:
         curve = replace(nearest, knots=nearest.knots * (1.0 - share))
         state = replace(last.state, curve=curve)
-        if share == 1.0 or last.proof is None or last.proof(state):
+        if last.proof is None or last.proof(state):
             return replace(last, state=state, trouble=None)
+        if share == 1.0:
+            return replace(last, state=state, trouble=OUTSIDE)
         share = min(1.0, 2.0 * share + EXACT)
 
 

@@ -57,11 +57,23 @@ def solve(
         return _solved_without_walls(task, problem, units, durations)
     if samples is not None:
         return _solved_in_python(task, problem, units, samples, seed, gap, prove)
-    answer = solve_natively(task, durations, units, gap)
-    if isinstance(answer, CorridorAnswer):
-        return Solved(task, problem, units, _native_outcome(answer))
+    native = _solved_natively(task, problem, units, durations, gap, prove)
+    if isinstance(native, Solved):
+        return native
     found = _solved_in_python(task, problem, units, samples, seed, gap, prove)
-    return replace(found, outcome=replace(found.outcome, handed_over=answer))
+    return replace(found, outcome=replace(found.outcome, handed_over=native))
+
+
+def _solved_natively(
+    task: Task, problem: Problem, units: Units, durations: FloatArray, gap: float, prove: bool
+) -> Solved | str:
+    """Return the answer of the native core, or the reason why there is none that the certificate agrees to."""
+    answer = solve_natively(task, durations, units, gap)
+    if isinstance(answer, str):
+        return answer
+    solved = Solved(task, problem, units, _native_outcome(answer))
+    refused = prove and not solved.inside
+    return "the certificate finds the native core's answer outside of a wall" if refused else solved
 
 
 def _solved_without_walls(task: Task, problem: Problem, units: Units, durations: FloatArray) -> Solved:

@@ -67,7 +67,11 @@ def maximum(points: FloatArray, errors: FloatArray | None = None) -> tuple[float
 
 
 class _Search:
-    """Branch and bound over parts of polynomials; a group's polynomials stand together."""
+    """Branch and bound over parts of polynomials; a group's polynomials stand together.
+
+    A part needs no closer look if it is proved to be no higher than what its group attains, or if it differs from what
+    its own polynomial attains by rounding alone.
+    """
 
     def __init__(self, points: FloatArray, errors: FloatArray | None, group: IntArray) -> None:
         groups = int(group[-1]) + 1
@@ -76,6 +80,7 @@ class _Search:
         self.parts = Enclosure(points, np.zeros_like(points) if errors is None else errors)
         self.group = group
         self.row = np.arange(len(points))
+        self.own = np.full(len(points), -np.inf)
         self.low = np.zeros(len(points))
 
     def run(self) -> Maxima:
@@ -102,10 +107,9 @@ class _Search:
         return np.asarray((self.parts.points - 3.0 * self.parts.errors).max(axis=1))
 
     def _settle(self, core: FloatArray, bound: FloatArray, which: IntArray | None = None) -> None:
-        """Give up those parts (all unless named) that seem to reach no higher than what is attained."""
+        """Give up parts (all unless named) that reach no higher than their group, or seem to than their polynomial."""
         which = np.arange(len(self.group)) if which is None else which
-        attained = self.values[self.group[which]]
-        settled = core <= attained + 16.0 * UNIT * np.abs(attained)
+        settled = _as_good(self.values[self.group[which]], bound) | _as_good(self.own[self.row[which]], core)
         np.maximum.at(self.bounds, self.group[which[settled]], bound[settled])
         kept = np.ones(len(self.group), dtype=bool)
         kept[which[settled]] = False
@@ -121,8 +125,9 @@ class _Search:
         self._attain(np.where(last, lower[:, 1], lower[:, 0]), self.row, self.low + width * last, self.group)
 
     def _attain(self, values: FloatArray, row: IntArray, where: FloatArray, group: IntArray) -> None:
-        """Raise the value of each group to the largest that its parts attain, and remember where."""
+        """Raise the value of each group, and of each polynomial, to the largest that its parts attain."""
         before = self.values.copy()
+        np.maximum.at(self.own, row, values)
         np.maximum.at(self.values, group, values)
         best = np.flatnonzero((values == self.values[group]) & (values > before[group]))
         self.rows[group[best]], self.where[group[best]] = row[best], where[best]
@@ -156,6 +161,11 @@ class _Search:
         self.parts = Enclosure(kept.reshape(-1, count), errors.reshape(-1, count))
         self.group, self.row = np.repeat(self.group, PARTS), np.repeat(self.row, PARTS)
         self.low = np.add.outer(self.low, width * np.arange(PARTS)).reshape(-1)
+
+
+def _as_good(attained: FloatArray, upper: FloatArray) -> BoolArray:
+    """Whether upper bounds are as good as attained: what is left comes from rounding."""
+    return np.asarray(upper <= attained + 16.0 * UNIT * np.abs(attained))
 
 
 def _bend(parts: Enclosure) -> tuple[FloatArray, BoolArray]:

@@ -84,3 +84,29 @@ def test_sizes_out_of_bounds_are_refused():
     many = np.random.default_rng(0).normal(size=(4, 9))
     assert tube_optimum(many, durations, widths, 4) is None
     assert minsnap.plan(many, durations, corridor=0.3, dim=9).report.core == "python"
+
+
+def skewed(seed):
+    """Eight legs of 0.1 to 50 m, 1 mm to 1 m wide: the curve leaves the box around its waypoints by kilometres."""
+    rng = np.random.default_rng(seed)
+    lengths, steps = 10.0 ** rng.uniform(-1.0, 1.7, 8), rng.normal(size=(8, 3))
+    steps *= (lengths / np.linalg.norm(steps, axis=1))[:, None]
+    points = np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
+    return points, lengths * 10.0 ** rng.uniform(-0.5, 0.5, 8), 10.0 ** rng.uniform(-3.0, 0.0, 8)
+
+
+@pytest.mark.parametrize("seed", [7, 38, 60, 65, 141])
+def test_walls_move_inwards_by_what_the_certificate_loses_to_rounding(seed):
+    points, durations, widths = skewed(seed)
+    one, tube = (minsnap.plan(points, durations, corridor=corridor) for corridor in (widths, minsnap.Tube(widths)))
+    many = minsnap.plan_many(points[None], durations=durations, corridor=[widths])
+    for curve in (one, tube, many[0]):
+        certificate = minsnap.certify(curve, points, widths)
+        assert curve.report.core == "native"
+        assert certificate.ok and curve.report.corridor_margin == certificate.corridor_margin >= 0.0
+
+
+def test_where_moving_walls_for_rounding_costs_too_much_the_python_core_answers():
+    points, durations, widths = skewed(150)
+    curve = minsnap.plan(points, durations, corridor=widths)
+    assert curve.report.core == "python" and minsnap.certify(curve, points, widths).ok

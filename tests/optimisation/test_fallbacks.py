@@ -165,6 +165,12 @@ def test_walls_move_inwards_while_rounding_leaves_the_curve_outside(monkeypatch,
     assert traj.report.corridor_margin >= EXACT * 0.3
 
 
+def test_a_curve_that_no_rung_proves_to_be_inside_is_not_returned(monkeypatch):
+    monkeypatch.setattr(Solved, "inside", property(lambda solved: False))
+    with pytest.raises(SolverError, match="to working precision"):
+        plan()
+
+
 def test_without_the_inward_shift_a_plan_that_no_blend_can_save_is_missing(monkeypatch):
     moving = {"start": {"velocity": (1.0, 0.0, 0.0)}}
     best = plan(**moving).cost()

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
+from minsnap.native.certificate import maxima as native_maxima
 from minsnap.polynomials.bernstein import basis, points_to_powers, powers_to_points
 from minsnap.polynomials.extrema import maxima, maximum
 from minsnap.polynomials.local_maxima import peaks
@@ -129,3 +130,12 @@ def test_tops_found_by_newton_steps_are_as_exact_as_cuts_alone(monkeypatch, degr
     size = np.abs(points).max(axis=1)
     assert (climbed.bounds >= cut.values).all() and (cut.bounds >= climbed.values).all()
     assert ((climbed.bounds - cut.values) / size).max() <= 1e-13 * degree
+
+
+@pytest.mark.parametrize("core", ("native", "python"))
+def test_the_bound_of_one_polynomial_does_not_depend_on_another(core):
+    """The hull of the second, with its errors, is above zero, and its maximum below."""
+    points = np.array([[-1e-12, -1e-12, -1e-12], [-3e-7, 1e-8, -3e-7]])
+    errors = np.array([[0.0] * 3, [1e-8] * 3])
+    found = native_maxima(points, errors)[1][0] if core == "native" else maximum(points, errors)[0]
+    assert found == -1e-12

@@ -62,7 +62,7 @@ public:
         Row<Real> &row = rows_[count_];
         row = {};
         row.wall = wall, row.s = s, row.slot = free_[count_];
-        row.limit = walls_[wall].bound - share * give_at(walls_[wall], s);
+        row.limit = limit_at(walls_[wall], share, s);
         Real *const a = own_vector(count_);
         row.reach = whiten(wall, s, 0, a);
         row.norm = std::sqrt(orthogonal_.inner(a, row.reach, a, row.reach));
@@ -181,10 +181,7 @@ public:
 
     // Give all rows the limits of walls moved inwards by a share of their widths, and solve again.
     bool tighten(Real share) {
-        for (int k = 0; k < count_; ++k) {
-            const Wall<Real> &wall = walls_[rows_[k].wall];
-            rows_[k].limit = wall.bound - share * give_at(wall, rows_[k].s);
-        }
+        for (int k = 0; k < count_; ++k) rows_[k].limit = limit_at(walls_[rows_[k].wall], share, rows_[k].s);
         settle();
         return drop_negative();
     }

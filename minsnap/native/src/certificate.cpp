@@ -24,16 +24,6 @@ using Integer = std::int64_t;
 constexpr Integer max_count = Integer{1} << 40;  // of values in any array
 constexpr double infinity = __builtin_huge_val();
 
-constexpr double largest = 0x1p300;      // of coordinates and normals, so that no product overflows
-constexpr double longest = 0x1p40;       // and longest duration [s]; the shortest is one over it
-
-// Whether all values are numbers of a size up to a limit.
-bool within(const double *values, Integer count, double limit) {
-    bool all = true;
-    for (Integer i = 0; i < count; ++i) all = all && std::fabs(values[i]) <= limit;
-    return all;
-}
-
 template <int Degree, class Job>
 Status with_climb(int degree, Job &job) {
     Buffer<Climb<Degree>> memory;
@@ -59,14 +49,10 @@ Status for_degree(int degree, Job job) {
 }
 
 Status check(const Pieces &pieces, Integer degree, Integer dim) {
-    if (pieces.count < 1 || degree < 0 || degree > max_curve_degree || dim < 1 || dim > max_dim) return Status::bad_size;
+    if (pieces.count < 1 || degree < 0 || degree > max_curve_degree || dim < 1 || dim > max_curve_dim) return Status::bad_size;
     const Integer values = (degree + 1) * dim;
     if (pieces.count > max_count / values) return Status::bad_size;
-    if (!within(pieces.points, pieces.count * values, largest)) return Status::bad_number;
-    for (Integer i = 0; i < pieces.count; ++i) {
-        if (!(pieces.durations[i] >= 1.0 / longest && pieces.durations[i] <= longest)) return Status::bad_number;
-    }
-    return Status::done;
+    return pieces.sound() ? Status::done : Status::bad_number;
 }
 
 Status check_walls(const Pieces &pieces, Integer per_leg, Integer walls, const Integer *leg, Integer order) {
@@ -87,30 +73,6 @@ struct Binomials {
     }
 };
 
-// A derivative relative to a point, of the piece and point that were asked for last.
-class Relative {
-public:
-    Relative(const Pieces &pieces, int order) : pieces_(pieces), order_(order) {}
-
-    const Curve &operator()(Integer piece, const double *anchor) {
-        bool same = piece == piece_;
-        for (int d = 0; same && d < pieces_.dim; ++d) same = anchor[d] == anchor_[d];
-        if (same) return curve_;
-        derivative(pieces_, piece, order_, curve_);
-        subtract(anchor, curve_);
-        piece_ = piece;
-        for (int d = 0; d < pieces_.dim; ++d) anchor_[d] = anchor[d];
-        return curve_;
-    }
-
-private:
-    const Pieces &pieces_;
-    int order_;
-    Integer piece_ = -1;
-    double anchor_[max_dim] = {};
-    Curve curve_;
-};
-
 // Raise what is known by sign component - bound, unless the bound is infinite.
 template <class Search>
 void climb_beyond(Search &climb, const Scalar &component, double bound, double sign, Integer row, Greatest &best) {
@@ -129,7 +91,7 @@ void report(const Greatest &best, double *values, Integer *row) {
 // Upper bounds on the squared norms of derivatives of every piece: (orders, pieces), the orders ascending.
 void derivative_hulls(const Pieces &pieces, int orders, const Integer *order, double *hulls) {
     const int n = pieces.degree, dim = pieces.dim;
-    double value[(max_curve_degree + 1) * max_dim], error[(max_curve_degree + 1) * max_dim];
+    double value[(max_curve_degree + 1) * max_curve_dim], error[(max_curve_degree + 1) * max_curve_dim];
     for (Integer piece = 0; piece < pieces.count; ++piece) {
         int left = (n + 1) * dim, taken = 0;
         for (int j = 0; j < left; ++j) {
@@ -207,7 +169,7 @@ double larger(double a, double b) { return a > b ? a : b; }
 // the largest distance of a coordinate from the first.
 void knot_jumps(const Pieces &pieces, double *jumps, double *sizes) {
     const int n = pieces.degree, dim = pieces.dim;
-    double value[(max_curve_degree + 1) * max_dim], ends[(max_curve_degree + 1) * max_dim] = {};
+    double value[(max_curve_degree + 1) * max_curve_dim], ends[(max_curve_degree + 1) * max_curve_dim] = {};
     for (Integer piece = 0; piece < pieces.count; ++piece) {
         int left = (n + 1) * dim;
         for (int j = 0; j < left; ++j) value[j] = pieces.points[piece * left + j];
@@ -263,8 +225,8 @@ MINSNAP_EXPORT std::int32_t minsnap_maxima(Integer groups, Integer rows, Integer
     if (groups < 1 || rows < 1 || degree < 0 || degree > max_scalar_degree) return int(Status::bad_size);
     if (groups > max_count / (degree + 1) || rows > max_count / (groups * (degree + 1))) return int(Status::bad_size);
     const Integer count = groups * rows * (degree + 1);
-    if (!within(points, count, largest * largest)) return int(Status::bad_number);
-    if (errors && !within(errors, count, largest * largest)) return int(Status::bad_number);
+    if (!within(points, count, longest_vector * longest_vector)) return int(Status::bad_number);
+    if (errors && !within(errors, count, longest_vector * longest_vector)) return int(Status::bad_number);
     return int(for_degree(int(degree), job));
 }
 
@@ -306,17 +268,17 @@ MINSNAP_EXPORT std::int32_t minsnap_face_excess(Integer count, Integer degree, I
     Status checked = check(pieces, degree, dim);
     if (checked == Status::done) checked = check_walls(pieces, per_leg, walls, leg, order);
     if (checked != Status::done) return int(checked);
-    if (!within(normal, walls * dim, 0x1p60) || !within(anchor, walls * dim, largest)) return int(Status::bad_number);
+    if (!within(normal, walls * dim, longest_normal) || !within(anchor, walls * dim, longest_vector)) return int(Status::bad_number);
     for (Integer i = 0; i < walls; ++i) {
         if (!(lower[i] < infinity && upper[i] > -infinity)) return int(Status::bad_number);
     }
     auto job = [&](auto &climb) {
-        Relative relative(pieces, int(order));
+        Relative relative(pieces);
         Scalar component;
         Greatest best{-infinity, -infinity, 0.0, 0};
         for (Integer wall = 0; wall < walls; ++wall) {
             for (Integer part = 0; part < per_leg; ++part) {
-                along(relative(leg[wall] * per_leg + part, anchor + wall * dim), normal + wall * dim, component);
+                along(relative(leg[wall] * per_leg + part, int(order), anchor + wall * dim), normal + wall * dim, component);
                 const Integer row = place(wall, part, per_leg);
                 climb_beyond(climb, component, upper[wall], 1.0, row, best);
                 climb_beyond(climb, component, -lower[wall], -1.0, row, best);
@@ -339,21 +301,21 @@ MINSNAP_EXPORT std::int32_t minsnap_ball_excess(Integer count, Integer degree, I
     Status checked = check(pieces, degree, dim);
     if (checked == Status::done) checked = check_walls(pieces, per_leg, balls, leg, order);
     if (checked != Status::done) return int(checked);
-    if (rows < 1 || rows > max_dim) return int(Status::bad_size);
-    if (!within(matrix, balls * rows * dim, 0x1p60) || !within(anchor, balls * dim, largest)) {
+    if (rows < 1 || rows > max_curve_dim) return int(Status::bad_size);
+    if (!within(matrix, balls * rows * dim, longest_normal) || !within(anchor, balls * dim, longest_vector)) {
         return int(Status::bad_number);
     }
-    if (!within(radius, balls, largest)) return int(Status::bad_number);
+    if (!within(radius, balls, longest_vector)) return int(Status::bad_number);
     const int n = order <= degree ? int(degree - order) : 0;
     const Binomials binomials(n);
     auto job = [&](auto &climb) {
-        Relative relative(pieces, int(order));
+        Relative relative(pieces);
         Curve mapped;
         Scalar component, square;
         Greatest best{-infinity, -infinity, 0.0, 0};
         for (Integer ball = 0; ball < balls; ++ball) {
             for (Integer part = 0; part < per_leg; ++part) {
-                const Curve &curve = relative(leg[ball] * per_leg + part, anchor + ball * dim);
+                const Curve &curve = relative(leg[ball] * per_leg + part, int(order), anchor + ball * dim);
                 mapped.degree = n;
                 mapped.dim = int(rows);
                 for (int q = 0; q < rows; ++q) {
@@ -412,7 +374,7 @@ MINSNAP_EXPORT std::int32_t minsnap_local_maxima(Integer rows, Integer degree, c
                                                  Integer *found) {
     if (rows < 1 || degree < 0 || degree > max_scalar_degree || capacity < 0) return int(Status::bad_size);
     if (rows > max_count / (degree + 1)) return int(Status::bad_size);
-    if (!within(points, rows * (degree + 1), largest * largest)) return int(Status::bad_number);
+    if (!within(points, rows * (degree + 1), longest_vector * longest_vector)) return int(Status::bad_number);
     Buffer<Summits> memory;
     if (!memory.allocate(1)) return int(Status::no_memory);
     Summits &summits = *new (memory.data()) Summits(int(degree));

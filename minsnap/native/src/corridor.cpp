@@ -116,9 +116,7 @@ MINSNAP_EXPORT std::int32_t minsnap_walls_kept(std::int64_t half, std::int64_t p
                              given, 1.0};
     if (!walls_fit(request)) return std::int32_t(Status::bad_size);
     if (!all_finite(points, pieces * 2 * half * dim) || !numbers_fit(request)) return std::int32_t(Status::bad_number);
-    for (std::int64_t wall = 0; wall < walls; ++wall) {
-        double where = 0.0;
-        kept[wall] = wall_kept(given, wall, points, int(2 * half), int(dim), durations, where);
-    }
+    Proof proof(given, points, durations, pieces, int(2 * half), int(dim));
+    for (std::int64_t wall = 0; wall < walls; ++wall) kept[wall] = proof.excess(wall).bound <= 0.0;
     return std::int32_t(Status::done);
 }

@@ -10,8 +10,18 @@
 namespace minsnap {
 
 constexpr int max_curve_degree = max_scalar_degree / 2;
-constexpr int max_dim = 8;
+constexpr int max_curve_dim = 8;
 constexpr int max_order = 8;
+
+constexpr double longest_vector = 0x1p300, longest_normal = 0x1p60;  // of their entries, so that no product overflows
+constexpr double longest_duration = 0x1p40;                          // [s]; the shortest is one over it
+
+// Whether all values are numbers of a size up to a limit.
+inline bool within(const double *values, std::int64_t count, double limit) {
+    bool all = true;
+    for (std::int64_t i = 0; i < count; ++i) all = all && std::fabs(values[i]) <= limit;
+    return all;
+}
 
 // A scalar polynomial.
 struct Scalar {
@@ -24,8 +34,8 @@ struct Scalar {
 struct Curve {
     int degree;
     int dim;
-    double value[max_dim][max_curve_degree + 1];
-    double error[max_dim][max_curve_degree + 1];
+    double value[max_curve_dim][max_curve_degree + 1];
+    double error[max_curve_dim][max_curve_degree + 1];
 };
 
 // A trajectory as it is stored: control points (pieces, degree + 1, dim), durations (pieces,).
@@ -35,6 +45,14 @@ struct Pieces {
     std::int64_t count;
     int degree;
     int dim;
+
+    // Whether the numbers are of sizes for which nothing overflows.
+    bool sound() const {
+        if (!within(points, count * (degree + 1) * dim, longest_vector)) return false;
+        for (std::int64_t i = 0; i < count; ++i)
+            if (!(durations[i] >= 1.0 / longest_duration && durations[i] <= longest_duration)) return false;
+        return true;
+    }
 };
 
 // Replace control points by their differences: fl(a - b) is off by at most u |result|.
@@ -85,6 +103,31 @@ inline void subtract(const double *point, Curve &curve) {
         }
     }
 }
+
+// A derivative relative to a point, of the piece, order and point that were asked for last.
+class Relative {
+public:
+    explicit Relative(const Pieces &pieces) : pieces_(pieces) {}
+
+    const Curve &operator()(std::int64_t piece, int order, const double *anchor) {
+        bool same = piece == piece_ && order == order_;
+        for (int d = 0; same && d < pieces_.dim; ++d) same = anchor[d] == anchor_[d];
+        if (same) return curve_;
+        derivative(pieces_, piece, order, curve_);
+        subtract(anchor, curve_);
+        piece_ = piece;
+        order_ = order;
+        for (int d = 0; d < pieces_.dim; ++d) anchor_[d] = anchor[d];
+        return curve_;
+    }
+
+private:
+    const Pieces pieces_;
+    std::int64_t piece_ = -1;
+    int order_ = 0;
+    double anchor_[max_curve_dim] = {};
+    Curve curve_;
+};
 
 // Component of a curve along a normal. Products and sums of dim terms are off by at most dim u sum |n x| (Higham,
 // section 3.1); multiplying by 0, 1 or -1 is exact, so a lone such term is.

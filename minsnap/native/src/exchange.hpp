@@ -119,6 +119,10 @@ private:
             if (share_ > 0 && worst_ <= Real(0.7) * share_) {
                 if (proved(points)) return Status::done;
                 if (++tries_ > most_tries) return Status::not_proved;
+                if (moved_walls_) {
+                    if (!active.tighten(share_)) return Status::no_progress;
+                    continue;
+                }
                 add_failures();
                 if (peak_count_ == 0) return Status::not_proved;
                 pause_ = largest(pause_, 2);
@@ -166,19 +170,31 @@ private:
         if (peak_count_ < most_peaks_) peaks_[peak_count_++] = {wall, s, excess};
     }
 
-    // Prove the control points to be returned; the instants where that failed are kept.
+    // Prove the control points to be returned. Of walls that do not keep it, the instants are kept where the curve is
+    // outside; a wall that rounding leaves no room for moves inwards.
     bool proved(double *points) {
         write_points(*given_, chain, points);
-        failure_count_ = 0;
+        Proof proof(given_->walls, points, given_->durations, given_->pieces, chain.size.points(), chain.dim);
+        failure_count_ = 0, moved_walls_ = false;
         bool all = true;
-        const int count = chain.size.points();
-        for (std::int64_t wall = 0; wall < given_->walls.count; ++wall) {
-            double where = 0.0;
-            if (wall_kept(given_->walls, wall, points, count, chain.dim, given_->durations, where)) continue;
+        for (int wall = 0; wall < int(given_->walls.count); ++wall) {
+            const Greatest excess = proof.excess(wall);
+            if (excess.bound <= 0.0) continue;
             all = false;
-            if (failure_count_ < most_failures) failures_[failure_count_++] = {int(wall), Real(where), 0};
+            if (excess.attained <= 0.0 && moved_inwards(walls_[wall], excess)) moved_walls_ = true;
+            else if (failure_count_ < most_failures) failures_[failure_count_++] = {wall, Real(excess.s), 0};
         }
         return all;
+    }
+
+    // Move a wall inwards by half as much again as the rounding of its proof, if there is that much room at its ends.
+    bool moved_inwards(Wall<Real> &wall, const Greatest &excess) const {
+        Real unit = given_->length;
+        for (int q = 0; q < wall.order; ++q) unit /= given_->time;
+        const Real inward = wall.inward + Real(1.5) * (Real(excess.bound) - excess.attained) / unit;
+        if (!(inward < smallest(wall.give[0], wall.give[1]) / 2)) return false;
+        wall.inward = inward;
+        return true;
     }
 
     // The instants where the proof failed become peaks, where the curve is beyond the walls moved inwards.
@@ -289,7 +305,7 @@ private:
     Real free_cost_ = 0, share_ = 0, worst_ = 0;
     std::int64_t most_peaks_ = 0, peak_count_ = 0;
     int failure_count_ = 0, pause_ = 0, tries_ = 0;
-    bool infeasible_ = false, rough_ = false;
+    bool infeasible_ = false, rough_ = false, moved_walls_ = false;
     int rounds_ = 0;
     double work_ = 0.0;
 };

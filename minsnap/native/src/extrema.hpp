@@ -32,17 +32,21 @@ struct Greatest {
         if (upper > bound) bound = upper;
     }
     // Whether an upper bound is as good as attained: what is left comes from rounding.
-    bool reaches(double upper) const { return upper <= attained + 16.0 * unit * std::fabs(attained); }
+    bool reaches(double upper) const { return is_as_good(attained, upper); }
+    static bool is_as_good(double attained, double upper) {
+        return upper <= attained + 16.0 * unit * std::fabs(attained);
+    }
 };
 
-// Degree is the polynomials' degree n where it is known to the compiler, or -1.
-template <int Degree>
+// Degree is the polynomials' degree n where it is known to the compiler, or -1 where it is at most Most.
+template <int Degree, int Most = Degree < 0 ? max_scalar_degree : Degree>
 class Climb {
 public:
     explicit Climb(int degree) : degree_(degree) {}
 
     // Raise what is known by one more polynomial: n + 1 control points c with errors e.
     void raise(Greatest &best, const double *c, const double *e, std::int64_t row) {
+        own_ = -__builtin_huge_val();
         if (settled_by_hull(best, c, e, 0.0, 1.0, row)) return;
         parts_ = 1;
         Part &whole = stack_[0];
@@ -66,7 +70,7 @@ public:
     }
 
 private:
-    static constexpr int size = Degree < 0 ? max_scalar_degree + 1 : Degree + 1;
+    static constexpr int size = Most + 1;
     static constexpr int depth = 44;
 
     struct Part {
@@ -85,18 +89,29 @@ private:
         return highest;
     }
 
+    void attain(Greatest &best, double value, double where, std::int64_t row) {
+        if (value > own_) own_ = value;
+        best.attain(value, where, row);
+    }
+
+    // Give a part up for whose values there is a proved bound, and one that leaves its rounding out: no finer part can
+    // be told from the latter.
+    bool settled(Greatest &best, double core, double bound) const {
+        if (!best.reaches(bound) && !Greatest::is_as_good(own_, core)) return false;
+        best.admit(bound);
+        return true;
+    }
+
     bool settled_by_hull(Greatest &best, const double *c, const double *e, double low, double width,
-                         std::int64_t row) const {
-        best.attain(below(c[0], e[0]), low, row);
-        best.attain(below(c[n()], e[n()]), low + width, row);
+                         std::int64_t row) {
+        attain(best, below(c[0], e[0]), low, row);
+        attain(best, below(c[n()], e[n()]), low + width, row);
         double core = c[0] - 3.0 * e[0];
         for (int j = 1; j <= n(); ++j) {
             const double value = c[j] - 3.0 * e[j];
             if (value > core) core = value;
         }
-        if (!best.reaches(core)) return false;
-        best.admit(hull(c, e));
-        return true;
+        return best.reaches(core) && settled(best, core, hull(c, e));
     }
 
     // Place of the top of a concave part that rises and falls, by Newton's method on the derivative.
@@ -148,12 +163,11 @@ private:
         for (int level = 1; level < n(); ++level) step(q, e, n() - level, s);
         const double slope = std::fabs(q[1] - q[0]), slope_error = e[0] + e[1] + unit * slope;
         step(q, e, 0, s);
-        best.attain(below(q[0], e[0]), part.low + s * part.width, row);
+        attain(best, below(q[0], e[0]), part.low + s * part.width, row);
         const double away = s > 0.5 ? s : 1.0 - s;
         const double excess = n() * (slope * away + 0.5 * (n() - 1) * curvature * away * away);
-        if (!best.reaches(q[0] + excess - 4.0 * n() * (e[0] + slope_error))) return false;
-        best.admit(above(q[0], e[0] + n() * slope_error * away + excess));
-        return true;
+        return settled(best, q[0] + excess - 4.0 * n() * (e[0] + slope_error),
+                       above(q[0], e[0] + n() * slope_error * away + excess));
     }
 
     // One level of de Casteljau's algorithm at s: fl(a + fl(s fl(b - a))) is off by at most u |result| + 3 u s |b - a|.
@@ -196,6 +210,7 @@ private:
 
     int degree_;
     int parts_ = 0;
+    double own_ = 0.0;  // what the polynomial at hand attains
     Part stack_[depth + 2];
 };
 

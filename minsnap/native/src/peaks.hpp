@@ -58,7 +58,7 @@ inline Real climb(const Real *points, int degree, Real s) {
 // From control points along the normal to those of the excess over a wall moved inwards by a share of its width.
 template <class Real>
 inline void subtract_bound(const Wall<Real> &wall, Real share, int degree, Real *points) {
-    const Real start = share * wall.give[0] - wall.bound, rise = share * (wall.give[1] - wall.give[0]);
+    const Real start = -limit_at(wall, share, Real(0)), rise = share * (wall.give[1] - wall.give[0]);
     const Real slope = degree > 0 ? rise / degree : Real(0);
     for (int j = 0; j <= degree; ++j) points[j] += start + j * slope;
 }

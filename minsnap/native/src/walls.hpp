@@ -29,6 +29,7 @@ struct Wall {
     Real normal[max_dim];
     Real bound, width;
     Real give[2];  // by how much it moves inwards at the ends of the piece for each share of a width
+    Real inward = 0;  // by how much it moves inwards besides, so that rounding leaves room for the proof
 };
 
 // The derivative of order ``wall.order`` along the normal: control points; returns their degree. ``all`` are the control
@@ -55,6 +56,12 @@ inline int along_normal(const Chain<Real, Half> &chain, const Real *all, const W
 template <class Real>
 inline Real give_at(const Wall<Real> &wall, Real s) {
     return wall.give[0] + s * (wall.give[1] - wall.give[0]);
+}
+
+// The bound at s of a wall moved inwards.
+template <class Real>
+inline Real limit_at(const Wall<Real> &wall, Real share, Real s) {
+    return wall.bound - wall.inward - share * give_at(wall, s);
 }
 
 // The length that an excess at s is measured by: what the wall gives there, or its width where it does not move.
