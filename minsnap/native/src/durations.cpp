@@ -150,15 +150,18 @@ public:
         const std::size_t pieces = std::size_t(given_.pieces), state = std::size_t(given_.half) * given_.dim;
         const std::size_t most = pieces * state + 2;
         return points_.allocate(pieces * 2 * state) && knots_.allocate((pieces + 1) * state) && wall_.allocate(most) &&
-               s_.allocate(most) && multiplier_.allocate(most);
+               s_.allocate(most) && multiplier_.allocate(most) && known_.allocate(most);
     }
 
-    // slopes (pieces,): T dJ/dT of every piece.
+    // slopes (pieces,): T dJ/dT of every piece. The contacts of one evaluation are where the next one begins.
     Status evaluate(const double *durations, double &cost, double *slopes) {
         given_.durations = durations;
         Answer answer = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0};
-        const Status status = solver_.solve(given_, answer);
+        Status status = solver_.solve(given_, answer, false, known_.data(), known_count_);
+        if (status != Status::done && known_count_ > 0) status = solver_.solve(given_, answer);
         if (status != Status::done) return status;
+        known_count_ = int(answer.rows);
+        for (int k = 0; k < known_count_; ++k) known_[k] = {int(wall_[k]), s_[k], multiplier_[k] / 2.0};
         return for_half(given_.half, [&](auto k) { return slope<k.value>(int(answer.rows), cost, slopes); });
     }
 
@@ -209,6 +212,8 @@ private:
     ExchangeSolver solver_;
     Buffer<double> points_, knots_, s_, multiplier_;
     Buffer<Integer> wall_;
+    Buffer<Contact> known_;
+    int known_count_ = 0;
 };
 
 // What a search for durations starts from and leaves.
