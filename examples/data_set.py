@@ -11,10 +11,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import minsnap
+from minsnap.plot import save_figure, styled
 
 COUNT, LEGS = 1000, 5
 
 
+@styled
 def main(folder: Path) -> None:
     """Plan, keep what worked, write one archive, draw a few."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -32,7 +34,7 @@ def main(folder: Path) -> None:
     for index in kept[:12]:
         path = plans[index]
         ax.plot(*path(np.linspace(0.0, path.duration, 300))[:, :2].T, linewidth=1.0)
-    figure.savefig(folder / "data_set.png", dpi=120)
+    save_figure(figure, folder / "data_set.png")
 
 
 if __name__ == "__main__":

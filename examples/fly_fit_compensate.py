@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 import minsnap
 from minsnap.flight import CascadeController, FeedForward, fit_flight, simulate, simulated_log
+from minsnap.plot import save_figure, styled
 from minsnap.vehicle import Quadrotor
 
 VEHICLE = Quadrotor.px4_sih()
@@ -56,6 +57,7 @@ def loop(path):
     return fitted, first[2], lead, (first, second, third)
 
 
+@styled
 def main(folder: Path) -> None:
     """Print the errors of each course and draw them."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -71,11 +73,11 @@ def main(folder: Path) -> None:
             + f" m ({1 - rmse[2] / rmse[0]:.0%} less)"
         )
         for (t, error, _), label, style in zip(flights, names, ("-", "--", ":"), strict=True):
-            axes.plot(t, error, style, label=label)
+            axes.plot(t, error, style, linewidth=1.0, label=label)
         axes.set(title=name, xlabel="time [s]", ylabel="error [m]")
         fitted.to_yaml(folder / "fitted.yaml")
-    figure.axes[0].legend()
-    figure.savefig(folder / "fly_fit_compensate.png", dpi=120)
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    save_figure(figure, folder / "fly_fit_compensate.png")
 
 
 if __name__ == "__main__":

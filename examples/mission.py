@@ -1,7 +1,7 @@
 """A mission: take-off, two laps through gates and a ball, and landing, from one file.
 
-A gate is given by its centre, heading, width and height; ``straight`` keeps the path inside the prism over its opening
-before and behind it. The laps close themselves. On the command line:
+A gate is given by its centre, heading, width and height; ``straight`` makes the path perpendicular to it, and keeps it
+inside the prism over its opening, so far before and behind it. The laps close themselves. On the command line:
 
     minsnap plan course.yaml -o mission.csv --plot mission.png
 """

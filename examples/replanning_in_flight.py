@@ -8,10 +8,11 @@ course with fewer changes.
 import sys
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 import minsnap
+from minsnap.plot import save_figure, styled
 from minsnap.replanning.splice import splice_of
 
 BUDGET, WIDE, MOST = 0.2, 1.2, 60
@@ -51,18 +52,20 @@ def fly() -> tuple[list[np.ndarray], list[minsnap.Change]]:
     return paths, changes
 
 
-def draw(paths: list[np.ndarray], changes: list[minsnap.Change]) -> plt.Figure:
+@styled
+def draw(paths: list[np.ndarray], changes: list[minsnap.Change]) -> Figure:
     """Draw the path flown from above, every plan on the way, and the stops that were ready."""
-    figure, ax = plt.subplots(figsize=(10, 4))
+    figure = Figure(figsize=(10, 3.2), layout="constrained")
+    title = "flown (blue), plans (grey), ends of stops (orange)"
+    ax = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", title=title, aspect="equal")
     for change in changes:
         plan = change.trajectory(np.linspace(0.0, change.trajectory.duration, 200))
         ax.plot(plan[:, 0], plan[:, 1], color="0.8", linewidth=0.7)
         if change.stop is not None:
             end = change.stop(change.stop.duration)
-            ax.plot(end[0], end[1], ".", color="tab:red", markersize=4)
+            ax.plot(end[0], end[1], ".", color="#d55e00", markersize=4)
     flown = np.concatenate(paths)
-    ax.plot(flown[:, 0], flown[:, 1], color="tab:blue", linewidth=2)
-    ax.set(xlabel="x [m]", ylabel="y [m]", title="Flown (blue), plans (grey), ends of stops (red)", aspect="equal")
+    ax.plot(flown[:, 0], flown[:, 1], color="#0072b2", linewidth=2)
     return figure
 
 
@@ -72,7 +75,7 @@ def main(folder: Path) -> None:
     new, stops = sum(not change.kept for change in changes), sum(change.stop is not None for change in changes)
     print(f"{len(changes)} replans: {new} new plans, {stops} with a stop ready; ends at {paths[-1][-1].round(2)}")
     folder.mkdir(parents=True, exist_ok=True)
-    draw(paths, changes).savefig(folder / "replanning_in_flight.png", dpi=120)
+    save_figure(draw(paths, changes), folder / "replanning_in_flight.png")
 
 
 if __name__ == "__main__":

@@ -40,7 +40,8 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     mission = plan_mission(flown, **asked, **destination.search)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     view, further = destination.view or "xy", {"parts": parts}
-    destination.deliver(mission.trajectory, limits=mission.limits, further=further, draw=lambda: _figure(mission, view))
+    how: dict[str, Any] = {"limits": mission.limits, "further": further}
+    destination.deliver(mission.trajectory, mission.corridor or None, **how, draw=lambda: _figure(mission, view))
 
 
 def _figure(mission: Mission, view: str) -> Any:

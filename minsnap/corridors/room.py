@@ -55,7 +55,7 @@ class Room(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class HalfSpaces(ReadOnly):
-    r"""Half-spaces :math:`n^\top r \le c`, each on all legs or on some.
+    r"""Half-spaces :math:`n^\top r \le c` of the position or of a derivative, each on all legs or on some.
 
     Parameters
     ----------
@@ -65,18 +65,24 @@ class HalfSpaces(ReadOnly):
         c, in metres for a normal of unit length.
     legs : sequence of int, optional
         Legs on which they hold; all unless given.
+    order : int
+        What is bounded: 0 the position, 1 the velocity (the offset in m/s), 2 the acceleration.
 
     Raises
     ------
     CorridorError
-        If the arrays do not match, a normal is zero or an entry is not finite; on use, if a leg does not exist.
+        If the arrays do not match, a normal is zero, an entry is not finite, or the order is another; on use, if a leg
+        does not exist.
     """
 
     normal: FloatArray
     offset: FloatArray
     legs: tuple[int, ...] | None = None
+    order: int = 0
 
     def __post_init__(self) -> None:
+        if self.order not in (0, 1, 2):
+            raise CorridorError(f"the order of half-spaces is {self.order!r}: give 0, 1 or 2")
         normal = np.atleast_2d(as_numbers(self.normal, "normals of the half-spaces"))
         offset = np.atleast_1d(as_numbers(self.offset, "offsets of the half-spaces"))
         normal.flags.writeable = offset.flags.writeable = False
@@ -98,7 +104,7 @@ class HalfSpaces(ReadOnly):
             np.tile(self.offset / lengths, len(legs)),
         )
         lower, anchor = np.full(len(leg), -np.inf), np.zeros(normal.shape)
-        return [Faces(leg, normal, anchor, lower, upper, leg_scales(waypoints)[leg], name="half-space")]
+        return [Faces(leg, normal, anchor, lower, upper, leg_scales(waypoints)[leg], self.order, "half-space")]
 
 
 def leg_scales(waypoints: FloatArray) -> FloatArray:

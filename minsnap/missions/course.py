@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import radians, tan
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,18 @@ import numpy as np
 from minsnap.arrays import FloatArray, owned
 from minsnap.checks import is_number, is_whole
 from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.room import HalfSpaces
+from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits
-from minsnap.missions.gate_passages import GatePassages
 
 SPEED, ACCELERATION = 3.0, 6.0
 """Limits of a course that has none [m/s], [m/s^2]."""
+
+LEAN = tan(radians(1.0))
+"""How much the velocity may lean towards a side of a gate that is passed straight."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +39,8 @@ class Stop:
     hold : float
         How long the vehicle stays there, at rest [s].
     straight : float
-        Distance before and after a gate over which the path stays inside its prism [m]: perpendicular passage.
+        Distance before and after a gate over which the path is perpendicular to it, by a degree towards each side, and
+        stays inside the prism over its opening [m].
     """
 
     place: FloatArray | Gate
@@ -159,12 +166,21 @@ def section_arguments(stops: Sequence[Stop], course: Course, closed: bool) -> di
         balls.append(stop.ball if inner else 0.0)
     if closed:
         places[-1] = places[0]
-    corridor = [part for part in (course.tube, GatePassages.of(straight)) if part is not None]
+    corridor: list[Constraint] = [] if course.tube is None else [Tube(np.array(course.tube))]
+    corridor += [part for knot, gate in straight for part in _straight_passage(knot, gate)]
     asked: dict[str, Any] = {"waypoints": places, "closed": closed, "limits": course.bounds}
-    asked |= {"corridor": corridor[0] if len(corridor) == 1 else corridor} if corridor else {}
+    asked |= {"corridor": corridor} if corridor else {}
     if any(balls):
         return asked | {"waypoint_tolerance": Ball(balls)}
     return asked | ({"waypoint_tolerance": course.tolerance} if course.tolerance else {})
+
+
+def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:
+    """Return the prism over a gate's opening, and the directions in it, for the two legs from a knot on."""
+    sides, offsets = gate.edges()
+    legs, leaning = (knot, knot + 1), sides - LEAN * gate.crossing * gate.normal
+    prism = HalfSpaces(sides, offsets + sides @ gate.centre, legs)
+    return [prism, HalfSpaces(leaning, np.zeros(len(sides)), legs, order=1)]
 
 
 def knots_of(stops: Sequence[Stop]) -> list[int]:

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.corridors.constraint import Cones, Constraint
 from minsnap.corridors.gates import Gate
+from minsnap.corridors.room import HalfSpaces
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits
@@ -56,12 +58,15 @@ class Mission:
         What was asked for.
     limits : Limits
         What holds for all parts.
+    corridor : tuple of HalfSpaces
+        The walls that positions stay inside, on the legs of the trajectory: boxes, or tube and straight gates.
     """
 
     trajectory: Trajectory
     parts: tuple[MissionPart, ...]
     course: Course
     limits: Limits
+    corridor: tuple[HalfSpaces, ...] = ()
 
 
 def plan_mission(course: Course, **planning: Any) -> Mission:
@@ -106,15 +111,17 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
         last = flown[-1].curve
         ground, end = _ground(last, last.duration, course.land), last(last.duration)
         flown.append(_Flown(_vertical(end, ground, course.bounds, LANDING_SPEED), (("landing", 0.0),)))
-    return Mission(_headed(course, flown), _parts(flown), course, course.bounds)
+    curve = _headed(course, flown)
+    return Mission(curve, _parts(flown), course, course.bounds, _corridor(curve, flown))
 
 
 @dataclass(frozen=True, eq=False)
 class _Flown:
-    """A curve, and the names of its parts with the instants at which they begin [s]."""
+    """A curve, the names of its parts with the instants at which they begin [s], and its walls."""
 
     curve: Trajectory
     names: tuple[tuple[str, float], ...]
+    walls: Sequence[Cones] = ()
 
 
 def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
@@ -125,11 +132,12 @@ def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
         walls = [course.boxes] if course.tube is None else [course.boxes, Tube(np.array(course.tube))]
         ends = {"start": course.start, "end": course.end}
         curve = plan(None, corridor=walls, limits=course.bounds, yaw=yaw, **ends, **planning)  # type: ignore[arg-type]
-        return [_Flown(curve, (("course", 0.0),))]
+        return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], curve(curve.leg_breaks)))]
     if course.periodic and not on_ground:
         asked = section_arguments([*course.stops, course.stops[0]], course, closed=True)
         lap = plan(yaw=yaw, **asked, **planning)
-        return [_Flown(lap, ((f"lap {number}", 0.0),)) for number in range(1, course.laps + 1)]
+        kept = _walls(asked.get("corridor", ()), asked["waypoints"])
+        return [_Flown(lap, ((f"lap {number}", 0.0),), kept) for number in range(1, course.laps + 1)]
     return _sections(course, yaw, planning)
 
 
@@ -180,11 +188,33 @@ def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list
 def _section(section: list[tuple[str, Stop]], course: Course, yaw: str | None, further: dict[str, Any]) -> _Flown:
     """Plan a section, and name its parts."""
     stops = [stop for _, stop in section]
-    curve = plan(yaw=yaw, **section_arguments(stops, course, closed=False), **further)
+    asked = section_arguments(stops, course, closed=False)
+    curve = plan(yaw=yaw, **asked, **further)
     times = curve.leg_breaks[knots_of(stops)]
     names = [(name, float(t)) for (name, _), t in zip(section[:-1], times, strict=False)]
     kept = [entry for i, entry in enumerate(names) if i == 0 or entry[0] != names[i - 1][0]]
-    return _Flown(curve, tuple(kept))
+    return _Flown(curve, tuple(kept), _walls(asked.get("corridor", ()), asked["waypoints"]))
+
+
+def _walls(corridor: Sequence[Constraint], places: Any) -> list[Cones]:
+    """Return the walls that positions stay inside, for waypoints and gates."""
+    points = np.array([place.centre if isinstance(place, Gate) else place for place in places])
+    return [wall.cones for part in corridor for wall in part.walls(points) if wall.order == 0]
+
+
+def _corridor(joined: Trajectory, flown: Sequence[_Flown]) -> tuple[HalfSpaces, ...]:
+    """Return the walls of all parts, which are planes, on the legs of the whole."""
+    found, start = [], 0.0
+    middles = (joined.leg_breaks[:-1] + joined.leg_breaks[1:]) / 2.0
+    for part in flown:
+        own = np.searchsorted(start + part.curve.leg_breaks, middles, side="right") - 1
+        for wall in part.walls:
+            offset = wall.radius - (wall.slope * wall.anchor).sum(axis=1)
+            for leg in np.unique(wall.leg):
+                rows, legs = wall.leg == leg, np.flatnonzero(own == leg).tolist()
+                found.append(HalfSpaces(-wall.slope[rows], offset[rows], tuple(legs)))
+        start += part.curve.duration
+    return tuple(found)
 
 
 def _given_ends(course: Course, first: bool, last: bool) -> dict[str, Any]:

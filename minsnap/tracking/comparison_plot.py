@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from minsnap.plot.geometry import finish_place, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, coordinate_name, legend_beside, styled
 from minsnap.tracking.log_comparison import ComparedFlight
@@ -68,12 +70,12 @@ def _draw_coordinate(ax: Axes, flights: Mapping[str, ComparedFlight], axis: int,
 
 
 def _draw_error(ax: Axes, flights: Mapping[str, ComparedFlight]) -> None:
-    """Draw the error along the path (full lines) and across it (dotted)."""
+    """Draw the error along the path (full lines) and across it (dotted), where the reference moves."""
     for index, one in enumerate(flights.values()):
-        colour = _STYLES[index % len(_STYLES)]["color"]
-        ax.plot(one.comparison.t, one.comparison.along, color=colour, label="along" if index == 0 else None)
-        ax.plot(
-            one.comparison.t, one.comparison.across, color=colour, linestyle=":", label="across" if index == 0 else None
-        )
+        found, colour = one.comparison, _STYLES[index % len(_STYLES)]["color"]
+        rests = ~found.direction.any(axis=1)
+        for name, error, dash in (("along", found.along, "-"), ("across", found.across, ":")):
+            shown = np.where(rests, np.nan, error)
+            ax.plot(found.t, shown, color=colour, linestyle=dash, label=None if index else name)
     ax.set_ylabel("error [m]")
     legend_beside(ax)

@@ -41,6 +41,15 @@ def test_half_spaces_hold_on_the_legs_they_name():
     assert traj.extent((0, 0, 1))[1] > 2.0 >= traj.between(0.0, 1.0).extent((0, 0, 1))[1]
 
 
+def test_half_spaces_bound_the_velocity_too():
+    points = [(0, 0), (4, 0), (8, 0)]
+    slow = HalfSpaces((1, 0), 2.2, legs=(1,), order=1)
+    traj = minsnap.plan(points, [2, 3], corridor=slow)
+    assert minsnap.certify(traj, points, slow).ok
+    fastest = [traj(np.linspace(*ends, 2001), 1)[:, 0].max() for ends in ((0, 2), (2, 5))]
+    assert fastest[1] == pytest.approx(2.2, abs=1e-4) and fastest[0] > 2.2
+
+
 def test_starting_on_the_floor_is_possible():
     traj = minsnap.plan([(0, 0, 0), (4, 0, 1), (8, 0, 0)], [3, 3], room=((-OPEN, -OPEN, 0), (OPEN, OPEN, 2)))
     assert traj.report.corridor_margin >= 0.0
@@ -71,6 +80,7 @@ def test_room_cuts_the_overlaps_of_boxes():
         (lambda: minsnap.plan(CORNERS, TIMES, room=((0, 0), (9, 9))), "the room has 2 coordinates and the waypoints 3"),
         (lambda: minsnap.plan(CORNERS, TIMES, room=((0, 0, 0), (7, 4, 2))), "waypoint 1 at .* is 1 m outside the room"),
         (lambda: minsnap.plan(CORNERS, TIMES, room=3), "room must be a Room or two corners"),
+        (lambda: HalfSpaces((0, 0, 1), 1, order=3), "the order of half-spaces is 3"),
         (lambda: HalfSpaces((0, 0, 0), 1), "row 0 of the half-spaces has a normal of zeros"),
         (lambda: HalfSpaces((0, 0, 1), (1, 2)), r"shape \(1, 3\) and the offsets \(2,\)"),
         (lambda: HalfSpaces((0, 0, 1), np.inf), "row 0 of the half-spaces is not finite"),

@@ -44,10 +44,35 @@ def test_each_lap_passes_the_gate_straight_and_the_ball(yard):
         t = np.linspace(part.start, part.start + part.duration, 40_001)
         position, velocity = yard.trajectory(t), yard.trajectory(t, 1)
         inside = np.abs(position[:, 1:] - [0.0, 1.5]) <= np.array([0.5, 0.4]) + 1e-9
+        inside &= np.abs(velocity[:, 1:]) <= np.tan(np.radians(1.0)) * velocity[:, :1] + 1e-6
         near = (np.abs(position[:, 0] - 5.0) <= 0.5) & (np.abs(position[:, 1]) < 1.5)
         assert near.any() and inside[near].all() and (velocity[near, 0] > 0.0).all()
         assert np.linalg.norm(position - [8, 3, 2], axis=1).min() <= 0.4 + 1e-4
         assert np.linalg.norm(position - [4, 5, 2], axis=1).min() <= 1e-3
+
+
+@pytest.mark.parametrize(
+    "course",
+    [
+        Course(YARD, closed=True, laps=2, limits=LIMITS, takeoff=True, land=True),
+        Course((*YARD[:2], Stop((8, 3, 2), hold=1.0), YARD[3]), tube=0.9, limits=LIMITS, takeoff=True),
+        Course(YARD, closed=True, laps=2, limits=LIMITS),
+    ],
+)
+def test_the_walls_of_a_mission_are_on_the_legs_of_the_whole(course, tmp_path):
+    mission = plan_mission(course, pieces=2)
+    found = minsnap.certify(mission.trajectory, corridor=mission.corridor)
+    assert found.ok and found.corridor_margin >= 0.0
+    gate = [part for part in mission.corridor if part.offset.tolist() == pytest.approx([-1.1, 0.5, 1.9, 0.5])]
+    legs = sorted({leg for part in gate for leg in part.legs})
+    assert len(legs) >= 2 * course.laps
+    middles = mission.trajectory(np.mean([mission.trajectory.leg_breaks[k : k + 2] for k in legs], axis=1))
+    assert np.abs(middles[:, 0] - 5.0).max() <= 0.5
+    from minsnap.files.formats.polynomials import read_polynomials, write_polynomials
+
+    write_polynomials(mission.trajectory, tmp_path / "m.json", corridor=mission.corridor, limits=mission.limits)
+    again = read_polynomials(tmp_path / "m.json")
+    assert minsnap.certify(again.trajectory, corridor=again.corridor).corridor_margin == found.corridor_margin
 
 
 def test_the_prism_behind_a_gate_holds_where_the_path_turns_at_once():
