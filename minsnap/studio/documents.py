@@ -9,15 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.errors import FileError, WaypointError
+from minsnap.errors import FileError, WaypointError, YawError
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
+from minsnap.files.formats.headings import heading_rule
 from minsnap.files.plan_request import SceneRequest
 from minsnap.files.request_yaml import read_request, write_request
 from minsnap.files.setpoint_csv import write_csv
 from minsnap.studio.edits import straight_durations
 from minsnap.studio.plan_stages import PlannedScene
+from minsnap.studio.scenes import scene_of
 from minsnap.studio.working_folder import WorkingFolder
+from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.trajectory import Trajectory
 
 ENDINGS = (".yaml", ".yml", ".csv", ".plan", ".json")
 """Of the files that can be opened as a scene."""
@@ -62,7 +66,7 @@ def example_scene() -> SceneRequest:
 def open_scene(path: str | os.PathLike[str]) -> SceneRequest:
     """Return the scene of a file: a request or waypoints in YAML, waypoints in CSV, or a QGroundControl plan.
 
-    A plan that was written as JSON or YAML gives its waypoints, durations, half-widths and limits. What has no times
+    A plan that was written as JSON or YAML gives its waypoints, durations, walls, limits and heading. What has no times
     is timed at 1 m/s per leg.
 
     Raises
@@ -71,6 +75,8 @@ def open_scene(path: str | os.PathLike[str]) -> SceneRequest:
         If the file cannot be read, its ending is not known, or it has more waypoints than a page can show.
     WaypointError
         If its waypoints have two coordinates.
+    InputError
+        If it is a plan with walls, limits or a heading that a scene cannot hold.
     """
     from minsnap.files.formats.polynomials import is_polynomials
 
@@ -150,40 +156,23 @@ def _of_plan(path: str | os.PathLike[str]) -> SceneRequest:
     from minsnap.files.formats.polynomials import read_polynomials
 
     stored = read_polynomials(path)
-    curve = stored.trajectory
-    points = curve(curve.leg_breaks) if stored.waypoints is None else stored.waypoints
-    return scene_of(curve, points, stored.corridor, stored.limits)
+    scene = scene_of(stored.trajectory, stored.waypoints, stored.corridor, stored.limits)
+    return replace(scene, yaw=_heading(stored.trajectory))
 
 
-def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Any = None) -> SceneRequest:
-    """Return the scene of a plan: its waypoints, durations, half-widths, and limits where it is to keep them.
+def _heading(curve: Trajectory) -> float | str | tuple[float, ...] | None:
+    """Return the heading of a plan as ``plan`` takes it: one that follows from no rule by its angles at waypoints.
 
     Raises
     ------
-    WaypointError
-        If it is not in space, or its waypoints are not as many as its legs need.
+    YawError
+        If it looks at a point.
     """
-    points = np.array(curve(curve.leg_breaks) if waypoints is None else waypoints, dtype=np.float64)
-    if points.shape != (curve.legs + 1, 3):
-        raise WaypointError(
-            f"the waypoints have shape {points.shape}: a path of {curve.legs} legs in space has ({curve.legs + 1}, 3)"
-        )
-    rows = tuple(tuple(row) for row in points.tolist())
-    durations = tuple(np.diff(curve.leg_breaks).tolist())
-    bounds = {} if limits is None else {k: v for k, v in limits.given().items() if "rotor" not in k}
-    return replace(
-        SceneRequest(rows, durations, limits=tuple(bounds.items()), degree=curve.degree, pieces=curve.pieces),
-        corridor=_widths(corridor, curve.legs),
-    )
-
-
-def _widths(corridor: Any, legs: int) -> tuple[float, ...] | None:
-    """Return half-widths of the legs where a corridor is such; None for other walls, which a scene cannot hold."""
-    given = getattr(corridor, "half_width", corridor)
-    if given is None or hasattr(given, "walls"):
-        return None
-    try:
-        widths = np.broadcast_to(np.array(given, dtype=np.float64), (legs,))
-    except (TypeError, ValueError):
-        return None
-    return tuple(widths.tolist())
+    if isinstance(curve.yaw, ConstantHeading):
+        return curve.yaw.angle or None
+    rule = heading_rule(curve)
+    if rule is None:
+        return tuple(curve.yaw(curve.leg_breaks).tolist())
+    if rule["rule"] in ("velocity", "tilt"):
+        return str(rule["rule"])
+    raise YawError("a scene has no heading towards a point: its heading is an angle per waypoint, velocity or tilt")

@@ -179,6 +179,11 @@ def set_limit(request: SceneRequest, name: str, value: float | None) -> SceneReq
     return replace(request, limits=tuple(limits.items()))
 
 
+def set_reserve(request: SceneRequest, share: float) -> SceneRequest:
+    """Return the request with another share of the rotors' room left to feedback, if their limits are kept."""
+    return request if request.rotors is None else replace(request, rotors=float(share))
+
+
 def set_duration(request: SceneRequest, leg: int, seconds: float) -> SceneRequest:
     """Return the request with another duration of one leg [s]."""
     times = request.durations or straight_durations(request)

@@ -14,10 +14,10 @@ import numpy.typing as npt
 from minsnap.certificate import certify
 from minsnap.errors import InputError
 from minsnap.files.plan_request import SceneRequest
-from minsnap.studio.documents import scene_of
 from minsnap.studio.obstacles import cloud, grid
 from minsnap.studio.page_server import LOOPBACK
 from minsnap.studio.plan_stages import PlannedScene
+from minsnap.studio.scenes import scene_of
 from minsnap.studio.studio import Studio
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -28,6 +28,7 @@ def show(
     waypoints: npt.ArrayLike | None = None,
     corridor: Any = None,
     limits: Any = None,
+    room: Any = None,
     yaw: float | str | npt.ArrayLike | None = None,
     vehicle: str = "",
     points: npt.ArrayLike | None = None,
@@ -42,7 +43,7 @@ def show(
 ) -> Studio:
     """Open a plan in the studio: a page in the browser where it can be seen, edited and saved.
 
-    The plan is shown as it is; after an edit the scene is planned again with its waypoints, durations and half-widths.
+    The plan is shown as it is; after an edit the scene is planned again with its waypoints, durations and walls.
     Needs ``minsnap[studio]``.
 
     Parameters
@@ -51,10 +52,12 @@ def show(
         In space.
     waypoints : array_like, shape (legs + 1, 3), optional
         Its own unless given [m].
-    corridor : float or array_like of shape (legs,), or Tube, optional
-        Half-widths [m]; other walls cannot be edited and are refused.
+    corridor : float, array_like of shape (legs,), Tube, Boxes, Room, or sequence of these, optional
+        Half-widths, one box per leg, a room with six sides [m]; other walls cannot be edited and are refused.
     limits : Limits, optional
-        What it is to keep; those of rotors are left out.
+        What it is to keep; rotors are those of a vehicle that ``vehicle`` can name.
+    room : Room or two corners, optional
+        As ``plan`` takes it [m].
     yaw : float, array_like of shape (legs + 1,), "velocity" or "tilt", optional
         Heading after an edit, as :func:`minsnap.plan` takes it.
     vehicle : {"crazyflie", "dji_f330", "px4_sih"}, optional
@@ -83,7 +86,7 @@ def show(
     Raises
     ------
     InputError
-        If the plan cannot be shown.
+        If the plan, its walls or its limits cannot be shown.
     LinkError
         If it cannot listen on the address.
     ImportError
@@ -91,7 +94,7 @@ def show(
     """
     if not isinstance(traj, Trajectory):
         raise InputError(f"the studio shows a Trajectory, not {type(traj).__name__}")
-    request = _scene(traj, waypoints, corridor, limits, yaw, vehicle)
+    request = _scene(scene_of(traj, waypoints, corridor, limits, room), yaw, vehicle)
     certificate = certify(traj, waypoints=request.waypoints, corridor=request.walls, limits=request.bounds)
     planned = PlannedScene(request, traj, certificate, True, 0.0)
     seen = cloud(points) if points is not None else None
@@ -101,10 +104,10 @@ def show(
     return studio
 
 
-def _scene(traj: Trajectory, waypoints: Any, corridor: Any, limits: Any, yaw: Any, vehicle: str) -> SceneRequest:
-    request = replace(scene_of(traj, waypoints, corridor, limits), vehicle=vehicle)
-    if corridor is not None and request.corridor is None:
-        raise InputError("the studio edits half-widths of legs: give one, or one per leg, and other walls to certify")
+def _scene(request: SceneRequest, yaw: Any, vehicle: str) -> SceneRequest:
+    if vehicle and request.rotors is not None and vehicle != request.vehicle:
+        raise InputError(f"the limits are those of {request.vehicle}, not of {vehicle}: give one vehicle")
+    request = replace(request, vehicle=vehicle or request.vehicle)
     if yaw is None or isinstance(yaw, str):
         return replace(request, yaw=yaw)
     angles = np.asarray(yaw, dtype=np.float64)

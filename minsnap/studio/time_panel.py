@@ -9,7 +9,7 @@ from typing import Any
 from minsnap.checks import DEGREES
 from minsnap.files.plan_request import RESERVE, SceneRequest
 from minsnap.limits.kinds import KIND
-from minsnap.studio.edits import set_duration, set_limit, straight_durations, with_time
+from minsnap.studio.edits import set_duration, set_limit, set_reserve, straight_durations, with_time
 from minsnap.studio.page_inputs import Editor, follow, when_changed
 from minsnap.studio.workbench import BenchState
 
@@ -57,6 +57,8 @@ class TimePanel:
         with self._limits:
             self._sliders = {name: self._limit_row(name) for name in SLIDERS}
             self._rotors = when_changed(gui.add_checkbox("rotors of the vehicle", False), self._set_rotors)
+            reserve = gui.add_slider("reserve", min=0.0, max=0.9, step=0.01, initial_value=RESERVE, visible=False)
+            self._reserve = when_changed(reserve, self._set_reserve)
         with gui.add_folder("Polynomials"):
             self._add_polynomials()
         self._durations: tuple[float, ...] = ()
@@ -130,6 +132,9 @@ class TimePanel:
 
         self._editor.edit(change)
 
+    def _set_reserve(self, share: float) -> None:
+        self._editor.edit(lambda request: set_reserve(request, share), "reserve")
+
     def _show_limits(self, request: SceneRequest) -> None:
         given = dict(request.limits)
         for name, (box, slider) in self._sliders.items():
@@ -139,6 +144,9 @@ class TimePanel:
                 value = degrees(given[name]) if KIND[name].degrees else given[name]
                 follow(slider, round(value, 9))
         follow(self._rotors, request.rotors is not None)
+        self._reserve.visible = request.rotors is not None
+        if request.rotors is not None:
+            follow(self._reserve, request.rotors)
 
     def _add_polynomials(self) -> None:
         gui, edit = self._gui, self._editor.edit
