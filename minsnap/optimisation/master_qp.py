@@ -81,7 +81,7 @@ class MasterQP:
     compiled : Compiled
     groups : tuple of AxisGroup
     solvers : tuple of str
-        Tried in turn for every QP.
+        Tried in turn for every QP; ``"nnls"`` where the Hessian is the identity.
     """
 
     problem: Problem
@@ -148,11 +148,12 @@ class MasterQP:
             raise InfeasibleRowsError
         asked, size, norms = programme(group, rows, chosen, shift)
         active = None if known is None else known.multipliers > 0.0
-        for number, solver in enumerate(self.solvers):
+        suited = tuple(solver for solver in self.solvers if group.whitened or solver != "nnls")
+        for number, solver in enumerate(suited):
             found = solve_qp(asked, solver, active=active)
             if found is not None:
                 multipliers = 2.0 * size * found.multipliers / norms
-                return GroupAnswer(group.unknowns(size * found.x), multipliers, solver, self.solvers[:number])
+                return GroupAnswer(group.unknowns(size * found.x), multipliers, solver, suited[:number])
         raise InfeasibleRowsError
 
     def _groups_of(self, rows: RowSet | None) -> IntArray:

@@ -1,0 +1,55 @@
+"""A few questions of every kind of ``benchmarks/soak.py``, and its judgement of wrong answers."""
+
+import contextlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import minsnap
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+import soak  # noqa: E402
+from random_plans import KINDS, question  # noqa: E402
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_questions_are_solved_or_refused_rightly(kind):
+    outcomes = {seed: soak.ask(kind, seed)[1] for seed in range(3)}
+    assert set(outcomes.values()) <= set(soak.RIGHT), outcomes
+
+
+def test_a_curve_outside_is_noticed():
+    asked = question("tubes", 0)[1]
+    free = minsnap.plan(asked["waypoints"], asked["durations"])
+    assert soak._judged(asked, free)[0] == "outside"
+
+
+def test_the_relaxation_of_a_question_with_a_solution_needs_no_share():
+    asked = question("boxes", 1)[1]
+    minsnap.plan(**asked)
+    assert soak._relaxed(asked) <= soak.SLACK
+
+
+def test_a_wrong_refusal_and_a_wrong_width_are_noticed():
+    asked = {"waypoints": np.array([(0.0, 0, 0), (5, 0, 0)]), "durations": np.array([2.0]), "corridor": 0.1}
+    narrow = asked | {"start": {"velocity": np.array([0.0, 3.0, 0.0])}}
+    with pytest.raises(minsnap.InfeasibleError) as refused:
+        minsnap.plan(**narrow)
+    error = refused.value
+    assert soak._refusal(narrow, error, True) == soak.PROVED
+    for factor, said in ((0.9, "does not do"), (1.1, "less than the width named does")):
+        wrong = minsnap.InfeasibleError(
+            str(error), leg=0, smallest_width=factor * error.smallest_width, contradiction=error.contradiction
+        )
+        assert said in soak._refusal(narrow, wrong, False)
+    assert soak._refusal(asked, error, False) == "refused, and the relaxation has a solution"
+
+
+def test_free_waypoints_with_jumps_do_not_reach_a_solver_that_needs_another_hessian():
+    points = np.array([(0.0, 0, 0), (3, 1, 0), (3, 4, 1), (6, 4, 0), (8, 1, 1), (9, 5, 0), (12, 5, 1), (12, 9, 0)])
+    durations = [1.42924978, 11.25788208, 0.43767491, 0.10455524, 36.43798207, 4.40785587, 0.2767211]
+    with contextlib.suppress(minsnap.MinsnapError):
+        minsnap.plan(points, durations, corridor=0.37, continuity=5, waypoint_tolerance=np.full(8, 0.1))
