@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING
@@ -202,7 +202,7 @@ def plan(
     with told(progress, "searching", lambda line: _steps_in(line, hint)) as watch:
         watched = replace(timing, progress=watch)
         timed = plan_timed(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
-    return timed.trajectory.with_report(_report(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
+    return timed.trajectory.reported_by(_Plan(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
 
 
 def _steps_in(line: ProgressLine, hint: str) -> Progress:
@@ -333,27 +333,37 @@ def _placed(
     return Task(points, lower, upper, pinned, half, continuity, lap, pieces, walls, solver, placement.regions)
 
 
-def _report(timed: Timed, limits: Limits | None, unasked: bool, milliseconds: float) -> Report:
-    outcome = timed.solved.outcome
-    notes: tuple[str, ...] = ()
-    if limits is not None and unasked:
-        from minsnap.limits.heading_cost import fixed_yaw_notes
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """What is known of a plan when it is made; its report is made when somebody asks for it."""
 
-        notes = fixed_yaw_notes(limits, timed.trajectory)
-    return Report(
-        solver=outcome.solver,
-        rounds=outcome.rounds,
-        rows=outcome.active,
-        cost=timed.cost,
-        corridor_margin=timed.corridor_margin,
-        milliseconds=milliseconds,
-        fallback=outcome.fallback,
-        utilisation=() if limits is None else limits.utilisation(timed.trajectory),
-        steps=timed.steps,
-        interrupted=timed.interrupted,
-        notes=notes,
-        core=outcome.core,
-        handed_over=outcome.handed_over,
-        rungs=outcome.rungs,
-        limits_from=timed.limits_from,
-    )
+    timed: Timed
+    limits: Limits | None
+    unasked: bool
+    milliseconds: float
+
+    def report(self, curve: Trajectory) -> Report:
+        """Return the report of the plan."""
+        timed, limits, outcome = self.timed, self.limits, self.timed.solved.outcome
+        notes: tuple[str, ...] = ()
+        if limits is not None and self.unasked:
+            from minsnap.limits.heading_cost import fixed_yaw_notes
+
+            notes = fixed_yaw_notes(limits, curve)
+        return Report(
+            solver=outcome.solver,
+            rounds=outcome.rounds,
+            rows=outcome.active,
+            cost=timed.cost,
+            corridor_margin=timed.corridor_margin,
+            milliseconds=self.milliseconds,
+            fallback=outcome.fallback,
+            utilisation=() if limits is None else limits.utilisation(curve),
+            steps=timed.steps,
+            interrupted=timed.interrupted,
+            notes=notes,
+            core=outcome.core,
+            handed_over=outcome.handed_over,
+            rungs=outcome.rungs,
+            limits_from=timed.limits_from,
+        )

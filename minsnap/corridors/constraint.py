@@ -64,8 +64,10 @@ class Cones(ReadOnly):
         The distance to planes with normals of unit length and to balls and cylinders.
         """
         offset = values - self.anchor[:, None, :]
-        norm = np.linalg.norm(np.einsum("mkd,mqd->mkq", offset, self.matrix), axis=2)
-        return np.asarray(self.radius[:, None] + np.einsum("mkd,md->mk", offset, self.slope) - norm)
+        reach = self.radius[:, None] + np.einsum("mkd,md->mk", offset, self.slope)
+        if self.flat:
+            return np.asarray(reach)
+        return np.asarray(reach - np.linalg.norm(np.einsum("mkd,mqd->mkq", offset, self.matrix), axis=2))
 
     def excess(self, trajectory: Trajectory) -> tuple[Enclosure, IntArray, IntArray]:
         """Polynomials that are positive outside: control points (r, n), rows and pieces, one for each piece of a leg.

@@ -176,8 +176,9 @@ class Trajectory(ReadOnly, Path):
         return self._twin(_origin=(whole, start))
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out addresses, which mean nothing in another process."""
-        return {name: value for name, value in self.__dict__.items() if name != "_native"}
+        """Leave out addresses, which mean nothing in another process; with the report, and not how it is made."""
+        state = {**self.__dict__, "report": self.report}
+        return {name: value for name, value in state.items() if name not in ("_native", "_how")}
 
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         if order > self.degree:
@@ -213,9 +214,11 @@ class Trajectory(ReadOnly, Path):
         """Return the same curve with another yaw and without a report."""
         return self._twin(yaw=yaw, report=None)
 
-    def with_report(self, report: Report | None) -> Trajectory:
-        """Return the same curve with another report."""
-        return self._twin(report=report)
+    def reported_by(self, how: ReportMaker) -> Trajectory:
+        """Return the same curve with a report that is made when it is asked for."""
+        twin = self._twin(_how=how)
+        twin.__dict__.pop("report", None)
+        return twin
 
     def _twin(self, **fields: Any) -> Trajectory:
         """Return a copy that shares the read-only arrays, whose checks need no repetition."""

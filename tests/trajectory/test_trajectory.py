@@ -1,6 +1,7 @@
 """Trajectory against scipy's piecewise polynomials, quadrature and roots."""
 
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
@@ -290,3 +291,13 @@ def test_what_is_no_path_cannot_be_joined():
     path = minsnap.plan([(0, 0, 1), (1, 0, 1)], [1.0])
     with pytest.raises(minsnap.MinsnapError, match="a Samples cannot be flown after a trajectory"):
         path.then(path.sample())
+
+
+def test_the_report_of_a_plan_is_made_when_it_is_asked_for_and_goes_with_copies():
+    boxes = minsnap.Boxes([(-1, -1, -1), (3, -1, -1)], [(5, 1, 1), (9, 1, 1)])
+    traj = minsnap.plan([(0, 0, 0), (4, 0, 0), (8, 0, 0)], durations=[2, 2], corridor=boxes)
+    assert "report" not in vars(traj)
+    twin = pickle.loads(pickle.dumps(traj))
+    assert traj.report is traj.report
+    assert (twin.report.cost, twin.report.corridor_margin) == (traj.report.cost, traj.report.corridor_margin)
+    assert "_how" not in vars(twin)
