@@ -19,6 +19,7 @@ from minsnap.native.status import Status
 from minsnap.optimisation.outcome import GAP
 from minsnap.optimisation.tube_report import TubeReport
 from minsnap.problem_rows import (
+    GRADIENT_GAP,
     ManyAsked,
     Pins,
     ProblemRows,
@@ -29,14 +30,10 @@ from minsnap.problem_rows import (
     no_durations,
     thread_count,
 )
-from minsnap.trajectory.gradients import Gradients, free_slopes
+from minsnap.trajectory.gradients import Gradients, Slopes
 from minsnap.trajectory.report import LinearSystem, Report
 from minsnap.trajectory.trajectories import Trajectories
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory
-
-GRADIENT_GAP = 1e-10
-"""Share of the cost of a plan in a tube that may be given away where gradients are asked for: their error goes as its
-square root."""
 
 
 def plan_many(
@@ -73,8 +70,8 @@ def plan_many(
         k - 1 that are not named are zero.
     gradients : bool
         Whether ``many.gradients`` holds the exact derivatives of every optimal cost in durations, waypoints and the
-        half-widths of tubes: for given durations, without limits, pins and constraints other than tubes. Plans in tubes
-        are then solved more accurately, and may differ from those of ``plan`` by some 1e-6 of their cost.
+        half-widths of tubes: for given durations, without limits, in walls of this library. Plans in tubes from rest to
+        rest are then solved more accurately, and may differ from those of ``plan`` by some 1e-6 of their cost.
     threads : int, optional
         Threads to use; as many as processors unless given.  The result does not depend on it.
 
@@ -98,20 +95,28 @@ def plan_many(
     asked = ManyAsked(batch, half, ends, corridors_of(corridor, len(batch)), others, thread_count(threads), began)
     widths = asked.widths()
     if gradients:
-        _check_gradients(asked, widths)
+        _check_gradients(asked)
     if others:
-        return _solved_one_by_one(asked, False)
+        return _solved_one_by_one(asked, gradients)
     if asked.corridors is None:
         return _solved_free(asked, gradients)
     return _solved_one_by_one(asked, gradients) if widths is None else _solved_in_tubes(asked, widths, gradients)
 
 
-def _check_gradients(asked: ManyAsked, widths: FloatArray | None) -> None:
-    if asked.others or (asked.corridors is not None and widths is None):
-        raise InputError(
-            "gradients are known for given durations, without limits and pins, with tubes from rest to rest or without "
-            "a corridor: leave out gradients=True, or the rest"
-        )
+def _check_gradients(asked: ManyAsked) -> None:
+    from minsnap.optimisation.place_gradient import FIXED, TUBES
+
+    if any(
+        name != "pins" and (name == "durations" or value is not None)
+        for o in asked.others or ()
+        for name, value in o.items()
+    ):
+        raise InputError("gradients are known for given durations: leave out gradients=True, or limits and total_time")
+    for corridor in asked.corridors or ():
+        for part in corridor if isinstance(corridor, (list, tuple)) else [corridor]:
+            if hasattr(part, "walls") and type(part) not in TUBES + FIXED:
+                kinds = ", ".join(kind.__name__ for kind in TUBES + FIXED)
+                raise InputError(f"gradients are known in walls of {kinds}, not of {type(part).__name__}")
 
 
 def _solved_free(asked: ManyAsked, gradients: bool) -> Trajectories:
@@ -161,16 +166,26 @@ def _mended(
         legs = slice(int(batch.offsets[index]), int(batch.offsets[index + 1]))
         points[legs], breaks[legs.start + index : legs.stop + index + 1] = found.control_points, found.breaks
         reports[index] = found.report or made[index]
-        if slopes is not None and slopes.widths is None:
-            slopes.durations[legs], slopes.displacements[legs] = free_slopes(found.control_points, found.durations)
+        if slopes is not None:
+            own = asked.slopes(index, found)
+            slopes.durations[legs], slopes.displacements[legs] = own.durations, -np.cumsum(own.waypoints[:-1], axis=0)
+            if slopes.widths is not None:
+                slopes.widths[legs] = own.widths
     gradients = None if slopes is None else Gradients.of_legs(*slopes, batch.offsets)
     return _wrapped(points, batch.durations, breaks, batch.offsets, errors, reports, asked.workers, gradients)
 
 
 def _solved_one_by_one(asked: ManyAsked, gradients: bool) -> Trajectories:
     """Plan every problem by itself."""
+
+    def slopes(index: int) -> Slopes:
+        curve = found[index]
+        return asked.slopes(index, curve) if isinstance(curve, Trajectory) else Slopes.unknown(0, asked.batch.dim)
+
+    numbers = range(len(asked.batch))
     with ThreadPoolExecutor(asked.workers) as pool:
-        found = list(pool.map(asked.alone, range(len(asked.batch))))
+        found = list(pool.map(asked.alone, numbers))
+        each = list(pool.map(slopes, numbers)) if gradients else []
     blank = LinearSystem(0.0, 0.0, "python")
     curves = [curve if isinstance(curve, Trajectory) else None for curve in found]
     points = np.concatenate([np.zeros((0, 2 * asked.half, asked.batch.dim)), *(c.control_points for c in curves if c)])
@@ -179,16 +194,9 @@ def _solved_one_by_one(asked: ManyAsked, gradients: bool) -> Trajectories:
     offsets = np.cumsum([0, *(0 if c is None else len(c.durations) for c in curves)])
     errors = [None if isinstance(f, Trajectory) else f for f in found]
     reports = [blank if c is None or c.report is None else c.report for c in curves]
-    known = _gradients_of(points, durations, offsets, asked.corridors is None) if gradients else None
+    walls = asked.corridors is not None
+    known = Gradients.of_plans(each, asked.batch.dim, walls, np.asarray(offsets)) if gradients else None
     return _wrapped(points, durations, breaks, np.asarray(offsets), errors, reports, asked.workers, known)
-
-
-def _gradients_of(points: FloatArray, durations: FloatArray, offsets: IntArray, free: bool) -> Gradients:
-    """Return the gradients of plans of the Python core: not numbers inside walls."""
-    if free:
-        return Gradients.of_legs(*free_slopes(points, durations), None, offsets)
-    blank = np.full(len(durations), np.nan)
-    return Gradients.of_legs(blank, np.full((len(durations), points.shape[2]), np.nan), blank.copy(), offsets)
 
 
 def _wrapped(

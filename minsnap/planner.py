@@ -195,7 +195,7 @@ def plan(
     constraints = as_constraints(corridor) + as_room(room)
     asked = waypoints, waypoint_tolerance, start, end, pins, closed, dim
     deadline = _deadline(time_limit, durations, limits)
-    task = replace(_placed(*asked, constraints, *smoothness, _named_solver(solver)), deadline=deadline)
+    task = replace(placed_task(*asked, constraints, *smoothness, _named_solver(solver)), deadline=deadline)
     gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, gravity, Held(yaw_rate, hold_below, turning))
     hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
@@ -307,7 +307,7 @@ def _named_solver(solver: str) -> str:
     return check_solver(solver)
 
 
-def _placed(
+def placed_task(
     waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
     tolerance: npt.ArrayLike | Ball | None,
     start: Mapping[str, npt.ArrayLike] | None,

@@ -12,11 +12,16 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.checks import DERIVATIVES, check_state
-from minsnap.corridors.tubes import Tube
-from minsnap.errors import CorridorError, InputError, LimitError, MinsnapError, TimingError, WaypointError
+from minsnap.corridors.tubes import Tube, as_constraints
+from minsnap.errors import CorridorError, InputError, LimitError, MinsnapError, SolverError, TimingError, WaypointError
 from minsnap.limits.limits import Limits
-from minsnap.planner import plan
+from minsnap.planner import placed_task, plan
+from minsnap.trajectory.gradients import Slopes, free_slopes
 from minsnap.trajectory.trajectory import Trajectory
+
+GRADIENT_GAP = 1e-10
+"""Share of the cost of a plan in walls that may be given away where gradients are asked for: their error goes as its
+square root."""
 
 State = Mapping[str, npt.ArrayLike]
 Pins = Mapping[int, State]
@@ -207,16 +212,15 @@ class ManyAsked:
 
     def alone(self, index: int) -> Trajectory | MinsnapError:
         """Plan one problem by itself."""
-        points, durations = self.batch.problem(index)
-        names = DERIVATIVES[1 : self.half]
-        start, end = (None if e is None else dict(zip(names, e[index], strict=True)) for e in self.ends)
-        given: dict[str, Any] = {"durations": durations} | (self.others[index] if self.others else {})
-        corridor = None if self.corridors is None else self.corridors[index]
+        points, start, end = self._places(index)
+        given: dict[str, Any] = {"durations": self.batch.problem(index)[1]} | (
+            self.others[index] if self.others else {}
+        )
         try:
             own: dict[str, Any] = {"degree": 2 * self.half - 1}
             if isinstance(points, np.ndarray) and points.ndim == 2:
                 own["dim"] = points.shape[1]
-            curve = plan(points, corridor=corridor, start=start, end=end, **own, **given)
+            curve = plan(points, corridor=self._corridor(index), start=start, end=end, **own, **given)
             if curve.dim != self.batch.dim:
                 raise WaypointError(
                     f"problem {index} has {curve.dim} coordinates and the others {self.batch.dim}: plan it apart"
@@ -224,6 +228,36 @@ class ManyAsked:
         except MinsnapError as error:
             return error
         return curve
+
+    def slopes(self, index: int, curve: Trajectory) -> Slopes:
+        """Return how the optimal cost of one problem changes, whose plan this is."""
+        from minsnap.optimisation.gradient import cost_gradient
+        from minsnap.optimisation.outcome import InfeasibleRowsError
+        from minsnap.optimisation.place_gradient import place_gradient
+        from minsnap.optimisation.solve import solve
+
+        constraints = as_constraints(self._corridor(index))
+        if not constraints:
+            times, forces = free_slopes(curve.control_points, curve.durations)
+            return Slopes(times, np.diff(-forces, axis=0, prepend=0.0, append=0.0), np.zeros(len(times)))
+        points, start, end = self._places(index)
+        pins = None if self.others is None else self.others[index].get("pins")
+        smoothness = self.half, self.half - 1, 1
+        task = placed_task(points, None, start, end, pins, False, curve.dim, constraints, *smoothness, "auto")
+        try:
+            solved = solve(task, curve.durations, gap=GRADIENT_GAP)
+        except (SolverError, InfeasibleRowsError):
+            return Slopes.unknown(curve.legs, curve.dim)
+        return Slopes(cost_gradient(solved), *place_gradient(solved, constraints))
+
+    def _places(self, index: int) -> tuple[Any, State | None, State | None]:
+        """Waypoints of one problem, and its states at both ends."""
+        names = DERIVATIVES[1 : self.half]
+        start, end = (None if e is None else dict(zip(names, e[index], strict=True)) for e in self.ends)
+        return self.batch.problem(index)[0], start, end
+
+    def _corridor(self, index: int) -> Any:
+        return None if self.corridors is None else self.corridors[index]
 
     def widths(self) -> FloatArray | None:
         """Half-widths of all legs (legs in all,) where every corridor is a tube of numbers; else None.

@@ -1,5 +1,7 @@
 """Gradients of plan_many: against differences of costs, and against formulas of the Python core."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tasks import task_of
@@ -18,6 +20,13 @@ needs_native = pytest.mark.skipif(not NATIVE, reason="the native core is not bui
 def questions(count, legs, dim=3, seed=0):
     rng = np.random.default_rng(seed)
     return np.cumsum(rng.normal(size=(count, legs + 1, dim)), axis=1), rng.uniform(0.7, 1.4, (count, legs))
+
+
+class Stranger(minsnap.Tube):
+    """A constraint of somebody else, whose walls may follow the waypoints in any way."""
+
+    def __init__(self):
+        super().__init__(0.3)
 
 
 def differences(cost, values, step):
@@ -129,15 +138,82 @@ def test_plans_that_fail_have_no_gradients_and_the_others_have():
     assert not many.gradients.waypoints.flags.writeable
 
 
+WALKED = np.array([(0.0, 0.0, 0.0), (1.2, 0.3, -0.2), (1.6, 1.5, 0.1), (0.4, 1.9, 0.8)])
+TIMES = np.array([1.1, 0.9, 1.2])
+BOXES = minsnap.Boxes(
+    np.minimum(WALKED[:-1], WALKED[1:]) - (0.05, 0.06, 0.04), np.maximum(WALKED[:-1], WALKED[1:]) + (0.05, 0.06, 0.04)
+)
+MOVING = {"velocity": (0.7, 0.2, -0.1)}
+
+
 @pytest.mark.parametrize(
-    "given",
+    ("walls", "further"),
     [
-        {"pins": {1: {"velocity": (0, 0, 0)}}},
-        {"corridor": minsnap.RoundTube(0.3)},
-        {"start": {"velocity": (1, 0, 0)}, "corridor": 0.3},
+        (lambda width: BOXES, {}),
+        (lambda width: minsnap.RoundTube(width), {}),
+        (lambda width: minsnap.RoundTube(width), {"start": MOVING, "pins": {1: {"velocity": (0.15, 0.15, 0.0)}}}),
+        (lambda width: minsnap.Tube(width), {"start": MOVING}),
+        (lambda width: [minsnap.Tube(width), minsnap.Room((-0.1, -0.1, -0.3), (1.65, 2.0, 0.9))], {"start": MOVING}),
+        (None, {"pins": {1: {"velocity": (0.15, 0.15, 0.0)}}}),
     ],
 )
-def test_gradients_that_are_not_known_are_refused(given):
+def test_gradients_in_any_walls_are_those_of_differences(walls, further):
+    widths = np.array([0.06, 0.05, 0.07])
+
+    def many(P, T, W, gradients=False):
+        corridor = None if walls is None else [walls(W)]
+        given = {k: [v] if k == "pins" else v for k, v in further.items()}
+        return minsnap.plan_many([P], [T], corridor, **given, gradients=gradients)
+
+    def cost(P, T, W):
+        found = many(P, T, W)
+        if walls is None:
+            return found.costs[0]
+        parts = walls(W) if isinstance(walls(W), list) else [walls(W)]
+        faces = [wall for part in parts for wall in part.walls(P)]
+        ends = {order: np.zeros(3) for order in (1, 2, 3)}
+        start = ends | {1: np.array(further.get("start", {"velocity": (0, 0, 0)})["velocity"])}
+        pins = {1: {1: np.array(further["pins"][1]["velocity"])}} if "pins" in further else {}
+        task = replace(task_of(P, None, pins=pins | {0: start, 3: ends}), walls=faces)
+        return solve(task, T, gap=1e-11).cost
+
+    found = many(WALKED, TIMES, widths, True).gradients
+    exact = found.durations, found.waypoints, found.corridor
+    by_time = differences(lambda T: cost(WALKED, T, widths), TIMES, 1e-4)
+    by_place = differences(lambda P: cost(P, TIMES, widths), WALKED, 1e-4)
+    by_width = differences(lambda W: cost(WALKED, TIMES, W), widths, 1e-5)
+    for one, seen in zip(exact, (by_time, by_place, by_width), strict=True):
+        if one is None:
+            assert not seen.any()
+        else:
+            assert np.allclose(one, seen, rtol=3e-4, atol=1e-4 * max(np.abs(seen).max(), 1e-3))
+    if walls is not None and not isinstance(walls(0.1), minsnap.Boxes):
+        assert (found.corridor <= 0.0).all() and (found.corridor < 0.0).any()
+
+
+def test_a_plan_that_fails_in_walls_has_no_gradients_and_the_others_have():
+    points = [WALKED, WALKED, WALKED]
+    many = minsnap.plan_many(points, [TIMES, -TIMES, TIMES], [BOXES, BOXES, 0.1], gradients=True)
+    assert [error is None for error in many.errors] == [True, False, True]
+    assert len(many.gradients.durations) == 6 and len(many.gradients.waypoints) == 9
+    assert np.isnan(many.gradients.waypoints[4]).all() and np.isfinite(many.gradients.durations).all()
+    alone = minsnap.plan_many([WALKED], [TIMES], 0.1, gradients=True).gradients
+    assert np.allclose(
+        many.gradients.waypoints[5:], alone.waypoints, rtol=1e-4, atol=1e-4 * np.abs(alone.waypoints).max()
+    )
+    assert (many.gradients.corridor[:3] == 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"limits": minsnap.Limits(speed=3.0)}, "for given durations"),
+        ({"total_time": 3.0}, "for given durations"),
+        ({"corridor": [Stranger(), Stranger()]}, "not of Stranger"),
+    ],
+)
+def test_gradients_that_are_not_known_are_refused(given, says):
     points, durations = questions(2, 2)
-    with pytest.raises(InputError, match="gradients are known for given durations"):
-        minsnap.plan_many(points, durations, gradients=True, **given)
+    times = None if "total_time" in given or "limits" in given else durations
+    with pytest.raises(InputError, match=says):
+        minsnap.plan_many(points, times, gradients=True, **given)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly
+from minsnap.arrays import FloatArray, IntArray, ReadOnly
 from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
 from minsnap.errors import CorridorError
 from minsnap.tolerances import ROUNDING
@@ -35,6 +35,12 @@ def leg_projections(waypoints: FloatArray) -> FloatArray:
     axes = np.arange(waypoints.shape[1])
     projections[:, axes, axes] += 1.0
     return np.asarray(projections)
+
+
+def across(projections: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the legs and the world axes of the pairs of planes of a ``Tube``: axes that are not along their leg."""
+    leg, axis = np.nonzero(np.abs(projections).max(axis=2) > ROUNDING)
+    return leg, axis
 
 
 def _half_widths(value: npt.ArrayLike, name: str) -> FloatArray:
@@ -80,10 +86,8 @@ class Tube(ReadOnly):
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return two planes for each leg and world axis that is not along it."""
         projections = leg_projections(waypoints)
-        legs, dim = projections.shape[:2]
-        widths = self._of_legs(legs, dim)
-        across = np.abs(projections).max(axis=2) > ROUNDING
-        leg, axis = np.nonzero(across)
+        widths = self._of_legs(*projections.shape[:2])
+        leg, axis = across(projections)
         width = widths[leg, axis]
         return [Faces(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import perm
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,12 +13,33 @@ from minsnap.arrays import FloatArray, IntArray, ReadOnly
 from minsnap.polynomials.bernstein import careful_differences, ends_to_highest, gram_root
 
 
+class Slopes(NamedTuple):
+    """How the optimal cost of one plan changes; not numbers where that is not known.
+
+    Parameters
+    ----------
+    durations : ndarray, shape (legs,)
+    waypoints : ndarray, shape (legs + 1, dim)
+    widths : ndarray, shape (legs,)
+        In half-widths of tubes; zero where there is none.
+    """
+
+    durations: FloatArray
+    waypoints: FloatArray
+    widths: FloatArray
+
+    @classmethod
+    def unknown(cls, legs: int, dim: int) -> Slopes:
+        """Return those of a plan that has none."""
+        return cls(np.full(legs, np.nan), np.full((legs + 1, dim), np.nan), np.full(legs, np.nan))
+
+
 @dataclass(frozen=True, eq=False)
 class Gradients(ReadOnly):
     """How the optimal cost of every plan changes with its durations, waypoints and half-widths; read-only arrays.
 
     Plan b has the entries ``offsets[b]`` to ``offsets[b + 1]`` of legs, and one waypoint more. Not a number where a
-    plan failed, or where the native core left a corridor to the Python core.
+    plan failed.
 
     Parameters
     ----------
@@ -25,7 +48,8 @@ class Gradients(ReadOnly):
     waypoints : ndarray, shape (waypoints in all, dim)
         [m / s^(2k - 1)].
     corridor : ndarray, shape (legs in all,), or None
-        In the half-width of each leg's tube, never positive [m / s^(2k - 1)]; None without a corridor.
+        In the half-width of each leg's tube, never positive [m / s^(2k - 1)]; zero where there is no tube, None without
+        any corridor.
     offsets : ndarray of int, shape (plans + 1,)
     """
 
@@ -33,6 +57,11 @@ class Gradients(ReadOnly):
     waypoints: FloatArray
     corridor: FloatArray | None
     offsets: IntArray
+
+    def __post_init__(self) -> None:
+        for array in (self.durations, self.waypoints, self.corridor):
+            if array is not None:
+                array.setflags(write=False)
 
     @classmethod
     def of_legs(
@@ -44,10 +73,14 @@ class Gradients(ReadOnly):
         waypoints = np.zeros((len(durations) + len(counts), displacements.shape[1]))
         waypoints[first] -= displacements
         waypoints[first + 1] += displacements
-        for array in (durations, waypoints, corridor):
-            if array is not None:
-                array.setflags(write=False)
         return cls(durations, waypoints, corridor, offsets)
+
+    @classmethod
+    def of_plans(cls, each: Sequence[Slopes], dim: int, walls: bool, offsets: IntArray) -> Gradients:
+        """Return the gradients of plans that were made one by one, with walls or without any."""
+        durations, widths = (np.concatenate([np.zeros(0), *(one[k] for one in each)]) for k in (0, 2))
+        waypoints = np.concatenate([np.zeros((0, dim)), *(one.waypoints for one in each)])
+        return cls(durations, waypoints, widths if walls else None, offsets)
 
 
 def free_slopes(points: FloatArray, durations: FloatArray) -> tuple[FloatArray, FloatArray]:

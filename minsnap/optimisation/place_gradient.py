@@ -1,0 +1,113 @@
+r"""Gradient of the optimal cost in waypoints and half-widths inside walls, by the envelope theorem.
+
+A contact with a wall :math:`g \le 0` and multiplier :math:`\lambda` adds :math:`\lambda \, \partial g / \partial w` of
+the waypoints w of its leg: the curve's point moves with them, and so does the wall of a tube. With u the unit vector of
+the leg from :math:`w_0` to :math:`w_1`, l its length, :math:`P = I - u u^\top`, :math:`c = r - w_0` and a wall
+:math:`g = e^\top P c - \delta` at a point r that is held,
+
+.. math:: \partial g / \partial w_1 = -\frac{u^\top c}{l} P e - \frac{e^\top u}{l} P c, \qquad
+          \partial g / \partial w_0 = -P e - \partial g / \partial w_1.
+
+Of a round tube e is the direction of the contact, across the leg.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.polytopes import Polytopes
+from minsnap.corridors.room import HalfSpaces, Room
+from minsnap.corridors.tubes import RoundTube, Tube, across, leg_projections
+from minsnap.optimisation.normalised_constraints import WallRows
+from minsnap.optimisation.solved import Solved
+from minsnap.polynomials.bernstein import basis
+from minsnap.trajectory.gradients import free_slopes
+
+TUBES, FIXED = (Tube, RoundTube), (Boxes, Polytopes, Room, HalfSpaces)
+"""Constraints whose walls follow the waypoints, and those whose walls do not."""
+
+
+class PlaceSlopes(NamedTuple):
+    """Derivatives of the optimal cost.
+
+    Parameters
+    ----------
+    waypoints : ndarray, shape (legs + 1, dim)
+        [cost/m].
+    widths : ndarray, shape (legs,)
+        In the half-width of each leg's tube; zero where there is none [cost/m].
+    """
+
+    waypoints: FloatArray
+    widths: FloatArray
+
+
+def place_gradient(solved: Solved, constraints: Sequence[Constraint]) -> PlaceSlopes:
+    """Return the gradient of a task with one piece per leg, pinned waypoints and walls on positions.
+
+    Parameters
+    ----------
+    solved : Solved
+        Found with a small gap: the error of the gradient goes as its square root.
+    constraints : sequence of Constraint
+        Those that the walls of the task come from, in their order.
+    """
+    task, curve = solved.task, solved.trajectory
+    slopes = PlaceSlopes(np.zeros(task.waypoints.shape), np.zeros(task.legs))
+    forces = free_slopes(curve.control_points, curve.durations)[1]
+    slopes.waypoints[:-1] -= forces
+    slopes.waypoints[1:] += forces
+    known, multipliers = solved.active
+    used = np.flatnonzero(multipliers > 0.0)
+    if known is None or not len(used):
+        return slopes
+    rows = known.source.chosen(used)
+    pushes = multipliers[used] * solved.units.length * solved.units.time ** (1.0 - 2.0 * task.half)
+    _add_curve(slopes, solved, rows, pushes)
+    first = 0
+    for constraint in constraints:
+        for walls in constraint.walls(task.waypoints):
+            mine = (rows.wall >= first) & (rows.wall < first + len(walls.cones.leg))
+            if isinstance(constraint, TUBES) and mine.any():
+                chosen = rows.chosen(mine)
+                _add_tube(slopes, solved, chosen, _directions(constraint, task.waypoints, chosen, first), pushes[mine])
+            first += len(walls.cones.leg)
+    return slopes
+
+
+def _add_curve(slopes: PlaceSlopes, solved: Solved, rows: WallRows, pushes: FloatArray) -> None:
+    """Add what the contacts change because the points of the curve move with the waypoints."""
+    factors = solved.problem.row_factors(rows.piece, rows.s, 0)
+    forces = pushes[:, None] * rows.normal
+    np.add.at(slopes.waypoints, rows.piece, factors[:, :1] * forces)
+    np.add.at(slopes.waypoints, rows.piece + 1, factors[:, solved.task.half, None] * forces)
+
+
+def _directions(constraint: Constraint, waypoints: FloatArray, rows: WallRows, first: int) -> FloatArray:
+    """Return e of every row of a tube: a world axis, or the direction of the contact."""
+    if isinstance(constraint, RoundTube):
+        return rows.normal
+    axis = across(leg_projections(waypoints))[1]
+    side, face = np.divmod(rows.wall - first, len(axis))  # upper walls first
+    return np.asarray(np.eye(waypoints.shape[1])[axis[face]] * np.where(side == 0, 1.0, -1.0)[:, None])
+
+
+def _add_tube(slopes: PlaceSlopes, solved: Solved, rows: WallRows, directions: FloatArray, pushes: FloatArray) -> None:
+    """Add what the contacts change because the walls move with the waypoints, and with the half-widths."""
+    task, curve = solved.task, solved.trajectory
+    start = task.waypoints[rows.piece]
+    lengths = task.lengths[rows.piece, None]
+    along = (task.waypoints[rows.piece + 1] - start) / lengths
+    away = np.einsum("rj,rjd->rd", basis(curve.degree, rows.s), curve.control_points[rows.piece]) - start
+    share = (along * away).sum(axis=1, keepdims=True) / lengths
+    offset = away - share * lengths * along
+    turning = share * rows.normal + (directions * along).sum(axis=1, keepdims=True) / lengths * offset
+    np.add.at(slopes.waypoints, rows.piece + 1, -pushes[:, None] * turning)
+    np.add.at(slopes.waypoints, rows.piece, pushes[:, None] * (turning - rows.normal))
+    np.add.at(slopes.widths, rows.piece, -pushes)
