@@ -182,8 +182,8 @@ def _without_noise(last: Attempt) -> Attempt:
 
 
 def _moved_inwards(last: Attempt) -> Attempt:
-    """Begin with a shift of rounding size, then 100 times as far, and at least as far as the violation."""
-    inward = max(EXACT, 100.0 * last.method.inward, 2.0 * last.state.excess)
+    """Begin with a shift of rounding size, then 100 times as far, and at least as far as the least violation so far."""
+    inward = max(EXACT, 100.0 * last.method.inward, 2.0 * last.state.least)
     return last.again(replace(last.method, inward=inward))
 
 
@@ -224,7 +224,7 @@ LADDER = (
     Rung(
         "inward shift",
         (STALLED, OUTSIDE),
-        lambda last: max(last.method.inward, last.state.excess) < NEAR,
+        lambda last: max(last.method.inward, last.state.least) < NEAR,
         _moved_inwards,
         repeats=True,
     ),

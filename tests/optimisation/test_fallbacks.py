@@ -165,6 +165,24 @@ def test_walls_move_inwards_while_rounding_leaves_the_curve_outside(monkeypatch,
     assert traj.report.corridor_margin >= EXACT * 0.3
 
 
+def test_walls_move_inwards_by_the_least_excess_of_an_attempt_not_the_last(monkeypatch):
+    """The answer of a solver that was tried last, and failed, may lie far outside."""
+    original = fallbacks.exchange
+
+    def exchange(master, state, *given):
+        ended, trouble = original(master, state, *given)
+        if state.inward == 0.0:
+            return replace(ended, excess=0.1, least=1e-6), Trouble.STALLED
+        shifts.append(state.inward)
+        return ended, trouble
+
+    shifts = []
+    monkeypatch.setattr(fallbacks, "exchange", exchange)
+    without(monkeypatch, "rounding removed")
+    plan()
+    assert shifts == [2e-6]
+
+
 def test_a_curve_that_no_rung_proves_to_be_inside_is_not_returned(monkeypatch):
     monkeypatch.setattr(Solved, "inside", property(lambda solved: False))
     with pytest.raises(SolverError, match="to working precision"):
