@@ -46,6 +46,8 @@ class Task:
         Waypoints that must lie in a ball or a gate, within ``lower`` and ``upper``.
     deadline : float
         Value of ``time.monotonic()`` at which every solve ends, with what is certified or with a SolverError.
+    explained : bool
+        Whether an error says which leg or limit is in the way; finding that takes longer than a plan.
     """
 
     waypoints: FloatArray
@@ -60,6 +62,7 @@ class Task:
     solver: str
     regions: Mapping[int, KnotRegion] = field(default_factory=dict)
     deadline: float = math.inf
+    explained: bool = True
 
     @property
     def legs(self) -> int:

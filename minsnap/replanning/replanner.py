@@ -50,6 +50,9 @@ SPLIT_GAIN = 1e-2
 RESERVE = 0.3
 """Share of the budget that a search leaves to the certified end, until it is known how long that takes."""
 
+ENDING = 0.1
+"""Share of the budget that is left to what follows the certified end."""
+
 FORGETS = 0.9
 """Share of the longest time beyond a search that is remembered from one replan to the next."""
 
@@ -275,11 +278,13 @@ class Replanner:
         return better, took < seconds, "nothing better was found"
 
     def _search_seconds(self, call: _Call) -> float:
-        reserve = RESERVE * call.seconds if self._beyond is None else 1.2 * self._beyond + 0.1 * call.seconds
+        reserve = RESERVE * call.seconds if self._beyond is None else 1.2 * self._beyond + ENDING * call.seconds
         return call.budget.left - reserve
 
     def _better(self, call: _Call, rest: Trajectory | None, seconds: float) -> Better:
-        splice, task, aim = call.splice, call.course.task, call.aim
+        due = time.monotonic() + call.budget.left - ENDING * call.seconds
+        splice, aim = call.splice, call.aim
+        task = replace(call.course.task, deadline=due, explained=False)
         if call.course.outside:
             return search_back(self._part(task, None, None).task, aim, self._finish(splice), seconds)
         known = None if self._memory is None else self._memory.first_guess(splice, task.legs)

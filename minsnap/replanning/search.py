@@ -114,7 +114,7 @@ def search_ahead(task: Task, aim: Aim, finish: Finish, guess: Trajectory | None,
 def search_back(task: Task, aim: Aim, finish: Finish, seconds: float) -> Better:
     """Search from a start outside its corridor: the shortest way back first; like ``search_ahead`` otherwise."""
     assert aim.limits is not None
-    way = way_back(start_state(task), task.walls, aim.limits)
+    way = way_back(start_state(task), task.walls, aim.limits, task.deadline)
     if way is None:
         raise InfeasibleError("no way back into the corridor of leg 0 was found: stop, or widen it", leg=0)
     ahead = search_ahead(from_end(task, way), aim, finish, None, seconds)

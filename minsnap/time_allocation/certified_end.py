@@ -8,6 +8,7 @@ away.
 from __future__ import annotations
 
 from collections.abc import Callable
+from time import monotonic
 
 import numpy as np
 
@@ -82,8 +83,10 @@ class CertifiedEnd:
     def run(self, found: Evaluated) -> Solved | None:
         """Return a curve near the one found that is certified, barely slower; None if there is none nearby."""
         self.search.finder.refine(NARROW)
-        state = self._clipped(found.state)
+        state, began, task = self._clipped(found.state), monotonic(), self.layout.task
         for attempt in range(TRIES):
+            if attempt and monotonic() + (monotonic() - began) / attempt > task.deadline:
+                break
             solved, measured = (
                 solved_state(self.layout, state, self.search.iterations),
                 self.search.finder.measure(state),

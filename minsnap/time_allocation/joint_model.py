@@ -113,6 +113,8 @@ class JointModel:
     ) -> FloatArray | None:
         """Build the programme around a state and solve it; None where it has no solution.
 
+        Before a deadline, what the native core does not solve counts as such: the other solver takes too long.
+
         Parameters
         ----------
         state : JointState
@@ -126,13 +128,14 @@ class JointModel:
         -------
         ndarray, shape (unknowns,), or None
         """
-        found = None
         if self.native is not None:
             regions = self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall)
             bounds = (caution.proximity, caution.reach, LONGEST, SHORTEST, penalties.limit, penalties.wall)
             numbers = (*bounds, inwards.limit, inwards.wall, ACCURACY)
             found = self.native.step(state, known_peaks(peaks, former), regions, self.lengths, numbers, self._pull)
-        return self._step_in_python(state, peaks, former, caution, penalties, inwards) if found is None else found
+            if found is not None or np.isfinite(self.layout.task.deadline):
+                return found
+        return self._step_in_python(state, peaks, former, caution, penalties, inwards)
 
     def _step_in_python(
         self,

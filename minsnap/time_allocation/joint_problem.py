@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from minsnap.arrays import FloatArray
@@ -33,10 +34,10 @@ class JointProblem:
         self.task, self.limits, self.guess, self.yaw = task, limits, guess, yaw
         self.units: Units = task.units(guess)
 
-    def search(self, pieces: int, told: Told | None = None) -> JointSearch:
+    def search(self, pieces: int, told: Told | None = None, ticked: Callable[[], None] | None = None) -> JointSearch:
         """Return a search over curves of so many pieces a leg."""
         layout = JointLayout(replace(self.task, pieces=pieces), self.units)
-        return JointSearch(layout, self.blocks(layout), told)
+        return JointSearch(layout, self.blocks(layout), told, ticked)
 
     def blocks(self, layout: JointLayout) -> list[Block]:
         """Return all walls and limits on the pieces of a layout."""

@@ -69,10 +69,18 @@ class JointSearch:
         Walls and limits.
     told : callable, optional
         Called with every state accepted; what it raises ends the search.
+    ticked : callable, optional
+        Called before every step, accepted or not; what it raises ends the search.
     """
 
-    def __init__(self, layout: JointLayout, blocks: Sequence[Block], told: Told | None = None) -> None:
-        self.layout, self.blocks, self.told = layout, blocks, told
+    def __init__(
+        self,
+        layout: JointLayout,
+        blocks: Sequence[Block],
+        told: Told | None = None,
+        ticked: Callable[[], None] | None = None,
+    ) -> None:
+        self.layout, self.blocks, self.told, self.ticked = layout, blocks, told, ticked
         self.native = native_steps(layout, blocks)
         self.finder = PeakFinder(layout, blocks, None if self.native is None else self.native.terms)
         self.penalties = Penalties()
@@ -99,6 +107,8 @@ class JointSearch:
         self._best = now
         idle, fails = 0, 0
         for _ in range(ITERATIONS):
+            if self.ticked is not None:
+                self.ticked()
             promised, step = self._step(model, now, caution)
             fails += 1
             if step is not None and self._done(now, promised, gain):

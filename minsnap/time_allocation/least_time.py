@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from time import perf_counter
+from time import monotonic
 
 import numpy as np
 
@@ -47,6 +47,12 @@ SLOWINGS = 30
 
 EASED, POLISHES, POLISHED = 1.03, 2, 2e-4
 """Factor on time from which a search with several pieces is repeated, how often, and the least gain that repeats it."""
+
+
+LATE = "time_limit has passed without a certified plan: give more time, or loosen a limit"
+
+ENDS = 2.0
+"""Steps of the search that the shortest certified end takes."""
 
 
 class OutOfTimeError(Exception):
@@ -94,7 +100,8 @@ class LeastTime:
         guess = stop_and_go_times(guessed_lengths(task), limits)
         self.problem = JointProblem(task, limits, guess, self._yaw(guess))
         self.log = Log(progress)
-        self.deadline = np.inf if time_limit is None else perf_counter() + time_limit
+        self.told, self.step = monotonic(), 0.0
+        self.deadline = np.inf if time_limit is None else self.told + time_limit
         self.interrupted, self.best_on_interrupt = False, best_on_interrupt
         self.kept: Evaluated | None = None
 
@@ -110,7 +117,7 @@ class LeastTime:
         LimitError
             If nothing limits the time.
         """
-        first = search = self.problem.search(1, self._tell)
+        first = search = self.problem.search(1, self._tell, self._tick)
         found = self._settled(search, self._begin(search))
         for parts in DIVISIONS if self.refine else (self.task.pieces,):
             before = found.merit
@@ -121,14 +128,19 @@ class LeastTime:
                 break
         if self.refine:
             found = self._repeated(search, found)
+        self._refuse_late(self.task.deadline - ENDS * self.step)
         solved = self._certified(search, found)
         if solved is None and self.interrupted and self.task.still:
             solved = CertifiedEnd(first, self.limits, self.finish).run(first.evaluate(self._guess(first)))
-        if solved is None and self.interrupted:
-            raise LateError("time_limit has passed without a certified plan: give more time, or loosen a limit")
         if solved is None:
+            self._refuse_late(-np.inf if self.interrupted else self.task.deadline)
             raise self._reason(search, found)
         return solved, Run(tuple(self.log.steps), self.interrupted)
+
+    def _refuse_late(self, deadline: float) -> None:
+        """Raise LateError where a deadline has passed without a plan."""
+        if monotonic() > deadline:
+            raise LateError(LATE)
 
     def _certified(self, search: JointSearch, found: Evaluated) -> Solved | None:
         """Return the certified end of a search, or of the curve before the last division where that is shorter."""
@@ -150,7 +162,11 @@ class LeastTime:
     def _tell(self, found: Evaluated) -> None:
         unit = self.problem.units.time
         self.log.add(found.state.total * unit, found.merit * unit)
-        if perf_counter() > self.deadline:
+
+    def _tick(self) -> None:
+        """Measure the step that has ended, and end the search if one more would be late."""
+        self.step, self.told = monotonic() - self.told, monotonic()
+        if self.told + self.step > self.deadline:
             raise OutOfTimeError
 
     def _guess(self, search: JointSearch) -> JointState:
@@ -167,7 +183,7 @@ class LeastTime:
         state = self._guess(search)
         if self.first is not None or self.problem.yaw is None or not isinstance(self.limits, VehicleLimits):
             return state
-        free = JointProblem(self.task, self.limits, self.problem.guess, None).search(1, self._tell)
+        free = JointProblem(self.task, self.limits, self.problem.guess, None).search(1, self._tell, self._tick)
         state = self._settled(free, state).state
         for _ in range(SLOWINGS):
             excess = search.evaluate(state).measured.limit
@@ -199,7 +215,7 @@ class LeastTime:
 
     def _finer(self, search: JointSearch, found: Evaluated, parts: int) -> tuple[JointSearch, Evaluated]:
         """Go on with every piece divided, from the same curve flown more slowly; keep what is shorter in the end."""
-        fine = self.problem.search(search.layout.task.pieces * parts, self._tell)
+        fine = self.problem.search(search.layout.task.pieces * parts, self._tell, self._tick)
         fine.penalties = search.penalties
         start = divided(search.layout, found.state, fine.layout)
         self.kept = fine.evaluate(start)
@@ -218,6 +234,8 @@ class LeastTime:
 
     def _reason(self, search: JointSearch, found: Evaluated) -> MinsnapError:
         """Say why the search ended outside: the corridor alone, or which limit is exceeded where and by how much."""
+        if not self.task.explained:
+            return SolverError("no plan that keeps the walls and the limits was found from there")
         durations = found.state.durations * self.problem.units.time
         reason = explain(search.layout.task, durations)
         if not isinstance(reason, SolverError):

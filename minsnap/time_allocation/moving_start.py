@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from time import monotonic
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from minsnap.limits.span import KEPT, kept_from
 from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved import Solved
-from minsnap.time_allocation.least_time import FirstGuess, LateError, LeastTime
+from minsnap.time_allocation.least_time import LATE, FirstGuess, LateError, LeastTime
 from minsnap.time_allocation.recovery import Recovery, start_state, start_use, way_back
 from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, timed
 from minsnap.trajectory.trajectory import Trajectory
@@ -73,6 +74,7 @@ def shortest_from(
     LimitError
         If the start exceeds a limit, and no way back was found.
     """
+    began = monotonic()
     if start_use(task, limits) > (1.0 - TOUCHING if first is None else 1.0 + KEPT):
         return _brought_back(task, limits, timing, finish, None)
     try:
@@ -80,7 +82,17 @@ def shortest_from(
     except LateError:
         raise
     except (InfeasibleError, SolverError) as refused:
-        return _brought_back(task, limits, timing, finish, refused)
+        return _brought_back(task, limits, _remaining(timing, began), finish, refused)
+
+
+def _remaining(timing: Timing, began: float) -> Timing:
+    """Return the same with the time that is left of its limit."""
+    if timing.time_limit is None:
+        return timing
+    left = timing.time_limit - (monotonic() - began)
+    if left <= 0.0:
+        raise LateError(LATE)
+    return replace(timing, time_limit=left)
 
 
 def searched_from(
@@ -97,7 +109,11 @@ def _brought_back(
     task: Task, limits: Limits, timing: Timing, finish: Finish, refused: InfeasibleError | SolverError | None
 ) -> Recovered:
     """Go the shortest way back, and plan from its end; raise ``refused`` where that fails too."""
-    way = way_back(start_state(task), task.walls, limits)
+    began = monotonic()
+    way = way_back(start_state(task), task.walls, limits, task.deadline)
+    timing = _remaining(timing, began)
+    if way is None and monotonic() > task.deadline:
+        raise LateError(LATE)
     if way is None:
         raise refused or _no_way_back(task, limits)
     solved, run = _searched_from_end(from_end(task, way), limits, timing, finish, refused)
@@ -112,12 +128,14 @@ def _searched_from_end(
     task: Task, limits: Limits, timing: Timing, finish: Finish, refused: InfeasibleError | SolverError | None
 ) -> tuple[Solved, Run]:
     """Search with the pieces asked for, then with more."""
+    began = monotonic()
     try:
         return searched_from(task, limits, timing, finish)
     except LateError:
         raise
     except (InfeasibleError, SolverError) as again:
         if task.pieces < FINER:
+            timing = _remaining(timing, began)
             return _searched_from_end(replace(task, pieces=FINER), limits, timing, finish, refused or again)
         raise refused or again from None
 

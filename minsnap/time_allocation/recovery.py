@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from time import monotonic
 
 import numpy as np
 
@@ -85,8 +86,8 @@ def state_use(state: FloatArray, limits: Limits) -> float:
     return max((used.fraction for used in measure_state(limits, derivatives, state.shape[1])), default=0.0)
 
 
-def way_back(state: FloatArray, walls: Sequence[Walls], limits: Limits) -> Recovery | None:
-    """Return the shortest way back from a state; None where there is none.
+def way_back(state: FloatArray, walls: Sequence[Walls], limits: Limits, deadline: float = np.inf) -> Recovery | None:
+    """Return the shortest way back from a state; None where there is none, or none was found by the deadline.
 
     Parameters
     ----------
@@ -95,6 +96,8 @@ def way_back(state: FloatArray, walls: Sequence[Walls], limits: Limits) -> Recov
     walls : sequence of Walls
         Of the corridor; those of the first leg are kept.
     limits : Limits
+    deadline : float
+        Value of ``time.monotonic()`` at which the search ends.
     """
     scales = typical(state, limits)
     piece = SinglePiece(state, scales[1])
@@ -102,7 +105,7 @@ def way_back(state: FloatArray, walls: Sequence[Walls], limits: Limits) -> Recov
     known = conditions_of([*walls, *limits.walls(np.zeros((2, state.shape[1])))], 0, state[0])
     for lenience in LENIENCE:
         demands = [demand for condition in known for demand in _demands(condition, piece.state, moment, lenience)]
-        duration, answer = shortest(_Solves(piece, demands), SHORTEST * moment, LONGEST * moment, FINER)
+        duration, answer = shortest(_Solves(piece, demands, deadline), SHORTEST * moment, LONGEST * moment, FINER)
         if answer is not None:
             return Recovery(Trajectory(answer.points[None] + state[0], np.array([duration])))
     return None
@@ -110,12 +113,15 @@ def way_back(state: FloatArray, walls: Sequence[Walls], limits: Limits) -> Recov
 
 @dataclass(frozen=True, eq=False)
 class _Solves:
-    """The piece of a duration, if it keeps every hard demand."""
+    """The piece of a duration, if it keeps every hard demand and is found by the deadline."""
 
     piece: SinglePiece
     demands: list[Demand]
+    deadline: float
 
     def __call__(self, duration: float) -> PieceFound | None:
+        if monotonic() > self.deadline:
+            return None
         ends = self.piece.start_ends(duration)
         answer = self.piece.solve(duration, ends, range(self.piece.half), self.demands)
         return answer if answer is not None and answer.hard <= FEASIBLE else None

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_positive_time
-from minsnap.errors import LimitError, TimingError
+from minsnap.errors import InfeasibleError, LimitError, TimingError
 from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
@@ -162,6 +162,8 @@ def solved_or_explained(task: Task, durations: FloatArray, samples: int | None =
     try:
         return solve(task, durations, samples)
     except InfeasibleRowsError:
+        if not task.explained:
+            raise InfeasibleError("no curve keeps the walls and the limits in these durations") from None
         from minsnap.time_allocation.refusal import explain
 
         raise explain(task, durations) from None

@@ -1,11 +1,15 @@
 """The shortest times within limits: the search as a whole."""
 
+from itertools import count
+
 import numpy as np
 import pytest
 from tasks import REFERENCE, random_legs
 
 import minsnap
 from minsnap.limits.limits import Limits
+from minsnap.time_allocation import least_time
+from minsnap.time_allocation.joint_search import JointSearch
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 
@@ -78,3 +82,12 @@ def test_more_pieces_come_near_the_trapezoid_of_one_leg():
 def test_a_leg_without_anything_to_vary_is_planned_in_silence(capfd):
     minsnap.plan([(0, 0, 0), (1, 0, 0)], limits=LIMITS, corridor=0.1)
     assert tuple(capfd.readouterr()) == ("", "")
+
+
+def test_a_search_ends_before_a_step_that_would_be_late_also_where_no_step_is_accepted(monkeypatch):
+    ticks, steps = count(), []
+    monkeypatch.setattr(least_time, "monotonic", lambda: float(next(ticks)))
+    monkeypatch.setattr(JointSearch, "_tried", lambda self, now, step, promised: steps.append(1) or (0.0, None))
+    path = minsnap.plan(REFERENCE, limits=LIMITS, time_limit=10.0)
+    assert path.report.interrupted and minsnap.certify(path, limits=LIMITS).ok
+    assert 1 <= len(steps) <= 5
