@@ -24,7 +24,7 @@ laps: 2
 takeoff: true
 land: true
 yaw: velocity
-limits: {speed: 3, acceleration: 5}
+limits: {speed: 3, acceleration: 5, jerk: 40}
 """
 
 

@@ -41,6 +41,12 @@ def card(script: Path, figure: Path | None) -> str:
     return f'   <a class="example" href="examples/{script.stem}.html">{image}<span>{title}</span></a>\n'
 
 
+def gallery(name: str, scripts: list[Path], figures: dict[Path, Path]) -> str:
+    """Return a section with the cards of some examples."""
+    cards = "".join(card(script, figures.get(script)) for script in scripts)
+    return f'{name}\n{"-" * len(name)}\n\n.. raw:: html\n\n   <div class="examples">\n{cards}   </div>\n\n'
+
+
 def write_pages(app: Sphinx) -> None:
     """Write the pages of all examples into ``docs/examples`` and ``docs/examples.rst``."""
     source = Path(app.srcdir)
@@ -49,13 +55,20 @@ def write_pages(app: Sphinx) -> None:
     (source / "examples").mkdir(exist_ok=True)
     for script in scripts:
         _write(source / "examples" / f"{script.stem}.rst", page(script, figures.get(script)))
-    cards = "".join(card(script, figures.get(script)) for script in scripts)
+    jobs = (FOLDER / "README.md").read_text(encoding="utf-8").split("## More")[0]
+    first = sorted((script for script in scripts if script.name in jobs), key=lambda script: jobs.index(script.name))
+    more = [script for script in scripts if script not in first]
+    groups = {
+        "Twelve jobs": first,
+        "More": [script for script in more if script in figures],
+        "Without a figure": [script for script in more if script not in figures],
+    }
     listed = "".join(f"   examples/{script.stem}\n" for script in scripts)
     _write(
         source / "examples.rst",
         "Examples\n========\n\nEach is one short story with a figure or a file.\n\n"
-        f'.. raw:: html\n\n   <div class="examples">\n{cards}   </div>\n\n'
-        f".. toctree::\n   :hidden:\n\n{listed}",
+        + "".join(gallery(name, group, figures) for name, group in groups.items())
+        + f".. toctree::\n   :hidden:\n\n{listed}",
     )
 
 

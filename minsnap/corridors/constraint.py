@@ -105,7 +105,7 @@ class Cones(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class Faces(ReadOnly):
-    """Pairs of parallel planes, each on one leg: lower <= n . (derivative - anchor) <= upper.
+    """Pairs of parallel planes, each on one leg: lower <= normal @ (derivative - anchor) <= upper.
 
     Parameters
     ----------

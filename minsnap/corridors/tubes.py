@@ -111,7 +111,9 @@ class Tube(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class RoundTube(ReadOnly):
-    r"""Euclidean distance to the leg's line: :math:`\|(I - u u^\top)(r(t) - r_i)\|_2 \le \rho`.
+    r"""A corridor around the legs: Euclidean distance to the leg's line.
+
+    .. math:: \|(I - u u^\top)(r(t) - r_i)\|_2 \le \rho
 
     Parameters
     ----------
