@@ -1,19 +1,19 @@
 """A goal that moves is followed over MAVLink: 20 setpoints a second, up to 50 replans, against a receiver.
 
-The receiver says that it is PX4, in OFFBOARD, wherever the last setpoint was. A second thread replans from what is
-flown, and hands each change to the stream, which takes it over at its splice and refuses what comes late. The budget of
-a replan begins at 20 ms and grows where the machine needs more.
+The receiver is that of ``stream_with_callbacks.py``, wherever the last setpoint was. A second thread replans from what
+is flown, and hands each change to the stream, which takes it over at its splice and refuses what comes late. The budget
+of a replan begins at 20 ms and grows where the machine needs more.
 
 ``python examples/follow_a_moving_goal.py [FOLDER [SECONDS]]``: five seconds unless given, 600 for ten minutes.
 """
 
-import os
 import sys
 import threading
 import time
 from pathlib import Path
 
 import numpy as np
+from stream_with_callbacks import POSITION, Receiver
 
 import minsnap
 from minsnap.errors import MinsnapError
@@ -21,35 +21,9 @@ from minsnap.mavlink import SafetyRules, Streamer, StreamOptions, open_link
 from minsnap.mavlink.offboard import prepare
 from minsnap.mavlink.schedule import Clock
 
-OFFBOARD, POSITION = 6 << 16, 3 << 16
 LIMITS = minsnap.Limits(speed=1.5, acceleration=3.0)
 ROOM = ((-5.0, -5.0, 0.5), (5.0, 5.0, 3.0))
 LEAST, MOST = 0.02, 0.2
-
-
-class Receiver(threading.Thread):
-    """The least that a vehicle says: heartbeats and positions."""
-
-    def __init__(self):
-        super().__init__(daemon=True)
-        os.environ["MAVLINK20"] = "1"
-        from pymavlink import mavutil
-
-        self.link = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=1, source_component=1)
-        self.port = self.link.port.getsockname()[1]
-        self.mode, self.place, self.running, self.path = OFFBOARD, (0.0, 2.0, -1.5), True, []
-
-    def run(self):
-        """Answer until told to stop."""
-        while self.running:
-            while (message := self.link.recv_msg()) is not None:
-                if message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
-                    self.place = (message.x, message.y, message.z)
-                    self.path.append(self.place)
-            self.link.mav.heartbeat_send(2, 12, 129, self.mode, 4)
-            self.link.mav.local_position_ned_send(0, *self.place, 0, 0, 0)
-            time.sleep(0.02)
-        self.link.close()
 
 
 def goal_at(t: float) -> np.ndarray:
@@ -80,7 +54,7 @@ def follow(streamer: Streamer, flown: minsnap.Trajectory, seconds: float, counts
 
 def main(folder: Path, seconds: float) -> None:
     """Fly after the goal, then hold, and write the setpoints that arrived."""
-    receiver, clock = Receiver(), Clock()
+    receiver, clock = Receiver((0.0, 2.0, -1.5)), Clock()
     receiver.start()
     first = minsnap.plan([(2.0, 0.0, 1.5), goal_at(0.0)], limits=LIMITS, room=ROOM)
     options = StreamOptions(rate=20.0, trigger="now", rules=SafetyRules(abort_distance=1.0))

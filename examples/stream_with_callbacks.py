@@ -17,16 +17,16 @@ OFFBOARD, POSITION = 6 << 16, 3 << 16
 
 
 class Receiver(threading.Thread):
-    """The least that a vehicle says: heartbeats and positions."""
+    """The least that a vehicle says: heartbeats and positions, from a place [m] (NED) on; ``path`` is where it was."""
 
-    def __init__(self):
+    def __init__(self, place):
         super().__init__(daemon=True)
         os.environ["MAVLINK20"] = "1"
         from pymavlink import mavutil
 
         self.link = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=1, source_component=1)
         self.port = self.link.port.getsockname()[1]
-        self.mode, self.place, self.running = OFFBOARD, (0.0, 0.0, -1.0), True
+        self.mode, self.place, self.running, self.path = OFFBOARD, place, True, []
 
     def run(self):
         """Answer until told to stop."""
@@ -34,15 +34,16 @@ class Receiver(threading.Thread):
             while (message := self.link.recv_msg()) is not None:
                 if message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
                     self.place = (message.x, message.y, message.z)
+                    self.path.append(self.place)
             self.link.mav.heartbeat_send(2, 12, 129, self.mode, 4)
             self.link.mav.local_position_ned_send(0, *self.place, 0, 0, 0)
-            time.sleep(0.05)
+            time.sleep(0.02)
         self.link.close()
 
 
 def main(folder: Path) -> None:
     """Fly a metre forward, telling where it is on the way."""
-    receiver = Receiver()
+    receiver = Receiver((0.0, 0.0, -1.0))
     receiver.start()
     reached = [0]
 

@@ -16,6 +16,7 @@ FOLDER = Path(__file__).parents[1] / "examples"
 def test_example_runs_and_writes_its_figure(script, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", [str(script), str(tmp_path)])
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(FOLDER))
     matplotlib.use("agg")
     runpy.run_path(str(script), run_name="__main__")
     assert [file for file in tmp_path.iterdir() if file.stat().st_size > 0]
