@@ -127,7 +127,7 @@ class Replanner:
         self._clock, self._lock = clock, threading.Lock()
         self._memory: Memory | None = None
         self._beyond: float | None = None
-        self._stop_takes = np.inf
+        self._stop_takes, self._shortest = np.inf, 0.0  # of stops and searches, as far as is known [s]
 
     @property
     def limits(self) -> Limits | None:
@@ -265,17 +265,19 @@ class Replanner:
 
     def _searched(self, call: _Call, rest: Trajectory | None) -> tuple[Better | None, bool, str]:
         """Search in the time that is left; what was found, whether the search ended by itself, and why nothing."""
-        seconds = self._search_seconds(call)
-        if call.aim.timed and seconds <= 0.0:
+        seconds, room = self._search_seconds(call), call.budget.left - ENDING * call.seconds
+        if call.aim.timed and min(seconds, room - self._shortest) <= 0.0:
+            self._beyond, self._shortest = FORGETS * (self._beyond or 0.0), FORGETS * self._shortest
             return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
-        began = time.perf_counter()
+        better, reason, began = None, "nothing better was found", time.perf_counter()
         try:
             better = self._better(call, rest, seconds)
         except (InfeasibleError, SolverError, LimitError) as none:
-            return None, time.perf_counter() - began < seconds, str(none)
+            reason = str(none)
         took = time.perf_counter() - began
+        self._shortest = min(self._shortest or took, took)
         self._beyond = max(FORGETS * (self._beyond or 0.0), took - seconds, 0.0)
-        return better, took < seconds, "nothing better was found"
+        return better, took < seconds, reason
 
     def _search_seconds(self, call: _Call) -> float:
         reserve = RESERVE * call.seconds if self._beyond is None else 1.2 * self._beyond + ENDING * call.seconds
