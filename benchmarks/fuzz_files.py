@@ -18,9 +18,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 
-from file_seeds import mutated, readers, seeds  # noqa: E402
-
-from minsnap.errors import FileError, VehicleError  # noqa: E402
+from file_seeds import mutated, readers, refusals, seeds  # noqa: E402
 
 
 def main() -> int:
@@ -45,14 +43,14 @@ def _fuzz(folder: Path, name: str, read, asked: argparse.Namespace) -> int:
         began = time.perf_counter()
         try:
             read(path)
-        except (FileError, VehicleError):
+        except refusals():
             refused += 1
         except Exception as error:
             broken += 1
             Path(f"broken-{broken}-{name}").write_bytes(content)
             print(f"{name}: {type(error).__name__}: {error}")
         longest = max(longest, time.perf_counter() - began)
-    print(f"{name:<14} {count} inputs, {refused} refused, {broken} broken, longest {1e3 * longest:.1f} ms")
+    print(f"{name:<14} {count} inputs, {refused} refused, {broken} broken, longest {1e3 * longest:.1f} ms", flush=True)
     return broken
 
 

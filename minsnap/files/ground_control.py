@@ -123,6 +123,6 @@ def _base(where: str, frame: Any, home: FloatArray) -> float:
 def _coordinates(where: str, given: Any) -> FloatArray:
     """Return latitude, longitude [degrees] and altitude [m] as an array."""
     numbers = isinstance(given, list) and len(given) == 3 and all(type(v) in (int, float) for v in given)
-    if not numbers or not np.isfinite(given).all() or abs(given[0]) > 90.0 or abs(given[1]) > 180.0:
+    if not numbers or not all(abs(v) <= most for v, most in zip(given, (90.0, 180.0, 1e8), strict=True)):
         raise FileError(f"{where} has the coordinates {shown(given)}: give latitude, longitude and altitude")
     return np.array(given, dtype=np.float64)

@@ -94,3 +94,9 @@ def test_broken_text_is_refused(tmp_path):
     (tmp_path / "mission.plan").write_text("{")
     with pytest.raises(FileError, match="JSON"):
         read_mission(tmp_path / "mission.plan")
+
+
+def test_a_number_that_no_double_holds_is_refused(tmp_path):
+    for home in ([10**400, 8.0, 1.0], [47.0, 8.0, -(10**400)]):
+        with pytest.raises(FileError, match="plannedHomePosition"):
+            read_mission(written(tmp_path, changed(["mission", "plannedHomePosition"], home)))

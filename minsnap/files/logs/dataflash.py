@@ -56,10 +56,24 @@ def read_dataflash(path: str | os.PathLike[str], inertial: bool = False) -> Flig
         raise ImportError("reading dataflash logs needs pymavlink: pip install minsnap[logs]") from None
     if not check_size(path) or not Path(path).is_file():
         raise FileError(f"{path} is not there, or empty")
+
+    class PythonReader(DFReader_binary):  # type: ignore[misc]
+        """Searches messages in Python: the compiled search prints its complaints past ``sys.stderr``."""
+
+        def __init__(self, name: str) -> None:
+            try:
+                super().__init__(name)
+            except Exception:
+                self.filehandle.close()
+                raise
+
+        def init_arrays_fast(self, progress_callback: Any = None) -> None:
+            self.init_arrays(progress_callback)
+
     complaints = io.StringIO()
     with contextlib.redirect_stderr(complaints), contextlib.redirect_stdout(complaints):
         try:
-            columns = _columns(DFReader_binary(os.fspath(path)), [*_TYPES, *(_INERTIAL if inertial else ())])
+            columns = _columns(PythonReader(os.fspath(path)), [*_TYPES, *(_INERTIAL if inertial else ())])
         except Exception as error:
             raise FileError(f"{path} is no dataflash log: {error or type(error).__name__}") from None
     damage = f"{path} is damaged" if complaints.getvalue() else None

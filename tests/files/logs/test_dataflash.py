@@ -80,7 +80,7 @@ def test_without_a_controller_there_is_the_estimate_of_the_first_core(tmp_path):
     assert read.flight.velocity[0].tolist() == [2, 1, -3]
 
 
-def test_a_damaged_log_gives_what_there_is_and_says_so(tmp_path, log):
+def test_a_damaged_log_gives_what_there_is_and_says_so(tmp_path, log, capfd):
     raw = bytearray(log.read_bytes())
     middle = len(raw) // 2
     raw[middle : middle + 400] = bytes(400)
@@ -89,6 +89,7 @@ def test_a_damaged_log_gives_what_there_is_and_says_so(tmp_path, log):
     read = read_dataflash(path)
     assert 150 < len(read.flight) < 200
     assert "is damaged; " in read.damage and f"{len(read.flight)} positions" in read.damage
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_log_cut_short_is_read_to_its_end(tmp_path, log):
