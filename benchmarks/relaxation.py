@@ -15,14 +15,14 @@ import scipy.sparse as sparse
 
 from minsnap import Ball, Gate
 
-INSTANTS = 24
 ORDER = {"velocity": 1, "acceleration": 2, "jerk": 3, "snap": 4, "crackle": 5}
 
 
 class Relaxation:
     """Rows ``bound - matrix . (control points, share)`` in cones, of a question with durations and waypoints."""
 
-    def __init__(self, asked, walls):
+    def __init__(self, asked, walls, instants=24):
+        self.instants = instants
         self.asked, self.degree, self.pieces = asked, asked.get("degree", 7), asked.get("pieces", 1)
         given = asked["waypoints"]
         if given is None:
@@ -137,7 +137,7 @@ class Relaxation:
     def _wall(self, cones):
         for wall, leg in enumerate(cones.leg):
             for piece in range(leg * self.pieces, (leg + 1) * self.pieces):
-                for s in np.linspace(0.0, 1.0, INSTANTS):
+                for s in np.linspace(0.0, 1.0, self.instants):
                     self._instant(cones, wall, piece, self._weights(cones.order, s, self.times[piece]))
 
     def _instant(self, cones, wall, piece, weights):
