@@ -120,6 +120,16 @@ def _asked(found: SceneRequest, chosen: dict[str, Any], searched: bool) -> dict[
     if searched:
         asked = {name: value for name, value in asked.items() if name not in ("durations", "total_time", "limits")}
     asked = Planning().arguments() | asked | chosen
+    if _only_turns(asked):  # which limits no time: that of the file, or 1 m/s on average
+        times = found.durations or leg_durations(np.array(found.waypoints))
+        asked["total_time"] = found.total_time or float(np.sum(times))
     if not asked.keys() & {"durations", "total_time", "time_weight", "limits"}:
         asked["durations"] = leg_durations(np.array(found.waypoints))
     return asked
+
+
+def _only_turns(asked: dict[str, Any]) -> bool:
+    """Whether the yaw rate alone is limited, and nothing says how long the flight takes."""
+    limits = asked.get("limits")
+    timed = asked.keys() & {"durations", "total_time", "time_weight"}
+    return limits is not None and list(limits.given()) == ["yaw_rate"] and not timed

@@ -83,7 +83,7 @@ def as_text(figures: Mapping[str, Any]) -> str:
     if figures["limits"]:
         what = ", ".join(KIND[name].label for name in figures["binding"]) or "none"
         lines.insert(_LIMITS_AFTER + len(figures["limits"]), ("limits that bind", what))
-    return "\n".join(f"{label:<20}{value}" for label, value in lines)
+    return "\n".join(f"{label:<19} {value}" for label, value in lines)
 
 
 def _line(figures: Mapping[str, Any], name: str, form: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from minsnap.errors import LimitError
+from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -92,8 +93,8 @@ def nearby_factor(limits: Limits, trajectory: Trajectory) -> float | None:
 
 def nothing_limits(names: Sequence[str]) -> LimitError:
     """Say that no limit ends the search."""
-    used = " and ".join(names)
-    return LimitError(f"nothing limits the time: the path does not use {used} at any speed; add a limit")
+    used = " and ".join(KIND[name].label for name in names)
+    return LimitError(f"nothing limits the time: the path keeps the limit on {used} at any speed; add another one")
 
 
 def _first_crossing(over: Callable[[float], float], start: float, precision: float) -> float:

@@ -88,6 +88,17 @@ def test_no_line_of_a_search_where_nobody_looks(process):
     assert run.returncode == 0 and run.stderr == ""
 
 
+def test_a_yaw_rate_alone_is_kept_at_the_usual_speed(call, tmp_path):
+    (tmp_path / "back.csv").write_text("x,y,z\n0,0,1\n4,0,1\n0,0,1\n")
+    run = call("plan", "back.csv", "--yaw", "velocity", "--max-yaw-rate", 2, "-o", "out.csv", "--json")
+    found = figures(run)
+    assert found["duration"] == pytest.approx(8.0) and 0.5 < found["limits"][0]["fraction"] <= 1.0
+    assert call("check", "out.csv").returncode == 0
+    (tmp_path / "timed.csv").write_text("x,y,z,duration\n0,0,1,\n4,0,1,6\n0,0,1,5\n")
+    run = call("plan", "timed.csv", "--yaw", "velocity", "--max-yaw-rate", 2, "--json")
+    assert figures(run)["duration"] == pytest.approx(11.0)
+
+
 def test_pieces_are_a_number_or_left_to_the_search(call):
     one, more, chosen = (figures(call("rect", "--pieces", n, "--json"))["duration"] for n in (1, 2, "auto"))
     assert chosen < more < 0.9 * one
