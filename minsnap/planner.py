@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.arrays import FloatArray
 from minsnap.checks import (
     DEGREES,
     check_closing,
@@ -41,6 +41,7 @@ from minsnap.optimisation.problem import Task
 from minsnap.optimisation.tube_report import TubeReport
 from minsnap.progress import ProgressLine, told
 from minsnap.time_allocation.timed import Timed, Timing
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import LinearSystem, Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -196,8 +197,8 @@ def plan(
     asked = waypoints, waypoint_tolerance, start, end, pins, closed, dim
     deadline = _deadline(time_limit, durations, limits)
     task = replace(placed_task(*asked, constraints, *smoothness, _named_solver(solver)), deadline=deadline)
-    gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
-    heading = asked_heading(yaw, task.legs, task.closed, gravity, Held(yaw_rate, hold_below, turning))
+    medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
+    heading = asked_heading(yaw, task.legs, task.closed, medium, Held(yaw_rate, hold_below, turning))
     hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
     with told(progress, "searching", lambda line: _steps_in(line, hint)) as watch:
         watched = replace(timing, progress=watch)

@@ -28,7 +28,9 @@ def fixed_yaw_notes(limits: Limits | None, traj: Trajectory) -> tuple[str, ...]:
     """
     if not isinstance(limits, VehicleLimits):
         return ()
-    fixed, free = (_used(limits, curve) for curve in (traj, traj.with_yaw(TiltHeading(traj, gravity=limits.gravity))))
+    medium = limits.medium
+    spinless = TiltHeading(traj, 0.0, medium.gravity, (medium.linear, medium.quadratic))
+    fixed, free = (_used(limits, curve) for curve in (traj, traj.with_yaw(spinless)))
     if fixed - free <= NOTICEABLE:
         return ()
     return (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -13,9 +14,12 @@ from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.kinds import KIND, KINDS
+from minsnap.limits.lift_use import measure_lift
 from minsnap.limits.measures import MEASURES, Extent
 from minsnap.limits.rotor_use import measure_rotors
 from minsnap.limits.utilisation import measure_all
+from minsnap.limits.vehicle_drag import medium_of
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -109,8 +113,9 @@ class Limits:
     def of(cls, vehicle: Quadrotor, reserve: float = 0.1, **others: Any) -> Limits:
         """Return the limits of a vehicle's rotors, combined with other limits.
 
-        Total thrust becomes a limit of its own, and each rotor's thrust is kept within its limits, torques included and
-        drag left out, with bounds that interval arithmetic proves over all time.
+        Total thrust becomes a limit of its own, and each rotor's thrust is kept within its limits, torques and the
+        vehicle's drag included (:mod:`minsnap.limits.vehicle_drag`), with bounds that interval arithmetic proves over
+        all time.
 
         Parameters
         ----------
@@ -126,6 +131,11 @@ class Limits:
             If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
         """
         return limits_of(vehicle, reserve, **others)
+
+    @property
+    def medium(self) -> Medium:
+        """Gravity, and the drag that thrust, tilt and body rates include: none but a vehicle's."""
+        return Medium(self.gravity)
 
     def given(self) -> dict[str, float]:
         """Return the limits that are set, by name."""
@@ -179,7 +189,7 @@ class VehicleLimits(Limits):
     Parameters
     ----------
     vehicle : Quadrotor
-        Its rotors' thrusts are kept within their limits, by the time scale; without its drag.
+        Its rotors' thrusts are kept within their limits; with its drag.
     reserve : float
         Share of the rotors' room above and below hover that is left to feedback, in [0, 1).
     """
@@ -191,10 +201,19 @@ class VehicleLimits(Limits):
         """Return the utilisation of each limit, and of each side of the rotors' thrust limits.
 
         The rotors' ``method`` is ``"interval"`` where interval bounds prove that no thrust goes beyond the value given
-        (``MARGIN`` above the largest of many samples), ``"sampled"`` where the yaw is along the velocity. A heading
-        from the tilt is proved as well.
+        (``MARGIN`` above the largest of many samples), ``"sampled"`` where the yaw is along the velocity, or the drag
+        differs along the body's lateral axes. A heading from the tilt is proved as well. With drag the total thrust,
+        the tilt and the body rate are measured in the same way.
         """
-        return (*super().utilisation(traj), *measure_rotors(self.vehicle, self.reserve, traj))
+        self._check_dim(traj.dim)
+        lifted = measure_lift(self, traj) if self.medium.drags else {}
+        others = {used.name: used for used in measure_all(self, traj, lifted)} | lifted
+        return (*(others[name] for name in self.given()), *measure_rotors(self.vehicle, self.reserve, traj))
+
+    @cached_property
+    def medium(self) -> Medium:
+        """Gravity, and the drag of the vehicle that its limits include."""
+        return medium_of(self.vehicle)
 
 
 def limits_of(vehicle: Quadrotor, reserve: float, **others: Any) -> VehicleLimits:

@@ -20,6 +20,7 @@ from minsnap.polynomials.bernstein import differentiate, multiply, squared_norm
 from minsnap.polynomials.extrema import maximum
 from minsnap.polynomials.ratios import largest_ratio
 from minsnap.tolerances import EXACT, ROUNDING
+from minsnap.trajectory.medium import Medium, norm
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -36,32 +37,46 @@ class Motion:
         Gives a derivative, shape (..., dim).
     norm : {"euclidean", "axis"}
         Of speed, acceleration, jerk and snap.
-    gravity : float
-        [m/s^2].
+    medium : Medium
+        Of control points without drag.
     """
 
-    def __init__(self, order: Callable[[int], FloatArray], norm: str, gravity: float) -> None:
-        self.order, self.norm, self.gravity = cache(order), norm, gravity
+    def __init__(self, order: Callable[[int], FloatArray], norm: str, medium: Medium) -> None:
+        self.order, self.norm, self.medium = cache(order), norm, medium
+
+    def axis(self, derivatives: int = 0) -> tuple[FloatArray, ...]:
+        """Vector along the thrust axis over gravity, and its derivatives."""
+        medium = self.medium
+        if not medium.drags:
+            upright = self.order(2) / medium.gravity + np.array([0.0, 0.0, 1.0])
+            return upright, *(self.order(3 + k) / medium.gravity for k in range(derivatives))
+        found = medium.lift(*(self.order(k) for k in range(1, 3 + derivatives)))
+        return tuple(part / medium.gravity for part in found)
 
     def thrust(self) -> FloatArray:
         """Thrust over weight."""
-        return np.asarray(self.order(2) / self.gravity + np.array([0.0, 0.0, 1.0]))
+        force = self.axis()[0]
+        if not self.medium.drags:
+            return force
+        size = norm(force)[..., None]
+        total = self.medium.thrust(force * self.medium.gravity, self.order(1))[..., None] / self.medium.gravity
+        return np.asarray(force * (total / np.where(size == 0.0, np.inf, size)))
 
 
 def exact_motion(traj: Trajectory, norm: str, gravity: float) -> Motion:
-    """Return control points of a trajectory's derivatives, (pieces, n + 1, dim)."""
+    """Return control points of a trajectory's derivatives, (pieces, n + 1, dim); without drag."""
 
     def order(number: int) -> FloatArray:
         points = differentiate(traj.control_points, number)
         return np.asarray(points / traj.durations[:, None, None] ** number)
 
-    return Motion(order, norm, gravity)
+    return Motion(order, norm, Medium(gravity))
 
 
-def sampled_motion(samples: Samples, norm: str, gravity: float) -> Motion:
+def sampled_motion(samples: Samples, norm: str, medium: Medium) -> Motion:
     """Return derivatives at samples, (m, dim); a missing derivative raises TypeError."""
     names = ("position", "velocity", "acceleration", "jerk", "snap")
-    return Motion(lambda number: _there(getattr(samples, names[number])), norm, gravity)
+    return Motion(lambda number: _there(getattr(samples, names[number])), norm, medium)
 
 
 class Extent(NamedTuple):
@@ -178,7 +193,7 @@ class _BodyRate:
     """Rate at which the thrust direction turns, squared |j x f|^2 over |f|^4; not convex: linearised in searches."""
 
     def largest(self, motion: Motion, order: int) -> Found:
-        thrust, jerk = motion.thrust(), motion.order(3) / motion.gravity
+        thrust, jerk = motion.axis(1)
         square = squared_norm(thrust)
         highest, piece, s = maximum(-square)
         if highest >= -(ROUNDING**2):
@@ -192,7 +207,7 @@ class _BodyRate:
         return float(np.sqrt(max(value, 0.0))), piece, s
 
     def sampled(self, motion: Motion, order: int) -> FloatArray:
-        thrust, jerk = motion.thrust(), motion.order(3) / motion.gravity
+        thrust, jerk = motion.axis(1)
         return np.asarray(np.linalg.norm(np.cross(jerk, thrust), axis=1) / (thrust * thrust).sum(axis=1))
 
     def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:

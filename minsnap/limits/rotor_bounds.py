@@ -1,11 +1,12 @@
 r"""Bounds of rotor thrusts over all time, by interval arithmetic on successively smaller parts of a path.
 
-Without drag, with :math:`f = a + g e_z`, :math:`c = \|f\|` and :math:`h = (\cos\psi, \sin\psi, 0)` the body axes are
-:math:`z = f/c`, :math:`y = f \times h / \|f \times h\|`, :math:`x = y \times z` (D. Mellinger and V. Kumar, ICRA
-2011), and differentiating :math:`x \cdot f = y \cdot f = y \cdot h = 0` once and twice gives body rates and
-accelerations:
+With f along the thrust axis (:mod:`minsnap.trajectory.medium`), :math:`c = \|f\|` and
+:math:`h = (\cos\psi, \sin\psi, 0)` the body axes are :math:`z = f/c`, :math:`y = f \times h / \|f \times h\|`,
+:math:`x = y \times z` (D. Mellinger and V. Kumar, ICRA 2011), and differentiating
+:math:`x \cdot f = y \cdot f = y \cdot h = 0` once and twice gives body rates and accelerations:
 
-.. math:: p = -y \cdot j / c, \quad q = x \cdot j / c, \quad r = (y \cdot \dot h + p\, z \cdot h) / (x \cdot h).
+.. math:: p = -y \cdot \dot f / c, \quad q = x \cdot \dot f / c, \quad
+    r = (y \cdot \dot h + p\, z \cdot h) / (x \cdot h).
 
 Ranges of control points bound the derivatives on each part (convex hull), interval arithmetic the quantities computed
 from them. Without spin (a ``TiltHeading``) x and y are known in the middle of each part, turn no faster than the thrust
@@ -32,14 +33,17 @@ class Part:
 
     Parameters
     ----------
+    thrust : Interval
+        Thrust per mass [m/s^2].
     force, jerk, snap : Vector
-        Thrust per mass and its derivatives [m/s^2], [m/s^3], [m/s^4].
+        f and its derivatives [m/s^2], [m/s^3], [m/s^4]; without drag those of the acceleration.
     heading : tuple of 3 Vectors
         Yaw direction and its derivatives; without spin the axes x and y, and the former again.
     spinless : bool
         Whether these are axes.
     """
 
+    thrust: Interval
     force: Vector
     jerk: Vector
     snap: Vector
@@ -83,7 +87,7 @@ def _around(axis: FloatArray, reach: FloatArray) -> Vector:
 def rotor_ranges(vehicle: Quadrotor, part: Part) -> list[Interval]:
     """Ranges of the four rotors' thrusts [N]."""
     rates, accelerations = _tilting(part) if part.spinless else _turning(part)
-    wrench = [length(part.force).scaled(vehicle.mass), *_torques(vehicle.inertia, rates, accelerations)]
+    wrench = [part.thrust.scaled(vehicle.mass), *_torques(vehicle.inertia, rates, accelerations)]
     return [_combined(row, wrench) for row in vehicle.inverse_mixer]
 
 

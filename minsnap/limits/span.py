@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
+from minsnap.limits.utilisation import leg_at
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -27,9 +26,8 @@ def use_from(limits: Limits, trajectory: Trajectory, start: float) -> tuple[Util
 
 
 def _moved(used: Utilisation, trajectory: Trajectory, start: float) -> Utilisation:
-    instant, breaks = used.instant + start, trajectory.leg_breaks
-    leg = int(np.clip(np.searchsorted(breaks, instant, side="right") - 1, 0, trajectory.legs - 1))
-    return replace(used, leg=leg, instant=instant)
+    instant = used.instant + start
+    return replace(used, leg=leg_at(trajectory, instant), instant=instant)
 
 
 def kept_from(limits: Limits, trajectory: Trajectory) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +12,7 @@ from minsnap.limits.kinds import KIND, Kind
 from minsnap.limits.measures import MEASURES, Found, Motion, exact_motion
 from minsnap.trajectory.heading import ConstantHeading, RemappedHeading
 from minsnap.trajectory.look_at import LookAtHeading
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Utilisation
@@ -32,17 +33,17 @@ class Given(Protocol):
         """Norm of speed to snap."""
 
     @property
-    def gravity(self) -> float:
-        """[m/s^2]."""
+    def medium(self) -> Medium:
+        """Gravity and drag."""
 
     def given(self) -> dict[str, float]:
         """Return the limits that are set, by name."""
 
 
-def measure_all(limits: Given, traj: Trajectory) -> tuple[Utilisation, ...]:
-    """Measure every limit that is set, in the order of its fields."""
-    motion = exact_motion(traj, limits.norm, limits.gravity)
-    return tuple(_Measures(limits, traj, motion).all())
+def measure_all(limits: Given, traj: Trajectory, but: Collection[str] = ()) -> tuple[Utilisation, ...]:
+    """Measure every limit that is set, in the order of its fields, but for those named; drag is left out."""
+    motion = exact_motion(traj, limits.norm, limits.medium.gravity)
+    return tuple(_Measures(limits, traj, motion).all(but))
 
 
 def measure_state(limits: Given, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
@@ -55,8 +56,8 @@ def measure_state(limits: Given, derivatives: Mapping[int, FloatArray], dim: int
     dim : int
     """
     instant = Trajectory(np.zeros((1, 1, dim)), np.ones(1))
-    motion = Motion(lambda order: derivatives.get(order, np.zeros(dim)).reshape(1, 1, dim), limits.norm, limits.gravity)
-    return tuple(_Measures(limits, instant, motion).all())
+    motion = Motion(lambda order: derivatives.get(order, np.zeros(dim)).reshape(1, 1, dim), limits.norm, limits.medium)
+    return tuple(_Measures(limits, instant, motion).all(()))
 
 
 class _Measures:
@@ -65,10 +66,12 @@ class _Measures:
     def __init__(self, limits: Given, traj: Trajectory, motion: Motion) -> None:
         self.limits, self.traj, self.motion = limits, traj, motion
 
-    def all(self) -> Iterator[Utilisation]:
-        """Iterate over the limits that are set."""
+    def all(self, but: Collection[str]) -> Iterator[Utilisation]:
+        """Iterate over the limits that are set, but for those named."""
         for name, limit in self.limits.given().items():
             kind = KIND[name]
+            if name in but:
+                continue
             if kind.measure == "yaw_rate":
                 yield self._yaw_rate(limit)
             else:
@@ -102,9 +105,12 @@ class _Measures:
         return self._yaw_used(float(rates.max()), limit, float(instants[rates.argmax()]), "sampled")
 
     def _yaw_used(self, value: float, limit: float, instant: float, method: str) -> Utilisation:
-        breaks = self.traj.leg_breaks
-        leg = int(np.clip(np.searchsorted(breaks, instant, side="right") - 1, 0, len(breaks) - 2))
-        return Utilisation("yaw_rate", value, limit, value / limit, leg, instant, method)
+        return Utilisation("yaw_rate", value, limit, value / limit, leg_at(self.traj, instant), instant, method)
+
+
+def leg_at(traj: Trajectory, instant: float) -> int:
+    """Leg of a trajectory at an instant [s]."""
+    return int(np.clip(np.searchsorted(traj.leg_breaks, instant, side="right") - 1, 0, traj.legs - 1))
 
 
 def used_share(kind: Kind, value: float, limit: float) -> float:

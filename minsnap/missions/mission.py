@@ -248,7 +248,7 @@ def _headed(course: Course, flown: Sequence[_Flown]) -> Trajectory:
     """Join the parts, and give the whole its heading."""
     joined = concatenate([part.curve for part in flown])
     limits = course.bounds
-    heading = asked_heading(course.yaw, joined.legs, False, limits.gravity, Held(None, None, limits.yaw_rate))
+    heading = asked_heading(course.yaw, joined.legs, False, limits.medium, Held(None, None, limits.yaw_rate))
     return joined.with_yaw(heading(joined))
 
 

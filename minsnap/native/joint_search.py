@@ -13,12 +13,12 @@ from minsnap.native.library import Entry, address
 from minsnap.native.status import Status
 
 _MEASURE = Entry("minsnap_joint_measure", *[c_void_p] * 7, c_int64, c_int64, *[c_void_p] * 6)
-_STEP = Entry("minsnap_joint_step", *[c_void_p] * 24, c_int64, *[c_void_p] * 4)
+_STEP = Entry("minsnap_joint_step", *[c_void_p] * 26, c_int64, *[c_void_p] * 4)
 
 ORDERS = 5
 """Derivatives that conditions may depend on: position to snap."""
 
-WALL, LEAST_THRUST, BODY_RATE, UNSPUN_ROTORS, YAWED_ROTORS = range(5)
+WALL, LEAST_THRUST, BODY_RATE, UNSPUN_ROTORS, YAWED_ROTORS, MOST_THRUST, TILT, HEADING_RATE = range(8)
 """Kinds of conditions, as in ``src/momentary.hpp``."""
 
 ITERATIONS = 60
@@ -188,6 +188,7 @@ class JointTerms:
         cones: WholeCones,
         sizes: tuple[FloatArray, FloatArray],
         numbers: FloatArray,
+        objective: tuple[FloatArray, FloatArray | None],
         instants: int,
         pull: Pull,
     ) -> FloatArray | None:
@@ -205,6 +206,8 @@ class JointTerms:
         numbers : ndarray, shape (9,)
             Weight of the proximal term, reach, largest relative change of a duration to longer and to shorter, prices
             of the slacks, shares by which limits and walls are moved inwards, accuracy.
+        objective : tuple of ndarray
+            Linear (size,), in the order of places, and quadratic (pieces, width, width) or None.
         instants : int
             Of the grid, on every piece.
         pull : Pull
@@ -232,7 +235,10 @@ class JointTerms:
             *(chained.metric_orders, chained.metrics, *sizes, numbers),
         )
         found = (pull.ends, pull.own, x, iterations)
-        status = step(*self._given, *(address(part) for part in given), ITERATIONS, *(address(part) for part in found))
+        linear, quadratic = (None if part is None else np.ascontiguousarray(part) for part in objective)
+        model = (None if part is None else address(part) for part in (linear, quadratic))
+        places = (address(part) for part in found)
+        status = step(*self._given, *(address(part) for part in given), *model, ITERATIONS, *places)
         if Status(status) is not Status.DONE:
             return None
         pull.known[0] = True

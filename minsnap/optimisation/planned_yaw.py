@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.arrays import FloatArray
 from minsnap.checks import is_number
 from minsnap.errors import YawError
 from minsnap.optimisation.problem import Task
@@ -17,11 +17,15 @@ from minsnap.optimisation.solve import solve
 from minsnap.tolerances import EXACT
 from minsnap.trajectory.heading import shortest_turns, wrap
 from minsnap.trajectory.look_at import LookAt, heading_at
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
+
+AIRLESS = Medium()
+"""Gravity without drag."""
 
 SAMPLED, FOLLOWED = 50.0, 1e-2
 """Rate at which a function of time is sampled [Hz], and the largest difference of the spline from it [rad]."""
@@ -72,7 +76,7 @@ def asked_heading(
     yaw: Yaw,
     legs: int,
     closed: bool,
-    gravity: float = GRAVITY,
+    medium: Medium = AIRLESS,
     held: Held = Held(),
 ) -> ChosenHeading:
     """Check the requested yaw and return the function that gives a curve its heading.
@@ -85,8 +89,8 @@ def asked_heading(
         Of the curve.
     closed : bool
         Whether the yaw rate at the end equals that at the start.
-    gravity : float
-        For a heading from the tilt [m/s^2].
+    medium : Medium
+        For a heading from the tilt.
     held : Held
         For a heading along the velocity.
 
@@ -99,7 +103,8 @@ def asked_heading(
     if isinstance(yaw, str):
         if yaw not in ("velocity", "tilt"):
             raise _unknown(yaw)
-        return held.heading if yaw == "velocity" else lambda curve: TiltHeading(curve, gravity=gravity)
+        drag = medium.linear, medium.quadratic
+        return held.heading if yaw == "velocity" else lambda curve: TiltHeading(curve, 0.0, medium.gravity, drag)
     if isinstance(yaw, LookAt):
         return yaw.heading
     if callable(yaw):

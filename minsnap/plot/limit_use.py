@@ -75,7 +75,7 @@ def utilisation_curves(samples: Samples, limits: Limits) -> dict[str, FloatArray
     given = limits.given()
     if not given:
         raise InputError("no limit is set: there is nothing to draw")
-    motion = sampled_motion(samples, limits.norm, limits.gravity)
+    motion = sampled_motion(samples, limits.norm, limits.medium)
     try:
         values = {name: _values(KIND[name], samples, motion) for name in given}
     except (TypeError, IndexError):

@@ -28,7 +28,7 @@ def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     path : Path
-        dim 2 or 3; with its heading. Drag is left out, as in ``Limits.of``.
+        dim 2 or 3; with its heading; with the drag that ``Limits.of`` includes.
     vehicle : Quadrotor
     ax : matplotlib axes, optional
         Where to draw; a new figure unless given.
@@ -97,10 +97,11 @@ def plot_race(
 
 def _rotor_thrusts(path: Path, vehicle: Quadrotor) -> tuple[FloatArray, FloatArray]:
     """Instants (m,) [s] and thrusts (m, 4) [N]."""
-    from minsnap.vehicle import BodyDrag, flatness_of
+    from minsnap.limits.vehicle_drag import flat_drag
+    from minsnap.vehicle import flatness_of
 
     if path.dim not in (2, 3):
         raise InputError(f"rotors need a path of two or three coordinates, this one has {path.dim}")
     t = np.linspace(0.0, path.duration, 3 * POINTS)
-    speed = flatness_of(vehicle, path, t, drag=BodyDrag()).rotor_speed
+    speed = flatness_of(vehicle, path, t, drag=flat_drag(vehicle)).rotor_speed
     return t, np.asarray(vehicle.thrust_coefficient * speed * np.abs(speed))

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY
 from minsnap.checks import check_degree, check_pieces, is_number, is_whole
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import as_room
@@ -32,6 +31,7 @@ from minsnap.replanning.spliced_heading import spliced
 from minsnap.replanning.stopping import Stopping, inside
 from minsnap.replanning.time_budget import Clock, TimeBudget, budget_of
 from minsnap.time_allocation.timed import Finish
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 
@@ -402,8 +402,8 @@ def _chosen(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
         return None
     if not isinstance(yaw, str) and not is_number(yaw):
         raise YawError(f"yaw is {yaw!r}: give an angle [rad], 'velocity' or 'tilt', or nothing to hold it")
-    gravity, turning = (GRAVITY, None) if limits is None else (limits.gravity, limits.yaw_rate)
-    return asked_heading(yaw, 1, False, gravity, Held(None, None, turning))
+    medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
+    return asked_heading(yaw, 1, False, medium, Held(None, None, turning))
 
 
 def _check_distance(value: Any, name: str) -> float:

@@ -128,12 +128,13 @@ class CertifiedEnd:
         The limits searched for are measured first, which is quick; the exact measure has the last word.  Limits that
         are no part of the search, such as the rate of a planned yaw, are kept by that alone.
         """
+        touches = self.search.objective.touches
         for _ in range(QUICK):
             measured = self.search.finder.measure(state)
-            change = float(np.clip(measured.limit + ROOM, -NEARBY, NEARBY))
+            change = float(np.clip(measured.limit + ROOM, -NEARBY if touches else 0.0, NEARBY))
             state = JointState(state.scaled, state.durations * (1.0 + change))
         solved = solved_state(self.layout, state, self.search.iterations)
-        if -ALMOST <= self._excess(solved) <= KEPT:
+        if (-ALMOST if touches else -np.inf) <= self._excess(solved) <= KEPT:
             return solved
         curve = self.finish(solved.trajectory)
         factor = nearby_factor(self.limits, curve) or touching_factor(self.limits, curve)

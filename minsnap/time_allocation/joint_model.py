@@ -21,18 +21,11 @@ from minsnap.time_allocation.joint_layout import NEIGHBOURS, SLACKS, JointLayout
 from minsnap.time_allocation.joint_regions import JointRegions
 from minsnap.time_allocation.joint_rows import WALL, Block, largest_metrics
 from minsnap.time_allocation.native_steps import PATH_METRIC, NativeSteps, instants, known_peaks
+from minsnap.time_allocation.objectives import Objective, Penalties, TotalTime
 from minsnap.time_allocation.true_peaks import Peaks, scattered
 
 LONGEST, SHORTEST = 1.0, 0.6
 """Largest relative change of a duration in one step, longer and shorter."""
-
-
-@dataclass(frozen=True)
-class Penalties:
-    """Price of the largest excess, as a share of the objective: of a limit in factors on time, of a wall in widths."""
-
-    limit: float = 2.0
-    wall: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -86,12 +79,20 @@ class JointModel:
         Typical length of each piece, normalised.
     native : NativeSteps, optional
         The same in the native core, which is asked first.
+    objective : Objective, optional
+        The time unless given.
     """
 
     def __init__(
-        self, layout: JointLayout, blocks: Sequence[Block], lengths: FloatArray, native: NativeSteps | None = None
+        self,
+        layout: JointLayout,
+        blocks: Sequence[Block],
+        lengths: FloatArray,
+        native: NativeSteps | None = None,
+        objective: Objective | None = None,
     ) -> None:
         self.layout, self.blocks, self.lengths, self.native = layout, blocks, lengths, native
+        self.objective = TotalTime(layout) if objective is None else objective
         self._pull = Pull(np.zeros((layout.pieces, 2 * layout.half, layout.dim)), np.zeros(layout.pieces))
         self.regions = JointRegions(layout)
         self.grid = np.linspace(0.0, 1.0, instants(layout))
@@ -132,7 +133,9 @@ class JointModel:
             regions = self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall)
             bounds = (caution.proximity, caution.reach, LONGEST, SHORTEST, penalties.limit, penalties.wall)
             numbers = (*bounds, inwards.limit, inwards.wall, ACCURACY)
-            found = self.native.step(state, known_peaks(peaks, former), regions, self.lengths, numbers, self._pull)
+            terms, known = self.objective.terms(state), known_peaks(peaks, former)
+            model = terms.linear, terms.hessian
+            found = self.native.step(state, known, regions, self.lengths, numbers, model, self._pull)
             if found is not None or np.isfinite(self.layout.task.deadline):
                 return found
         return self._step_in_python(state, peaks, former, caution, penalties, inwards)
@@ -182,17 +185,17 @@ class JointModel:
         self._scales = self.layout.end_scales(state.durations)
         rows = [self._block_rows(block, found) for block, found in zip(self.blocks, peaks, strict=True)]
         rows += [*self._step_rows(reach), *self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall)]
-        linear, diagonal = np.zeros(self._size), np.full(self._size, 1e-10)
+        terms, diagonal = self.objective.terms(state), np.full(self._size, 1e-10)
         share = state.durations / state.total
         begin = self.layout.size
         diagonal[begin:-SLACKS] += 0.1 * proximity * share
         diagonal[-SLACKS:] = 1e-6
+        linear = terms.linear.copy()
         linear[-SLACKS:] = penalties.limit, penalties.wall
-        linear[begin:-SLACKS] = share
         return ConeProgramme(
             self._size,
             self.layout.unknowns,
-            self._hessian(proximity * share),
+            self._hessian(proximity * share) + (0.0 if terms.hessian is None else terms.hessian),
             diagonal,
             linear,
             rows,

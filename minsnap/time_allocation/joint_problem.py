@@ -12,8 +12,11 @@ from minsnap.optimisation.units import Units
 from minsnap.time_allocation.joint_layout import JointLayout
 from minsnap.time_allocation.joint_rows import Block, wall_blocks
 from minsnap.time_allocation.joint_search import JointSearch, Told
-from minsnap.time_allocation.momentary_limits import momentary_blocks
+from minsnap.time_allocation.momentary_limits import heading_block, momentary_blocks
+from minsnap.time_allocation.objectives import Objective
 from minsnap.time_allocation.rotor_limits import rotor_block
+from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.velocity_heading import VelocityHeading
 
 
 class JointProblem:
@@ -26,21 +29,56 @@ class JointProblem:
     limits : Limits
     guess : ndarray, shape (legs,)
         Durations from which units follow [s].
-    yaw : float or None
-        Constant yaw for which the rotors' thrusts are limited [rad]; None for any heading without spin.
+    heading : Heading or None
+        Of any curve of the task: rotors' thrusts are limited for a constant yaw, or without spin about the thrust axis;
+        the yaw rate for a heading along the velocity.
     """
 
-    def __init__(self, task: Task, limits: Limits, guess: FloatArray, yaw: float | None = 0.0) -> None:
-        self.task, self.limits, self.guess, self.yaw = task, limits, guess, yaw
+    def __init__(self, task: Task, limits: Limits, guess: FloatArray, heading: Heading | None = None) -> None:
+        self.task, self.limits, self.guess, self.heading = task, limits, guess, heading
         self.units: Units = task.units(guess)
 
-    def search(self, pieces: int, told: Told | None = None, ticked: Callable[[], None] | None = None) -> JointSearch:
-        """Return a search over curves of so many pieces a leg."""
-        layout = JointLayout(replace(self.task, pieces=pieces), self.units)
-        return JointSearch(layout, self.blocks(layout), told, ticked)
+    @property
+    def yaw(self) -> float | None:
+        """The yaw [rad] if it is constant."""
+        return self.heading.angle if isinstance(self.heading, ConstantHeading) else None
+
+    @property
+    def turns(self) -> bool:
+        """Whether a limit on the yaw rate bounds how fast the horizontal velocity turns."""
+        return self.limits.yaw_rate is not None and isinstance(self.heading, VelocityHeading)
+
+    def search(
+        self,
+        pieces: int,
+        told: Told | None = None,
+        ticked: Callable[[], None] | None = None,
+        turns: bool = False,
+        objective: Objective | None = None,
+    ) -> JointSearch:
+        """Return a search over curves of so many pieces a leg.
+
+        Parameters
+        ----------
+        pieces : int
+        told, ticked : callable, optional
+        turns : bool
+            Whether with the limit on the rate of a heading along the velocity.
+        objective : Objective, optional
+            On the layout of so many pieces; the time unless given.
+        """
+        layout = self.layout(pieces)
+        blocks = self.blocks(layout)
+        if turns and isinstance(self.heading, VelocityHeading) and self.limits.yaw_rate is not None:
+            blocks.append(heading_block(self.limits.yaw_rate, self.heading, self.units, layout.pieces, layout.dim))
+        return JointSearch(layout, blocks, told, ticked, objective)
+
+    def layout(self, pieces: int) -> JointLayout:
+        """Return the layout of so many pieces a leg."""
+        return JointLayout(replace(self.task, pieces=pieces), self.units)
 
     def blocks(self, layout: JointLayout) -> list[Block]:
-        """Return all walls and limits on the pieces of a layout."""
+        """Return all walls and limits on the pieces of a layout, but for the yaw rate."""
         pieces, total, limits = layout.task.pieces, layout.pieces, self.limits
         momentary = momentary_blocks(limits, self.units, total)
         stricter = {block.name for block in momentary}

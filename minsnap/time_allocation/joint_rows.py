@@ -130,11 +130,11 @@ class WallBlock:
 
     def on_grid(self, x: Derivatives) -> FloatArray:
         """Excess (r, m)."""
-        return _beyond(np.matmul(x[self.order][self.piece], self.rows.transpose(0, 2, 1)) + self.offset[:, None])
+        return beyond(np.matmul(x[self.order][self.piece], self.rows.transpose(0, 2, 1)) + self.offset[:, None])
 
     def at(self, x: Derivatives, index: IntArray) -> FloatArray:
         """Excess (n,)."""
-        return _beyond(self._parts(x, index))
+        return beyond(self._parts(x, index))
 
     def _parts(self, x: Derivatives, index: IntArray) -> FloatArray:
         return np.asarray(np.einsum("ncd,nd->nc", self.rows[index], x[self.order]) + self.offset[index])
@@ -151,7 +151,7 @@ class WallBlock:
         return Linearised(self._parts(x, index), {p: self.rows[index]}, p * offset, p * (p - 1) * offset)
 
 
-def _beyond(parts: FloatArray) -> FloatArray:
+def beyond(parts: FloatArray) -> FloatArray:
     """Norm of all components but the first one, less the first."""
     rest = parts[..., 1:]
     return np.asarray(np.sqrt((rest * rest).sum(axis=-1)) - parts[..., 0])

@@ -15,20 +15,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.time_allocation.joint_layout import SLACKS, JointLayout, JointState, end_metric
-from minsnap.time_allocation.joint_model import Caution, JointModel, Penalties
+from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric
+from minsnap.time_allocation.joint_model import Caution, JointModel
 from minsnap.time_allocation.joint_rows import Block
 from minsnap.time_allocation.native_steps import native_steps
+from minsnap.time_allocation.objectives import Objective, Penalties, TotalTime
 from minsnap.time_allocation.true_peaks import Measured, PeakFinder, Peaks
 
 ITERATIONS = 80
 SHARES = (1.0, 0.5, 0.25, 0.1)
 """Of a step that are tried."""
 
-GAIN = 1e-4
-"""Relative change of the merit that counts as none; two in a row end the search."""
-
 PATIENCE = 2
+"""Steps in a row that gain nothing that end the search."""
+
 FAILURES = 6
 """Steps in a row without descent that end the search."""
 
@@ -71,6 +71,8 @@ class JointSearch:
         Called with every state accepted; what it raises ends the search.
     ticked : callable, optional
         Called before every step, accepted or not; what it raises ends the search.
+    objective : Objective, optional
+        What is minimised; the time unless given.
     """
 
     def __init__(
@@ -79,11 +81,13 @@ class JointSearch:
         blocks: Sequence[Block],
         told: Told | None = None,
         ticked: Callable[[], None] | None = None,
+        objective: Objective | None = None,
     ) -> None:
         self.layout, self.blocks, self.told, self.ticked = layout, blocks, told, ticked
+        self.objective = TotalTime(layout) if objective is None else objective
         self.native = native_steps(layout, blocks)
         self.finder = PeakFinder(layout, blocks, None if self.native is None else self.native.terms)
-        self.penalties = Penalties()
+        self.penalties = self.objective.penalties
         self.memory: list[list[Peaks]] = [[] for _ in blocks]
         self.iterations = 0
         self._best: Evaluated | None = None
@@ -99,10 +103,11 @@ class JointSearch:
         """Measure a state."""
         found = self.finder.measure(state)
         price = self.penalties.limit * max(found.limit, 0.0) + self.penalties.wall * max(found.wall, 0.0)
-        return Evaluated(state, found, state.total * (1.0 + price))
+        return Evaluated(state, found, self.objective.value(state) * (1.0 + price))
 
-    def run(self, state: JointState, caution: Caution = FIRST, gain: float = GAIN) -> Evaluated:
-        """Descend from a state until steps gain nothing."""
+    def run(self, state: JointState, caution: Caution = FIRST, gain: float | None = None) -> Evaluated:
+        """Descend from a state until steps gain nothing, as the objective counts it unless a share is given."""
+        gain = self.objective.gain if gain is None else gain
         now, model = self.evaluate(state), self.model(state)
         self._best = now
         idle, fails = 0, 0
@@ -133,9 +138,8 @@ class JointSearch:
         """Return a model in units of the lengths of a state's pieces, none taken much shorter than most."""
         ends = self.layout.ends(state)
         lengths = np.sqrt(np.einsum("ijd,jk,ikd->i", ends, end_metric(self.layout.degree, 1), ends))
-        return JointModel(
-            self.layout, self.blocks, np.asarray(np.maximum(lengths, SHORT * np.median(lengths))), self.native
-        )
+        typical = np.asarray(np.maximum(lengths, SHORT * np.median(lengths)))
+        return JointModel(self.layout, self.blocks, typical, self.native, self.objective)
 
     def _done(self, now: Evaluated, promised: float, gain: float) -> bool:
         excess = max(now.measured.limit, now.measured.wall)
@@ -147,10 +151,9 @@ class JointSearch:
         x = model.step(now.state, now.measured.peaks, self.memory, caution, self.penalties)
         if x is None:
             return 0.0, None
-        begin = self.layout.size
-        slower = float(now.state.durations @ x[begin:-SLACKS])
         price = self.penalties.limit * x[-2] + self.penalties.wall * x[-1]
-        return now.merit - (now.state.total * (1.0 + price) + slower), x
+        change = self.objective.terms(now.state).change(self.layout.unknowns, x)
+        return now.merit - self.objective.value(now.state) * (1.0 + price + change), x
 
     def _tried(self, now: Evaluated, step: FloatArray, promised: float) -> tuple[float, Evaluated | None]:
         """Take the largest share of a step that descends enough; remember where the whole step failed."""

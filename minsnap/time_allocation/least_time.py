@@ -23,7 +23,7 @@ from minsnap.time_allocation.refinement import divided, slowed
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits
 from minsnap.time_allocation.timed import Finish, Run
-from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.path import Heading
 from minsnap.trajectory.report import Progress
 
 DIVISIONS = (3, 2)
@@ -98,7 +98,8 @@ class LeastTime:
     ) -> None:
         self.task, self.limits, self.finish, self.refine, self.first = task, limits, finish, refine, first
         guess = stop_and_go_times(guessed_lengths(task), limits)
-        self.problem = JointProblem(task, limits, guess, self._yaw(guess))
+        self.problem = JointProblem(task, limits, guess, self._heading(guess))
+        self.value_unit = self.problem.units.time
         self.log = Log(progress)
         self.told, self.step = monotonic(), 0.0
         self.deadline = np.inf if time_limit is None else self.told + time_limit
@@ -129,7 +130,7 @@ class LeastTime:
         if self.refine:
             found = self._repeated(search, found)
         self._refuse_late(self.task.deadline - ENDS * self.step)
-        solved = self._certified(search, found)
+        solved = self._turning(search, found, self._certified(search, found))
         if solved is None and self.interrupted and self.task.still:
             solved = CertifiedEnd(first, self.limits, self.finish).run(first.evaluate(self._guess(first)))
         if solved is None:
@@ -153,15 +154,26 @@ class LeastTime:
         other = CertifiedEnd(search, self.limits, self.finish).run(kept)
         return min((one for one in (solved, other) if one is not None), key=_duration, default=None)
 
-    def _yaw(self, guess: FloatArray) -> float | None:
-        """Yaw that the rotors' thrusts are limited for: a constant one, or None where the body does not spin."""
+    def _turning(self, search: JointSearch, found: Evaluated, solved: Solved | None) -> Solved | None:
+        """Search again with the limit on the yaw rate along the velocity, if to keep it the curve was slowed down.
+
+        It begins from the slower curve: where all legs begin at rest the velocity has no direction to speak of.
+        """
+        factor = 1.0 if solved is None else solved.trajectory.duration / (found.state.total * self.problem.units.time)
+        if self.interrupted or not self.problem.turns or (solved is not None and factor < 1.0 + OPEN):
+            return solved
+        again = self.problem.search(search.layout.task.pieces, self._tell, self._tick, True)
+        best = self._settled(again, slowed(found.state, factor))
+        other = CertifiedEnd(again, self.limits, self.finish).run(best)
+        return min((one for one in (solved, other) if one is not None), key=_duration, default=None)
+
+    def _heading(self, guess: FloatArray) -> Heading:
+        """Heading of the first guess."""
         layout = JointLayout(replace(self.task, pieces=1), self.task.units(guess))
-        heading = self.finish(layout.trajectory(stop_and_go(layout, guess / layout.units.time))).yaw
-        return heading.angle if isinstance(heading, ConstantHeading) else None
+        return self.finish(layout.trajectory(stop_and_go(layout, guess / layout.units.time))).yaw
 
     def _tell(self, found: Evaluated) -> None:
-        unit = self.problem.units.time
-        self.log.add(found.state.total * unit, found.merit * unit)
+        self.log.add(found.state.total * self.problem.units.time, found.merit * self.value_unit)
 
     def _tick(self) -> None:
         """Measure the step that has ended, and end the search if one more would be late."""
@@ -184,7 +196,10 @@ class LeastTime:
         if self.first is not None or self.problem.yaw is None or not isinstance(self.limits, VehicleLimits):
             return state
         free = JointProblem(self.task, self.limits, self.problem.guess, None).search(1, self._tell, self._tick)
-        state = self._settled(free, state).state
+        return self._slow_enough(search, self._settled(free, state).state)
+
+    def _slow_enough(self, search: JointSearch, state: JointState) -> JointState:
+        """Return the same curve flown so slowly that it keeps the limits of a search."""
         for _ in range(SLOWINGS):
             excess = search.evaluate(state).measured.limit
             if self.interrupted or excess <= 0.0:

@@ -1,9 +1,10 @@
 r"""Limits that are not convex, linearised around an instant: least thrust, body rate, and others of the same form.
 
-With :math:`f = \ddot r + g e_z`, :math:`c = \|f\|` and :math:`z = f / c` the thrust turns at the rate
-:math:`\|j - z (z \cdot j)\| / c` (D. Mellinger and V. Kumar, ICRA 2011).  Gradients are taken by complex steps (W.
-Squire and G. Trapp, "Using complex variables to estimate derivatives of real functions", SIAM Review 40, 1998): exact
-to rounding.
+With f along the thrust axis (:mod:`minsnap.trajectory.medium`), :math:`c = \|f\|` and :math:`z = f / c` the thrust
+turns at the rate :math:`\|\dot f - z (z \cdot \dot f)\| / c` (D. Mellinger and V. Kumar, ICRA 2011).  With drag the
+most thrust and the tilt are second-order cones of functions that are linearised; without drag they are walls.
+Gradients are taken by complex steps (W. Squire and G. Trapp, "Using complex variables to estimate derivatives of real
+functions", SIAM Review 40, 1998): exact to rounding.
 """
 
 from __future__ import annotations
@@ -15,9 +16,20 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.limits.limits import Limits
-from minsnap.native.joint_search import BODY_RATE, LEAST_THRUST, ORDERS, ConditionBlock
+from minsnap.limits.proved_bound import MARGIN
+from minsnap.native.joint_search import (
+    BODY_RATE,
+    HEADING_RATE,
+    LEAST_THRUST,
+    MOST_THRUST,
+    ORDERS,
+    TILT,
+    ConditionBlock,
+)
 from minsnap.optimisation.units import Units
-from minsnap.time_allocation.joint_rows import LIMIT, Block, Derivatives, Linearised
+from minsnap.time_allocation.joint_rows import LIMIT, Block, Derivatives, Linearised, beyond
+from minsnap.trajectory.medium import Medium, inner, norm
+from minsnap.trajectory.velocity_heading import SLOW, SLOW_SHARE, VelocityHeading
 
 STEP = 1e-30
 """Imaginary step of a derivative."""
@@ -28,7 +40,11 @@ TINY = 1e-12
 SLOWING = 2.0
 """Excess that slowing down by a factor e takes away, about: thrust goes as the square of the speed."""
 
-BAND = 0.35
+BAND, CONE_BAND = 0.35, 0.7
+"""How far inside a limit rows stand, of single functions and of cones."""
+
+HELD_ROOM = 10.0
+"""Allowance of a turn where a heading along the velocity is held, for rest; in units of the limit at typical speed."""
 
 Excess = Callable[[dict[int, FloatArray]], FloatArray]
 
@@ -40,7 +56,8 @@ class MomentaryLimit:
     Parameters
     ----------
     excess : callable
-        From physical derivatives by order, each (..., dim) and possibly complex, to values (..., count).
+        From physical derivatives by order, each (..., dim) and possibly complex, to values (..., count) that must not
+        be positive, or to the parts (..., size) of a cone, its axis first.
     orders : tuple of int
     count : int
         Number of functions.
@@ -51,6 +68,8 @@ class MomentaryLimit:
     parameters : tuple of float
         Theirs there.
     name : str
+    size : int
+        Parts of a cone; 1 for functions.
     """
 
     excess: Excess
@@ -60,6 +79,7 @@ class MomentaryLimit:
     kind: int
     parameters: tuple[float, ...]
     name: str
+    size: int = 1
 
 
 class Momentary:
@@ -70,88 +90,145 @@ class Momentary:
     limit : MomentaryLimit
     units : Units
     pieces : int
+    dim : int
     """
 
-    slack, weight, size, band = LIMIT, SLOWING, 1, BAND
+    slack, weight = LIMIT, SLOWING
 
-    def __init__(self, limit: MomentaryLimit, units: Units, pieces: int) -> None:
-        self.limit, self.excess, self.orders = limit, limit.excess, limit.orders
-        self.count, self.name = limit.count, limit.name
+    def __init__(self, limit: MomentaryLimit, units: Units, pieces: int, dim: int = 3) -> None:
+        self.limit, self.orders, self.dim = limit, limit.orders, dim
+        self.count, self.name, self.size = limit.count, limit.name, limit.size
+        self.band = BAND if limit.size == 1 else CONE_BAND
         self.units = {order: units.of_order(order) for order in self.orders}
         self.piece = np.repeat(np.arange(pieces), self.count)
         highest = max(self.orders)
         self.metric = (highest, np.full(pieces, self.units[highest] / limit.scale))
 
-    def condition_block(self) -> ConditionBlock:
-        """Return kind and parameters for the native core."""
+    def condition_block(self) -> ConditionBlock | None:
+        """Return kind and parameters for the native core, which knows them in space."""
+        if self.dim != 3:
+            return None
         units = [self.units.get(order, 0.0) for order in range(ORDERS)]
         orders, weights = (min(self.orders), max(self.orders)), (self.slack, self.weight, self.band)
         values = np.array([*units, *self.limit.parameters])
-        return ConditionBlock(self.limit.kind, orders, 1, *weights, self.piece, values)
+        return ConditionBlock(self.limit.kind, orders, self.size, *weights, self.piece, values)
 
     def _physical(self, x: Derivatives) -> dict[int, FloatArray]:
         return {order: x[order] * self.units[order] for order in self.orders}
 
     def on_grid(self, x: Derivatives) -> FloatArray:
         """Excess (pieces * count, m)."""
-        values = self.excess(self._physical(x))
+        values = self.limit.excess(self._physical(x))
+        if self.size > 1:
+            values = beyond(values)[..., None]
         return np.asarray(values.transpose(0, 2, 1).reshape(-1, values.shape[1]))
 
     def at(self, x: Derivatives, index: IntArray) -> FloatArray:
         """Excess (n,)."""
-        return np.asarray(self.excess(self._physical(x))[np.arange(len(index)), index % self.count])
+        return beyond(self._parts(x, index))
+
+    def _parts(self, x: Derivatives, index: IntArray) -> FloatArray:
+        """Return what must lie in the cone, (..., n, size): minus the excess of a function, a half-line."""
+        values = self.limit.excess(self._physical(x))
+        if self.size > 1:
+            return values
+        return -values[..., np.arange(len(index)), index % self.count][..., None]
 
     def linearised(self, x: Derivatives, index: IntArray) -> Linearised:
-        """Half-lines of minus the linearised excess."""
+        """Linearised parts of the cones."""
         value, gradient = self._linearised(x, index)
-        own = sum((order * (gradient[order] * x[order]).sum(axis=1) for order in self.orders), np.zeros(len(value)))
-        slopes = {order: -gradient[order][:, None] for order in self.orders}
-        return Linearised(-value[:, None], slopes, own[:, None], np.zeros((len(value), 1)))
+        own = -sum((p * np.einsum("ncd,nd->nc", gradient[p], x[p]) for p in self.orders), np.zeros(value.shape))
+        return Linearised(value, gradient, own, np.zeros(value.shape))
 
     def _linearised(self, x: Derivatives, index: IntArray) -> tuple[FloatArray, dict[int, FloatArray]]:
-        """Value (n,) and its gradient by order, each (n, dim): all complex steps in one evaluation."""
+        """Parts (n, size) and their gradients by order, each (n, size, dim): all complex steps in one evaluation."""
         count, dim = x[self.orders[0]].shape
         steps = 1j * STEP * np.eye(len(self.orders) * dim).reshape(-1, len(self.orders), 1, dim)
         shifted = {order: x[order] + steps[:, k] for k, order in enumerate(self.orders)}
-        found = self.excess(self._physical(shifted))[:, np.arange(count), index % self.count]
-        slopes = found.reshape(len(self.orders), dim, count).imag / STEP
-        return found[0].real, {order: np.ascontiguousarray(slopes[k].T) for k, order in enumerate(self.orders)}
+        found = self._parts(shifted, index)
+        slopes = found.imag.reshape(len(self.orders), dim, count, self.size).transpose(0, 2, 3, 1) / STEP
+        return found[0].real, {order: np.ascontiguousarray(slopes[k]) for k, order in enumerate(self.orders)}
 
 
-def norm(vectors: FloatArray, floor: float = 0.0) -> FloatArray:
-    """Euclidean norm over the last axis, analytic, so that complex steps pass through it."""
-    return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1) + floor))
+def lift_of(medium: Medium, x: dict[int, FloatArray], derivatives: int = 0) -> tuple[FloatArray, ...]:
+    """Vector along the thrust axis, and derivatives of it."""
+    motion = (x[order] for order in range(2, 3 + derivatives))
+    return medium.lift(x.get(1, x[2]), *motion, floor=TINY * medium.gravity**2)
 
 
-def inner(left: FloatArray, right: FloatArray) -> FloatArray:
-    """Inner product over the last axis without conjugation."""
-    return np.asarray((left * right).sum(axis=-1))
+def orders_of(medium: Medium, highest: int) -> tuple[int, ...]:
+    """Return the derivatives that the thrust depends on, up to one of them: the velocity only with drag."""
+    return tuple(range(1 if medium.drags else 2, highest + 1))
 
 
-def lifted(acceleration: FloatArray, gravity: float) -> FloatArray:
-    """Thrust per mass: acceleration and gravity."""
-    return np.asarray(acceleration + np.array([0.0, 0.0, gravity]))
+def thrust_of(medium: Medium, force: FloatArray, x: dict[int, FloatArray]) -> FloatArray:
+    """Thrust per mass."""
+    return medium.thrust(force, x.get(1, x[2]), TINY * medium.gravity**2)
 
 
-def least_thrust(ratio: float, gravity: float) -> Excess:
+def least_thrust(ratio: float, medium: Medium) -> Excess:
     """Shortfall of the thrust below ``ratio`` times gravity, in weights."""
 
     def excess(x: dict[int, FloatArray]) -> FloatArray:
-        return (ratio - norm(lifted(x[2], gravity), TINY * gravity**2) / gravity)[..., None]
+        return (ratio - thrust_of(medium, lift_of(medium, x)[0], x) / medium.gravity)[..., None]
 
     return excess
 
 
-def body_rate(limit: float, gravity: float) -> Excess:
+def most_thrust(ratio: float, medium: Medium) -> Excess:
+    """Cone of the vector f, as wide as the limit less what drag along the thrust axis adds; in units of the limit."""
+
+    def parts(x: dict[int, FloatArray]) -> FloatArray:
+        force = lift_of(medium, x)[0]
+        more = thrust_of(medium, force, x) - norm(force, TINY * medium.gravity**2)
+        unit = ratio * medium.gravity
+        return np.concatenate(((1.0 - more / unit)[..., None], force / unit), axis=-1)
+
+    return parts
+
+
+def tilted(limit: float, medium: Medium) -> Excess:
+    """Cone of the vector f around the vertical, in units of gravity."""
+
+    def parts(x: dict[int, FloatArray]) -> FloatArray:
+        force = lift_of(medium, x)[0] / medium.gravity
+        return np.concatenate((force[..., 2:], force[..., :2] / np.tan(limit)), axis=-1)
+
+    return parts
+
+
+def body_rate(limit: float, medium: Medium) -> Excess:
     """Excess of the rate at which the thrust turns, times the thrust so that nothing is divided by it."""
+    gravity = medium.gravity
 
     def excess(x: dict[int, FloatArray]) -> FloatArray:
-        force = lifted(x[2], gravity)
+        force, change = lift_of(medium, x, 1)
         thrust = norm(force, TINY * gravity**2)
         axis = force / thrust[..., None]
-        across = x[3] - axis * inner(axis, x[3])[..., None]
+        across = change - axis * inner(axis, change)[..., None]
         turning = norm(across, TINY * (limit * gravity) ** 2)
         return np.asarray((turning - limit * thrust) / (2.0 * limit * gravity))[..., None]
+
+    return excess
+
+
+def heading_rate(limit: float, typical: float, held: float) -> Excess:
+    """Excess of the rate at which the horizontal velocity turns, either way, times the speed; none far below ``held``.
+
+    Parameters
+    ----------
+    limit : float
+        [rad/s].
+    typical, held : float
+        A typical speed, and the horizontal one below which the heading is held [m/s].
+    """
+
+    def excess(x: dict[int, FloatArray]) -> FloatArray:
+        velocity, acceleration = x[1][..., :2], x[2][..., :2]
+        speed = norm(velocity, TINY * typical**2)
+        turn = (velocity[..., 0] * acceleration[..., 1] - velocity[..., 1] * acceleration[..., 0]) / speed
+        room = speed / typical + np.where(speed.real < held, HELD_ROOM * (1.0 - speed / held), 0.0)
+        return np.stack((turn / (limit * typical) - room, -turn / (limit * typical) - room), axis=-1)
 
     return excess
 
@@ -161,17 +238,34 @@ def momentary_blocks(limits: Limits, units: Units, pieces: int) -> list[Block]:
 
     The least thrust is one where accelerations are bounded; elsewhere its vertical part alone ends the search.
     """
-    gravity, blocks = limits.gravity, list[Block]()
+    medium = limits.medium
+    share = 1.0 - MARGIN if medium.drags else 1.0
+    first, gravity, found = medium.values, medium.gravity, list[MomentaryLimit]()
     bounded = limits.max_thrust is not None or limits.acceleration is not None
-    if limits.min_thrust is not None and bounded:
-        least = least_thrust(limits.min_thrust, gravity)
-        still = (gravity, 0.0, 0.0, 0.0, 0.0)
-        limit = MomentaryLimit(least, (2,), 1, gravity, LEAST_THRUST, (*still, limits.min_thrust), "min_thrust")
-        blocks.append(Momentary(limit, units, pieces))
+    orders = orders_of(medium, 2)
+    if limits.min_thrust is not None and (bounded or medium.drags):
+        ratio = limits.min_thrust / share
+        kept = least_thrust(ratio, medium)
+        found.append(MomentaryLimit(kept, orders, 1, gravity, LEAST_THRUST, (*first, ratio), "min_thrust"))
+    if limits.max_thrust is not None and medium.drags:
+        ratio = limits.max_thrust * share
+        kept, scale = most_thrust(ratio, medium), gravity * ratio
+        found.append(MomentaryLimit(kept, orders, 1, scale, MOST_THRUST, (*first, ratio), "max_thrust", 4))
+    if limits.tilt is not None and medium.drags:
+        angle = limits.tilt * share
+        kept, scale = tilted(angle, medium), gravity * float(np.tan(angle))
+        found.append(MomentaryLimit(kept, orders, 1, scale, TILT, (*first, float(np.tan(angle))), "tilt", 3))
     if limits.body_rate is not None:
-        turning = body_rate(limits.body_rate, gravity)
-        scale = 2.0 * gravity * limits.body_rate
-        still = (gravity, 0.0, 0.0, 0.0, 0.0)
-        limit = MomentaryLimit(turning, (2, 3), 1, scale, BODY_RATE, (*still, limits.body_rate), "body_rate")
-        blocks.append(Momentary(limit, units, pieces))
-    return blocks
+        rate = limits.body_rate * share
+        kept, scale = body_rate(rate, medium), 2.0 * gravity * rate
+        found.append(MomentaryLimit(kept, orders_of(medium, 3), 1, scale, BODY_RATE, (*first, rate), "body_rate"))
+    return [Momentary(limit, units, pieces) for limit in found]
+
+
+def heading_block(limit: float, heading: VelocityHeading, units: Units, pieces: int, dim: int) -> Block:
+    """Limit on the rate of a heading along the velocity [rad/s]."""
+    typical = units.of_order(1)
+    slow = min(SLOW, SLOW_SHARE * typical) if heading.hold_below is None else heading.hold_below
+    kept, parameters = heading_rate(limit, typical, slow), (limit, typical, slow, HELD_ROOM)
+    rate = MomentaryLimit(kept, (1, 2), 2, limit * typical, HEADING_RATE, parameters, "yaw_rate")
+    return Momentary(rate, units, pieces, dim)

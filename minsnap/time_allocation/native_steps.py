@@ -77,6 +77,7 @@ class NativeSteps:
         regions: Sequence[Rows],
         lengths: FloatArray,
         numbers: tuple[float, ...],
+        objective: tuple[FloatArray, FloatArray | None],
         pull: Pull,
     ) -> FloatArray | None:
         """Return the step from a state, (unknowns,); None where the native core does not find one."""
@@ -84,8 +85,11 @@ class NativeSteps:
         sizes[0] = 1.0 / lengths
         curve = (layout.ends(state), state.durations, layout.end_scales(state.durations))
         cones = whole_cones(regions, layout.unknowns.shape[1])
+        linear = np.empty(len(self.place) - 1)
+        linear[self.place[:-1]] = objective[0]
+        model = linear, objective[1]
         x = self.terms.step(
-            curve, self.chained, peaks, cones, (sizes, lengths), np.array(numbers), instants(layout), pull
+            curve, self.chained, peaks, cones, (sizes, lengths), np.array(numbers), model, instants(layout), pull
         )
         return None if x is None else x[self.place[:-1]]
 

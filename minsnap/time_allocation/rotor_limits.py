@@ -1,10 +1,10 @@
 r"""The rotors' thrusts as conditions of the joint search.
 
-Without spin about the thrust axis the angular acceleration is :math:`\|w\| / c` with
-:math:`w = s_\perp - 2 \dot c\, j_\perp / c`, wherever the body points about that axis; the rotor that has most to do
-has at most the mean thrust and the largest arm's share of the torque.  With a yaw the body axes follow from it (D.
-Mellinger and V. Kumar, ICRA 2011), as do rates and accelerations, by differentiating
-:math:`x \cdot f = y \cdot f = y \cdot h = 0`.
+With f along the thrust axis (:mod:`minsnap.trajectory.medium`) and :math:`c = \|f\|`, without spin about that axis the
+angular acceleration is :math:`\|w\| / c` with :math:`w = \ddot f_\perp - 2 \dot c\, \dot f_\perp / c`, wherever the
+body points about that axis; the rotor that has most to do has at most the mean thrust and the largest arm's share of
+the torque.  With a yaw the body axes follow from it (D. Mellinger and V. Kumar, ICRA 2011), as do rates and
+accelerations, by differentiating :math:`x \cdot f = y \cdot f = y \cdot h = 0`.
 """
 
 from __future__ import annotations
@@ -14,10 +14,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.limits.rotor_use import MARGIN
+from minsnap.limits.proved_bound import MARGIN
+from minsnap.limits.vehicle_drag import medium_of
 from minsnap.native.joint_search import UNSPUN_ROTORS, YAWED_ROTORS
 from minsnap.optimisation.units import Units
-from minsnap.time_allocation.momentary_limits import TINY, Excess, Momentary, MomentaryLimit, inner, lifted, norm
+from minsnap.time_allocation.momentary_limits import (
+    TINY,
+    Excess,
+    Momentary,
+    MomentaryLimit,
+    lift_of,
+    orders_of,
+    thrust_of,
+)
+from minsnap.trajectory.medium import Medium, inner, norm
 from minsnap.vehicle.quadrotor import Quadrotor
 
 
@@ -38,17 +48,19 @@ class RotorRange:
 
 def rotor_block(vehicle: Quadrotor, reserve: float, units: Units, pieces: int, yaw: float | None) -> Momentary:
     """Conditions on the rotors' thrusts for a constant yaw, or for none: without spin, however the body is turned."""
-    allowed = RotorRange.of(vehicle, reserve)
+    allowed, medium = RotorRange.of(vehicle, reserve), medium_of(vehicle)
     leverage = _leverage(vehicle)
     scale = 0.25 * allowed.most / leverage * vehicle.gravity
-    common = (vehicle.gravity, 0.0, 0.0, 0.0, 0.0, vehicle.mass, allowed.least, allowed.most)
+    common = (*medium.values, vehicle.mass, allowed.least, allowed.most)
     if yaw is None:
-        excess, count, kind, parameters = unspun(vehicle, allowed), 2, UNSPUN_ROTORS, (*common, leverage)
+        excess, count, kind, parameters = unspun(vehicle, medium, allowed), 2, UNSPUN_ROTORS, (*common, leverage)
     else:
-        excess, count, kind = with_yaw(vehicle, allowed, yaw), 8, YAWED_ROTORS
+        excess, count, kind = with_yaw(vehicle, medium, allowed, yaw), 8, YAWED_ROTORS
         body = (*vehicle.inertia.reshape(-1), *vehicle.inverse_mixer.reshape(-1))
         parameters = (*common, np.cos(yaw), np.sin(yaw), *body)
-    limit = MomentaryLimit(excess, (2, 3, 4), count, scale, kind, tuple(map(float, parameters)), "rotor_thrust")
+    limit = MomentaryLimit(
+        excess, orders_of(medium, 4), count, scale, kind, tuple(map(float, parameters)), "rotor_thrust"
+    )
     return Momentary(limit, units, pieces)
 
 
@@ -57,35 +69,36 @@ def _leverage(vehicle: Quadrotor) -> float:
     return float(np.linalg.norm(vehicle.inverse_mixer[:, 1:3] @ vehicle.inertia[:2, :2], axis=1).max())
 
 
-def unspun(vehicle: Quadrotor, allowed: RotorRange) -> Excess:
+def unspun(vehicle: Quadrotor, medium: Medium, allowed: RotorRange) -> Excess:
     """Excess above the most and below the least thrust, the latter times the thrust per mass."""
     share, mass, gravity = _leverage(vehicle), vehicle.mass, vehicle.gravity
 
     def excess(x: dict[int, FloatArray]) -> FloatArray:
-        force = lifted(x[2], gravity)
+        force, change, bend = lift_of(medium, x, 2)
         thrust = norm(force, TINY * gravity**2)
         axis = force / thrust[..., None]
-        pull = inner(axis, x[3])
-        across = x[3] - axis * pull[..., None]
-        turn = x[4] - axis * inner(axis, x[4])[..., None] - 2.0 * across * (pull / thrust)[..., None]
+        pull = inner(axis, change)
+        across = change - axis * pull[..., None]
+        turn = bend - axis * inner(axis, bend)[..., None] - 2.0 * across * (pull / thrust)[..., None]
+        mean = mass * thrust_of(medium, force, x) / 4.0
         push = share * norm(turn, TINY * (allowed.most * gravity / share) ** 2)
-        above = (mass * thrust / 4.0 + push / thrust - allowed.most) / allowed.most
-        below = (push - (mass * thrust / 4.0 - allowed.least) * thrust) / (allowed.most * 2.0 * gravity)
+        above = (mean + push / thrust - allowed.most) / allowed.most
+        below = (push - (mean - allowed.least) * thrust) / (allowed.most * 2.0 * gravity)
         return np.stack((above, below), axis=-1)
 
     return excess
 
 
-def with_yaw(vehicle: Quadrotor, allowed: RotorRange, yaw: float) -> Excess:
+def with_yaw(vehicle: Quadrotor, medium: Medium, allowed: RotorRange, yaw: float) -> Excess:
     """Excess of every rotor above the most thrust, then of every rotor below the least."""
     heading = np.array([np.cos(yaw), np.sin(yaw), 0.0])
 
     def excess(x: dict[int, FloatArray]) -> FloatArray:
-        force = lifted(x[2], vehicle.gravity)
-        thrust = norm(force, TINY * vehicle.gravity**2)
-        rates, accelerations = _turning(force, thrust, x[3], x[4], heading)
+        force, change, bend = lift_of(medium, x, 2)
+        rates, accelerations = _turning(force, norm(force, TINY * vehicle.gravity**2), change, bend, heading)
         torque = accelerations @ vehicle.inertia.T + np.cross(rates, rates @ vehicle.inertia.T)
-        wrench = np.concatenate(((vehicle.mass * thrust)[..., None], torque), axis=-1)
+        thrust = vehicle.mass * thrust_of(medium, force, x)
+        wrench = np.concatenate((thrust[..., None], torque), axis=-1)
         rotors = wrench @ vehicle.inverse_mixer.T
         return np.concatenate((rotors - allowed.most, allowed.least - rotors), axis=-1) / allowed.most
 

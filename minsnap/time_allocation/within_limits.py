@@ -14,7 +14,8 @@ from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
-from minsnap.time_allocation.least_cost import CostSearch, leg_sums, priced_first_guess
+from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums, priced_first_guess
+from minsnap.time_allocation.least_priced import LeastPriced
 from minsnap.time_allocation.moving_start import as_timed, moves, searched_from, shortest_from
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
@@ -96,6 +97,11 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
         if found is None:
             raise explain(bounded, task.piece_durations(durations))
         return kept(found, limits, price is not None)
+    if task.continuity <= task.half - 1:
+        try:
+            return _joint_plan(task, timing, limits, finish)
+        except InfeasibleRowsError:
+            raise explain(task, task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))) from None
     fastest, search = _fastest(task, timing, limits, finish)
     price, durations = _wished(task, timing, _leg_durations(fastest))
     if price is None:
@@ -106,6 +112,28 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
     if found is not None and most_used(limits, found.trajectory).fraction <= 1.0 + KEPT:
         return found
     return _stretched(fastest, float(durations.sum()), limits, finish, search)
+
+
+def _joint_plan(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+    """Search the curve and its durations together, for a price of time or a total."""
+    search = LeastPriced(task, limits, timing, finish)
+    if timing.time_weight is not None:
+        solved, run = search.priced(check_weight(timing.time_weight))
+        return kept(timed(solved, finish, run), limits, True)
+    total = check_positive_time(timing.total_time)
+    free, run = search.free(distance_split(task, total))
+    if most_used(limits, finish(free.trajectory)).fraction <= 1.0 + KEPT:
+        return timed(free, finish, run)
+    fastest, last = _fastest(task, timing, limits, finish)
+    _check_total(total, fastest)
+    interrupted = run.interrupted or last.interrupted
+    best = None if interrupted else search.at_total(total, free)
+    run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
+    if best is not None and best.trajectory.duration <= total:
+        found = timed(best, finish, run, total / best.trajectory.duration)
+        if most_used(limits, found.trajectory).fraction <= 1.0 + KEPT:
+            return found
+    return _stretched(fastest, total, limits, finish, run)
 
 
 def _check_total(total: float, fastest: Solved) -> None:

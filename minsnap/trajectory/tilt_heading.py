@@ -9,14 +9,14 @@ import numpy.typing as npt
 
 from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.errors import YawError
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path, check_order
 from minsnap.trajectory.transport import (
     Frame,
     Transport,
     carried,
     least_rotation,
-    spatial_columns,
-    thrust_of,
+    lift_of,
 )
 
 GRID = 16
@@ -45,6 +45,8 @@ class TiltHeading:
         Turn about the thrust axis at the start, from the least rotation from upright [rad].
     gravity : float
         [m/s^2].
+    drag : tuple of 2 floats
+        Linear and quadratic drag per mass across the thrust axis [1/s], [1/m]; see :mod:`minsnap.trajectory.medium`.
 
     Raises
     ------
@@ -52,10 +54,13 @@ class TiltHeading:
         If the path has one coordinate, or more than three.
     """
 
-    def __init__(self, path: Path, angle: float = 0.0, gravity: float = GRAVITY) -> None:
+    def __init__(
+        self, path: Path, angle: float = 0.0, gravity: float = GRAVITY, drag: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
         if path.dim not in (2, 3):
             raise YawError(f"a heading from the tilt needs two or three coordinates, this path has {path.dim}")
         self.path, self.angle, self.gravity = path, float(angle), float(gravity)
+        self.drag = float(drag[0]), float(drag[1])
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw, yaw rate or yaw acceleration (order 0, 1, 2) at ``t``, in the shape of ``t``.
@@ -84,22 +89,25 @@ class TiltHeading:
     def turned(self, path: Path, start: float = 0.0) -> TiltHeading:
         """Heading of another path that begins as this one is turned at an instant [s]."""
         if start == 0.0:
-            return TiltHeading(path, self.angle, self.gravity)
+            return TiltHeading(path, self.angle, self.gravity, self.drag)
         at, upright = np.array([start]), np.zeros(1, dtype=np.bool_)
-        level = least_rotation(thrust_of(self.path, self.gravity, at), upright)
+        level = least_rotation(lift_of(self.path, self._medium, at)[0], upright)
         x = self.axes(at)[0]
         angle = np.arctan2((x * level[1]).sum(), (x * level[0]).sum())
-        return TiltHeading(path, float(angle), self.gravity)
+        return TiltHeading(path, float(angle), self.gravity, self.drag)
+
+    @property
+    def _medium(self) -> Medium:
+        return Medium(self.gravity, *self.drag)
 
     @cached_property
     def _transport(self) -> Transport:
-        return carried(self.path, self.angle, self.gravity)
+        return carried(self.path, self.angle, self._medium)
 
     def _turning(self, t: FloatArray) -> tuple[Frame, FloatArray, FloatArray]:
         """Axes, rates (roll, pitch) and their derivatives, (2, m) each, from x . f = y . f = 0 differentiated."""
         x, y, z = self.axes(t)
-        thrust = thrust_of(self.path, self.gravity, t)
-        jerk, snap = (spatial_columns(self.path, t, order) for order in (3, 4))
+        thrust, jerk, snap = lift_of(self.path, self._medium, t, 2)
         size, across = np.linalg.norm(thrust, axis=0), np.stack([-y, x])
         rates = (across * jerk).sum(axis=1) / size
         pull = (z * jerk).sum(axis=0) / size

@@ -1,6 +1,7 @@
 r"""The attitude that never spins about its thrust axis, carried along a path.
 
-With :math:`f = a + g e_z`, :math:`z = f / \|f\|` is the thrust axis. At the start the attitude is the least rotation
+With :math:`f = a + g e_z`, and drag where there is some (:mod:`minsnap.trajectory.medium`), :math:`z = f / \|f\|` is
+the thrust axis. At the start the attitude is the least rotation
 from upright,
 
 .. math:: H(z) = \begin{pmatrix} 1 - a^2/(1 + c) & -ab/(1 + c) & a \\ -ab/(1 + c) & 1 - b^2/(1 + c) & b \\
@@ -13,8 +14,8 @@ the body rate about z is zero (R. L. Bishop, "There is more than one way to fram
 
 .. math:: \dot\varphi = \frac{f_1 j_2 - f_2 j_1}{\|f\| (\|f\| + f_3)},
 
-with j the jerk, integrated to rounding on cells by Legendre series. H is singular only upside down; there the same
-formula is used after half a turn about x, so that the attitude is regular wherever there is thrust.
+with j the derivative of f, integrated to rounding on cells by Legendre series. H is singular only upside down; there
+the same formula is used after half a turn about x, so that the attitude is regular wherever there is thrust.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from functools import cache
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
 
 Frame = tuple[FloatArray, FloatArray, FloatArray]
@@ -56,8 +58,7 @@ class Transport:
     Parameters
     ----------
     path : Path
-    gravity : float
-        [m/s^2].
+    medium : Medium
     start, width : ndarray, shape (m,)
         Of the cells [s].
     below : ndarray of bool, shape (m,)
@@ -69,7 +70,7 @@ class Transport:
     """
 
     path: Path
-    gravity: float
+    medium: Medium
     start: FloatArray
     width: FloatArray
     below: BoolArray
@@ -81,7 +82,7 @@ class Transport:
         cell = self._cell_of(t)
         share = (t - self.start[cell]) / self.width[cell]
         angle = self.angle[cell] + self.width[cell] * _integral(self.series[cell], 2.0 * share - 1.0)
-        return turned_frame(thrust_of(self.path, self.gravity, t), angle, self.below[cell])
+        return turned_frame(lift_of(self.path, self.medium, t)[0], angle, self.below[cell])
 
     def grid(self, count: int) -> FloatArray:
         """``count`` equally spaced instants a cell, and the end."""
@@ -93,7 +94,7 @@ class Transport:
         return np.asarray(np.clip(found, 0, len(self.start) - 1), dtype=np.intp)
 
 
-def carried(path: Path, angle: float, gravity: float) -> Transport:
+def carried(path: Path, angle: float, medium: Medium) -> Transport:
     """Integrate along a path: halve cells until the series converge and no chart comes near to where it is singular.
 
     Parameters
@@ -102,14 +103,13 @@ def carried(path: Path, angle: float, gravity: float) -> Transport:
         Of two or three coordinates.
     angle : float
         About the thrust axis at the start, from the least rotation [rad].
-    gravity : float
-        [m/s^2].
+    medium : Medium
     """
     breaks = getattr(path, "breaks", None)
     grid = np.linspace(0.0, path.duration, CELLS + 1) if breaks is None else np.asarray(breaks)
     start, width, done = grid[:-1], np.diff(grid), []
     for depth in range(DEPTH + 1):
-        below, series, rough = _series(path, gravity, start, width)
+        below, series, rough = _series(path, medium, start, width)
         rough &= depth < DEPTH
         done.append((start[~rough], width[~rough], below[~rough], series[~rough]))
         if not rough.any():
@@ -120,18 +120,17 @@ def carried(path: Path, angle: float, gravity: float) -> Transport:
     start, width, series = (np.concatenate([part[i] for part in done])[order] for i in (0, 1, 3))
     below = np.concatenate([part[2] for part in done])[order]
     return Transport(
-        path, gravity, start, width, below, series, angle + _angles(path, gravity, start, width, below, series)
+        path, medium, start, width, below, series, angle + _angles(path, medium, start, width, below, series)
     )
 
 
 def _series(
-    path: Path, gravity: float, start: FloatArray, width: FloatArray
+    path: Path, medium: Medium, start: FloatArray, width: FloatArray
 ) -> tuple[BoolArray, FloatArray, BoolArray]:
     """Chart and series of each cell, and whether it must be halved."""
     nodes, coefficients = _nodes()
     t = start[:, None] + width[:, None] * (nodes + 1.0) / 2.0
-    thrust = thrust_of(path, gravity, t.reshape(-1)).reshape(3, *t.shape)
-    jerk = spatial_columns(path, t.reshape(-1), 3).reshape(3, *t.shape)
+    thrust, jerk = (part.reshape(3, *t.shape) for part in lift_of(path, medium, t.reshape(-1), 1))
     size = np.linalg.norm(thrust, axis=0)
     below = thrust[2, :, NODES // 2] < 0.0
     up = np.where(below[:, None], -thrust[2], thrust[2])
@@ -142,13 +141,13 @@ def _series(
 
 
 def _angles(
-    path: Path, gravity: float, start: FloatArray, width: FloatArray, below: BoolArray, series: FloatArray
+    path: Path, medium: Medium, start: FloatArray, width: FloatArray, below: BoolArray, series: FloatArray
 ) -> FloatArray:
     """Angle at the start of each cell: sums, and where the chart changes the turn between both charts."""
     gain = width * _integral(series, np.ones(len(start)))
     swap, index = np.zeros(len(start)), np.flatnonzero(np.diff(below, prepend=False))
     if len(index):
-        swap[index] = _between_charts(thrust_of(path, gravity, start[index]), below[index])
+        swap[index] = _between_charts(lift_of(path, medium, start[index])[0], below[index])
     return np.asarray(np.cumsum(swap) + np.concatenate(([0.0], np.cumsum(gain)[:-1])))
 
 
@@ -159,12 +158,12 @@ def spatial_columns(path: Path, t: FloatArray, order: int) -> FloatArray:
     return vector
 
 
-def thrust_of(path: Path, gravity: float, t: FloatArray) -> FloatArray:
-    """Thrust per mass, shape (3, m) [m/s^2]; upright where there is none."""
-    vector = spatial_columns(path, t, 2)
-    vector[2] += gravity
-    vector[:, np.linalg.norm(vector, axis=0) <= FREE_FALL * gravity] = [[0.0], [0.0], [gravity]]
-    return vector
+def lift_of(path: Path, medium: Medium, t: FloatArray, derivatives: int = 0) -> list[FloatArray]:
+    """Vector along the thrust axis and its derivatives, each (3, m) [m/s^2], ...; upright where there is no thrust."""
+    motion = [spatial_columns(path, t, order).T for order in range(1, 3 + derivatives)]
+    found = [part.T.copy() for part in medium.lift(*motion)]
+    found[0][:, np.linalg.norm(found[0], axis=0) <= FREE_FALL * medium.gravity] = [[0.0], [0.0], [medium.gravity]]
+    return found
 
 
 @cache

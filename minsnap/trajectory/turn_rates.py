@@ -67,6 +67,8 @@ def largest_heading_rate(heading: VelocityHeading, traj: Trajectory) -> tuple[fl
     """
     best = heading.held_rate
     for start, end in heading.followed:
+        if end <= start:
+            continue
         value, instant = largest_turn_rate(_cut(traj, float(start), float(end)))
         best = max(best, (value, float(start) + instant))
     return best

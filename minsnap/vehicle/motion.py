@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.trajectory.medium import Medium
 
 Triple = tuple[FloatArray, FloatArray, FloatArray]
 Quadruple = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
@@ -62,34 +63,17 @@ def flat_motion(
     -------
     FlatMotion
     """
-    lift = motion[1] + np.array([[0.0], [0.0], [gravity]])
-    plain = (lift, motion[2], motion[3])
     if linear is None or quadratic is None:
-        return FlatMotion(plain, plain, lift, heading, spinless)
-    speed = _speed_of(motion)
-    sides = [_with_drag(plain, motion, speed, linear[axis], quadratic[axis]) for axis in range(3)]
+        plain = _lifted(Medium(gravity), motion)
+        return FlatMotion(plain, plain, plain[0], heading, spinless)
+    sides = [_lifted(Medium(gravity, linear[axis], quadratic[axis]), motion) for axis in range(3)]
     return FlatMotion(sides[0], sides[1], sides[2][0], heading, spinless)
 
 
-def _speed_of(motion: Quadruple) -> Triple:
-    """Return ``|u|`` and its two derivatives; the derivatives are taken as zero where the air is at rest."""
-    air, acceleration, jerk, _ = motion
-    speed = norm(air)
-    divisor = np.where(speed > 0, speed, np.inf)
-    first = dot(air, acceleration) / divisor
-    second = (dot(acceleration, acceleration) + dot(air, jerk) - first**2) / divisor
-    return speed, first, second
-
-
-def _with_drag(plain: Triple, motion: Quadruple, speed: Triple, linear: float, quadratic: float) -> Triple:
-    """Add ``delta u`` and its derivatives, ``delta = linear + quadratic |u|``, by the product rule."""
-    air, acceleration, jerk, _ = motion
-    delta, first, second = linear + quadratic * speed[0], quadratic * speed[1], quadratic * speed[2]
-    return (
-        plain[0] + delta * air,
-        plain[1] + first * air + delta * acceleration,
-        plain[2] + second * air + 2 * first * acceleration + delta * jerk,
-    )
+def _lifted(medium: Medium, motion: Quadruple) -> Triple:
+    """Vector that a body axis is perpendicular to, with two derivatives."""
+    force, change, bend = (np.ascontiguousarray(part.T) for part in medium.lift(*(part.T for part in motion)))
+    return force, change, bend
 
 
 def heading_of(yaw: Triple) -> Triple:

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from minsnap.limits.vehicle_drag import medium_of
 from minsnap.optimisation.problem import Task
+from minsnap.trajectory.tilt_heading import TiltHeading
 
 REFERENCE = np.array([(0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])
 """The rectangle of 8 m by 4 m."""
@@ -27,6 +29,12 @@ def random_legs(seed, legs=None, dim=3):
     steps = random.normal(size=(legs, dim))
     points = np.concatenate((np.zeros((1, dim)), np.cumsum(steps, axis=0)))
     return points, np.linalg.norm(steps, axis=1) * random.uniform(0.6, 1.6, legs)
+
+
+def spinless(path, vehicle):
+    """Give a path the heading of a vehicle that never spins about its thrust axis, drag included."""
+    medium = medium_of(vehicle)
+    return path.with_yaw(TiltHeading(path, 0.0, medium.gravity, (medium.linear, medium.quadratic)))
 
 
 def many_legs(count, seed=0):

@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.limits.rotor_bounds import Part, axis_ranges, heading_ranges, rotor_ranges
-from minsnap.polynomials.intervals import Interval
+from minsnap.polynomials.intervals import Interval, length
 from minsnap.vehicle import BodyDrag, Quadrotor, flat_states
 
 VEHICLE = Quadrotor.dji_f330()
@@ -32,7 +32,7 @@ def ranges(vehicle, derivatives, yaw, spread=0.0):
 
     lift = derivatives[0] + [0.0, 0.0, vehicle.gravity]
     vectors = [tuple(around(column) for column in values.T) for values in (lift, *derivatives[1:])]
-    return rotor_ranges(vehicle, Part(*vectors, heading_ranges(*(around(row) for row in yaw))))
+    return rotor_ranges(vehicle, Part(length(vectors[0]), *vectors, heading_ranges(*(around(row) for row in yaw))))
 
 
 @pytest.mark.parametrize("vehicle", [VEHICLE, SKEW], ids=["f330", "skew inertia"])

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tasks import REFERENCE, random_legs
+from tasks import REFERENCE, random_legs, spinless
 
 import minsnap
 from minsnap.errors import LimitError
@@ -17,7 +17,7 @@ VEHICLES = {"f330": Quadrotor.dji_f330(), "crazyflie": Quadrotor.crazyflie()}
 
 def thrusts(vehicle, path, count=40001):
     t = np.linspace(0.0, path.duration, count)
-    speed = flatness_of(vehicle, path, t, drag=BodyDrag()).rotor_speed
+    speed = flatness_of(vehicle, path, t).rotor_speed
     return vehicle.thrust_coefficient * speed * np.abs(speed)
 
 
@@ -89,6 +89,64 @@ def test_a_plan_for_a_vehicle_asks_no_rotor_for_more_than_it_gives():
     assert minsnap.certify(path, limits=limits).ok
 
 
+LIFTED = {"max_thrust": 3.0, "min_thrust": 0.2, "tilt": 1.4, "body_rate": 20.0}
+
+
+def lifted(vehicle, path, count=40001):
+    """Thrust over weight, tilt and body rate at many instants, from the states of a vehicle with its drag."""
+    states = flatness_of(vehicle, path, np.linspace(0.0, path.duration, count))
+    up = states.rotation[:, :, 2]
+    turning = np.linalg.norm(states.body_rates[:, :2], axis=1)
+    return states.thrust / vehicle.weight, np.arctan2(np.hypot(up[:, 0], up[:, 1]), up[:, 2]), turning
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES)
+@pytest.mark.parametrize("seed", range(4))
+def test_with_drag_thrust_tilt_and_body_rate_are_proved_and_close(seed, vehicle):
+    points, durations = random_legs(seed, 3)
+    path, body = minsnap.plan(points, 0.8 * durations, yaw="velocity"), VEHICLES[vehicle]
+    used = {entry.name: entry for entry in Limits.of(body, 0.0, **LIFTED).utilisation(path)}
+    thrust, tilt, turning = lifted(body, path)
+    for name, found in (("max_thrust", thrust.max()), ("tilt", tilt.max()), ("body_rate", turning.max())):
+        assert used[name].method == "interval"
+        assert found <= used[name].value <= found + 1e-3 * LIFTED[name]
+    assert thrust.min() >= used["min_thrust"].value >= thrust.min() - 1e-3 * LIFTED["min_thrust"]
+    bare = dataclasses.replace(body, drag=BodyDrag())
+    without = {entry.name: entry for entry in Limits.of(bare, 0.0, **LIFTED).utilisation(path)}
+    assert without["tilt"].method == "exact" and abs(without["tilt"].value / used["tilt"].value - 1.0) > 2e-3
+
+
+def test_drag_that_differs_sideways_is_sampled_and_says_so():
+    body = dataclasses.replace(VEHICLES["f330"], drag=BodyDrag((0.3, 0.1, 0.2), (0.01, 0.03, 0.0)))
+    path = minsnap.plan(*random_legs(2, 3))
+    used = {entry.name: entry for entry in Limits.of(body, 0.0, tilt=1.0).utilisation(path)}
+    assert {used[name].method for name in ("rotor_thrust", "tilt")} == {"sampled"}
+    assert lifted(body, path)[1].max() <= used["tilt"].value and thrusts(body, path).max() <= used["rotor_thrust"].value
+
+
+def test_a_plan_keeps_the_limits_of_a_vehicle_with_drag_and_uses_them():
+    """Without drag in the search the tilt of this plan was 4 % beyond its limit, and it had to be slowed down."""
+    body = dataclasses.replace(VEHICLES["f330"], drag=BodyDrag((0.3, 0.3, 0.1), (0.02, 0.02, 0.05)))
+    limits = Limits.of(body, 0.1, tilt=0.7, body_rate=6.0)
+    points = [(0, 0, 1), (6, 3, 2), (8, -4, 3), (1, -6, 1)]
+    path = minsnap.plan(points, limits=limits, yaw="tilt")
+    assert path.yaw.drag == (limits.medium.linear, limits.medium.quadratic)
+    thrust, tilt, turning = lifted(body, path, 5001)
+    assert thrust.max() <= limits.max_thrust and tilt.max() <= 0.7 and turning.max() <= 6.0
+    assert 0.999 <= most_used(limits, path).fraction <= 1.0 + 1e-9
+    found = thrusts(body, path, 5001)
+    room = 0.9 * (body.rotor_thrust_limits[1] - body.hover_thrust)
+    assert found.max() <= body.hover_thrust + room and found.min() >= body.rotor_thrust_limits[0]
+
+
+def test_states_pinned_count_drag():
+    """At 12 m/s the drag alone tilts this vehicle by 20 degrees."""
+    body = dataclasses.replace(VEHICLES["f330"], drag=BodyDrag((0.3, 0.3, 0.3)))
+    limits, start = Limits.of(body, 0.0, tilt=0.2), {"velocity": (12.0, 0.0, 0.0)}
+    with pytest.raises(LimitError, match="tilt"):
+        minsnap.plan([(0, 0, 1), (20, 0, 1), (40, 3, 1)], [2.0, 4.0], limits=limits, start=start)
+
+
 @pytest.mark.parametrize("reserve", [-0.1, 1.0, float("nan")])
 def test_a_reserve_out_of_range_is_refused(reserve):
     with pytest.raises(LimitError, match="reserve"):
@@ -106,7 +164,7 @@ def test_a_vehicle_that_cannot_hover_is_refused():
 def test_rotors_without_spin_are_proved_too(seed, vehicle):
     points, durations = random_legs(seed, 3)
     body = VEHICLES[vehicle]
-    path = minsnap.plan(points, durations, yaw="tilt")
+    path = spinless(minsnap.plan(points, durations), body)
     most, least = rotors(Limits.of(body, 0.0), path)
     found = thrusts(body, path)
     assert most.method == least.method == "interval"

@@ -1,5 +1,7 @@
 """The joint search in the native core: its peaks and steps against those of the Python core."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from tasks import REFERENCE, random_legs
@@ -13,15 +15,23 @@ from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, 
 from minsnap.time_allocation.joint_layout import JointState
 from minsnap.time_allocation.joint_model import Caution, Penalties
 from minsnap.time_allocation.joint_problem import JointProblem
-from minsnap.vehicle import Quadrotor
+from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.velocity_heading import VelocityHeading
+from minsnap.vehicle import BodyDrag, Quadrotor
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
 
 RACER = Quadrotor(0.85, (0.001, 0.001, 0.0017), 0.15, 1e-6, 5e-8, np.sqrt(6.879e6))
 EVERYTHING = Limits.of(RACER, reserve=0.1, speed=12.0, acceleration=25.0, tilt=1.2, body_rate=15.0, min_thrust=0.3)
 
+DRAG = BodyDrag((0.3, 0.3, 0.1), (0.02, 0.02, 0.05))
+DRAGGED = Limits.of(
+    dataclasses.replace(RACER, drag=DRAG),
+    **{"reserve": 0.1, "speed": 12.0, "tilt": 1.2, "body_rate": 15.0, "min_thrust": 0.3, "yaw_rate": 2.0},
+)
 
-def search(limits=EVERYTHING, pieces=1, degree=7, closed=False, yaw=None, dim=3):
+
+def search(limits=EVERYTHING, pieces=1, degree=7, closed=False, heading=None, dim=3):
     """Search on four random legs in a round tube, and a random state of it."""
     points = np.array(random_legs(4, 3)[0])[:, :dim]
     points[-1] = points[0] if closed else points[-1]
@@ -31,7 +41,7 @@ def search(limits=EVERYTHING, pieces=1, degree=7, closed=False, yaw=None, dim=3)
     walls = minsnap.RoundTube(0.4).walls(points)
     task = Task(points, -zero, zero, pins, half, half - 1, closed, pieces, walls, "auto")
     guess = stop_and_go_times(guessed_lengths(task), limits)
-    found = JointProblem(task, limits, guess, yaw).search(pieces)
+    found = JointProblem(task, limits, guess, heading).search(pieces)
     random = np.random.default_rng(3)
     durations = (
         np.repeat(guess, pieces) / pieces / found.layout.units.time * random.uniform(0.7, 1.2, found.layout.pieces)
@@ -45,7 +55,8 @@ def search(limits=EVERYTHING, pieces=1, degree=7, closed=False, yaw=None, dim=3)
 CASES = {
     "every limit": {},
     "three pieces": {"pieces": 3},
-    "a constant yaw": {"yaw": 0.4},
+    "a constant yaw": {"heading": ConstantHeading(0.4)},
+    "drag": {"limits": DRAGGED, "heading": VelocityHeading(minsnap.line(total_time=1.0))},
     "a closed lap": {"closed": True, "limits": Limits(speed=3.0, acceleration=6.0, body_rate=4.0)},
     "degree 5": {"degree": 5, "limits": Limits(speed=3.0, acceleration=6.0)},
     "degree 9": {"degree": 9, "limits": Limits(speed=3.0, jerk=20.0, snap=90.0)},

@@ -11,7 +11,7 @@ from minsnap import Ball, Gate
 from minsnap.errors import InputError
 from minsnap.plot import plot_path, plot_race, plot_rotors, plot_utilisation, save_figure
 from minsnap.trajectory.samples import Samples
-from minsnap.vehicle import BodyDrag, Quadrotor, flatness_of
+from minsnap.vehicle import Quadrotor, flatness_of
 
 GATE = Gate((3, 1, 2), (1, 1, 0.5), 1.4, 1.0)
 COURSE = [(0, 0, 1), GATE, (6, -1, 1), (8, 3, 2)]
@@ -65,7 +65,7 @@ def test_gates_and_balls_are_drawn_where_they_are(path, view):
 def test_rotors_are_those_of_the_vehicle(path):
     ax = plot_rotors(path, VEHICLE)
     t = line(ax, "rotor 1").get_xdata()
-    speed = flatness_of(VEHICLE, path, t, drag=BodyDrag()).rotor_speed
+    speed = flatness_of(VEHICLE, path, t).rotor_speed
     for rotor in range(4):
         thrust = VEHICLE.thrust_coefficient * speed[:, rotor] ** 2
         assert line(ax, f"rotor {rotor + 1}").get_ydata() == pytest.approx(thrust)

@@ -91,3 +91,18 @@ def test_a_search_ends_before_a_step_that_would_be_late_also_where_no_step_is_ac
     path = minsnap.plan(REFERENCE, limits=LIMITS, time_limit=10.0)
     assert path.report.interrupted and minsnap.certify(path, limits=LIMITS).ok
     assert 1 <= len(steps) <= 5
+
+
+def test_the_rate_of_a_heading_along_the_velocity_is_searched_for():
+    """Slowed down alone it took 12.94 s at 1 rad/s and 6.47 s at 2 rad/s."""
+    for rate, most in ((1.0, 7.9), (2.0, 5.85)):
+        limits = Limits(speed=6.0, acceleration=10.0, yaw_rate=rate)
+        path = minsnap.plan(REFERENCE, corridor=1.0, limits=limits, yaw="velocity")
+        check_touching(path, limits, REFERENCE, 1.0)
+        assert path.duration <= most
+
+
+def test_the_rate_of_a_heading_is_searched_for_in_the_plane_too():
+    limits = Limits(speed=6.0, acceleration=10.0, yaw_rate=1.0)
+    flat, path = (minsnap.plan(REFERENCE[:, :dim], corridor=1.0, limits=limits, yaw="velocity") for dim in (2, 3))
+    assert flat.duration == pytest.approx(path.duration, rel=2e-3)

@@ -46,7 +46,7 @@ def heading_rule(trajectory: Trajectory) -> dict[str, Any] | None:
     if isinstance(heading, VelocityHeading):
         return {"rule": "velocity", "yaw_rate": heading.yaw_rate, "hold_below": heading.hold_below}
     if isinstance(heading, TiltHeading):
-        return {"rule": "tilt", "angle_at_start": heading.angle, "gravity": heading.gravity}
+        return {"rule": "tilt", "angle_at_start": heading.angle, "gravity": heading.gravity, "drag": list(heading.drag)}
     return {"rule": "look at", "point": heading.target.point.tolist()}
 
 
@@ -65,7 +65,9 @@ def headed(curve: Trajectory, said: Mapping[str, Any]) -> Trajectory:
     if said["rule"] == "velocity":
         return curve.with_yaw(VelocityHeading(curve, said["yaw_rate"], said["hold_below"]))
     if said["rule"] == "tilt":
-        return curve.with_yaw(TiltHeading(curve, float(said["angle_at_start"]), float(said["gravity"])))
+        linear, quadratic = said.get("drag", (0.0, 0.0))
+        drag = float(linear), float(quadratic)
+        return curve.with_yaw(TiltHeading(curve, float(said["angle_at_start"]), float(said["gravity"]), drag))
     if said["rule"] == "look at":
         return curve.with_yaw(LookAt(said["point"]).heading(curve))
     raise FileError(f"no heading is called {str(said['rule'])[:40]!r}: there are velocity, tilt and look at")

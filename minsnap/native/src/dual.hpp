@@ -71,6 +71,13 @@ inline Dual<n> root(const Dual<n> &a) {
 
 inline double root(double a) { return std::sqrt(a); }
 
+template <int n>
+inline double value_of(const Dual<n> &a) {
+    return a.value;
+}
+
+inline double value_of(double a) { return a; }
+
 // Vectors in space of such numbers or of plain ones.
 template <class Real>
 struct Space {

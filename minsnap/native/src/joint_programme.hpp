@@ -34,6 +34,7 @@ struct StepRequest {
     double penalties[slacks], inwards[slacks];
     double *force, *own;                      // pieces x ends x dim, pieces
     bool curved;
+    const double *linear, *quadratic;         // objective: size; pieces x width x width, or none
 };
 
 class JointProgramme {
@@ -174,7 +175,7 @@ private:
     std::size_t length_of(const ConeEntry &entry, const Item &item) const {
         if (item.block == -2) return 0;
         if (entry.form == RowForm::rest_only) return joint_rest;
-        return entry.form == RowForm::whole ? width() : t_.ends + entry.size * (t_.dim + joint_rest);
+        return entry.form == RowForm::whole ? entry.size * width() : t_.ends + entry.size * (t_.dim + joint_rest);
     }
 
     void place_values() {
@@ -208,7 +209,9 @@ private:
                 if (block.flat()) {
                     fill_wall(block, item, const_cast<double *>(entries_[k].factors), matrix, bound);
                 } else {
-                    fill_momentary(block, item, matrix, bound);
+                    for (std::size_t c = 0; c < block.components; ++c) {
+                        bound[c] = fill_momentary(block, item, c, matrix + c * width());
+                    }
                 }
                 bound[0] -= block.weight * r_.inwards[block.slack];
             }
@@ -263,11 +266,14 @@ private:
         }
     }
 
-    void fill_momentary(const JointBlock &block, const Item &item, double *row, double *bound) {
+    // Row and bound of minus a function, or of a part of a cone.
+    double fill_momentary(const JointBlock &block, const Item &item, std::size_t part, double *row) {
         Derivatives at;
-        double gradient[12], bent[joint_dim * neighbours], f[joint_ends];
+        double gradient[12] = {}, bent[joint_dim * neighbours], f[joint_ends];
         fill_derivatives(t_, block, item.piece, item.s, at);
-        bound[0] = -block.slopes(item.index, at, gradient);
+        const bool cone = block.components > 1;
+        const double value = block.slopes(cone ? part : item.index % block.functions, at, gradient);
+        for (double &slope : gradient) slope *= cone ? -1.0 : 1.0;
         std::fill(row, row + width(), 0.0);
         double *rest = row + t_.ends * t_.dim;
         const double *g = gradient;
@@ -284,14 +290,17 @@ private:
                 rest[1] -= static_cast<double>(p) * g[d] * at.x[p][d];
             }
         }
-        rest[neighbours + block.slack] = -block.weight;
+        if (part == 0) rest[neighbours + block.slack] = -block.weight;
+        return cone ? value : -value;
     }
 
     void add_force(const Item &item, const ConeEntry &entry, const double *z) {
         const std::size_t bound = t_.ends * t_.dim;
         double *force = r_.force + item.piece * bound;
         if (entry.form == RowForm::whole) {
-            for (std::size_t j = 0; j < bound; ++j) force[j] += entry.matrix[j] * z[0];
+            for (std::size_t c = 0; c < entry.size; ++c) {
+                for (std::size_t j = 0; j < bound; ++j) force[j] += entry.matrix[c * width() + j] * z[c];
+            }
             return;
         }
         const JointBlock block(t_, static_cast<std::size_t>(item.block));
@@ -314,14 +323,14 @@ private:
         if (!hessian_.allocate(t_.pieces * w * w) || !diagonal_.allocate(r_.size) || !linear_.allocate(r_.size)) return false;
         std::fill(hessian_.data(), hessian_.data() + t_.pieces * w * w, 0.0);
         std::fill(diagonal_.data(), diagonal_.data() + r_.size, 1e-10);
-        std::fill(linear_.data(), linear_.data() + r_.size, 0.0);
+        std::copy(r_.linear, r_.linear + r_.size, linear_.data());
+        if (r_.quadratic != nullptr) std::copy(r_.quadratic, r_.quadratic + t_.pieces * w * w, hessian_.data());
         double total = 0.0;
         for (std::size_t i = 0; i < t_.pieces; ++i) total += t_.durations[i];
         for (std::size_t i = 0; i < t_.pieces; ++i) {
             const double share = t_.durations[i] / total;
             const auto own = static_cast<std::size_t>(r_.columns[i * w + bound + 1]);
             diagonal_[own] += 0.1 * r_.proximity * share;
-            linear_[own] = share;
             add_metric(i, r_.proximity * share, hessian_.data() + i * w * w);
             if (r_.curved) add_curvature(i, hessian_.data() + i * w * w);
         }

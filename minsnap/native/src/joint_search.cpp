@@ -35,28 +35,17 @@ JointTerms terms_of(const std::int64_t *sizes, const std::int64_t *table, const 
     return t;
 }
 
-std::size_t parameters(Kind kind) {
-    switch (kind) {
-        case Kind::least_thrust:
-        case Kind::body_rate: return medium_values + 1;
-        case Kind::unspun_rotors: return medium_values + 4;
-        default: return medium_values + 30;
-    }
-}
-
 // Whether a row of the table names conditions and values that are there.
 bool row_consistent(const std::int64_t *row, const std::int64_t *sizes) {
     const std::int64_t pieces = sizes[0], dim = sizes[2], conditions = row[4];
-    if (row[0] < 0 || row[0] > 4 || row[1] < 0 || row[2] < row[1] || row[2] >= static_cast<std::int64_t>(joint_orders)) return false;
+    if (row[0] < 0 || row[0] > 7 || row[1] < 0 || row[2] < row[1] || row[2] >= static_cast<std::int64_t>(joint_orders)) return false;
     if (row[3] < 1 || row[3] > static_cast<std::int64_t>(joint_parts) || conditions < 1 || row[5] < 0 || row[5] > 1) return false;
     if (row[6] < 0 || conditions > sizes[4] - row[6] || row[7] < 0 || row[7] > sizes[5] - 2) return false;
     const std::int64_t room = sizes[5] - row[7] - 2;
     if (row[0] == 0) return row[1] == row[2] && conditions <= room / (row[3] * (dim + 1));
-    const std::int64_t functions = conditions / pieces;
-    const std::int64_t expected = row[0] == 4 ? most_functions : (row[0] == 3 ? 2 : 1);
-    const auto values = static_cast<std::int64_t>(joint_orders + parameters(static_cast<Kind>(row[0])));
-    return dim == 3 && row[3] == 1 && functions == expected && conditions == functions * pieces && room >= values &&
-           row[1] >= 1;
+    const Form form = form_of(static_cast<Kind>(row[0]));
+    const auto values = static_cast<std::int64_t>(joint_orders + form.parameters);
+    return dim == 3 && row[3] == form.parts && conditions == form.functions * pieces && room >= values && row[1] >= 1;
 }
 
 bool consistent(const std::int64_t *sizes, const std::int64_t *table, const std::int64_t *condition_piece) {
@@ -135,7 +124,7 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_measure(const std::int64_t *sizes, con
     return answer(PeakSearch(terms, out).run(static_cast<std::size_t>(instants)));
 }
 
-// One step: x (size) and the forces of its multipliers in and out. `numbers`: proximity, reach, longest, shortest,
+// One step: x (size) and the forces of its multipliers in and out. The objective is linear and quadratic (or null). `numbers`: proximity, reach, longest, shortest,
 // penalties (2), inwards (2), accuracy.
 MINSNAP_EXPORT std::int32_t minsnap_joint_step(
     const std::int64_t *sizes, const std::int64_t *table, const std::int64_t *condition_piece, const double *values,
@@ -144,7 +133,7 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_step(
     const std::int64_t *peak_index, const std::int64_t *peak_own, const double *peak_s, const std::int64_t *given_piece,
     const std::int64_t *given_size, const double *given_matrix, const double *given_bound,
     const std::int64_t *metric_order, const double *metric_matrix, const double *metric_size, const double *lengths,
-    const double *numbers, std::int64_t most, double *force, double *own, double *x, std::int64_t *iterations) {
+    const double *numbers, const double *linear, const double *quadratic, std::int64_t most, double *force, double *own, double *x, std::int64_t *iterations) {
     const auto answer = [](Status status) { return static_cast<std::int32_t>(status); };
     if (!consistent(sizes, table, condition_piece)) return answer(Status::bad_size);
     const JointTerms terms = terms_of(sizes, table, condition_piece, values, maps, ends, durations);
@@ -153,9 +142,11 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_step(
     const StepRequest request{
         count(0), count(2), count(3), count(4), count(6), columns, scales, exponents, peak_block, peak_index, peak_own, peak_s,
         given_piece, given_size, given_matrix, given_bound, metric_order, metric_matrix, metric_size, lengths, numbers[0],
-        numbers[1], numbers[2], numbers[3], {numbers[4], numbers[5]}, {numbers[6], numbers[7]}, force, own, counts[7] != 0};
+        numbers[1], numbers[2], numbers[3], {numbers[4], numbers[5]}, {numbers[6], numbers[7]}, force, own, counts[7] != 0, linear,
+        quadratic};
     if (!step_consistent(terms, counts, request)) return answer(Status::bad_size);
     if (!positive(scales, terms.pieces * terms.ends) || !positive(lengths, terms.pieces)) return answer(Status::bad_number);
+    if (!finite(linear, count(0))) return answer(Status::bad_number);
     JointProgramme programme(terms, request);
     if (!programme.build()) return answer(Status::no_memory);
     const std::size_t rows = programme.rows().rows(terms.pieces);

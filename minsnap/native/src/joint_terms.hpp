@@ -118,22 +118,23 @@ public:
         return found[condition % functions];
     }
 
-    // Excess of all functions of a momentary kind.
+    // Excess of all functions of a momentary kind, or of its cone.
     void all(const Derivatives &at, double *found) const {
         Space<double> x[joint_orders] = {};
         for (std::size_t p = first_order; p <= last_order; ++p) {
             x[p] = {at.x[p][0] * rest_[p], at.x[p][1] * rest_[p], at.x[p][2] * rest_[p]};
         }
         momentary(kind, rest_ + joint_orders, x, found);
+        if (components > 1) found[0] = beyond(found);
     }
 
-    // Value of a function and its gradient in the derivatives from the first to the last order, three each.
-    double slopes(std::size_t condition, const Derivatives &at, double *gradient) const {
+    // Value of a function or of a part of a cone, and its gradient in the derivatives from the first to the last order, three each.
+    double slopes(std::size_t number, const Derivatives &at, double *gradient) const {
         switch (last_order - first_order) {
-            case 0: return seeded<3>(condition, at, gradient);
-            case 1: return seeded<6>(condition, at, gradient);
-            case 2: return seeded<9>(condition, at, gradient);
-            default: return seeded<12>(condition, at, gradient);
+            case 0: return seeded<3>(number, at, gradient);
+            case 1: return seeded<6>(number, at, gradient);
+            case 2: return seeded<9>(number, at, gradient);
+            default: return seeded<12>(number, at, gradient);
         }
     }
 
@@ -145,7 +146,7 @@ public:
 
 private:
     template <int count>
-    double seeded(std::size_t condition, const Derivatives &at, double *gradient) const {
+    double seeded(std::size_t number, const Derivatives &at, double *gradient) const {
         Space<Dual<count>> x[joint_orders];
         int direction = 0;
         for (std::size_t p = first_order; p <= last_order; ++p, direction += 3) {
@@ -157,7 +158,7 @@ private:
         }
         Dual<count> found[most_functions];
         momentary(kind, rest_ + joint_orders, x, found);
-        const Dual<count> &one = found[condition % functions];
+        const Dual<count> &one = found[number];
         std::copy(one.slope, one.slope + count, gradient);
         return one.value;
     }

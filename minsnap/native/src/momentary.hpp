@@ -1,8 +1,9 @@
-// Limits that are not convex, at an instant: least thrust, body rate, rotors' thrusts; with drag.
+// Limits at an instant that are not convex: thrust and tilt with drag, body rate, rotors' thrusts, turns of the velocity.
 //
 // The thrust axis lies along f = a + g e_z + (linear + quadratic |v|) v / m where the drag is the same along the body's
 // two lateral axes (M. Faessler, A. Franchi and D. Scaramuzza, RA-L 2018); rates and torques follow as from D. Mellinger
-// and V. Kumar, ICRA 2011. The same formulas stand in time_allocation/momentary_limits.py and rotor_limits.py.
+// and V. Kumar, ICRA 2011. The same formulas stand in time_allocation/momentary_limits.py and rotor_limits.py. A kind has one or more
+// functions that must not be positive, or the parts of one second-order cone, its axis first.
 #pragma once
 
 #include <cmath>
@@ -19,6 +20,9 @@ enum class Kind : std::int64_t {
     body_rate = 2,
     unspun_rotors = 3,
     yawed_rotors = 4,
+    most_thrust = 5,
+    tilt = 6,
+    heading_rate = 7,
 };
 
 constexpr double tiny_share = 1e-12;
@@ -74,6 +78,43 @@ inline void least_thrust(const double *p, const Space<Real> *x, Real *out) {
     const Lift<Real> f = lift_of(m, x, 0);
     const Real size = norm(f.force, tiny_share * m.gravity * m.gravity);
     out[0] = (-1.0 / m.gravity) * thrust_of(m, f, size, x[1]) + p[medium_values];
+}
+
+// Parameters: medium, ratio. A cone of four parts.
+template <class Real>
+inline void most_thrust(const double *p, const Space<Real> *x, Real *out) {
+    const Medium m = medium_of(p);
+    const double unit = 1.0 / (p[medium_values] * m.gravity);
+    const Lift<Real> f = lift_of(m, x, 0);
+    const Real size = norm(f.force, tiny_share * m.gravity * m.gravity);
+    out[0] = (-unit) * (thrust_of(m, f, size, x[1]) - size) + 1.0;
+    out[1] = unit * f.force.x;
+    out[2] = unit * f.force.y;
+    out[3] = unit * f.force.z;
+}
+
+// Parameters: medium, tangent of the limit. A cone of three parts.
+template <class Real>
+inline void tilt(const double *p, const Space<Real> *x, Real *out) {
+    const Medium m = medium_of(p);
+    const double across = 1.0 / (p[medium_values] * m.gravity);
+    const Lift<Real> f = lift_of(m, x, 0);
+    out[0] = (1.0 / m.gravity) * f.force.z;
+    out[1] = across * f.force.x;
+    out[2] = across * f.force.y;
+}
+
+// Parameters: limit, typical speed, speed below which the heading is held, allowance there. Turns to the left and right.
+template <class Real>
+inline void heading_rate(const double *p, const Space<Real> *x, Real *out) {
+    const double limit = p[0], typical = p[1], held = p[2], room = p[3];
+    const Space<Real> flat{x[1].x, x[1].y, Real(0.0)};
+    const Real speed = norm(flat, tiny_share * typical * typical);
+    const Real turn = (1.0 / (limit * typical)) * ((flat.x * x[2].y - flat.y * x[2].x) / speed);
+    Real allowed = (1.0 / typical) * speed;
+    if (value_of(speed) < held) allowed = allowed + ((-room / held) * speed + room);
+    out[0] = turn - allowed;
+    out[1] = -1.0 * turn - allowed;
 }
 
 // Parameters: medium, limit.
@@ -145,6 +186,23 @@ inline void yawed_rotors(const double *p, const Space<Real> *x, Real *out) {
 
 constexpr int most_functions = 8;
 
+// How many functions a kind has, how many parts its cone (1 for functions), and how many parameters.
+struct Form {
+    std::int64_t functions, parts;
+    std::size_t parameters;
+};
+
+inline Form form_of(Kind kind) {
+    switch (kind) {
+        case Kind::unspun_rotors: return {2, 1, medium_values + 4};
+        case Kind::yawed_rotors: return {8, 1, medium_values + 30};
+        case Kind::most_thrust: return {1, 4, medium_values + 1};
+        case Kind::tilt: return {1, 3, medium_values + 1};
+        case Kind::heading_rate: return {2, 1, 4};
+        default: return {1, 1, medium_values + 1};
+    }
+}
+
 // Values of all functions of a kind from physical derivatives.
 template <class Real>
 inline void momentary(Kind kind, const double *p, const Space<Real> *x, Real *out) {
@@ -153,6 +211,9 @@ inline void momentary(Kind kind, const double *p, const Space<Real> *x, Real *ou
         case Kind::body_rate: body_rate(p, x, out); break;
         case Kind::unspun_rotors: unspun_rotors(p, x, out); break;
         case Kind::yawed_rotors: yawed_rotors(p, x, out); break;
+        case Kind::most_thrust: most_thrust(p, x, out); break;
+        case Kind::tilt: tilt(p, x, out); break;
+        case Kind::heading_rate: heading_rate(p, x, out); break;
         case Kind::wall: break;
     }
 }
