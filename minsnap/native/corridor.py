@@ -11,33 +11,38 @@ from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.native.library import Entry, address
 from minsnap.native.status import Status
 
+WALL_TYPES = (c_int64, *[c_void_p] * 8, c_int64, c_void_p)
+"""ctypes of what ``wall_arguments`` returns."""
+
 _SOLVE = Entry(
     "minsnap_corridor",
     *(c_int64, c_int64, c_int64, c_int64, c_double, c_double, c_void_p, c_void_p, c_void_p, c_void_p),
-    *(c_int64, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
+    *WALL_TYPES,
     *(c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
 )
 
-_KEPT = Entry(
-    "minsnap_walls_kept",
-    *(c_int64, c_int64, c_int64, c_void_p, c_void_p),
-    *(c_int64, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
-)
+_KEPT = Entry("minsnap_walls_kept", c_int64, c_int64, c_int64, c_void_p, c_void_p, *WALL_TYPES, c_void_p)
 
 
 @dataclass(frozen=True, eq=False)
-class Planes:
-    """Walls ``normal . (r^(order)(t) - anchor) <= bound``, m of them, each on one piece; C-contiguous arrays.
+class WallArrays:
+    """Walls, m of them, each on one piece; C-contiguous arrays.
+
+    Planes ``normal . (r^(order)(t) - anchor) <= bound``, and balls ``|matrix (r^(order)(t) - anchor)| <= bound``.
 
     Parameters
     ----------
     piece, order : ndarray of int64, shape (m,)
         Where, and which derivative.
     normal, anchor : ndarray, shape (m, dim)
+        The normal of a ball is not read.
     bound, width : ndarray, shape (m,)
         Right-hand side, and the positive length by which an excess is judged, both [m/s^order].
     when : ndarray of int64, shape (m,), or None
         -1 for every instant of the piece, 0 for its start, 1 for its end; None is -1 for all.
+    ball : ndarray of int64, shape (m,), or None
+        Which matrix each ball has, -1 for planes; None where all are planes.
+    matrix : ndarray, shape (balls, dim, dim), or None
     """
 
     piece: IntArray
@@ -47,6 +52,8 @@ class Planes:
     bound: FloatArray
     width: FloatArray
     when: IntArray | None = None
+    ball: IntArray | None = None
+    matrix: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +68,7 @@ class CorridorQuestion:
         Nominal positions of the knots [m].
     durations : ndarray, shape (pieces,)
         [s].
-    walls : Planes
+    walls : WallArrays
     length, time : float
         What normalised lengths and times are worth [m], [s]; typical ones of the question.
     pinned : ndarray of bool, shape (pieces + 1, k, dim), or None
@@ -75,7 +82,7 @@ class CorridorQuestion:
     half: int
     positions: FloatArray
     durations: FloatArray
-    walls: Planes
+    walls: WallArrays
     length: float
     time: float
     pinned: BoolArray | None = None
@@ -134,7 +141,7 @@ def solve_corridor(question: CorridorQuestion, gap: float = 1e-6) -> CorridorAns
     status = function(
         *(half, pieces, dim, question.closed, question.length, question.time),
         *map(_pointer, (question.positions, question.durations, question.pinned, question.values)),
-        *_wall_arguments(question.walls),
+        *wall_arguments(question.walls),
         *(gap, *map(address, (points, knots, wall, rows[0], rows[1], figures))),
     )
     cost, bound, share, count, rounds, attempts = figures.tolist()
@@ -143,7 +150,7 @@ def solve_corridor(question: CorridorQuestion, gap: float = 1e-6) -> CorridorAns
     return CorridorAnswer(Status(status), points, knots, *active, cost, bound, share, int(rounds), int(attempts))
 
 
-def walls_kept(points: FloatArray, durations: FloatArray, walls: Planes) -> BoolArray | None:
+def walls_kept(points: FloatArray, durations: FloatArray, walls: WallArrays) -> BoolArray | None:
     """Say which walls a curve is proved to keep at every instant, rounding included.
 
     Parameters
@@ -152,7 +159,7 @@ def walls_kept(points: FloatArray, durations: FloatArray, walls: Planes) -> Bool
         Control points [m], C-contiguous.
     durations : ndarray, shape (pieces,)
         [s].
-    walls : Planes
+    walls : WallArrays
 
     Returns
     -------
@@ -169,16 +176,18 @@ def walls_kept(points: FloatArray, durations: FloatArray, walls: Planes) -> Bool
         return None
     pieces, count, dim = points.shape
     kept = np.zeros(len(walls.piece), dtype=np.uint8)
-    known = (_pointer(points), _pointer(durations), *_wall_arguments(walls), address(kept))
+    known = (_pointer(points), _pointer(durations), *wall_arguments(walls), address(kept))
     status = Status(function(count // 2, pieces, dim, *known))
     if status is not Status.DONE:
         raise ValueError(f"the walls cannot be checked: {status.reason}")
     return kept.astype(bool)
 
 
-def _wall_arguments(walls: Planes) -> tuple[object, ...]:
-    arrays = (walls.piece, walls.order, walls.normal, walls.anchor, walls.bound, walls.width, walls.when)
-    return (len(walls.piece), *map(_pointer, arrays))
+def wall_arguments(walls: WallArrays) -> tuple[object, ...]:
+    """Return the walls as entry points take them."""
+    arrays = (walls.piece, walls.order, walls.normal, walls.anchor, walls.bound, walls.width, walls.when, walls.ball)
+    balls = 0 if walls.matrix is None else len(walls.matrix)
+    return (len(walls.piece), *map(_pointer, arrays), balls, _pointer(walls.matrix))
 
 
 def _pointer(array: FloatArray | IntArray | BoolArray | None) -> object:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.native.corridor import CorridorQuestion
+from minsnap.native.corridor import WALL_TYPES, CorridorQuestion, wall_arguments
 from minsnap.native.library import Entry, address
 from minsnap.native.status import Status
 
@@ -18,7 +18,7 @@ _CHAIN = (*[c_void_p] * 2, c_int64, *[c_void_p] * 3)
 
 _GRADIENT = Entry("minsnap_cost_gradient", *[c_int64] * 4, *[c_void_p] * 2, *_CHAIN, *[c_void_p] * 3)
 _SPLIT = Entry("minsnap_best_split", *[c_int64] * 4, *[c_void_p] * 2, c_double, *_CHAIN, c_int64, *[c_void_p] * 3)
-_REQUEST = (*[c_int64] * 5, *[c_double] * 2, *[c_void_p] * 2, c_double, *[c_void_p] * 2, c_int64, *[c_void_p] * 7)
+_REQUEST = (*[c_int64] * 5, *[c_double] * 2, *[c_void_p] * 2, c_double, *[c_void_p] * 2, *WALL_TYPES)
 _CORRIDOR_SPLIT = Entry("minsnap_best_corridor_split", *_REQUEST, c_double, c_int64, *[c_void_p] * 3)
 
 EVALUATIONS = 2000
@@ -130,16 +130,13 @@ def best_corridor_split(
     call = _CORRIDOR_SPLIT.function()
     if call is None:
         return None
-    q, walls, first = question, question.walls, _floats(first)
+    q, first = question, _floats(first)
     found = _Found(len(first))
-    wall_arrays = (walls.piece, walls.order, walls.normal, walls.anchor, walls.bound, walls.width, walls.when)
     arrays = [None if a is None else np.ascontiguousarray(a) for a in (q.positions, first, q.pinned, q.values)]
-    lists = [None if a is None else np.ascontiguousarray(a) for a in wall_arrays]
     where = [None if a is None else address(a) for a in arrays]
     status = call(
         *(q.half, len(first), pieces, q.positions.shape[1], q.closed, q.length, q.time, *where[:2], price or 0.0),
-        *(*where[2:], len(walls.piece), *(None if a is None else address(a) for a in lists)),
-        *(gap, EVALUATIONS, *found.addresses()),
+        *(*where[2:], *wall_arguments(q.walls), gap, EVALUATIONS, *found.addresses()),
     )
     return Status(status) if status else found.split()
 

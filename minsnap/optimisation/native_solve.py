@@ -6,7 +6,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones
-from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, Planes, solve_corridor
+from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, WallArrays, solve_corridor
 from minsnap.native.library import core
 from minsnap.native.status import Status
 from minsnap.native.unconstrained import pinned_optimum
@@ -78,36 +78,56 @@ def _unsupported(task: Task, pieces: int) -> str:
         return "the native core does not do waypoints in balls and gates"
     if task.continuity != task.half - 1:
         return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
-    if not all(walls.cones.flat for walls in task.walls):
-        return "the native core does not do round walls"
+    if any(walls.cones.slope.any() for walls in task.walls if not walls.cones.flat):
+        return "the native core does not do cones"
     if pieces > MOST_WHOLE and (task.closed or task.held.any()):
         return f"the native core takes closed laps and free waypoints with up to {MOST_WHOLE} pieces, not {pieces}"
     return ""
 
 
-def native_walls(task: Task) -> Planes:
+def native_walls(task: Task) -> WallArrays:
     """Walls of a task in the order of ``compile_walls``: those of its constraints, then the boxes of its waypoints."""
-    blocks = [_wall_planes(walls.cones, task.pieces) for walls in task.walls]
+    blocks = [_piece_walls(walls.cones, task.pieces) for walls in task.walls]
     if task.held.any():
         blocks.append(_waypoint_planes(task))
+    return _joined(blocks)
+
+
+def _joined(blocks: list[WallArrays]) -> WallArrays:
     names = ("piece", "order", "normal", "anchor", "bound", "width")
     piece, order, *parts = (np.concatenate([getattr(block, name) for block in blocks]) for name in names)
     normal, anchor, bound, width = parts
-    when = None
-    if task.held.any():
+    when = ball = matrix = None
+    if any(block.when is not None for block in blocks):
         when = np.concatenate([np.full(len(b.piece), -1) if b.when is None else b.when for b in blocks])
-    return Planes(piece, order, normal, anchor, bound, width, when)
+    balls = [len(block.piece) if block.matrix is not None else 0 for block in blocks]
+    if any(balls):
+        first = np.cumsum([0, *balls])
+        ball = np.concatenate(
+            [np.arange(k, k + n) if n else np.full(len(b.piece), -1) for b, k, n in zip(blocks, first, balls, strict=False)]
+        )
+        matrix = np.concatenate([block.matrix for block in blocks if block.matrix is not None])
+    return WallArrays(piece, order, normal, anchor, bound, width, when, ball, matrix)
 
 
-def _wall_planes(cones: Cones, pieces: int) -> Planes:
+def _piece_walls(cones: Cones, pieces: int) -> WallArrays:
+    """Planes or balls that hold on every piece of their legs."""
     leg, row = cones.leg, np.arange(len(cones.leg))
     if pieces > 1:
         leg, row = (leg[:, None] * pieces + np.arange(pieces)).reshape(-1), np.repeat(row, pieces)
-    order = np.full(len(leg), cones.order)
-    return Planes(leg, order, -cones.slope[row], cones.anchor[row], cones.radius[row], cones.width[row])
+    matrix = None if cones.flat else _square(cones.matrix)[row]
+    known = np.full(len(leg), cones.order), -cones.slope[row], cones.anchor[row], cones.radius[row], cones.width[row]
+    return WallArrays(leg, *known, matrix=matrix)
 
 
-def _waypoint_planes(task: Task) -> Planes:
+def _square(matrices: FloatArray) -> FloatArray:
+    """Matrices (m, q, dim) with rows of zeros up to (m, dim, dim)."""
+    found = np.zeros((len(matrices), matrices.shape[2], matrices.shape[2]))
+    found[:, : matrices.shape[1]] = matrices
+    return found
+
+
+def _waypoint_planes(task: Task) -> WallArrays:
     """Two planes for each coordinate of a waypoint that may vary within bounds, at the knot only."""
     waypoint, axis = np.nonzero(task.upper > task.lower)
     if task.closed:
@@ -119,7 +139,7 @@ def _waypoint_planes(task: Task) -> Planes:
     twice: list[IntArray] = [np.tile(values, 2) for values in (knot - last, np.zeros_like(knot), last.astype(np.intp))]
     anchor, width = np.tile(task.positions[knot], (2, 1)), np.tile((upper - lower) / 2.0, 2)
     bound = np.concatenate((upper, -lower))
-    return Planes(twice[0], twice[1], np.concatenate((normal, -normal)), anchor, bound, width, twice[2])
+    return WallArrays(twice[0], twice[1], np.concatenate((normal, -normal)), anchor, bound, width, twice[2])
 
 
 def _pinned_values(task: Task) -> FloatArray | None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from minsnap.native.corridor import CorridorQuestion, Planes
+from minsnap.native.corridor import CorridorQuestion, WallArrays
 
 
 def tube_planes(points, half_widths):
@@ -15,7 +15,7 @@ def tube_planes(points, half_widths):
     rows, width = normal[leg, axis], np.broadcast_to(half_widths, legs)[leg].astype(float)
     both = [np.concatenate((part, part)) for part in (leg, np.zeros_like(leg), points[leg], width, width)]
     piece, order, anchor, bound, width = both
-    return Planes(piece, order, np.concatenate((rows, -rows)), anchor, bound, width)
+    return WallArrays(piece, order, np.concatenate((rows, -rows)), anchor, bound, width)
 
 
 def tube_question(points, durations, half_widths, half=4, **others):

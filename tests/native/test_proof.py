@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from minsnap.native import library
-from minsnap.native.corridor import Planes, walls_kept
+from minsnap.native.corridor import WallArrays, walls_kept
 
 GRID = 1024
 
@@ -54,7 +54,7 @@ def highest_step(points, normal, order):
 
 
 def kept(points, duration, normal, anchor, order, bound, when=None):
-    one = Planes(
+    one = WallArrays(
         np.zeros(1, dtype=np.int64),
         np.full(1, order),
         np.array([normal]),

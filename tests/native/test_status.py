@@ -14,7 +14,7 @@ from helpers.tasks import REFERENCE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from minsnap.native.corridor import CorridorQuestion, Planes, solve_corridor
+from minsnap.native.corridor import CorridorQuestion, WallArrays, solve_corridor
 from minsnap.native.library import core
 from minsnap.native.status import Status
 from minsnap.native.tube import tube_optimum
@@ -31,15 +31,15 @@ ODD = st.one_of(
 ALLOCATE = """
 import resource, sys
 import numpy as np
-from minsnap.native.corridor import CorridorQuestion, Planes, solve_corridor
+from minsnap.native.corridor import CorridorQuestion, WallArrays, solve_corridor
 from minsnap.native.unconstrained import pinned_optimum
 legs = 100_000
 points, durations = np.random.default_rng(0).normal(size=(legs + 1, 3)), np.ones(legs)
 points[-1] = points[0]
 piece, normal = np.arange(legs), np.tile((1.0, 0.0, 0.0), (legs, 1))
-walls = Planes(piece, np.zeros_like(piece), normal, points[:-1].copy(), np.full(legs, 9.0), np.ones(legs))
+walls = WallArrays(piece, np.zeros_like(piece), normal, points[:-1].copy(), np.full(legs, 9.0), np.ones(legs))
 question = CorridorQuestion(4, points, durations, walls, 1.0, 1.0)
-small = CorridorQuestion(4, points[:41].copy(), durations[:40].copy(), Planes(*(a[:40].copy() for a in (
+small = CorridorQuestion(4, points[:41].copy(), durations[:40].copy(), WallArrays(*(a[:40].copy() for a in (
     piece, np.zeros_like(piece), normal, points[:-1], np.full(legs, 0.01), np.ones(legs)))), 1.0, 1.0)
 pinned_optimum(points[:5], durations[:4], 4, {}, False), solve_corridor(question)
 with open("/proc/self/statm") as file:
@@ -77,7 +77,7 @@ def test_any_numbers_in_a_corridor_end_in_a_status(pieces, dim, half, walls, dat
     piece = np.array(data.draw(st.lists(st.integers(-1, pieces), min_size=walls, max_size=walls)), dtype=np.int64)
     order = np.array(data.draw(st.lists(st.integers(-1, 2 * half), min_size=walls, max_size=walls)), dtype=np.int64)
     when = np.array(data.draw(st.lists(st.integers(-2, 2), min_size=walls, max_size=walls)), dtype=np.int64)
-    planes = Planes(
+    planes = WallArrays(
         piece, order, drawn(data, walls, dim), drawn(data, walls, dim), drawn(data, walls), drawn(data, walls)
     )
     question = CorridorQuestion(half, drawn(data, pieces + 1, dim), drawn(data, pieces), planes, 1.0, 1.0)

@@ -10,10 +10,10 @@
 #include <cmath>
 #include <limits>
 
+#include "balls.hpp"
 #include "contact.hpp"
 #include "orthogonal.hpp"
 #include "square_root.hpp"
-#include "walls.hpp"
 
 namespace minsnap {
 
@@ -21,6 +21,8 @@ template <class Real>
 struct Row {
     int wall, slot;
     Real s;
+    Plane<Real> plane;        // the wall, or its tangent plane
+    Real direction[max_dim];  // of a ball's tangent plane
     Real limit;       // of n.r, the wall moved inwards
     Real norm;        // length of the row in z before it is made one
     Real value;       // of n.r on the curve as last placed
@@ -33,8 +35,9 @@ enum class Entered { added, kept_already, infeasible, stalled };
 template <class Real, int Half>
 class ActiveSet {
 public:
-    ActiveSet(Chain<Real, Half> &chain, const Buffer<Wall<Real>> &walls, const SquareRoot<Real, Half> *const *factors)
-        : chain_(chain), walls_(walls), factors_(factors) {}
+    ActiveSet(Chain<Real, Half> &chain, const Buffer<Wall<Real>> &walls, const Buffer<Ball<Real>> &balls,
+              const SquareRoot<Real, Half> *const *factors)
+        : chain_(chain), walls_(walls), balls_(balls), factors_(factors) {}
 
     [[nodiscard]] bool allocate() {
         if (!lay_out()) return false;
@@ -56,15 +59,18 @@ public:
     Orthogonal<Real> &orthogonal() { return orthogonal_; }
     Real squared_distance() const { return dot(z_.data(), z_.data(), layout_.entries); }
 
-    // Make a row the candidate: it stands behind the active ones. False if the unknowns cannot change its value.
-    bool propose(int wall, Real s, Real share) {
+    // Make a row the candidate: it stands behind the active ones. A ball's row is a tangent plane, with the direction in
+    // which the curve lies unless another is given. False if the unknowns cannot change its value.
+    template <class Number = Real>
+    bool propose(int wall, Real s, Real share, const Number *direction = nullptr) {
         if (count_ > layout_.entries) return false;
         Row<Real> &row = rows_[count_];
         row = {};
         row.wall = wall, row.s = s, row.slot = free_[count_];
-        row.limit = limit_at(walls_[wall], share, s);
+        if (!choose_plane(row, direction)) return false;
+        row.limit = row.plane.bound - inwards_at(walls_[wall], share, s);
         Real *const a = own_vector(count_);
-        row.reach = whiten(wall, s, 0, a);
+        row.reach = whiten(row.plane, s, 0, a);
         row.norm = std::sqrt(orthogonal_.inner(a, row.reach, a, row.reach));
         if (!(row.norm > 0)) return false;
         for (int i = 0; i < layout_.entries; ++i) a[i] /= row.norm;
@@ -155,25 +161,31 @@ public:
         return false;
     }
 
-    // Replace all rows by others, given by wall, s and multiplier. False if they are dependent.
+    // Replace all rows by others, given by wall, s, direction and multiplier, those that do not press left out. False if
+    // they are dependent.
     bool replace(const Row<Real> *others, int count, Real share) {
+        return hold(others, count, share) && drop_negative();
+    }
+
+    // The same with equality for all of them, whether they press or not.
+    bool hold(const Row<Real> *others, int count, Real share) {
         for (int i = 0; i < layout_.entries; ++i) step_[i] = step_[i] - z_[i], z_[i] = 0;
         forget();
         bool independent = true;
         for (int k = 0; k < count && independent; ++k) {
-            if (!propose(others[k].wall, others[k].s, share)) continue;
+            if (!propose(others[k].wall, others[k].s, share, others[k].direction)) continue;
             independent = join(others[k].multiplier);
         }
         place();
-        if (!independent) return false;
-        settle();
-        return drop_negative();
+        if (independent) settle();
+        return independent;
     }
 
     // Begin with rows at contacts, as far as they are independent and press.
     bool begin_with(const Contact *contacts, int count) {
         for (int k = 0; k < count; ++k)
-            if (propose(contacts[k].wall, Real(contacts[k].s), 0)) join(contacts[k].pressure * rows_[count_].norm);
+            if (propose(contacts[k].wall, Real(contacts[k].s), 0, contacts[k].direction))
+                join(contacts[k].pressure * rows_[count_].norm);
         place();
         settle();
         return drop_negative();
@@ -181,7 +193,8 @@ public:
 
     // Give all rows the limits of walls moved inwards by a share of their widths, and solve again.
     bool tighten(Real share) {
-        for (int k = 0; k < count_; ++k) rows_[k].limit = limit_at(walls_[rows_[k].wall], share, rows_[k].s);
+        for (int k = 0; k < count_; ++k)
+            rows_[k].limit = rows_[k].plane.bound - inwards_at(walls_[rows_[k].wall], share, rows_[k].s);
         settle();
         return drop_negative();
     }
@@ -196,9 +209,8 @@ public:
         return total;
     }
 
-    // The row of the ``further``-th derivative in s of a wall at s, whitened: what it reaches.
-    Reach whiten(int wall, Real s, int further, Real *a) {
-        const Wall<Real> &own = walls_[wall];
+    // The row of the ``further``-th derivative in s of a plane's value at s, whitened: what it reaches.
+    Reach whiten(const Plane<Real> &own, Real s, int further, Real *a) {
         Real factors[max_points];
         row_factors(chain_.size, *chain_.tables, chain_.durations[own.piece], own.order + further, s, factors);
         for (int i = 0; i < layout_.entries; ++i) a[i] = 0;
@@ -223,9 +235,9 @@ public:
         return {own.axes, own.piece};
     }
 
-    // Inner product of two whitened rows of walls: where all coordinates share a factor, rows are n (x) phi, and one
+    // Inner product of two whitened rows of planes: where all coordinates share a factor, rows are n (x) phi, and one
     // stretch of each is enough.
-    Real inner(const Real *a, const Wall<Real> &one, const Real *b, const Wall<Real> &other) const {
+    Real inner(const Real *a, const Plane<Real> &one, const Real *b, const Plane<Real> &other) const {
         if (!alike_) return orthogonal_.inner(a, {one.axes, one.piece}, b, {other.axes, other.piece});
         Real normals = 0;
         for (int axis = 0; axis < layout_.dim; ++axis) normals += one.normal[axis] * other.normal[axis];
@@ -268,9 +280,26 @@ private:
         for (int i = 0; i < layout_.entries + 2; ++i) free_[i] = i, rows_[i] = {};
     }
 
+    template <class Number>
+    bool choose_plane(Row<Real> &row, const Number *direction) const {
+        const Wall<Real> &wall = walls_[row.wall];
+        if (wall.ball < 0) {
+            row.plane = wall;
+            return true;
+        }
+        const Ball<Real> &ball = balls_[wall.ball];
+        if (direction == nullptr)
+            place_in_ball(chain_, wall, ball, row.s, row.direction);
+        else
+            for (int q = 0; q < ball.rows; ++q) row.direction[q] = Real(direction[q]);
+        if (!normalise(row.direction, ball.rows)) return false;
+        row.plane = tangent(wall, ball, chain_.dim, row.direction);
+        return true;
+    }
+
     void measure(Row<Real> &row) const {
         Real points[max_points];
-        const int degree = along_normal(chain_, chain_.points.data(), walls_[row.wall], points);
+        const int degree = along_normal(chain_, chain_.points.data(), row.plane, points);
         row.value = jet_at(points, degree, row.s).value;
     }
 
@@ -317,6 +346,7 @@ private:
 
     Chain<Real, Half> &chain_;
     const Buffer<Wall<Real>> &walls_;
+    const Buffer<Ball<Real>> &balls_;
     const SquareRoot<Real, Half> *const *factors_;  // one for each coordinate
     Layout layout_;
     Orthogonal<Real> orthogonal_;

@@ -8,6 +8,7 @@ namespace minsnap {
 constexpr int max_half = 6;               // k of the largest degree 2k - 1 = 11
 constexpr int max_points = 2 * max_half;  // control points of a piece
 constexpr int max_dim = 6;                // coordinates of a curve
+constexpr int max_products = 2 * max_points - 1;  // control points of a product of two coordinates
 
 // k of degree 2k - 1: known when compiled (Half > 0), or given at run time (Half = 0).
 template <int Half>
@@ -35,6 +36,20 @@ inline double binomial(int n, int k) {
     return value;
 }
 
+// Rows of Pascal's triangle, made once.
+struct BinomialRows {
+    double row[max_products][max_products] = {};
+    BinomialRows() {
+        for (int n = 0; n < max_products; ++n)
+            for (int k = 0; k <= n; ++k) row[n][k] = binomial(n, k);
+    }
+};
+
+inline const BinomialRows &binomial_rows() {
+    static const BinomialRows made;
+    return made;
+}
+
 // Values of the degree + 1 basis polynomials at s.
 template <class Real>
 inline void bernstein_basis(int degree, Real s, Real *basis) {
@@ -60,7 +75,7 @@ struct Jet {
 // Value and derivatives at s, by de Casteljau's algorithm stopped two steps early.
 template <class Real>
 inline Jet<Real> jet_at(const Real *points, int degree, Real s) {
-    Real row[max_points];
+    Real row[max_products];
     for (int j = 0; j <= degree; ++j) row[j] = points[j];
     for (int m = degree; m > 2; --m)
         for (int j = 0; j < m; ++j) row[j] += s * (row[j + 1] - row[j]);

@@ -64,15 +64,6 @@ Status check_walls(const Pieces &pieces, Integer per_leg, Integer walls, const I
     return Status::done;
 }
 
-struct Binomials {
-    double single[max_scalar_degree + 1], doubled[max_scalar_degree + 1];
-
-    explicit Binomials(int degree) {
-        binomial_row(degree, single);
-        binomial_row(2 * degree, doubled);
-    }
-};
-
 // Raise what is known by sign component - bound, unless the bound is infinite.
 template <class Search>
 void climb_beyond(Search &climb, const Scalar &component, double bound, double sign, Integer row, Greatest &best) {
@@ -147,20 +138,6 @@ Status largest_norm(Search &climb, const Pieces &pieces, int order, int degree, 
     }
     report(best, values, piece);
     return Status::done;
-}
-
-// Raise what is known by |y| - radius, from the squared norm of y.
-template <class Search>
-void climb_ball(Search &climb, const Scalar &square, double radius, Integer row, Greatest &best) {
-    const double reach = radius + best.attained;
-    Greatest mine{reach > 0.0 ? reach * reach * (1.0 - 4.0 * unit) : -infinity, -infinity, 0.0, -1};
-    climb.raise(mine, square.value, square.error, row);
-    if (mine.row == row) {
-        const double norm = std::sqrt(mine.attained > 0.0 ? mine.attained : 0.0) * (1.0 - 2.0 * unit);
-        best.attain(below(norm - radius, unit * std::fabs(norm - radius)), mine.s, row);
-    }
-    const double norm = std::sqrt(mine.bound > 0.0 ? mine.bound : 0.0) * (1.0 + 4.0 * unit);
-    best.admit(above(norm - radius, unit * std::fabs(norm - radius)));
 }
 
 double larger(double a, double b) { return a > b ? a : b; }
@@ -311,21 +288,12 @@ MINSNAP_EXPORT std::int32_t minsnap_ball_excess(Integer count, Integer degree, I
     auto job = [&](auto &climb) {
         Relative relative(pieces);
         Curve mapped;
-        Scalar component, square;
+        Scalar square;
         Greatest best{-infinity, -infinity, 0.0, 0};
         for (Integer ball = 0; ball < balls; ++ball) {
             for (Integer part = 0; part < per_leg; ++part) {
                 const Curve &curve = relative(leg[ball] * per_leg + part, int(order), anchor + ball * dim);
-                mapped.degree = n;
-                mapped.dim = int(rows);
-                for (int q = 0; q < rows; ++q) {
-                    along(curve, matrix + (ball * rows + q) * dim, component);
-                    for (int j = 0; j <= n; ++j) {
-                        if (!(std::fabs(component.value[j]) < 0x1p450)) return Status::bad_number;
-                        mapped.value[q][j] = component.value[j];
-                        mapped.error[q][j] = component.error[j];
-                    }
-                }
+                if (!map(curve, matrix + ball * rows * dim, int(rows), mapped)) return Status::bad_number;
                 squared_norm(mapped, binomials.single, binomials.doubled, square);
                 climb_ball(climb, square, radius[ball], place(ball, part, per_leg), best);
             }

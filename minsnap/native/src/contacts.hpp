@@ -7,6 +7,10 @@
 //   (S + diag(-d''/mu)) y = d',   step of s_k = y_k / mu_k,
 //
 // where S is the Gram matrix of the rows' derivatives in s, made orthogonal to the rows.
+//
+// A ball |f| <= b, f = A r + c, is u . f <= b for all unit vectors u: its contacts have the direction u as further
+// parameters, and d', d'' become the gradient and the matrix of second derivatives of u . f in s and u. All coordinates of
+// u are parameters; the step along u itself is zero, since the row in that direction is active, and S is zero there.
 #pragma once
 
 #include "active_set.hpp"
@@ -16,23 +20,40 @@ namespace minsnap {
 template <class Real, int Half>
 class Contacts {
 public:
-    Contacts(const Chain<Real, Half> &chain, const Buffer<Wall<Real>> &walls, ActiveSet<Real, Half> &active)
-        : chain_(chain), walls_(walls), active_(active) {}
+    Contacts(const Chain<Real, Half> &chain, const Buffer<Wall<Real>> &walls, const Buffer<Ball<Real>> &balls,
+             ActiveSet<Real, Half> &active)
+        : chain_(chain), walls_(walls), balls_(balls), active_(active) {}
 
     [[nodiscard]] bool allocate() {
         const std::size_t most = active_.layout().entries + 2;
-        return rows_.allocate(most) && kept_.allocate(most) && right_.allocate(most);
+        return rows_.allocate(most) && kept_.allocate(most) && before_.allocate(length());
     }
 
     // Keep the rows as they are, to come back to them.
     void remember() {
         kept_count_ = active_.count();
         for (int k = 0; k < kept_count_; ++k) kept_[k] = active_.row(k);
+        std::memcpy(before_.data(), chain_.points.data(), sizeof(Real) * length());
     }
     bool come_back(Real share) { return active_.replace(kept_.data(), kept_count_, share); }
 
-    // Rows that belong to one contact become one. False if the rows are dependent then.
-    bool merge(Real share) {
+    // Make rows that belong to one contact one, and take a Newton step. False if it cannot be made.
+    bool step(Real share) {
+        const int count = merge();
+        if (count < active_.count() && !active_.hold(rows_.data(), count, share)) return false;
+        if (count != active_.count() || !list_parameters() || !make_system() || !solve_system()) return false;
+        for (int p = 0; p < parameter_count_; p += parameters_[p].count) {
+            Row<Real> &row = rows_[parameters_[p].row];
+            for (int i = p; i < p + parameters_[p].count; ++i) right_[i] /= pressure(parameters_[p].row);
+            if (parameters_[p].part == instant) row.s = moved(row.s, right_[p]);
+            if (is_ball(parameters_[p].row)) turn(row, p + (parameters_[p].part == instant ? 1 : 0));
+        }
+        return active_.replace(rows_.data(), count, share);
+    }
+
+private:
+    // Fill ``rows_`` with one row for each contact, with the multipliers of all its rows; returns how many.
+    int merge() {
         const int count = active_.count();
         int left = 0;
         for (int k = 0; k < count; ++k) {
@@ -45,80 +66,123 @@ public:
             }
             Row<Real> &other = rows_[same];
             const Real total = other.multiplier + own.multiplier;
-            if (total > 0) other.s = (other.multiplier * other.s + own.multiplier * own.s) / total;
+            if (total > 0) {
+                const Real share = own.multiplier / total;
+                other.s += share * (own.s - other.s);
+                for (int q = 0; q < chain_.dim; ++q) other.direction[q] += share * (own.direction[q] - other.direction[q]);
+            }
             other.multiplier = total;
         }
-        return left == count || active_.replace(rows_.data(), left, share);
+        return left;
     }
 
-    // One Newton step. False if it cannot be made.
-    bool step(Real share) {
-        const int count = active_.count();
-        if (count == 0 || !make_system() || !solve_system()) return false;
-        for (int k = 0; k < count; ++k) {
-            rows_[k] = active_.row(k);
-            if (is_fixed(k)) continue;
-            const Real by = right_[k] / multiplier(k);
-            const Real s = rows_[k].s + (by > most_step ? most_step : by < -most_step ? -most_step : by);
-            rows_[k].s = s < ends ? ends : s > 1 - ends ? 1 - ends : s;
-        }
-        return active_.replace(rows_.data(), count, share);
-    }
+    static constexpr Real most_step = Real(0.1), most_turn = Real(0.3), ends = Real(1e-3), near = Real(0.12);
+    static constexpr int instant = -1;
 
-private:
-    static constexpr Real most_step = Real(0.1), ends = Real(1e-3), near = Real(0.12);
+    // What may vary about a row: its instant, or a coordinate of its direction.
+    struct Parameter {
+        int row, part, count;  // the count of parameters of that row, in the first of them
+        Plane<Real> plane;     // whose value's derivative in s, or whose value, is what the row's changes by
+    };
 
-    static bool one_contact(const Row<Real> &a, const Row<Real> &b) {
-        return a.wall == b.wall && std::fabs(a.s - b.s) < near;
+    std::size_t length() const { return std::size_t(chain_.pieces) * chain_.dim * chain_.size.points(); }
+
+    // Rows near each other on one wall, of a ball on the same side.
+    bool one_contact(const Row<Real> &a, const Row<Real> &b) const {
+        return a.wall == b.wall && std::fabs(a.s - b.s) < near &&
+               (walls_[a.wall].ball < 0 || dot(a.direction, b.direction, chain_.dim) > Real(0.5));
     }
     // Rows at the ends of a piece stay there.
     bool is_fixed(int k) const {
         const Row<Real> &row = active_.row(k);
         return row.s <= 0 || row.s >= 1 || walls_[row.wall].when != When::always;
     }
-    Real multiplier(int k) const { return largest(active_.row(k).multiplier / active_.row(k).norm, Real(1e-300)); }
+    bool is_ball(int k) const { return walls_[active_.row(k).wall].ball >= 0; }
+    Real pressure(int k) const { return largest(rows_[k].multiplier / rows_[k].norm, Real(1e-300)); }
+
+    static Real moved(Real s, Real by) {
+        s += by > most_step ? most_step : by < -most_step ? -most_step : by;
+        return s < ends ? ends : s > 1 - ends ? 1 - ends : s;
+    }
+    void turn(Row<Real> &row, int first) const {
+        const int rows = balls_[walls_[row.wall].ball].rows;
+        const Real size = std::sqrt(dot(&right_[first], &right_[first], rows));
+        const Real share = size > most_turn ? most_turn / size : Real(1);
+        for (int q = 0; q < rows; ++q) row.direction[q] += share * right_[first + q];
+    }
+
+    // False if there are none.
+    bool list_parameters() {
+        const int count = active_.count();
+        if (!parameters_.allocate(std::size_t(count) * (1 + max_dim) + 1)) return false;
+        parameter_count_ = 0;
+        for (int k = 0; k < count; ++k) {
+            const Row<Real> &row = active_.row(k);
+            const int first = parameter_count_;
+            if (!is_fixed(k)) parameters_[parameter_count_++] = {k, instant, 0, row.plane};
+            const int ball = walls_[row.wall].ball;
+            for (int q = 0; ball >= 0 && q < balls_[ball].rows; ++q)
+                parameters_[parameter_count_++] = {k, q, 0, coordinate(walls_[row.wall], balls_[ball], chain_.dim, q)};
+            if (parameter_count_ > first) parameters_[first].count = parameter_count_ - first;
+        }
+        return parameter_count_ > 0;
+    }
 
     // S = D'D - C'C with the rows' derivatives D and C = Q'D = R^-T A'D. Newton's matrix need not be precise.
     bool make_system() {
-        const int count = active_.count(), entries = active_.layout().entries;
-        const std::size_t square = std::size_t(count) * count, all = std::size_t(count) * entries;
-        if (!system_.allocate(square) || !derivatives_.allocate(all) || !along_.allocate(square)) return false;
-        for (int k = 0; k < count; ++k) {
-            active_.whiten(active_.row(k).wall, active_.row(k).s, 1, derivative(k));
+        const int count = active_.count(), all = parameter_count_;
+        const std::size_t size = all;
+        if (!system_.allocate(size * size) || !derivatives_.allocate(size * active_.layout().entries) ||
+            !along_.allocate(size * count) || !right_.allocate(size))
+            return false;
+        for (int p = 0; p < all; ++p) {
+            const Parameter &own = parameters_[p];
+            active_.whiten(own.plane, active_.row(own.row).s, own.part == instant ? 1 : 0, derivative(p));
             for (int l = 0; l < count; ++l)
-                along(k)[l] = active_.inner(active_.vector(l), wall(l), derivative(k), wall(k));
-            active_.orthogonal().solve_transposed(along(k));
+                along(p)[l] = active_.inner(active_.vector(l), active_.row(l).plane, derivative(p), own.plane);
+            active_.orthogonal().solve_transposed(along(p));
+            for (int o = 0; o <= p; ++o)
+                entry(p, o) = active_.inner(derivative(p), own.plane, derivative(o), parameters_[o].plane) -
+                              dot(along(p), along(o), count);
         }
-        for (int k = 0; k < count; ++k) {
-            Real *const own = &system_[std::size_t(k) * count];
-            for (int l = 0; l <= k; ++l)
-                own[l] = is_fixed(k) || is_fixed(l) ? Real(0)
-                                                    : active_.inner(derivative(k), wall(k), derivative(l), wall(l)) -
-                                                          dot(along(k), along(l), count);
-            add_bend(k, own[k]);
-        }
+        for (int p = 0; p < all; p += parameters_[p].count) add_bend(p);
         return true;
     }
 
-    void add_bend(int k, Real &diagonal) {
+    // Gradient and second derivatives of the value of the row whose parameters begin at p. The gradient is that of the
+    // curve that the rows make; where they were merged, that curve may be far from its walls, and the second derivatives
+    // are those of the curve before. That of |f| in s is u . f'' + |g|^2 / |f|, g being the part of f' across u.
+    void add_bend(int p) {
+        const int k = parameters_[p].row;
         const Row<Real> &row = active_.row(k);
-        right_[k] = 0;
-        if (is_fixed(k)) {
-            diagonal = 1;
-            return;
+        const bool moves = parameters_[p].part == instant;
+        const Real weight = 1 / pressure(k);
+        const Jet<Real> jet = jet_of(before_, row.plane, row.s);
+        Real across = 0;
+        for (int q = p + (moves ? 1 : 0); q < p + parameters_[p].count; ++q) {
+            const Real own = row.direction[parameters_[q].part], height = walls_[row.wall].bound;
+            const Real slope = jet_of(before_, parameters_[q].plane, row.s).slope - jet.slope * own;
+            const Real offset = balls_[walls_[row.wall].ball].offset[parameters_[q].part];
+            right_[q] = jet_of(chain_.points, parameters_[q].plane, row.s).value + offset - height * own;
+            entry(q, q) += weight * height;
+            if (moves) entry(q, p) -= weight * slope;
+            across += slope * slope / height;
         }
+        if (!moves) return;
+        const Real bend = largest(-jet.curvature - across, 5 * std::fabs(jet.slope));
+        entry(p, p) += weight * (largest(bend, Real(1e-6) * walls_[row.wall].width) + across);
+        right_[p] = jet_of(chain_.points, row.plane, row.s).slope;
+    }
+
+    Jet<Real> jet_of(const Buffer<Real> &all, const Plane<Real> &plane, Real s) const {
         Real points[max_points];
-        const int degree = along_normal(chain_, chain_.points.data(), walls_[row.wall], points);
-        const Jet<Real> jet = jet_at(points, degree, row.s);
-        Real bend = largest(-jet.curvature, 5 * std::fabs(jet.slope));
-        bend = largest(bend, Real(1e-6) * walls_[row.wall].width);
-        diagonal += bend / multiplier(k);
-        right_[k] = jet.slope;
+        const int degree = along_normal(chain_, all.data(), plane, points);
+        return jet_at(points, degree, s);
     }
 
     // Cholesky; the matrix is positive definite.
     bool solve_system() {
-        const int count = active_.count();
+        const int count = parameter_count_;
         for (int j = 0; j < count; ++j) {
             Real *const own = &system_[std::size_t(j) * count];
             for (int i = 0; i <= j; ++i) {
@@ -137,16 +201,18 @@ private:
         return true;
     }
 
-    const Wall<Real> &wall(int k) const { return walls_[active_.row(k).wall]; }
-    Real *along(int k) { return &along_[std::size_t(k) * active_.count()]; }
-    Real *derivative(int k) { return &derivatives_[std::size_t(k) * active_.layout().entries]; }
+    Real &entry(int p, int o) { return system_[std::size_t(p) * parameter_count_ + o]; }
+    Real *along(int p) { return &along_[std::size_t(p) * active_.count()]; }
+    Real *derivative(int p) { return &derivatives_[std::size_t(p) * active_.layout().entries]; }
 
     const Chain<Real, Half> &chain_;
     const Buffer<Wall<Real>> &walls_;
+    const Buffer<Ball<Real>> &balls_;
     ActiveSet<Real, Half> &active_;
     Buffer<Row<Real>> rows_, kept_;
-    Buffer<Real> system_, derivatives_, right_, along_;
-    int kept_count_ = 0;
+    Buffer<Real> system_, derivatives_, right_, along_, before_;
+    Buffer<Parameter> parameters_;
+    int kept_count_ = 0, parameter_count_ = 0;
 };
 
 }  // namespace minsnap

@@ -33,7 +33,15 @@ bool walls_fit(const Request &given) {
     const GivenWalls &walls = given.walls;
     return all_within(walls.piece, walls.count, 0, given.pieces - 1) &&
            all_within(walls.order, walls.count, 0, 2 * given.half - 2) &&
-           (walls.when == nullptr || all_within(walls.when, walls.count, -1, 1));
+           (walls.when == nullptr || all_within(walls.when, walls.count, -1, 1)) && walls.balls >= 0 &&
+           walls.balls <= walls.count &&
+           (walls.ball == nullptr || all_within(walls.ball, walls.count, -1, walls.balls - 1));
+}
+
+bool balls_have_room(const GivenWalls &walls) {
+    for (std::int64_t i = 0; i < walls.count; ++i)
+        if (walls.is_ball(i) && !(walls.bound[i] > 0.0)) return false;
+    return true;
 }
 
 bool numbers_fit(const Request &given) {
@@ -44,7 +52,8 @@ bool numbers_fit(const Request &given) {
            all_positive(given.durations, given.pieces) &&
            (given.values == nullptr || all_finite(given.values, knots * given.half * given.dim)) &&
            all_finite(walls.normal, walls.count * given.dim) && all_finite(walls.anchor, walls.count * given.dim) &&
-           all_finite(walls.bound, walls.count) && all_positive(walls.width, walls.count);
+           all_finite(walls.bound, walls.count) && all_positive(walls.width, walls.count) &&
+           all_finite(walls.matrix, walls.balls * given.dim * given.dim) && balls_have_room(walls);
 }
 
 Status solve_in_windows(const Request &given, Answer &answer) {
@@ -77,20 +86,21 @@ Status solve_request(const Request &given, Answer &answer, std::int64_t &attempt
 }  // namespace minsnap
 
 // Least cost inside walls that hold at every instant, proved. Sizes as in request.hpp, walls.hpp and exchange.hpp;
-// ``pinned``, ``values`` and ``when`` may be null. figures (6,): cost, lower bound, share of widths moved, rows, rounds,
+// ``pinned``, ``values``, ``when`` and ``ball`` may be null. figures (6,): cost, lower bound, share of widths moved, rows, rounds,
 // attempts.
 MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pieces, std::int64_t dim,
                                              std::int64_t closed, double length, double time, const double *positions,
                                              const double *durations, const std::uint8_t *pinned, const double *values,
                                              std::int64_t walls, const std::int64_t *piece, const std::int64_t *order,
                                              const double *normal, const double *anchor, const double *bound,
-                                             const double *width, const std::int64_t *when, double gap, double *points,
+                                             const double *width, const std::int64_t *when, const std::int64_t *ball,
+                                             std::int64_t balls, const double *matrix, double gap, double *points,
                                              double *knots, std::int64_t *row_wall, double *row_s,
                                              double *row_multiplier, double *figures) {
     using namespace minsnap;
     if (!corridor_sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
     const Request given = {int(half), int(pieces), int(dim), closed != 0, length, time, positions, durations, pinned,
-                           values, {walls, piece, order, normal, anchor, bound, width, when, 0}, gap};
+                           values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, balls}, gap};
     const Status checked = check_request(given);
     if (checked != Status::done) return std::int32_t(checked);
     Answer answer = {points, knots, row_wall, row_s, row_multiplier, 0.0, 0.0, 0.0, 0, 0};
@@ -108,10 +118,11 @@ MINSNAP_EXPORT std::int32_t minsnap_walls_kept(std::int64_t half, std::int64_t p
                                                const double *points, const double *durations, std::int64_t walls,
                                                const std::int64_t *piece, const std::int64_t *order,
                                                const double *normal, const double *anchor, const double *bound,
-                                               const double *width, const std::int64_t *when, std::uint8_t *kept) {
+                                               const double *width, const std::int64_t *when, const std::int64_t *ball,
+                                               std::int64_t balls, const double *matrix, std::uint8_t *kept) {
     using namespace minsnap;
     if (!corridor_sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
-    const GivenWalls given = {walls, piece, order, normal, anchor, bound, width, when, 0};
+    const GivenWalls given = {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, balls};
     const Request request = {int(half), int(pieces), int(dim), false, 1.0, 1.0, points, durations, nullptr, nullptr,
                              given, 1.0};
     if (!walls_fit(request)) return std::int32_t(Status::bad_size);

@@ -150,18 +150,20 @@ public:
         const std::size_t pieces = std::size_t(given_.pieces), state = std::size_t(given_.half) * given_.dim;
         const std::size_t most = pieces * state + 2;
         return points_.allocate(pieces * 2 * state) && knots_.allocate((pieces + 1) * state) && wall_.allocate(most) &&
-               s_.allocate(most) && multiplier_.allocate(most) && known_.allocate(most);
+               s_.allocate(most) && multiplier_.allocate(most) && direction_.allocate(most * given_.dim) &&
+               known_.allocate(most);
     }
 
     // slopes (pieces,): T dJ/dT of every piece. The contacts of one evaluation are where the next one begins.
     Status evaluate(const double *durations, double &cost, double *slopes) {
         given_.durations = durations;
-        Answer answer = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0};
+        Answer answer = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
         Status status = solver_.solve(given_, answer, false, known_.data(), known_count_);
         if (status != Status::done && known_count_ > 0) status = solver_.solve(given_, answer);
         if (status != Status::done) return status;
         known_count_ = int(answer.rows);
-        for (int k = 0; k < known_count_; ++k) known_[k] = {int(wall_[k]), s_[k], multiplier_[k] / 2.0};
+        for (int k = 0; k < known_count_; ++k)
+            known_[k] = contact(int(wall_[k]), s_[k], multiplier_[k], &direction_[k * given_.dim], given_.dim);
         return for_half(given_.half, [&](auto k) { return slope<k.value>(int(answer.rows), cost, slopes); });
     }
 
@@ -203,14 +205,24 @@ private:
             for (int a = 0; a < half; ++a) {
                 slope += (a - order) * (factors[a] * start[a * dim] + factors[half + a] * end[a * dim]);
             }
-            sum += walls.normal[wall * dim + d] * slope;
+            sum += normal(k, d) * slope;
         }
         slopes[piece] += multiplier_[k] * sum;
     }
 
+    // Of the plane that row k is.
+    double normal(int k, int d) const {
+        const GivenWalls &walls = given_.walls;
+        const int dim = given_.dim;
+        if (!walls.is_ball(wall_[k])) return walls.normal[wall_[k] * dim + d];
+        double sum = 0.0;
+        for (int q = 0; q < dim; ++q) sum += direction_[k * dim + q] * walls.matrix_of(wall_[k], dim)[q * dim + d];
+        return sum;
+    }
+
     Request given_;
     ExchangeSolver solver_;
-    Buffer<double> points_, knots_, s_, multiplier_;
+    Buffer<double> points_, knots_, s_, multiplier_, direction_;
     Buffer<Integer> wall_;
     Buffer<Contact> known_;
     int known_count_ = 0;
@@ -377,15 +389,15 @@ MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(
     Integer half, Integer legs, Integer per_leg, Integer dim, Integer closed, double length, double time,
     const double *positions, const double *first, double price, const std::uint8_t *pinned, const double *values,
     Integer walls, const Integer *piece, const Integer *order, const double *normal, const double *anchor,
-    const double *bound, const double *width, const Integer *when, double gap, Integer capacity, double *durations,
-    double *history, double *figures) {
+    const double *bound, const double *width, const Integer *when, const Integer *ball, Integer matrices,
+    const double *matrix, double gap, Integer capacity, double *durations, double *history, double *figures) {
     if (half < least_half || half > most_half || legs < 1 || per_leg < 1 || capacity < 1) return int(Status::bad_size);
     if (per_leg > most_split_pieces || legs > most_split_pieces / per_leg) return int(Status::unsupported);
     Buffer<double> times;
     if (!times.allocate(std::size_t(legs * per_leg))) return int(Status::no_memory);
     for (Integer i = 0; i < legs * per_leg; ++i) times[std::size_t(i)] = first[i / per_leg] / double(per_leg);
     const Request given = {int(half), int(legs * per_leg), int(dim), closed != 0, length, time, positions, times.data(),
-                           pinned, values, {walls, piece, order, normal, anchor, bound, width, when, 0}, gap};
+                           pinned, values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, matrices}, gap};
     const Status checked = check_request(given);
     if (checked != Status::done) return int(checked);
     CorridorCost corridor(given);

@@ -203,4 +203,53 @@ inline void squared_norm(const Curve &curve, const double *binomials, const doub
 // Binomial coefficients C(n, 0) ... C(n, n): exact up to n = 56, beyond that off by at most u each.
 void binomial_row(int n, double *row);
 
+struct Binomials {
+    double single[max_scalar_degree + 1], doubled[max_scalar_degree + 1];
+
+    explicit Binomials(int degree) {
+        binomial_row(degree, single);
+        binomial_row(2 * degree, doubled);
+    }
+};
+
+// A matrix (rows, dim) times a curve; false if its squares would overflow.
+inline bool map(const Curve &curve, const double *matrix, int rows, Curve &mapped) {
+    Scalar component;
+    mapped.degree = curve.degree;
+    mapped.dim = rows;
+    for (int q = 0; q < rows; ++q) {
+        along(curve, matrix + q * curve.dim, component);
+        for (int j = 0; j <= curve.degree; ++j) {
+            if (!(std::fabs(component.value[j]) < 0x1p450)) return false;
+            mapped.value[q][j] = component.value[j];
+            mapped.error[q][j] = component.error[j];
+        }
+    }
+    return true;
+}
+
+// Make a curve the point at its start (0) or end (1).
+inline void keep_end(Curve &curve, int end) {
+    for (int q = 0; q < curve.dim; ++q) {
+        curve.value[q][0] = curve.value[q][end * curve.degree];
+        curve.error[q][0] = curve.error[q][end * curve.degree];
+    }
+    curve.degree = 0;
+}
+
+// Raise what is known by |y| - radius, from the squared norm of y.
+template <class Search>
+inline void climb_ball(Search &climb, const Scalar &square, double radius, std::int64_t row, Greatest &best) {
+    const double reach = radius + best.attained;
+    const double lowest = -__builtin_huge_val();
+    Greatest mine{reach > 0.0 ? reach * reach * (1.0 - 4.0 * unit) : lowest, lowest, 0.0, -1};
+    climb.raise(mine, square.value, square.error, row);
+    if (mine.row == row) {
+        const double norm = std::sqrt(mine.attained > 0.0 ? mine.attained : 0.0) * (1.0 - 2.0 * unit);
+        best.attain(below(norm - radius, unit * std::fabs(norm - radius)), mine.s, row);
+    }
+    const double norm = std::sqrt(mine.bound > 0.0 ? mine.bound : 0.0) * (1.0 + 4.0 * unit);
+    best.admit(above(norm - radius, unit * std::fabs(norm - radius)));
+}
+
 }  // namespace minsnap

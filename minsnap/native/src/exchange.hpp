@@ -19,14 +19,14 @@ template <class Real, int Half>
 class Exchange {
 public:
     explicit Exchange(int half)
-        : chain(half), active(chain, walls_, factor_of_), contacts_(chain, walls_, active) {}
+        : chain(half), active(chain, walls_, balls_, factor_of_), contacts_(chain, walls_, balls_, active) {}
 
     // Solve one request after another; what is written holds if the status is ``done``. Contacts known from a similar
     // request, if there are any, are where it begins. A rough answer is neither proved nor quite inside.
     Status solve(const Request &given, Answer &answer, bool rough = false, const Contact *known = nullptr,
                  int count = 0) {
         given_ = &given, rough_ = rough;
-        share_ = 0, pause_ = tries_ = rounds_ = 0, work_ = 0.0, infeasible_ = false;
+        share_ = 0, pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0, infeasible_ = false;
         Status status = prepare();
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = iterate(answer.points);
@@ -37,6 +37,7 @@ public:
 private:
     const Request *given_ = nullptr;
     Buffer<Wall<Real>> walls_;
+    Buffer<Ball<Real>> balls_;
     SquareRoot<Real, Half> factors_[max_dim];
     const SquareRoot<Real, Half> *factor_of_[max_dim] = {};
 
@@ -45,24 +46,32 @@ public:
     ActiveSet<Real, Half> active;
 
 private:
-    static constexpr int most_rounds = 300, most_tries = 8;
+    static constexpr int most_rounds = 300, most_tries = 8, shortest_pause = 3;
     // Products of vectors' entries, about, after which it gives up: some tenths of a second in either precision.
     static constexpr double most_work = sizeof(Real) > 8 ? 1.5e7 : 1e8;
     static constexpr Real roughly = Real(1e-5);  // excess of a rough answer, in widths
 
     Status prepare() {
         if (!chain.allocate(given_->pieces, given_->dim, given_->closed)) return Status::no_memory;
-        if (!walls_.allocate(given_->walls.count + 1)) return Status::no_memory;
+        if (!walls_.allocate(given_->walls.count + 1) || !balls_.allocate(count_balls() + 1)) return Status::no_memory;
         load_chain(*given_, chain);
+        int balls = 0;
         for (std::int64_t index = 0; index < given_->walls.count; ++index) {
-            const Status status = load_wall(*given_, chain, index, walls_[index]);
+            const Status status = load_wall(*given_, chain, index, balls, walls_[index], balls_[balls]);
             if (status != Status::done) return status;
+            if (walls_[index].ball >= 0) ++balls;
         }
         const Status status = factorise();
         if (status != Status::done) return status;
         most_peaks_ = 8 * given_->walls.count + 8;
         if (!active.allocate() || !contacts_.allocate() || !peaks_.allocate(most_peaks_)) return Status::no_memory;
         return start();
+    }
+
+    std::int64_t count_balls() const {
+        std::int64_t count = 0;
+        for (std::int64_t index = 0; index < given_->walls.count; ++index) count += given_->walls.is_ball(index);
+        return count;
     }
 
     // One factor for all coordinates that are pinned alike.
@@ -146,7 +155,7 @@ private:
     void find_peaks() {
         peak_count_ = 0, worst_ = 0;
         for (int wall = 0; wall < int(given_->walls.count); ++wall) {
-            Real excess[max_points];
+            Real excess[max_products];
             const int degree = excess_over(wall, excess);
             const Real floor = Real(1e-13) * walls_[wall].width;
             const When when = walls_[wall].when;
@@ -157,17 +166,28 @@ private:
         }
     }
 
-    // Control points of the excess over a wall moved inwards; returns their degree.
-    int excess_over(int wall, Real *excess) const {
-        const int degree = along_normal(chain, chain.points.data(), walls_[wall], excess);
-        subtract_bound(walls_[wall], share_, degree, excess);
+    // Control points of the excess over a wall moved inwards, of a ball to first order; returns their degree.
+    int excess_over(int index, Real *excess) const {
+        const Wall<Real> &wall = walls_[index];
+        int degree = 0;
+        if (wall.ball >= 0) {
+            degree = beyond_ball(chain, wall, balls_[wall.ball], excess);
+        } else {
+            degree = along_normal(chain, chain.points.data(), wall, excess);
+            for (int j = 0; j <= degree; ++j) excess[j] -= wall.bound;
+        }
+        move_inwards(wall, share_, degree, excess);
         return degree;
     }
 
-    void note(int wall, Real s, Real value) {
-        const Real excess = value / unit_at(walls_[wall], s);
+    // Note a peak of what ``excess_over`` returned.
+    void note(int index, Real s, Real value) {
+        const Wall<Real> &wall = walls_[index];
+        const Real inwards = inwards_at(wall, share_, s);
+        if (wall.ball >= 0) value = distance_beyond(wall, value - inwards) + inwards;
+        const Real excess = value / unit_at(wall, s);
         worst_ = largest(worst_, excess);
-        if (peak_count_ < most_peaks_) peaks_[peak_count_++] = {wall, s, excess};
+        if (peak_count_ < most_peaks_) peaks_[peak_count_++] = {index, s, excess};
     }
 
     // Prove the control points to be returned. Of walls that do not keep it, the instants are kept where the curve is
@@ -200,7 +220,7 @@ private:
     // The instants where the proof failed become peaks, where the curve is beyond the walls moved inwards.
     void add_failures() {
         for (int i = 0; i < failure_count_; ++i) {
-            Real excess[max_points];
+            Real excess[max_products];
             const int degree = excess_over(failures_[i].wall, excess);
             const Real value = jet_at(excess, degree, failures_[i].s).value;
             if (value > 0) note(failures_[i].wall, failures_[i].s, value);
@@ -227,13 +247,16 @@ private:
         const Real before = worst_;
         work_ += 3.0 * active.count() * active.count() * active.layout().entries;
         contacts_.remember();
-        if (contacts_.merge(share_) && contacts_.step(share_)) {
+        if (contacts_.step(share_)) {
             find_peaks();
-            if (worst_ < before / 2) return true;
+            if (worst_ < before / 2) {
+                patience_ = shortest_pause;
+                return true;
+            }
         }
         contacts_.come_back(share_);
         find_peaks();
-        pause_ = 3;
+        pause_ = patience_, patience_ *= 2;
         return false;
     }
 
@@ -269,6 +292,8 @@ private:
             const Row<Real> &row = active.row(k);
             answer.wall[k] = row.wall, answer.s[k] = double(row.s);
             answer.multiplier[k] = double(2 * largest(row.multiplier, Real(0)) / row.norm);
+            for (int q = 0; q < chain.dim && answer.direction != nullptr; ++q)
+                answer.direction[k * chain.dim + q] = double(row.direction[q]);
         }
         const std::size_t state = std::size_t(chain.size.half()) * chain.dim;
         for (int knot = 0; knot <= chain.pieces; ++knot)
@@ -287,10 +312,9 @@ private:
         Real linear = 0, points[max_points];
         for (int k = 0; k < active.count(); ++k) {
             const Row<Real> &row = active.row(k);
-            const Wall<Real> &wall = walls_[row.wall];
             const Real multiplier = largest(row.multiplier, Real(0));
-            const int degree = along_normal(chain, free_points_.data(), wall, points);
-            linear += multiplier / row.norm * (jet_at(points, degree, row.s).value - wall.bound);
+            const int degree = along_normal(chain, free_points_.data(), row.plane, points);
+            linear += multiplier / row.norm * (jet_at(points, degree, row.s).value - row.plane.bound);
             active.orthogonal().add(scratch_.data(), multiplier, active.vector(k), row.reach);
         }
         return free_cost_ - dot(scratch_.data(), scratch_.data(), entries) + 2 * linear;
@@ -304,7 +328,7 @@ private:
     Peak<Real> failures_[most_failures];
     Real free_cost_ = 0, share_ = 0, worst_ = 0;
     std::int64_t most_peaks_ = 0, peak_count_ = 0;
-    int failure_count_ = 0, pause_ = 0, tries_ = 0;
+    int failure_count_ = 0, pause_ = 0, patience_ = 0, tries_ = 0;
     bool infeasible_ = false, rough_ = false, moved_walls_ = false;
     int rounds_ = 0;
     double work_ = 0.0;

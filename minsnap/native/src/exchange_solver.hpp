@@ -14,6 +14,7 @@ struct Answer {
     double *s, *multiplier;          // their instants, and by how much the cost falls for each unit of their bounds
     double cost, bound, share;       // of the curve; a lower bound of any cost; share of the widths moved inwards
     std::int64_t rows, rounds;
+    double *direction = nullptr;     // (rows, dim): of balls' tangent planes; or null
 };
 
 template <class Real, int Half>

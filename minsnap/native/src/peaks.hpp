@@ -21,11 +21,11 @@ constexpr int cells = 28;
 // Basis polynomials of all degrees at the grid's instants.
 template <class Real>
 struct Grid {
-    Real basis[max_points][max_points][cells + 4];  // [degree][j][instant], padded by the last instant
+    Real basis[max_products][max_products][cells + 4];  // [degree][j][instant], padded by the last instant
     Grid() {
-        for (int degree = 0; degree < max_points; ++degree)
+        for (int degree = 0; degree < max_products; ++degree)
             for (int i = 0; i < cells + 4; ++i) {
-                Real values[max_points];
+                Real values[max_products];
                 bernstein_basis(degree, Real(i < cells ? i : cells) / cells, values);
                 for (int j = 0; j <= degree; ++j) basis[degree][j][i] = values[j];
             }
@@ -55,10 +55,10 @@ inline Real climb(const Real *points, int degree, Real s) {
     return s;
 }
 
-// From control points along the normal to those of the excess over a wall moved inwards by a share of its width.
+// From control points of the excess over a wall to those over the wall moved inwards by a share of its width.
 template <class Real>
-inline void subtract_bound(const Wall<Real> &wall, Real share, int degree, Real *points) {
-    const Real start = -limit_at(wall, share, Real(0)), rise = share * (wall.give[1] - wall.give[0]);
+inline void move_inwards(const Wall<Real> &wall, Real share, int degree, Real *points) {
+    const Real start = inwards_at(wall, share, Real(0)), rise = share * (wall.give[1] - wall.give[0]);
     const Real slope = degree > 0 ? rise / degree : Real(0);
     for (int j = 0; j <= degree; ++j) points[j] += start + j * slope;
 }

@@ -14,16 +14,32 @@ constexpr double infinity = __builtin_huge_val();
 // The certificate's errors, doubled: it looks at walls in another order, and its bounds may differ by their last bits.
 constexpr double more = 2.0;
 
+// For the same reason, share of a ball's radius that its proof leaves.
+constexpr double less = 64.0 * unit;
+
+template <class Job>
+void with_climb(int degree, Job job) {
+    if (degree == 14) {
+        Climb<14> climb(degree);
+        job(climb);
+    } else {
+        Climb<-1, max_products - 1> climb(degree);
+        job(climb);
+    }
+}
+
 }  // namespace
 
 bool Proof::takes(std::int64_t wall) const {
     const int dim = pieces_.dim;
+    if (walls_.is_ball(wall) && !within(walls_.matrix_of(wall, dim), dim * dim, longest_normal)) return false;
     return sound_ && within(walls_.normal + wall * dim, dim, longest_normal) &&
            within(walls_.anchor + wall * dim, dim, longest_vector) && within(walls_.bound + wall, 1, longest_vector);
 }
 
 Greatest Proof::excess(std::int64_t wall) {
     if (!takes(wall)) return {infinity, infinity, 0.5, wall};
+    if (walls_.is_ball(wall)) return ball_excess(wall);
     const int dim = pieces_.dim, order = int(walls_.order[wall]);
     Scalar component, excess;
     along(relative_(walls_.piece_of(wall), order, walls_.anchor + wall * dim), walls_.normal + wall * dim, component);
@@ -41,6 +57,30 @@ Greatest Proof::excess(std::int64_t wall) {
         Climb<7>(n).raise(best, excess.value, excess.error, wall);
     else
         Climb<-1, max_points - 1>(n).raise(best, excess.value, excess.error, wall);
+    return best;
+}
+
+// First whether it is kept, then, if not, by how much and where it is not.
+Greatest Proof::ball_excess(std::int64_t wall) {
+    const int dim = pieces_.dim;
+    Curve mapped;
+    const Curve &curve = relative_(walls_.piece_of(wall), int(walls_.order[wall]), walls_.anchor + wall * dim);
+    if (!map(curve, walls_.matrix_of(wall, dim), dim, mapped)) return {infinity, infinity, 0.5, wall};
+    const bool momentary = walls_.when != nullptr && walls_.when[wall] >= 0;
+    if (momentary) keep_end(mapped, int(walls_.when[wall]));
+    const Binomials binomials(mapped.degree);
+    Scalar square;
+    squared_norm(mapped, binomials.single, binomials.doubled, square);
+    for (int j = 0; j <= square.degree; ++j) square.error[j] *= more;
+    const double radius = walls_.bound[wall] * (1.0 - less);
+    Greatest best{0.0, -infinity, 0.0, wall};
+    with_climb(square.degree, [&](auto &climb) {
+        climb_ball(climb, square, radius, wall, best);
+        if (best.bound <= 0.0) return;
+        best = {-infinity, -infinity, 0.0, wall};
+        climb_ball(climb, square, radius, wall, best);
+    });
+    if (momentary) best.s = double(walls_.when[wall]);
     return best;
 }
 

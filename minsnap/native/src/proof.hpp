@@ -21,6 +21,7 @@ public:
 
 private:
     bool takes(std::int64_t wall) const;
+    Greatest ball_excess(std::int64_t wall);
 
     const GivenWalls walls_;
     const Pieces pieces_;

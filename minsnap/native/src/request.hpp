@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "balls.hpp"
 #include "status.hpp"
-#include "walls.hpp"
 
 namespace minsnap {
 
@@ -57,9 +57,10 @@ void load_chain(const Request &given, Chain<Real, Half> &chain) {
 
 // How far a wall is from what is pinned at an end of its piece; infinite where the value is free.
 template <class Real, int Half>
-Real room_at(const Chain<Real, Half> &chain, const Wall<Real> &wall, int end) {
+Real room_at(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<Real> &ball, int end) {
     if (wall.order >= chain.size.half()) return std::numeric_limits<Real>::infinity();
-    Real value = 0;
+    Real value = 0, place[max_dim];
+    for (int q = 0; q < max_dim; ++q) place[q] = ball.offset[q];
     for (int axis = 0; axis < chain.dim; ++axis) {
         if (!(wall.axes >> axis & 1U)) continue;
         const int knot = wall.piece + end;
@@ -67,18 +68,19 @@ Real room_at(const Chain<Real, Half> &chain, const Wall<Real> &wall, int end) {
         Real own = chain.values[chain.at(knot, wall.order, axis)];
         if (end == 1 && wall.order == 0) own += chain.steps[std::size_t(wall.piece) * chain.dim + axis];
         value += wall.normal[axis] * own;
+        for (int q = 0; q < ball.rows; ++q) place[q] += ball.matrix[q][axis] * own;
     }
-    return wall.bound - value;
+    return wall.bound - (wall.ball < 0 ? value : std::sqrt(dot(place, place, ball.rows)));
 }
 
 // Walls move inwards by shares of their width, or of the room at the ends of the piece where that is less. A wall on
 // which a pinned state lies does not move.
 template <class Real, int Half>
-bool set_give(const Chain<Real, Half> &chain, Wall<Real> &wall) {
+bool set_give(const Chain<Real, Half> &chain, const Ball<Real> &ball, Wall<Real> &wall) {
     wall.give[0] = wall.give[1] = wall.width;
     if (wall.when != When::always) return true;
     for (int end = 0; end < 2; ++end) {
-        const Real room = room_at(chain, wall, end);
+        const Real room = room_at(chain, wall, ball, end);
         if (room < -Real(1e-12) * wall.width) return false;
         if (room < wall.width) wall.give[end] = room;
     }
@@ -87,26 +89,42 @@ bool set_give(const Chain<Real, Half> &chain, Wall<Real> &wall) {
     return true;
 }
 
+// Column ``axis`` of a ball's matrix, whose origin is ``away`` from its anchor along that axis.
+template <class Real>
+void load_column(const double *matrix, int dim, int axis, Real away, Wall<Real> &wall, Ball<Real> &ball) {
+    for (int q = 0; q < dim; ++q) {
+        const Real component = matrix[q * dim + axis];
+        if (component == 0) continue;
+        wall.axes |= 1U << axis;
+        ball.rows = ball.rows > q ? ball.rows : q + 1;
+        ball.matrix[q][axis] = component;
+        ball.offset[q] += component * away;
+    }
+}
+
+// ``number`` is the ball's if the wall is one.
 template <class Real, int Half>
-Status load_wall(const Request &given, const Chain<Real, Half> &chain, std::int64_t index, Wall<Real> &wall) {
+Status load_wall(const Request &given, const Chain<Real, Half> &chain, std::int64_t index, int number, Wall<Real> &wall,
+                 Ball<Real> &ball) {
     const GivenWalls &all = given.walls;
-    wall = {};
+    wall = {}, ball = {};
     wall.piece = int(all.piece_of(index)), wall.order = int(all.order[index]);
     wall.when = all.when == nullptr ? When::always : When(int(all.when[index]));
-    Real unit = given.length, reference = 0;
+    wall.ball = all.is_ball(index) ? number : -1;
+    Real unit = given.length;
     for (int q = 0; q < wall.order; ++q) unit /= given.time;
+    wall.bound = all.bound[index] / unit, wall.width = all.width[index] / unit;
     for (int axis = 0; axis < given.dim; ++axis) {
-        const Real normal = all.normal[index * given.dim + axis];
-        wall.normal[axis] = normal;
-        if (normal == 0) continue;
-        wall.axes |= 1U << axis;
-        if (std::fabs(normal) > std::fabs(wall.normal[wall.steepest])) wall.steepest = axis;
         const Real origin = wall.order == 0 ? given.positions[std::size_t(wall.piece) * given.dim + axis] : 0.0;
-        reference += normal * (origin - Real(all.anchor[index * given.dim + axis]));
+        const Real away = (origin - Real(all.anchor[index * given.dim + axis])) / unit;
+        if (wall.ball >= 0) {
+            load_column(all.matrix_of(index, given.dim), given.dim, axis, away, wall, ball);
+            continue;
+        }
+        wall.touch(axis, all.normal[index * given.dim + axis]);
+        wall.bound -= wall.normal[axis] * away;
     }
-    wall.bound = (all.bound[index] - reference) / unit;
-    wall.width = all.width[index] / unit;
-    return set_give(chain, wall) ? Status::done : Status::infeasible;
+    return set_give(chain, ball, wall) ? Status::done : Status::infeasible;
 }
 
 // Control points (pieces, 2k, dim) in metres, exact at the knots.

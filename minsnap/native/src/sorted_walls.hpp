@@ -12,8 +12,9 @@ public:
         const std::size_t count = all.count;
         if (!first_.allocate(pieces + 2) || !source_.allocate(count + 1) || !piece_.allocate(count + 1) ||
             !order_.allocate(count + 1) || !normal_.allocate(count * dim + 1) || !anchor_.allocate(count * dim + 1) ||
-            !bound_.allocate(count + 1) || !width_.allocate(count + 1))
+            !bound_.allocate(count + 1) || !width_.allocate(count + 1) || !ball_.allocate(count + 1))
             return false;
+        matrix_ = all.matrix;
         for (std::int64_t i = 0; i <= pieces + 1; ++i) first_[i] = 0;
         for (std::int64_t i = 0; i < all.count; ++i) ++first_[all.piece[i] + 2];
         for (std::int64_t i = 0; i < pieces; ++i) first_[i + 2] += first_[i + 1];
@@ -26,7 +27,8 @@ public:
         const std::int64_t from = first_[begin];
         return {first_[end] - from,      piece_.data() + from,          order_.data() + from,
                 normal_.data() + from * dim_, anchor_.data() + from * dim_, bound_.data() + from,
-                width_.data() + from,    nullptr,                       begin};
+                width_.data() + from,    nullptr,                       begin,
+                ball_.data() + from,     matrix_};
     }
 
     // Index of a wall of ``between(begin, ...)`` among all sorted ones, and among those given.
@@ -37,6 +39,7 @@ private:
     void put(const GivenWalls &all, std::int64_t from, std::int64_t to) {
         source_[to] = from, piece_[to] = all.piece[from], order_[to] = all.order[from];
         bound_[to] = all.bound[from], width_[to] = all.width[from];
+        ball_[to] = all.ball == nullptr ? -1 : all.ball[from];
         for (int axis = 0; axis < dim_; ++axis) {
             normal_[to * dim_ + axis] = all.normal[from * dim_ + axis];
             anchor_[to * dim_ + axis] = all.anchor[from * dim_ + axis];
@@ -44,7 +47,8 @@ private:
     }
 
     int dim_ = 0;
-    Buffer<std::int64_t> first_, source_, piece_, order_;
+    const double *matrix_ = nullptr;
+    Buffer<std::int64_t> first_, source_, piece_, order_, ball_;
     Buffer<double> normal_, anchor_, bound_, width_;
 };
 

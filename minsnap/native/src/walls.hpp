@@ -1,5 +1,8 @@
-// Walls: n . (r^(p)(t) - a) <= b on a piece at every instant, or at one of its ends only.
+// Walls on a piece, at every instant or at one of its ends only: planes n . (r^(p)(t) - a) <= b, and balls
+// |A (r^(p)(t) - a)| <= b, which cylinders (A a projection), ellipsoids and limits of derivatives are as well.
 #pragma once
+
+#include <cmath>
 
 #include "chain.hpp"
 
@@ -15,39 +18,58 @@ struct GivenWalls {
     const double *bound, *width;        // (count,); the width is the length by which an excess is judged
     const std::int64_t *when;           // (count,) When, or null: always
     std::int64_t origin = 0;            // pieces are counted from this one
+    const std::int64_t *ball = nullptr; // (count,) which matrix a ball has, -1 for planes; null: all are planes
+    const double *matrix = nullptr;     // (balls, dim, dim): A, its last rows zero where it has fewer
+    std::int64_t balls = 0;
 
     std::int64_t piece_of(std::int64_t index) const { return piece[index] - origin; }
+    bool is_ball(std::int64_t index) const { return ball != nullptr && ball[index] >= 0; }
+    const double *matrix_of(std::int64_t index, int dim) const { return matrix + ball[index] * dim * dim; }
 };
 
-// In normalised units, measured from the nominal start of the piece.
+// n . r^(p) <= b in normalised units, measured from the nominal start of the piece.
 template <class Real>
-struct Wall {
+struct Plane {
     int piece, order;
-    When when;
     unsigned axes;  // bits of the coordinates that it touches
     int steepest;   // the coordinate along which the normal is longest
     Real normal[max_dim];
-    Real bound, width;
-    Real give[2];  // by how much it moves inwards at the ends of the piece for each share of a width
-    Real inward = 0;  // by how much it moves inwards besides, so that rounding leaves room for the proof
+    Real bound;
+
+    void touch(int axis, Real component) {
+        normal[axis] = component;
+        if (component == 0) return;
+        axes |= 1U << axis;
+        if (std::fabs(component) > std::fabs(normal[steepest])) steepest = axis;
+    }
 };
 
-// The derivative of order ``wall.order`` along the normal: control points; returns their degree. ``all`` are the control
+// A plane; or a ball |A r^(p) + c| <= b, which has the bound and no normal.
+template <class Real>
+struct Wall : Plane<Real> {
+    When when;
+    Real width;
+    Real give[2];  // by how much it moves inwards at the ends of the piece for each share of a width
+    int ball;      // index of its A and c, or -1
+    Real inward;   // by how much it moves inwards besides, so that rounding leaves room for the proof
+};
+
+// The derivative of order ``plane.order`` along the normal: control points; returns their degree. ``all`` are the control
 // points of all pieces, such as chain.points.
 template <class Real, int Half>
-inline int along_normal(const Chain<Real, Half> &chain, const Real *all, const Wall<Real> &wall, Real *points) {
+inline int along_normal(const Chain<Real, Half> &chain, const Real *all, const Plane<Real> &plane, Real *points) {
     int degree = chain.size.degree();
     const int count = chain.size.points();
     for (int j = 0; j < count; ++j) points[j] = 0;
     for (int axis = 0; axis < chain.dim; ++axis) {
-        if (!(wall.axes >> axis & 1U)) continue;
-        const Real *const own = all + (std::size_t(wall.piece) * chain.dim + axis) * count;
-        const Real factor = wall.normal[axis];
+        if (!(plane.axes >> axis & 1U)) continue;
+        const Real *const own = all + (std::size_t(plane.piece) * chain.dim + axis) * count;
+        const Real factor = plane.normal[axis];
         for (int j = 0; j < count; ++j) points[j] += factor * own[j];
     }
-    for (int q = 0; q < wall.order; ++q, --degree) {
+    for (int q = 0; q < plane.order; ++q, --degree) {
         differentiate(points, degree);
-        for (int j = 0; j < degree; ++j) points[j] /= chain.durations[wall.piece];
+        for (int j = 0; j < degree; ++j) points[j] /= chain.durations[plane.piece];
     }
     return degree;
 }
@@ -58,10 +80,10 @@ inline Real give_at(const Wall<Real> &wall, Real s) {
     return wall.give[0] + s * (wall.give[1] - wall.give[0]);
 }
 
-// The bound at s of a wall moved inwards.
+// By how much a wall is moved inwards at s.
 template <class Real>
-inline Real limit_at(const Wall<Real> &wall, Real share, Real s) {
-    return wall.bound - wall.inward - share * give_at(wall, s);
+inline Real inwards_at(const Wall<Real> &wall, Real share, Real s) {
+    return wall.inward + share * give_at(wall, s);
 }
 
 // The length that an excess at s is measured by: what the wall gives there, or its width where it does not move.

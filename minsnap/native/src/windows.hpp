@@ -38,7 +38,7 @@ private:
 
     struct Kept {
         std::int64_t wall;  // among the sorted ones
-        double s, pressure;
+        double s, pressure, direction[max_dim];
     };
 
     [[nodiscard]] bool allocate() {
@@ -48,7 +48,7 @@ private:
                kept_.allocate(pieces * most_contacts) && kept_count_.allocate(pieces) &&
                pinned_.allocate(local * state) && values_.allocate(local * state) &&
                points_.allocate(longest * 2 * state) && knots_.allocate(local * state) && wall_.allocate(rows) &&
-               s_.allocate(rows) && multiplier_.allocate(rows) && known_.allocate(longest * most_contacts);
+               s_.allocate(rows) && multiplier_.allocate(rows) && direction_.allocate(rows * dim) && known_.allocate(longest * most_contacts);
     }
 
     // Solve pieces from begin up to end and ``margin`` more on each side; keep what is in between.
@@ -81,7 +81,7 @@ private:
         const Request part = {given_->half, high - low, given_->dim, false, given_->length, given_->time,
                               given_->positions + low * dim, given_->durations + low, pinned_.data(), values_.data(),
                               walls_.between(low, high), given_->gap / 2};
-        Answer found = {points, knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0};
+        Answer found = {points, knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
         const int known = rough ? 0 : gather(low, high);
         const Status status = exchange_.solve(part, found, rough, known_.data(), known);
         if (status != Status::done) return status;
@@ -114,7 +114,9 @@ private:
         for (int piece = low; piece < high; ++piece)
             for (int i = 0; i < kept_count_[piece]; ++i) {
                 const Kept &kept = kept_[std::size_t(piece) * most_contacts + i];
-                known_[count++] = {int(kept.wall - walls_.sorted(low, 0)), kept.s, kept.pressure};
+                Contact &contact = known_[count++];
+                contact = {int(kept.wall - walls_.sorted(low, 0)), kept.s, kept.pressure, {}};
+                for (int q = 0; q < max_dim; ++q) contact.direction[q] = kept.direction[q];
             }
         return count;
     }
@@ -123,7 +125,9 @@ private:
         const std::int64_t wall = walls_.sorted(low, wall_[row]);
         const int piece = int(walls_.between(0, given_->pieces).piece[wall]);
         if (piece < begin || piece >= end || kept_count_[piece] == most_contacts) return;
-        kept_[std::size_t(piece) * most_contacts + kept_count_[piece]++] = {wall, s_[row], multiplier_[row] / 2};
+        Kept &kept = kept_[std::size_t(piece) * most_contacts + kept_count_[piece]++];
+        kept = {wall, s_[row], multiplier_[row] / 2, {}};
+        for (int q = 0; q < given_->dim; ++q) kept.direction[q] = direction_[row * given_->dim + q];
     }
 
     // Keep the state of a knot, in metres and seconds.
@@ -177,14 +181,16 @@ private:
         Request whole = *given_;
         whole.walls = all;
         Wall<double> wall;
-        load_wall(whole, chain_, kept.wall, wall);
+        Ball<double> ball;
+        load_wall(whole, chain_, kept.wall, 0, wall, ball);
+        const Plane<double> plane = wall.ball < 0 ? wall : tangent(wall, ball, given_->dim, kept.direction);
         double factors[max_points], points[max_points];
-        row_factors(chain_.size, *chain_.tables, chain_.durations[wall.piece], wall.order, kept.s, factors);
+        row_factors(chain_.size, *chain_.tables, chain_.durations[plane.piece], plane.order, kept.s, factors);
         for (int axis = 0; axis < given_->dim; ++axis)
-            if (wall.axes >> axis & 1U)
-                factors_[axis].scatter(wall.piece, factors, kept.pressure * wall.normal[axis], force_[axis].data());
-        const int degree = along_normal(chain_, chain_.points.data(), wall, points);
-        return kept.pressure * (jet_at(points, degree, kept.s).value - wall.bound);
+            if (plane.axes >> axis & 1U)
+                factors_[axis].scatter(plane.piece, factors, kept.pressure * plane.normal[axis], force_[axis].data());
+        const int degree = along_normal(chain_, chain_.points.data(), plane, points);
+        return kept.pressure * (jet_at(points, degree, kept.s).value - plane.bound);
     }
 
     // States and contacts of the whole.
@@ -217,7 +223,7 @@ private:
     ExchangeSolver exchange_;
     Chain<double, 0> chain_;
     SquareRoot<double, 0> factors_[max_dim];
-    Buffer<double> force_[max_dim], states_, values_, points_, knots_, s_, multiplier_;
+    Buffer<double> force_[max_dim], states_, values_, points_, knots_, s_, multiplier_, direction_;
     Buffer<std::uint8_t> pinned_;
     Buffer<std::int64_t> wall_;
     Buffer<Kept> kept_;
