@@ -104,7 +104,10 @@ def _joined(blocks: list[WallArrays]) -> WallArrays:
     if any(balls):
         first = np.cumsum([0, *balls])
         ball = np.concatenate(
-            [np.arange(k, k + n) if n else np.full(len(b.piece), -1) for b, k, n in zip(blocks, first, balls, strict=False)]
+            [
+                np.arange(k, k + n) if n else np.full(len(b.piece), -1)
+                for b, k, n in zip(blocks, first, balls, strict=False)
+            ]
         )
         matrix = np.concatenate([block.matrix for block in blocks if block.matrix is not None])
     return WallArrays(piece, order, normal, anchor, bound, width, when, ball, matrix)

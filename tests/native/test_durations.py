@@ -107,8 +107,7 @@ def test_a_price_of_time_is_balanced(weight, corridor):
 def test_tasks_of_other_kinds_are_left_to_python():
     points, durations = random_legs(0)
     for task in (
-        task_of(points, minsnap.RoundTube(0.3)),
-        replace(task_of(points), solver="piqp"),
+        replace(task_of(points, minsnap.RoundTube(0.3)), solver="piqp"),
         task_of(points, pins={0: {1: np.ones(3)}}),
     ):
         assert native_split(task, durations, None) is None

@@ -85,7 +85,7 @@ def test_a_start_on_the_floor_is_planned_natively():
     ("others", "reason"),
     [
         ({"corridor": 0.3, "solver": "daqp"}, "daqp"),
-        ({"corridor": minsnap.RoundTube(0.3)}, "round"),
+        ({"limits": minsnap.Limits(tilt=0.3)}, "cones"),
         ({"corridor": 0.3, "continuity": 4}, "continuous"),
         ({"corridor": 0.3, "waypoint_tolerance": minsnap.Ball(0.1)}, "balls"),
     ],
