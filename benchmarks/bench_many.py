@@ -11,6 +11,8 @@ import resource
 import sys
 import tempfile
 import time
+from contextlib import contextmanager
+from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
@@ -19,6 +21,9 @@ from measure import table
 
 import minsnap
 from minsnap.batch import read_mapping, run_batch
+from minsnap.batch.cluster import connected, write_shards
+from minsnap.batch.folder import claimed
+from minsnap.batch.shards import ShardJob, made_with, make_shard
 from minsnap.batch.solving import Solving
 
 RECTANGLE = np.array([(0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])
@@ -86,42 +91,75 @@ def rows_alone(count):
     solving.close()
 
 
-def dataset(count, workers, shard_rows=1000):
+def walks(count):
+    return read_mapping(WALKS | {"count": count, "shard_rows": 1000})
+
+
+def dataset(count, workers):
     with tempfile.TemporaryDirectory() as folder:
-        run_batch(read_mapping(WALKS | {"count": count, "shard_rows": shard_rows}), folder, workers=workers)
-        return sum(entry.stat().st_size for entry in os.scandir(folder) if entry.name.endswith(".parquet"))
+        run_batch(walks(count), folder, workers=workers)
 
 
 def datasets(count):
-    """Compare what Dask, files and the client take with the processes that plan; starts are taken off."""
+    """Time of planning alone, and of datasets by one and two workers; starts are taken off."""
     few = 20
     cases = {
         "rows alone": (lambda n: lambda: rows_alone(n)),
         "dataset, 1 worker": (lambda n: lambda: dataset(n, 1)),
         "dataset, 2 workers": (lambda n: lambda: dataset(n, 2)),
     }
-    rows, base = [], None
+    rows = []
     for name, make in cases.items():
-        start, whole = measured(make(few)), measured(make(count))
-        wall, cpu = (whole - start) / (count - few)
-        base = cpu if base is None else base
-        rows.append(
-            (
-                name,
-                count,
-                f"{whole[0]:.1f} s",
-                f"{1e6 * wall:.0f} us",
-                f"{1e6 * cpu:.0f} us",
-                f"{cpu / base:.1%}",
-            )
-        )
-    table(("what", "problems", "clock", "clock each", "processor each", "of planning"), rows)
+        wall, cpu = 1e6 * (measured(make(count)) - measured(make(few))) / (count - few)
+        rows.append((name, count, f"{wall:.0f} us", f"{cpu:.0f} us" if name == "rows alone" else ""))
+    table(("what", "problems", "clock each", "processor each"), rows)
+
+
+@contextmanager
+def job(count):
+    spec, made = walks(count), made_with()
+    with tempfile.TemporaryDirectory() as folder, claimed(Path(folder), spec, made, True):
+        yield spec, ShardJob(folder, spec.plain(), spec.name(), made, 60.0)
+
+
+def besides_planning(count, repeats=3):
+    """Processor time of all processes but those that plan, files without Dask and with it, for every problem [s]."""
+
+    def files():
+        with job(count) as (spec, wanted):
+            before = time.process_time()
+            for number in range(spec.shards):
+                make_shard(wanted, number)
+            return time.process_time() - before
+
+    def with_dask():
+        with job(count) as (spec, wanted):
+            before = spent_by_dask()
+            write_shards(wanted, range(spec.shards), client, lambda shard: None)
+            return spent_by_dask() - before
+
+    def spent_by_dask():  # the scheduler and the client are in this process
+        return time.process_time() + sum(client.run(time.process_time).values())
+
+    with connected(1, None) as client:
+        found = np.array([(files(), with_dask()) for _ in range(repeats + 1)])[1:]  # the first one imports
+    return found.min(axis=0) / count
+
+
+def share_of_dask(count):
+    planning = measured(lambda: rows_alone(count))[1] / count
+    files, with_dask = besides_planning(count)
+    share = (with_dask - files) / (planning + files)
+    times = [f"{1e6 * t:.0f} us" for t in (planning, files, with_dask)]
+    table(("planning", "files alone, besides", "with Dask, besides", "share of Dask"), [(*times, f"{share:.1%}")])
 
 
 def main():
     in_one_call()
     print()
     datasets(100_000 if "--large" in sys.argv else 6_000)
+    print()
+    share_of_dask(6_000)
 
 
 if __name__ == "__main__":

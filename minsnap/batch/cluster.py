@@ -5,9 +5,11 @@ from __future__ import annotations
 import logging
 import secrets
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import partial
+from time import monotonic
 from typing import Any
 
 from minsnap.batch.shards import Shard, ShardJob, make_shard
@@ -16,10 +18,14 @@ from minsnap.errors import BatchError, MinsnapError
 AHEAD = 2
 """Files that are handed out for each thread: one at work, one next."""
 
+TOLD = 50.0
+"""How often in a second the scheduler is told about new rows, by all threads together."""
+
 CONFIG = {
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.pause": False,
+    "distributed.worker.memory.monitor-interval": "1s",
     "distributed.scheduler.allowed-failures": 10,
     "distributed.worker.profile.enabled": False,
     "distributed.admin.system-monitor.interval": "5s",
@@ -28,7 +34,7 @@ CONFIG = {
     "distributed.comm.timeouts.tcp": "30s",
 }
 """Results are a few kilobytes, so that nothing is worth spilling; a worker may be lost more often than thrice; and Dask
-need not watch itself a hundred times a second."""
+need not watch itself many times a second."""
 
 Finished = Callable[[Shard], None]
 """Called with every finished file, in the order in which they are finished."""
@@ -60,8 +66,8 @@ def write_shards(
     topic = f"minsnap-batch-{secrets.token_hex(8)}"
     if counted is not None:
         client.subscribe_topic(topic, lambda event: counted(event[1]["rows"]))
-    left = iter(numbers)
-    submit = partial(client.submit, _make, job, topic, pure=False)
+    left, pause = iter(numbers), _threads(client) / TOLD
+    submit = partial(client.submit, _make, job, topic, pause, pure=False)
     with _named_failures(client):
         first = [submit(number) for number in _some(left, AHEAD * _threads(client))]
         at_work = as_completed(first, loop=client.loop)
@@ -75,15 +81,50 @@ def write_shards(
                 at_work.add(submit(more))
 
 
-def _make(job: ShardJob, topic: str, number: int) -> Shard | Exception:
+def _make(job: ShardJob, topic: str, pause: float, number: int) -> Shard | Exception:
     """Write one file in a worker, which tells the client about its rows; return an error instead of logging it too."""
     from distributed import get_worker
 
     worker = get_worker()
-    try:
-        return make_shard(job, number, lambda counts: worker.log_event(topic, {"rows": dict(counts)}))
-    except Exception as error:
-        return error
+    with RowCounter(lambda counts: worker.log_event(topic, {"rows": counts}), pause) as told:
+        try:
+            return make_shard(job, number, told)
+        except Exception as error:
+            return error
+
+
+class RowCounter:
+    """Adds up new rows by status, and tells of them at most once in a while, and at the end.
+
+    Parameters
+    ----------
+    tell : callable
+    pause : float
+        [s].
+    clock : callable
+        Returns seconds.
+    """
+
+    def __init__(self, tell: Counted, pause: float, clock: Callable[[], float] = monotonic) -> None:
+        self._tell, self._pause, self._clock = tell, pause, clock
+        self._counts, self._due = Counter[str](), clock() + pause
+
+    def __enter__(self) -> RowCounter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._send()
+
+    def __call__(self, counts: Mapping[str, int]) -> None:
+        """Count new rows."""
+        self._counts.update(counts)
+        if self._clock() >= self._due:
+            self._send()
+
+    def _send(self) -> None:
+        if self._counts:
+            self._tell(dict(self._counts))
+        self._counts, self._due = Counter(), self._clock() + self._pause
 
 
 def _some(values: Iterator[int], count: int) -> Iterator[int]:

@@ -24,7 +24,7 @@ from minsnap.planner import plan
 ALARMS = tuple(getattr(signal, name) for name in ("SIGPROF", "SIGALRM") if hasattr(signal, name))
 """What ends the process of a problem that takes too long; none where the system has no alarms."""
 
-FLUSH_ROWS, FLUSH_SECONDS = 256, 0.5
+FLUSH_ROWS, FLUSH_SECONDS = 1024, 0.5
 """Rows are sent when there are so many, or so much time has passed since the last were."""
 
 PATIENCE = 10.0

@@ -60,7 +60,8 @@ class Placement:
     def outside(self, positions: FloatArray) -> FloatArray:
         """Distance by which positions (n, dim) are outside their regions, (n,) [m]; 0 inside."""
         offset = positions - self.points
-        excess = np.linalg.norm(np.maximum(np.maximum(offset - self.upper, self.lower - offset), 0.0), axis=1)
+        beyond = np.maximum(np.maximum(offset - self.upper, self.lower - offset), 0.0)
+        excess = np.sqrt((beyond * beyond).sum(axis=1))
         for knot, region in self.regions.items():
             excess[knot] = max(region.excess(offset[knot]), 0.0)
         return np.asarray(excess)

@@ -22,7 +22,7 @@ def leg_projections(waypoints: FloatArray) -> FloatArray:
     CorridorError
         If a leg has no length and so no direction.
     """
-    steps = np.diff(waypoints, axis=0)
+    steps = waypoints[1:] - waypoints[:-1]
     lengths = np.sqrt((steps * steps).sum(axis=1))
     if not lengths.all():
         leg = int(np.flatnonzero(lengths == 0.0)[0])

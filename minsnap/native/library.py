@@ -189,10 +189,9 @@ writable: Callable[[Any], Any] = (ctypes.c_char * 1).from_buffer
 
 def address(array: Any) -> Any:
     """Return the address of the first value of any C-contiguous array, in the form that costs least to pass."""
-    try:
+    if array.flags.writeable and array.size:
         return writable(array)
-    except (TypeError, ValueError):  # read-only, or empty
-        return int(array.ctypes.data)
+    return array.ctypes.data
 
 
 def describe() -> str:

@@ -213,7 +213,7 @@ def careful_differences(points: FloatArray, order: int) -> FloatArray:
         a, b = points[..., :-1, :], points[..., 1:, :]
         points = b - a
         back = b - points
-        rounding = np.diff(rounding, axis=-2) + ((b - (points + back)) - (a - back))
+        rounding = rounding[..., 1:, :] - rounding[..., :-1, :] + ((b - (points + back)) - (a - back))
     return np.asarray(points + rounding)
 
 
