@@ -11,7 +11,7 @@ from minsnap.native.corridor import CorridorAnswer
 if TYPE_CHECKING:
     from minsnap.optimisation.rows import RowSet
 
-GAP = 1e-6
+GAP = 9e-7
 """Share of the cost that may be lost by moving walls inwards."""
 
 

@@ -60,10 +60,10 @@ def ends_gram(degree):
 class Spline:
     """All curves through waypoints with given states at the ends and at waypoints, k-th derivative's cost, exactly.
 
-    Unknowns are derivatives 1 … k - 1 at inner waypoints that no pin fixes, and their positions if those are free.
+    Unknowns are derivatives 1 … k - 1 at inner waypoints that no pin fixes, and the positions of those that are free.
     """
 
-    def __init__(self, points, durations, degree=7, states=None, free_positions=False):
+    def __init__(self, points, durations, degree=7, states=None, free_positions=()):
         self.degree, self.half, self.legs = degree, (degree + 1) // 2, len(durations)
         self.X = [[Fraction(float(value)) for value in point] for point in points]
         self.T = [Fraction(float(value)) for value in durations]
@@ -76,9 +76,8 @@ class Spline:
             given = {order: [Fraction(float(v)) for v in value] for order, value in state.items()}
             for order, value in ((rest if knot in (0, self.legs) else {}) | given).items():
                 self.known[knot, order] = value
-        first = 0 if free_positions else 1
-        keys = [(knot, order) for knot in range(1, self.legs) for order in range(first, self.half)]
-        self.free = [key for key in keys if key[1] == 0 or key not in self.known]
+        keys = [(knot, order) for knot in range(1, self.legs) for order in range(self.half)]
+        self.free = [key for key in keys if (key[0] in free_positions if key[1] == 0 else key not in self.known)]
         for key in self.free:
             self.known.pop(key, None)
         self.number = {key: index for index, key in enumerate(self.free)}

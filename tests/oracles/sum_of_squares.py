@@ -15,26 +15,62 @@ import scipy.sparse as sparse
 from oracles.exact import Spline
 
 
-def optimum(points, durations, half_width=None, radius=None, tolerance=None, degree=7, states=None):
-    """Least cost of all curves inside tubes (one half-width, or one per leg) or round tubes (radius) at every instant.
+def optimum(*question, **further):
+    """Least cost of all curves inside at every instant; see ``enclosed``."""
+    return enclosed(*question, **further)[1]
 
-    ``states`` are derivatives by waypoint and order; ``tolerance`` lets inner waypoints move in a box.
+
+def enclosed(
+    points,
+    durations,
+    half_width=None,
+    radius=None,
+    tolerance=None,
+    degree=7,
+    states=None,
+    pieces=1,
+    planes=None,
+):
+    """Lower and upper bound of the least cost of all curves inside tubes (one half-width, or one per leg), round tubes
+    (radius) or planes at every instant: value of the dual programme, and of the primal one.
+
+    ``states`` are derivatives by waypoint and order; ``tolerance`` lets inner waypoints move in a box; ``planes`` are
+    for every leg a matrix A and offsets b with A r <= b; every leg has some pieces of equal duration.
     """
     points = np.array(points, float)
-    spline = Spline(points, durations, degree, states, tolerance is not None)
+    knots = np.repeat(points, pieces, axis=0)[: (len(points) - 1) * pieces + 1]
+    times = np.repeat(np.array(durations, float) / pieces, pieces)
+    states = {knot * pieces: state for knot, state in (states or {}).items()}
+    inner = {knot for knot in range(1, len(times)) if knot % pieces}
+    passed = set(range(pieces, len(times), pieces)) if tolerance is not None else set()
+    spline = Spline(knots, times, degree, states, inner | passed)
     base, directions = spline.points(), spline.directions()
-    free, legs, dim = directions.shape[2], len(durations), points.shape[1]
-    curve = np.zeros((legs, dim, degree + 1, 1 + dim * free))
+    free, dim = directions.shape[2], points.shape[1]
+    curve = np.zeros((len(times), dim, degree + 1, 1 + dim * free))
     curve[:, :, :, 0] = base.transpose(0, 2, 1)
     for axis in range(dim):
         curve[:, axis, :, 1 + axis * free : 1 + (axis + 1) * free] = directions
-    rows, bounds = _boxes(curve, points, tolerance)
+    rows, bounds = _boxes(curve[::pieces], points, tolerance)
+    starts, steps = (np.repeat(part, pieces, axis=0) for part in (points[:-1], np.diff(points, axis=0)))
     constraints, widths = [], half_width if radius is None else radius
     if widths is not None:
         build = _tube if radius is None else _round_tube
-        constraints = build(curve, points, np.broadcast_to(np.asarray(widths, float), legs))
-    typical = max(Spline(points, durations, degree, states).cost(), 1e-300)
+        spread = np.repeat(np.broadcast_to(np.asarray(widths, float), len(points) - 1), pieces)
+        constraints = build(curve, starts, steps, spread)
+    for leg, (matrix, offsets) in enumerate(planes or ()):
+        constraints += _planes(curve[leg * pieces : (leg + 1) * pieces], matrix, offsets)
+    typical = max(Spline(knots, times, degree, states, inner).cost(), 1e-300)
     return _solve(spline.cost(), typical, dim * free, rows, bounds, constraints)
+
+
+def _planes(curve, matrix, offsets):
+    """Slack of planes over pieces, in units of the largest slack of their free optimum."""
+    constraints = []
+    for normal, offset in zip(matrix, offsets, strict=True):
+        slack = -np.einsum("a,laiz->liz", normal, curve)
+        slack[:, :, 0] += offset
+        constraints += [piece[:, None, None, :] / np.abs(slack[:, :, 0]).max() for piece in slack]
+    return constraints
 
 
 def _boxes(curve, points, tolerance):
@@ -47,21 +83,20 @@ def _boxes(curve, points, tolerance):
     return np.concatenate((rows, -rows)), np.concatenate((1.0 - offset, 1.0 + offset))
 
 
-def _offsets(curve, points):
-    """Perpendicular offsets from each leg's line: (legs, dim, degree + 1, 1 + len(z)), and the projections."""
+def _offsets(curve, starts, steps):
+    """Perpendicular offsets from each piece's line: (pieces, dim, degree + 1, 1 + len(z)), and the projections."""
     relative = curve.copy()
-    relative[:, :, :, 0] -= points[:-1, :, None]
-    steps = np.diff(points, axis=0)
+    relative[:, :, :, 0] -= starts[:, :, None]
     unit = steps / np.linalg.norm(steps, axis=1)[:, None]
-    projection = np.eye(points.shape[1]) - unit[:, :, None] * unit[:, None, :]
+    projection = np.eye(starts.shape[1]) - unit[:, :, None] * unit[:, None, :]
     return np.einsum("lab,lbiz->laiz", projection, relative), projection
 
 
-def _tube(curve, points, widths):
-    offsets, projection = _offsets(curve, points)
+def _tube(curve, starts, steps, widths):
+    offsets, projection = _offsets(curve, starts, steps)
     constraints = []
     for leg, width in enumerate(widths):
-        for axis in range(points.shape[1]):
+        for axis in range(starts.shape[1]):
             if np.abs(projection[leg, axis]).max() < 1e-12:
                 continue
             for side in (1.0, -1.0):
@@ -71,11 +106,11 @@ def _tube(curve, points, widths):
     return constraints
 
 
-def _round_tube(curve, points, widths):
-    offsets, _ = _offsets(curve, points)
+def _round_tube(curve, starts, steps, widths):
+    offsets, _ = _offsets(curve, starts, steps)
     constraints = []
     for leg, width in enumerate(widths):
-        size = points.shape[1] + 1
+        size = starts.shape[1] + 1
         arrow = np.zeros((curve.shape[2], size, size, curve.shape[3]))
         arrow[:, range(size), range(size), 0] = 1.0
         for axis in range(size - 1):
@@ -118,7 +153,7 @@ def _gram_map(degree, size):
 
 
 def _solve(base, typical, free, rows, bounds, constraints):
-    """Least base + the squared norm of z, which is counted in square roots of a typical cost."""
+    """Bounds of the least base + the squared norm of z, which is counted in square roots of a typical cost."""
     size = np.sqrt(typical)
     grams = [_gram_map(c.shape[0] - 1, c.shape[1]) for c in constraints]
     total = free + sum(g.shape[1] for g in grams)
@@ -152,4 +187,4 @@ def _solve(base, typical, free, rows, bounds, constraints):
     if str(found.status) not in ("Solved", "AlmostSolved"):
         raise ArithmeticError(f"the oracle found no optimum: {found.status}")
     z = np.array(found.x[:free])
-    return base + typical * z @ z
+    return base + 2.0 * typical * found.obj_val_dual, base + typical * z @ z
