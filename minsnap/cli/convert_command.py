@@ -22,13 +22,15 @@ def convert(
         typer.Option("--to", help="setpoints, crazyflie, mav, npz, parquet, px4 or multidof; else by the ending."),
     ] = None,
     rate: options.Rate = 20.0,
-    frame: options.Frame = "enu",
+    frame: Annotated[
+        str, typer.Option("--to-frame", "--frame", help="Axes of the setpoints or table written.")
+    ] = "enu",
     from_frame: Annotated[
         str | None, typer.Option("--from-frame", help="Axes of a setpoint CSV, if it does not say so itself.")
     ] = None,
     no_clobber: options.NoClobber = False,
 ) -> int:
-    """Convert trajectories, setpoints and logs; --frame is that of the setpoints or table written.
+    """Convert trajectories, setpoints and logs to another format, and to another frame.
 
     A trajectory is sampled at --rate where the format holds samples; samples are fitted with polynomials to 1 mm
     where it holds those.

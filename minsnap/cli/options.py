@@ -26,7 +26,7 @@ Format = Annotated[
     str | None, typer.Option("--format", metavar="NAME", help="Format of the file, where its ending does not tell.")
 ]
 ReadFrame = Annotated[
-    str | None, typer.Option("--frame", help="Axes of a setpoint CSV, if it does not say so itself: enu, ned, …")
+    str | None, typer.Option("--from-frame", "--frame", help="Axes of a CSV that does not say so itself: enu, ned, …")
 ]
 Plot = Annotated[
     Path | None, typer.Option("--plot", metavar="FILE", help="Figure to write: PNG, SVG or PDF, by its ending.")

@@ -49,7 +49,10 @@ def plot_mission(
 
 
 def _number(ax: Axes, mission: Mission) -> None:
-    """Write the number of each waypoint beside it."""
+    """Write the number of each waypoint beside it, all numbers of a place that is passed again."""
+    numbers: dict[tuple[float, float], list[str]] = {}
     for number, stop in enumerate(mission.course.stops):
-        style = {"xytext": (6, 6), "textcoords": "offset points", "fontsize": "small", "fontweight": "bold"}
-        ax.annotate(str(number), tuple(stop.centre[:2]), zorder=8, **style)  # type: ignore[arg-type]
+        numbers.setdefault((float(stop.centre[0]), float(stop.centre[1])), []).append(str(number))
+    style: dict[str, Any] = {"xytext": (6, 6), "textcoords": "offset points", "fontsize": "small", "fontweight": "bold"}
+    for place, here in numbers.items():
+        ax.annotate(", ".join(here), place, zorder=8, **style)

@@ -57,7 +57,7 @@ def atomic_write(
     if "b" not in mode:
         options = {"encoding": "utf-8", "newline": ""} | options
     if destination.exists() and not destination.is_file():
-        with open(destination, mode, **options) as file:
+        with _named(destination, destination), open(destination, mode, **options) as file:
             yield file
         return
     beside = destination.with_name(f".{secrets.token_hex(8)}.part")
@@ -103,6 +103,8 @@ def _named(beside: Path, destination: Path) -> Iterator[None]:
     """Report system errors with the requested name instead of the temporary one."""
     try:
         yield
+    except BrokenPipeError:  # its reader has gone, which is no fault of the file
+        raise
     except OSError as error:
         if error.filename not in (None, str(beside)):
             raise

@@ -13,7 +13,9 @@ def ulog_bytes():
 
 def test_formats_by_their_endings_and_by_name(call, tmp_path):
     assert call("rect", "-o", "rect.csv").returncode == 0
-    assert call("convert", "rect.csv", "rect.parquet", "--frame", "ned").stdout == "rect.parquet: parquet, frame ned\n"
+    assert (
+        call("convert", "rect.csv", "rect.parquet", "--to-frame", "ned").stdout == "rect.parquet: parquet, frame ned\n"
+    )
     done = call("convert", "rect.parquet", "cf.csv", "--to", "crazyflie")
     assert done.returncode == 0 and done.stdout == "cf.csv: crazyflie, frame enu\n"
     assert np.loadtxt(tmp_path / "cf.csv", delimiter=",", skiprows=1, usecols=range(33)).shape[0] <= 31

@@ -88,7 +88,7 @@ def test_check_finds_a_good_file_good(call, flown):
 def test_check_takes_what_every_planning_command_writes(call):
     for shape in ("rect", "circle", "line", "helix", "eight"):
         assert call(shape, "-o", "a.csv", "--frame", "ned").returncode == 0
-        assert call("check", "a.csv", "--frame", "ned").returncode == 0, shape
+        assert call("check", "a.csv", "--from-frame", "ned").returncode == 0, shape
 
 
 def test_check_proves_a_plan_in_exact_arithmetic(call, tmp_path):

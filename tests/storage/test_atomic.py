@@ -82,3 +82,12 @@ def test_a_missing_folder_is_named_by_the_path_asked_for(tmp_path):
     with pytest.raises(FileError) as caught, atomic_write(path):
         pass
     assert str(path) in str(caught.value)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="Linux has it")
+def test_a_full_device_is_named():
+    with (
+        pytest.raises(FileError, match="/dev/full cannot be written: No space left"),
+        atomic_write("/dev/full") as file,
+    ):
+        file.write("x")
