@@ -1,5 +1,6 @@
 """A flight in a thread of its own, so that a test can be the pilot and the weather."""
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -33,6 +34,19 @@ def in_ned(position):
 def patient_rules(**changes):
     """Rules for a fast clock, which makes long gaps of the short ones of a busy machine."""
     return SafetyRules(**{"max_gap": 60.0} | changes)
+
+
+def stall_once(flight, seconds, after=1.0):
+    """Return a callback that keeps the streamer busy for so long [s], once, some time after the flight began."""
+
+    def status(told):
+        flight.statuses.append(told)
+        if told.index is not None and told.elapsed > after and not flight.stalled:
+            flight.stalled = time.monotonic()
+            time.sleep(seconds)
+
+    flight.stalled = 0.0
+    return status
 
 
 PATH = excursion(8.0, reach=3.0)

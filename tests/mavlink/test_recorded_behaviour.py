@@ -1,11 +1,9 @@
 """The stand-in behaves as unmodified autopilots were recorded, and our side meets it as the offboard page says."""
 
-import time
-
 import numpy as np
 import pytest
 from clocks import FastClock
-from flying import PATH, START, Flight, patient_rules
+from flying import PATH, START, Flight, patient_rules, stall_once
 from pilot import fly_until
 from standin import COASTING, OFFBOARD, RETURN, PointMass, StandIn, mavlink
 
@@ -15,19 +13,6 @@ from minsnap.mocap.relay import Relay
 from minsnap.mocap.sources import Pose, PoseSource
 
 SPEED = 6
-
-
-def stall_once(flight, seconds):
-    """Return a callback that keeps the streamer busy for so long, once, a second after the flight began."""
-
-    def status(told):
-        flight.statuses.append(told)
-        if told.elapsed > 1.0 and not flight.stalled:
-            flight.stalled = True
-            time.sleep(seconds)
-
-    flight.stalled = False
-    return status
 
 
 def lost(stack, velocity, seconds, **settings):

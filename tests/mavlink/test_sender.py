@@ -1,10 +1,8 @@
 """Flights whose setpoints leave from a thread of their own, in real time, with the stand-in autopilot."""
 
-import time
-
 import numpy as np
 import pytest
-from flying import Flight, excursion, in_ned
+from flying import Flight, excursion, in_ned, stall_once
 from pilot import sent, stands_still
 from standin import OFFBOARD, POSCTL, PointMass, StandIn
 
@@ -57,20 +55,9 @@ def test_a_flight_arrives_as_it_was_planned_and_says_how_it_was_sent(vehicle):
     assert sum("setpoints leave from a thread of their own" in event for event in flight.events) == 1
 
 
-def pausing(flight, seconds):
-    def status(told):
-        flight.statuses.append(told)
-        if told.index is not None and told.elapsed > 0.8 and not flight.paused:
-            flight.paused = time.monotonic()
-            time.sleep(seconds)
-
-    flight.paused = 0.0
-    return status
-
-
 def test_setpoints_leave_while_the_rest_of_the_program_is_busy(vehicle):
     with Flight(vehicle, SHORT, Clock(), rules=PATIENT) as flight:
-        flight.streamer._observer._on_status = pausing(flight, 0.2)
+        flight.streamer._observer._on_status = stall_once(flight, 0.2, after=0.8)
         begun(flight, vehicle)
         vehicle.until(lambda v: "holding the end" in flight.events)
         vehicle.enter(POSCTL)
@@ -83,7 +70,7 @@ def test_setpoints_leave_while_the_rest_of_the_program_is_busy(vehicle):
 def test_a_pause_beyond_the_allowed_one_ends_the_flight(vehicle):
     """What was prepared leaves, a quarter of a second of it; the rest of the flight never does."""
     with Flight(vehicle, SHORT, Clock(), rules=PATIENT) as flight:
-        flight.streamer._observer._on_status = pausing(flight, 1.4)
+        flight.streamer._observer._on_status = stall_once(flight, 1.4, after=0.8)
         begun(flight, vehicle)
         vehicle.until(lambda v: any("no setpoint left this program" in event for event in flight.events))
         count = len(vehicle.setpoints)

@@ -1,12 +1,11 @@
 """What recorded flights showed: pauses of our own, unsettled starts, holds that must end, and what is said of them."""
 
 import re
-import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from flying import PATH, START, Flight, patient_rules
+from flying import PATH, START, Flight, patient_rules, stall_once
 from pilot import fly_until, places, sent, stands_still, streamed
 from standin import COPTER_RTL, GUIDED, LAND, LOITER, OFFBOARD, POSCTL, RETURN, PointMass, StandIn
 from world import HERE, TABLE, fly, ready
@@ -59,17 +58,6 @@ def test_after_a_stall_a_vehicle_that_comes_back_into_offboard_is_held(clock):
             vehicle.enter(POSCTL)
             with pytest.raises(FlightError, match="no setpoint left this program"):
                 flight.result()
-
-
-def stall_once(flight, seconds):
-    def status(told):
-        flight.statuses.append(told)
-        if told.elapsed > 1.0 and not flight.stalled:
-            flight.stalled = True
-            time.sleep(seconds)
-
-    flight.stalled = False
-    return status
 
 
 def near(world, offset=0.0, speed=0.0):
