@@ -35,7 +35,7 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Non
         With ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; None where the walls on
         positions leave a curve inside.
     """
-    corridor = replace(task, walls=[wall for wall in task.walls if wall.order == 0])
+    corridor = replace(task, walls=[wall for wall in task.walls if wall.order == 0], touching=False)
     problem, units, compiled, base = normalised(corridor, durations)
     if not compiled.blocks:
         return None

@@ -1,4 +1,4 @@
-"""Balls and gates in the units of a problem: constraints that hold at a knot only."""
+"""Constraints that hold at a knot only, in the units of a problem: balls, gates, and walls that a waypoint lies on."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from minsnap.corridors.regions import KnotRegion
 from minsnap.optimisation.constraint_blocks import Block, KnotBalls, KnotBounds
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.touches import BEFORE
 
 
 def knot_places(task: Task, problem: Problem, waypoint: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -63,3 +64,22 @@ def _crossings(task: Task, problem: Problem) -> KnotBounds | None:
     directions: FloatArray = np.array([task.regions[int(k)].crossing for k in chosen])
     piece, s, _ = knot_places(task, problem, chosen)
     return KnotBounds(piece, s, -directions, np.zeros(len(chosen)), np.ones(len(chosen)), 1)
+
+
+def touching_blocks(task: Task) -> list[KnotBounds]:
+    """Return, for each touched wall, the bound of the first derivative that is not pinned; one block for each order."""
+    found: dict[int, list[tuple[int, int, FloatArray]]] = {}
+    for side, above, waypoint, axis in np.argwhere(task.touches).tolist():
+        knot, end = waypoint * task.pieces, int(side == BEFORE)
+        if not 0 <= knot - end < task.legs * task.pieces:
+            continue
+        slots = task.slots.end if end else task.slots.start
+        order = next((q for q in range(1, task.half) if task.free[knot, slots[q], axis]), task.half)
+        outwards = (-1.0 if above else 1.0) * (-1.0) ** (order * end)
+        found.setdefault(order, []).append((knot - end, end, outwards * np.eye(task.dim)[axis]))
+    return [_derivative_bounds(rows, order) for order, rows in sorted(found.items())]
+
+
+def _derivative_bounds(rows: list[tuple[int, int, FloatArray]], order: int) -> KnotBounds:
+    piece, s, normal = (np.array(column) for column in zip(*rows, strict=True))
+    return KnotBounds(piece, s.astype(np.float64), normal, np.zeros(len(rows)), np.ones(len(rows)), order)

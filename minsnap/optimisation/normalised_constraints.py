@@ -13,11 +13,12 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones
 from minsnap.optimisation.constraint_blocks import AT_KNOTS, Block, FlatWalls, KnotBalls, KnotBounds, Spheres
-from minsnap.optimisation.knot_blocks import knot_places, region_blocks
+from minsnap.optimisation.knot_blocks import knot_places, region_blocks, touching_blocks
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import basis, differentiate
+from minsnap.tolerances import ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +115,7 @@ def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
         blocks.append(build(cones, problem, units, task.pieces))
     if problem.held.any():
         blocks.append(_knot_boxes(task, problem))
-    blocks += region_blocks(task, problem)
+    blocks += [*region_blocks(task, problem), *touching_blocks(task)]
     sizes = [len(block.piece) for block in blocks]
     return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
 
@@ -126,10 +127,15 @@ def _repeat(leg: IntArray, pieces: int) -> tuple[IntArray, IntArray]:
 
 
 def _planes(planes: Cones, problem: Problem, units: Units, pieces: int) -> FlatWalls:
+    """Planes; one that a nominal knot lies on, but for rounding, goes exactly through it."""
     row, piece = _repeat(planes.leg, pieces)
     unit, normal = units.of_order(planes.order), -planes.slope[row]
     offset = np.einsum("rd,rd->r", normal, _reference(planes, problem, units, row, piece))
-    return FlatWalls(planes.order, piece, normal, planes.radius[row] / unit - offset, planes.width[row] / unit)
+    bound, width = planes.radius[row] / unit - offset, planes.width[row] / unit
+    if planes.order == 0:
+        farther = np.maximum((problem.steps[piece] * normal).sum(axis=1), 0.0)
+        bound = np.where(np.abs(bound - farther) <= ROUNDING * width, farther, bound)
+    return FlatWalls(planes.order, piece, normal, bound, width)
 
 
 def _spheres(balls: Cones, problem: Problem, units: Units, pieces: int) -> Spheres:

@@ -9,10 +9,11 @@ from functools import cached_property
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import BoolArray, FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.regions import KnotRegion
 from minsnap.optimisation.reduced_qp import Problem, Slots
+from minsnap.optimisation.touches import touched_walls
 from minsnap.optimisation.units import Units
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
@@ -48,6 +49,8 @@ class Task:
         Value of ``time.monotonic()`` at which every solve ends, with what is certified or with a SolverError.
     explained : bool
         Whether an error says which leg or limit is in the way; finding that takes longer than a plan.
+    touching : bool
+        Whether what follows where waypoints lie on walls is used: see ``touches``.
     """
 
     waypoints: FloatArray
@@ -63,6 +66,7 @@ class Task:
     regions: Mapping[int, KnotRegion] = field(default_factory=dict)
     deadline: float = math.inf
     explained: bool = True
+    touching: bool = True
 
     @property
     def legs(self) -> int:
@@ -120,7 +124,16 @@ class Task:
             free[-1, np.setdiff1d(starts, ends)] = False
         for knot, slot, _, _ in self._pinned_slots():
             free[knot, slot] = False
+        if self.slots.start[1] == self.slots.end[1]:
+            free[:: self.pieces, 1] &= ~self.touches.all(axis=0).any(axis=0)
         return free
+
+    @cached_property
+    def touches(self) -> BoolArray:
+        """Pinned waypoints on walls of the leg before and the leg after them: see :func:`touched_walls`."""
+        if not self.touching:
+            return np.zeros((2, 2, *self.waypoints.shape), dtype=bool)
+        return touched_walls(self.waypoints, self.lower == self.upper, self.walls, self.closed)
 
     def _pinned_slots(self) -> list[tuple[int, int, int, FloatArray]]:
         pinned = []

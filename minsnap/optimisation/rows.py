@@ -8,12 +8,13 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.optimisation.constraint_blocks import KnotBalls, KnotBounds
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.extrema import maxima
 from minsnap.polynomials.local_maxima import peaks
+from minsnap.tolerances import ROUNDING
 
 SPREAD = 6
 """Rows per wall and piece to begin with, in dense coordinates."""
@@ -59,15 +60,37 @@ class RowSet:
 
 def rows_in_unknowns(problem: Problem, ends: FloatArray, compiled: Compiled, rows: WallRows) -> RowSet:
     """Express rows in the deviations from a base with these plain end derivatives (pieces, 2k, dim)."""
-    factors = _factors(problem, rows)
-    straight = factors[:, problem.half] * (problem.steps[rows.piece] * rows.normal).sum(axis=1)
-    room = np.where(rows.order == 0, np.maximum(rows.bound - straight, 0.0), np.inf)
+    factors, widths = _factors(problem, rows), compiled.widths[rows.wall]
     values = rows.normal[:, :, None] * factors[:, None, :]
     present = np.einsum("rdj,rjd->r", values, ends[rows.piece])
     flat = (len(factors), problem.dim * 2 * problem.half)
     columns = problem.piece_columns[rows.piece].reshape(flat)
-    width = np.minimum(compiled.widths[rows.wall], room)
+    width = np.where(rows.order == 0, np.minimum(widths, _room(problem, rows, factors, widths)), widths)
     return RowSet(rows, columns, values.reshape(flat), rows.bound - present, width)
+
+
+def _room(problem: Problem, rows: WallRows, factors: FloatArray, widths: FloatArray) -> FloatArray:
+    """Distance of each row's wall from a curve that stays inside, (r,), normalised.
+
+    That curve is stop-and-go; where the whole leg lies on the wall, it is one that leaves the wall between the knots,
+    at each as slowly as the derivatives pinned there demand.
+    """
+    step = (problem.steps[rows.piece] * rows.normal).sum(axis=1)
+    room = np.maximum(rows.bound - factors[:, problem.half] * step, 0.0)
+    flat = np.flatnonzero(np.maximum(rows.bound, rows.bound - step) <= ROUNDING**0.5 * widths)
+    if len(flat):
+        piece, s, normal = rows.piece[flat], rows.s[flat], rows.normal[flat]
+        leaving = _first_free(problem.free[piece][:, problem.slots.start], normal)
+        meeting = _first_free(problem.free[piece + 1][:, problem.slots.end], normal)
+        room[flat] = np.maximum(room[flat], widths[flat] * s**leaving * (1.0 - s) ** meeting)
+    return np.asarray(room)
+
+
+def _first_free(free: BoolArray, normal: FloatArray) -> IntArray:
+    """Least order above 1 of a derivative with a free component along a normal; free (r, k, dim), k where none is."""
+    along = (free & (normal != 0.0)[:, None]).any(axis=2)
+    along[:, :2] = False
+    return np.asarray(np.where(along.any(axis=1), along.argmax(axis=1), free.shape[1]), dtype=np.intp)
 
 
 def _factors(problem: Problem, rows: WallRows) -> FloatArray:

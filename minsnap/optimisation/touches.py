@@ -1,0 +1,41 @@
+"""Waypoints on walls, where the curve may touch the wall and not cross it.
+
+Where a wall bounds both legs of a waypoint that lies on it, the velocity along the wall's axis is zero, as at every
+least distance. No solver returns that zero exactly, and any other velocity crosses the wall, so it is pinned. The first
+derivative that is not pinned must not point into the wall (``knot_blocks.touching_blocks``): the limit of the wall's
+rows as the instant approaches the waypoint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from minsnap.arrays import BoolArray, FloatArray
+from minsnap.corridors.constraint import Walls
+from minsnap.tolerances import ROUNDING
+
+BEFORE, AFTER = 0, 1
+
+
+def touched_walls(waypoints: FloatArray, pinned: BoolArray, walls: Sequence[Walls], closed: bool) -> BoolArray:
+    """Say which pinned waypoints lie on walls that bound one axis.
+
+    Returns
+    -------
+    ndarray of bool, shape (2, 2, n, dim)
+        By the leg that the wall belongs to (``BEFORE`` or ``AFTER`` the waypoint) and the side that is free (0 below
+        the wall, 1 above it), waypoint and axis.
+    """
+    touched = np.zeros((2, 2, *waypoints.shape), dtype=bool)
+    for cones in (wall.cones for wall in walls if wall.order == 0 and wall.cones.flat):
+        along = cones.slope != 0.0
+        for side, waypoint in ((AFTER, cones.leg), (BEFORE, cones.leg + 1)):
+            slack = cones.slack(waypoints[waypoint][:, None])[:, 0]
+            row = np.flatnonzero((slack <= ROUNDING * cones.width) & (along.sum(axis=1) == 1))
+            axis = along[row].argmax(axis=1)
+            touched[side, (cones.slope[row, axis] > 0.0).astype(np.intp), waypoint[row], axis] = True
+    if closed:
+        touched[BEFORE, :, 0], touched[AFTER, :, -1] = touched[BEFORE, :, -1], touched[AFTER, :, 0]
+    return touched & pinned
