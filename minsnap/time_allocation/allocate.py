@@ -8,8 +8,17 @@ from minsnap.arrays import FloatArray
 from minsnap.checks import check_durations, check_positive_time, check_weight, refuse_repeated
 from minsnap.errors import TimingError
 from minsnap.optimisation.problem import Task
-from minsnap.time_allocation.least_cost import CostSearch, distance_split, priced_first_guess
-from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.time_allocation.least_cost import CostSearch, distance_split
+from minsnap.time_allocation.timed import (
+    Finish,
+    Run,
+    Timed,
+    Timing,
+    priced_first_guess,
+    searched,
+    solved_or_explained,
+    timed,
+)
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits

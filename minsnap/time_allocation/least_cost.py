@@ -147,15 +147,6 @@ class CostSearch:
         return factors if self.price is not None else np.asarray(self.first.sum() * factors / factors.sum())
 
 
-def priced_first_guess(task: Task, price: float) -> FloatArray:
-    """Leg durations by distance at the total where cost + price * time is least; the cost goes as total^(1 - 2k)."""
-    durations = distance_split(task, float(task.legs))
-    cost = solve(task, task.piece_durations(durations)).cost
-    power = 2 * task.half - 1
-    factor = (power * cost / (price * durations.sum())) ** (1.0 / (power + 1)) if cost > 0.0 else 1.0
-    return np.asarray(durations * factor)
-
-
 def active_rows(solved: Solved) -> WallRows | None:
     """Rows of a solved task whose multipliers are not zero, to begin the next solve with."""
     rows, multipliers = solved.active

@@ -14,10 +14,10 @@ from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.joint_layout import JointState
 from minsnap.time_allocation.joint_search import Evaluated, JointSearch
-from minsnap.time_allocation.least_cost import CostSearch, priced_first_guess
+from minsnap.time_allocation.least_cost import CostSearch
 from minsnap.time_allocation.least_time import LeastTime
 from minsnap.time_allocation.objectives import PricedCost
-from minsnap.time_allocation.timed import Finish, Run, Timing, searched
+from minsnap.time_allocation.timed import Finish, Run, Timing, priced_first_guess, searched
 
 KEPT = 1e-9
 """How far above 1 a utilisation may be."""

@@ -11,9 +11,12 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.limits.span import largest_use
+from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
+from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved import Solved
-from minsnap.time_allocation.certified_end import CertifiedEnd
+from minsnap.time_allocation.certified_end import KEPT, CertifiedEnd
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_problem import JointProblem
@@ -28,6 +31,9 @@ from minsnap.trajectory.report import Progress
 
 DIVISIONS = (3, 2)
 """Parts into which pieces are divided one time after another where their number is left to the search."""
+
+RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
+"""Shares by which durations found are lengthened until a plan for them succeeds."""
 
 WORTHWHILE = 5e-3
 """Relative gain of time for which pieces are divided further."""
@@ -131,6 +137,8 @@ class LeastTime:
             found = self._repeated(search, found)
         self._refuse_late(self.task.deadline - ENDS * self.step)
         solved = self._turning(search, found, self._certified(search, found))
+        if solved is None and not self.interrupted:
+            solved = self._planned(search, found)
         if solved is None and self.interrupted and self.task.still:
             solved = CertifiedEnd(first, self.limits, self.finish).run(first.evaluate(self._guess(first)))
         if solved is None:
@@ -153,6 +161,22 @@ class LeastTime:
             return solved
         other = CertifiedEnd(search, self.limits, self.finish).run(kept)
         return min((one for one in (solved, other) if one is not None), key=_duration, default=None)
+
+    def _planned(self, search: JointSearch, found: Evaluated) -> Solved | None:
+        """Plan for the durations found, or barely longer ones, with the limits as walls: by rows at every instant.
+
+        A curve that slides along a wall has no room for the steps inwards of the certified end.
+        """
+        task = search.layout.task
+        bounded = task.with_walls(self.limits.walls(task.waypoints))
+        for reserve in RESERVES:
+            try:
+                solved = solve(bounded, found.state.durations * self.problem.units.time * (1.0 + reserve))
+            except (InfeasibleRowsError, SolverError):
+                continue
+            if largest_use(self.limits, self.finish(solved.trajectory)) <= 1.0 + KEPT:
+                return replace(solved, task=task)
+        return None
 
     def _turning(self, search: JointSearch, found: Evaluated, solved: Solved | None) -> Solved | None:
         """Search again with the limit on the yaw rate along the velocity, if to keep it the curve was slowed down.

@@ -16,7 +16,7 @@ from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved import Solved
-from minsnap.time_allocation.least_cost import check_split
+from minsnap.time_allocation.least_cost import check_split, distance_split
 from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -167,6 +167,15 @@ def solved_or_explained(task: Task, durations: FloatArray, samples: int | None =
         from minsnap.time_allocation.refusal import explain
 
         raise explain(task, durations) from None
+
+
+def priced_first_guess(task: Task, price: float) -> FloatArray:
+    """Leg durations by distance at the total where cost + price * time is least; the cost goes as total^(1 - 2k)."""
+    durations = distance_split(task, float(task.legs))
+    cost = solved_or_explained(task, task.piece_durations(durations)).cost
+    power = 2 * task.half - 1
+    factor = (power * cost / (price * durations.sum())) ** (1.0 / (power + 1)) if cost > 0.0 else 1.0
+    return np.asarray(durations * factor)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,17 +14,24 @@ from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved import Solved
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
-from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums, priced_first_guess
+from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.least_priced import LeastPriced
+from minsnap.time_allocation.least_time import RESERVES
 from minsnap.time_allocation.moving_start import as_timed, moves, searched_from, shortest_from
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
-from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.time_allocation.timed import (
+    Finish,
+    Run,
+    Timed,
+    Timing,
+    priced_first_guess,
+    searched,
+    solved_or_explained,
+    timed,
+)
 from minsnap.trajectory.report import Utilisation
-
-RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
-"""Shares by which the shortest durations found are lengthened until the final plan succeeds."""
 
 TOUCHING, ROOM = 1e-6, 1e-2
 """How near to a limit a pinned state counts as at it, and the share of room that it should be left."""

@@ -56,11 +56,12 @@ public:
             whole.c[j] = c[j];
             whole.e[j] = e[j];
         }
+        int halved = 0;
         while (parts_ > 0) {
             Part &part = stack_[parts_ - 1];
             if (settled_by_tangent(best, part, row)) {
                 --parts_;
-            } else if (parts_ > depth) {
+            } else if (parts_ > depth || ++halved > most_halved) {
                 best.admit(hull(part.c, part.e));
                 --parts_;
             } else {
@@ -72,6 +73,7 @@ public:
 private:
     static constexpr int size = Most + 1;
     static constexpr int depth = 44;
+    static constexpr int most_halved = 4096;  // where a polynomial is level but for rounding, halving would not end
 
     struct Part {
         double low, width;
