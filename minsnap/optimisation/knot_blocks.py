@@ -11,7 +11,7 @@ from minsnap.corridors.regions import KnotRegion
 from minsnap.optimisation.constraint_blocks import Block, KnotBalls, KnotBounds
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.touches import BEFORE
+from minsnap.optimisation.touches import Side
 
 
 def knot_places(task: Task, problem: Problem, waypoint: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -70,7 +70,7 @@ def touching_blocks(task: Task) -> list[KnotBounds]:
     """Return, for each touched wall, the bound of the first derivative that is not pinned; one block for each order."""
     found: dict[int, list[tuple[int, int, FloatArray]]] = {}
     for side, above, waypoint, axis in np.argwhere(task.touches).tolist():
-        knot, end = waypoint * task.pieces, int(side == BEFORE)
+        knot, end = waypoint * task.pieces, int(side == Side.BEFORE)
         if not 0 <= knot - end < task.legs * task.pieces:
             continue
         slots = task.slots.end if end else task.slots.start

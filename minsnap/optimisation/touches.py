@@ -9,6 +9,7 @@ rows as the instant approaches the waypoint.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import IntEnum
 
 import numpy as np
 
@@ -16,7 +17,12 @@ from minsnap.arrays import BoolArray, FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.tolerances import ROUNDING
 
-BEFORE, AFTER = 0, 1
+
+class Side(IntEnum):
+    """Which leg of a waypoint."""
+
+    BEFORE = 0
+    AFTER = 1
 
 
 def touched_walls(waypoints: FloatArray, pinned: BoolArray, walls: Sequence[Walls], closed: bool) -> BoolArray:
@@ -25,17 +31,17 @@ def touched_walls(waypoints: FloatArray, pinned: BoolArray, walls: Sequence[Wall
     Returns
     -------
     ndarray of bool, shape (2, 2, n, dim)
-        By the leg that the wall belongs to (``BEFORE`` or ``AFTER`` the waypoint) and the side that is free (0 below
+        By the leg that the wall belongs to (``Side.BEFORE`` or ``Side.AFTER`` the waypoint) and the side that is free (0 below
         the wall, 1 above it), waypoint and axis.
     """
     touched = np.zeros((2, 2, *waypoints.shape), dtype=bool)
     for cones in (wall.cones for wall in walls if wall.order == 0 and wall.cones.flat):
         along = cones.slope != 0.0
-        for side, waypoint in ((AFTER, cones.leg), (BEFORE, cones.leg + 1)):
+        for side, waypoint in ((Side.AFTER, cones.leg), (Side.BEFORE, cones.leg + 1)):
             slack = cones.slack(waypoints[waypoint][:, None])[:, 0]
             row = np.flatnonzero((slack <= ROUNDING * cones.width) & (along.sum(axis=1) == 1))
             axis = along[row].argmax(axis=1)
             touched[side, (cones.slope[row, axis] > 0.0).astype(np.intp), waypoint[row], axis] = True
     if closed:
-        touched[BEFORE, :, 0], touched[AFTER, :, -1] = touched[BEFORE, :, -1], touched[AFTER, :, 0]
+        touched[Side.BEFORE, :, 0], touched[Side.AFTER, :, -1] = touched[Side.BEFORE, :, -1], touched[Side.AFTER, :, 0]
     return touched & pinned

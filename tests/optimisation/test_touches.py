@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.optimisation.touches import AFTER, BEFORE, touched_walls
+from minsnap.optimisation.touches import Side, touched_walls
 
 FLOORS = (0.0, -1e-15, -1e-13, -1e-12, -1e-10, -1e-8)
 
@@ -53,7 +53,7 @@ def test_a_wall_of_one_leg_leaves_the_velocity_free():
     boxes = minsnap.Boxes([(-1, -1, 0), (2, -1, -3)], [(3, 1, 2), (5, 1, 1)])
     points = np.array([(0.0, 0.0, 1.0), (2.5, 0.0, 0.0), (4.0, 0.0, -1.0)])
     touched = touched_walls(points, np.ones(points.shape, dtype=bool), boxes.walls(points), False)
-    assert touched[BEFORE, 1, 1, 2] and not touched[AFTER].any() and touched.sum() == 1
+    assert touched[Side.BEFORE, 1, 1, 2] and not touched[Side.AFTER].any() and touched.sum() == 1
     traj = minsnap.plan(points, [1.0, 1.0], corridor=boxes)
     assert traj(1.0, 1)[2] < -0.1 and minsnap.certify(traj, points, boxes).ok
 
@@ -63,4 +63,4 @@ def test_waypoints_that_are_free_touch_nothing():
     points = np.array([(0.0, 0.5), (1.0, 0.5)])
     pinned = np.array([(False, True), (True, True)])
     touched = touched_walls(points, pinned, room.walls(points), False)
-    assert touched[BEFORE, 0, 1, 0] and touched.sum() == 1
+    assert touched[Side.BEFORE, 0, 1, 0] and touched.sum() == 1
