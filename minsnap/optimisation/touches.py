@@ -31,7 +31,7 @@ def touched_walls(waypoints: FloatArray, pinned: BoolArray, walls: Sequence[Wall
     Returns
     -------
     ndarray of bool, shape (2, 2, n, dim)
-        By the leg that the wall belongs to (``Side.BEFORE`` or ``Side.AFTER`` the waypoint) and the side that is free (0 below
+        By the leg that the wall belongs to (before or after the waypoint) and the side that is free (0 below
         the wall, 1 above it), waypoint and axis.
     """
     touched = np.zeros((2, 2, *waypoints.shape), dtype=bool)
