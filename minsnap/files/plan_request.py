@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from minsnap.errors import VehicleError
 
 if TYPE_CHECKING:
-    from minsnap.limits.limits import Limits
+    from minsnap.limits.limits import Limits, VehicleLimits
     from minsnap.vehicle.quadrotor import Quadrotor
 
 Point = tuple[float, ...]
@@ -161,6 +163,22 @@ def named_vehicle(name: str) -> Quadrotor:
     if name not in makers:
         raise VehicleError(f"no vehicle is called {name!r}: choose one of {', '.join(VEHICLES)}")
     return makers[name]()
+
+
+def preset_of(vehicle: Quadrotor) -> str | None:
+    """Return the name of the preset with the same body and rotors, or None; drag does not count in limits."""
+    for name in VEHICLES:
+        known = named_vehicle(name)
+        counted = [entry.name for entry in fields(known) if entry.name != "drag"]
+        if all(np.array_equal(getattr(vehicle, entry), getattr(known, entry)) for entry in counted):
+            return name
+    return None
+
+
+def besides_rotors(limits: VehicleLimits) -> dict[str, float]:
+    """Return the limits that a vehicle's own were combined with, by name."""
+    own = type(limits).of(limits.vehicle, limits.reserve).given()
+    return {name: value for name, value in limits.given().items() if own.get(name) != value}
 
 
 def _plain(widths: tuple[float, ...]) -> float | list[float]:

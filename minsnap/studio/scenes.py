@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -13,9 +12,8 @@ from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, LimitError, WaypointError
-from minsnap.files.plan_request import VEHICLES, SceneRequest, named_vehicle
+from minsnap.files.plan_request import VEHICLES, SceneRequest, besides_rotors, preset_of
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.vehicle.quadrotor import Quadrotor
 
 
 def scene_of(
@@ -86,19 +84,9 @@ def _bounds(limits: Limits | None) -> dict[str, Any]:
         return {}
     if limits.norm != "euclidean" or limits.gravity != GRAVITY:
         raise LimitError("a scene holds limits of the Euclidean norm under standard gravity: leave these out")
-    given = limits.given()
     if not isinstance(limits, VehicleLimits):
-        return {"limits": tuple(given.items())}
-    own = Limits.of(limits.vehicle, limits.reserve).given()
-    others = tuple((name, value) for name, value in given.items() if own.get(name) != value)
-    return {"limits": others, "rotors": limits.reserve, "vehicle": _preset(limits.vehicle)}
-
-
-def _preset(vehicle: Quadrotor) -> str:
-    """Return the name of the preset that has the same rotors and body; drag does not count in limits."""
-    for name in VEHICLES:
-        known = named_vehicle(name)
-        counted = [entry.name for entry in fields(known) if entry.name != "drag"]
-        if all(np.array_equal(getattr(vehicle, entry), getattr(known, entry)) for entry in counted):
-            return name
-    raise LimitError(f"a scene holds the rotors of {', '.join(VEHICLES)}: leave those of another vehicle out")
+        return {"limits": tuple(limits.given().items())}
+    name = preset_of(limits.vehicle)
+    if name is None:
+        raise LimitError(f"a scene holds the rotors of {', '.join(VEHICLES)}: leave those of another vehicle out")
+    return {"limits": tuple(besides_rotors(limits).items()), "rotors": limits.reserve, "vehicle": name}

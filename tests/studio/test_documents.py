@@ -10,7 +10,7 @@ import minsnap
 from minsnap.errors import FileError, WaypointError
 from minsnap.files.request_yaml import read_request
 from minsnap.studio import documents
-from minsnap.studio.edits import set_width, with_boxes
+from minsnap.studio.edits import set_width, with_boxes, with_room
 from minsnap.studio.plan_stages import planned_in_stages
 from minsnap.studio.working_folder import WorkingFolder
 
@@ -39,6 +39,14 @@ def test_every_kind_is_written(tmp_path, planned, kind):
         again = documents.open_scene(target)
         assert again.corridor == EXAMPLE.corridor and again.waypoints == EXAMPLE.waypoints
         assert again.durations == pytest.approx(np.diff(planned.trajectory.leg_breaks))
+
+
+def test_a_plan_in_every_wall_within_the_rotors_is_the_same_scene_when_opened(tmp_path):
+    walls = replace(with_room(with_boxes(EXAMPLE, True), True), corridor=(0.4, 0.3, 0.3, 0.3), total_time=None)
+    scene = replace(walls, limits=(("speed", 3.0),), rotors=0.25, yaw="velocity")
+    planned = list(planned_in_stages(scene, None, lambda: False))[-1]
+    documents.save_as("plan (JSON)", planned, scene, tmp_path / "a.json")
+    assert replace(documents.open_scene(tmp_path / "a.json"), durations=None) == scene
 
 
 def test_a_plan_of_another_scene_is_not_saved(tmp_path, planned):

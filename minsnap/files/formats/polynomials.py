@@ -23,7 +23,8 @@ from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.headings import headed, yaw_description
 from minsnap.files.formats.pieces import polynomials_of
-from minsnap.limits.limits import Limits
+from minsnap.files.plan_request import VEHICLES, besides_rotors, named_vehicle, preset_of
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import reading
 from minsnap.storage.text import load_yaml, read_text
@@ -177,7 +178,7 @@ def _plan(said: Mapping[str, Any]) -> PlanFile:
     trajectory = headed(trajectory, said["yaw"])
     waypoints = said.get("waypoints")
     points = None if waypoints is None else np.array(waypoints, dtype=np.float64)
-    limits = None if said.get("limits") is None else Limits(**said["limits"])
+    limits = None if said.get("limits") is None else _bounds(said["limits"])
     words = tuple(str(word) for word in said.get("command", ()))
     certificate = dict(said.get("certificate") or {})
     return PlanFile(
@@ -212,9 +213,20 @@ def _constraint(said: Any) -> Any:
 
 
 def _limits(limits: Limits) -> dict[str, Any]:
-    if type(limits) is not Limits:
-        raise FileError("limits of a vehicle have no description in a file: write the plan without its limits")
-    return {"norm": limits.norm, "gravity": limits.gravity} | limits.given()
+    if not isinstance(limits, VehicleLimits):
+        return {"norm": limits.norm, "gravity": limits.gravity} | limits.given()
+    name = preset_of(limits.vehicle)
+    if name is None:
+        raise FileError(f"a file describes the rotors of {', '.join(VEHICLES)}: write the plan without its limits")
+    return {"norm": limits.norm, "rotors": {"vehicle": name, "reserve": limits.reserve}} | besides_rotors(limits)
+
+
+def _bounds(said: Mapping[str, Any]) -> Limits:
+    """Return the limits that ``_limits`` described."""
+    values = {name: value for name, value in said.items() if name != "rotors"}
+    if "rotors" not in said:
+        return Limits(**values)
+    return Limits.of(named_vehicle(said["rotors"]["vehicle"]), said["rotors"]["reserve"], **values)
 
 
 def _plain(value: Any) -> Any:

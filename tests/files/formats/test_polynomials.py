@@ -1,6 +1,7 @@
 """Plans as JSON and YAML: the same curve, heading, corridor, limits and certificate."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from minsnap import Boxes, HalfSpaces, Limits, Polytopes, Room, RoundTube, Tube
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any, write_any
 from minsnap.files.formats.polynomials import read_polynomials, write_polynomials
+from minsnap.vehicle import Quadrotor
 
 CORNERS = [(0, 0, 1), (3, 0, 1), (3, 2, 1.5)]
 LIMITS = Limits(speed=2.0, tilt=0.4, norm="axis")
@@ -72,15 +74,23 @@ class Mine:
 def test_what_has_no_description_is_refused(tmp_path, path):
     with pytest.raises(FileError, match="constraint of kind Mine has no description"):
         write_polynomials(path, tmp_path / "plan.json", corridor=Mine())
-    with pytest.raises(FileError, match="limits of a vehicle"):
-        write_polynomials(path, tmp_path / "plan.json", limits=Limits.of(minsnap_vehicle()))
+    with pytest.raises(FileError, match="a file describes the rotors of crazyflie, dji_f330, px4_sih"):
+        write_polynomials(path, tmp_path / "plan.json", limits=Limits.of(replace(Quadrotor.dji_f330(), mass=1.7)))
     assert not list(tmp_path.iterdir())
 
 
-def minsnap_vehicle():
-    from minsnap.vehicle import Quadrotor
-
-    return Quadrotor.dji_f330()
+@pytest.mark.parametrize("others", [{}, {"speed": 3.0, "norm": "axis", "max_thrust": 1.4}])
+def test_limits_of_the_rotors_of_a_preset_are_kept(tmp_path, path, others):
+    limits = Limits.of(Quadrotor.px4_sih(), reserve=0.3, **others)
+    write_polynomials(path, tmp_path / "plan.json", limits=limits)
+    found = read_polynomials(tmp_path / "plan.json").limits
+    assert found.given() == limits.given() and (found.norm, found.gravity) == (limits.norm, limits.gravity)
+    assert (found.reserve, found.vehicle.name) == (0.3, limits.vehicle.name)
+    said = json.loads((tmp_path / "plan.json").read_text())
+    for rotors in ("px4_sih", {"vehicle": "px4_sih"}, {"vehicle": "px4_sih", "reserve": "much"}):
+        (tmp_path / "plan.json").write_text(json.dumps(said | {"limits": {"rotors": rotors}}))
+        with pytest.raises(FileError):
+            read_polynomials(tmp_path / "plan.json")
 
 
 BAD = {
