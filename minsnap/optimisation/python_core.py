@@ -16,10 +16,9 @@ from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.solved import Solved
-from minsnap.optimisation.stop_and_go import straight_heights
+from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
-from minsnap.tolerances import EXACT
 
 
 def solved_in_python(
@@ -59,15 +58,8 @@ def _sampled(problem: Problem, base: FloatArray, compiled: Compiled, instants: i
 
 def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError:
     """Return the error: where the straight leg itself touches a wall, or else that all solvers failed."""
-    curve = last.state.curve
     if last.trouble is Trouble.LATE:
         return SolverError("time_limit has passed without a certified plan: give more time, or widen the corridor")
-    for block, straight in zip(curve.compiled.blocks, straight_heights(curve), strict=True):
-        for wall in np.flatnonzero((straight >= -EXACT) & (block.order == 0)):
-            leg = int(block.piece[wall]) // task.pieces
-            return CorridorError(
-                f"waypoint {leg} or {leg + 1} lies on a wall of leg {leg}, and the curve has no room to stay inside: "
-                f"move the wall or the waypoint a little",
-                leg=leg,
-            )
-    return SolverError("the solvers found no curve inside the walls to working precision: widen them or change units")
+    return leg_on_wall(task, last.state.curve) or SolverError(
+        "the solvers found no curve inside the walls to working precision: widen them or change units"
+    )

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.errors import CorridorError
+from minsnap.optimisation.problem import Task
 from minsnap.optimisation.rows import Curve
 from minsnap.polynomials.extrema import maxima
+from minsnap.tolerances import EXACT
 
 
 def straight_inside(curve: Curve) -> bool:
@@ -33,3 +36,16 @@ def least_share(curve: Curve) -> float:
         out = bent > 0.0
         share = max(share, float((bent[out] / (bent[out] - straight[out])).max(initial=0.0)))
     return min(1.0, share)
+
+
+def leg_on_wall(task: Task, curve: Curve) -> CorridorError | None:
+    """Return the error that names the first leg whose straight line touches a wall; None where none does."""
+    for block, straight in zip(curve.compiled.blocks, straight_heights(curve), strict=True):
+        for wall in np.flatnonzero((straight >= -EXACT) & (block.order == 0)):
+            leg = int(block.piece[wall]) // task.pieces
+            return CorridorError(
+                f"waypoint {leg} or {leg + 1} lies on a wall of leg {leg}, and the curve has no room to stay inside: "
+                f"move the wall or the waypoint a little",
+                leg=leg,
+            )
+    return None

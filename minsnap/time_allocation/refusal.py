@@ -7,6 +7,8 @@ from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.elastic import Elastic
 from minsnap.optimisation.infeasibility import explain_corridor, hardest_pressed, normalised
 from minsnap.optimisation.problem import Task
+from minsnap.optimisation.rows import Curve
+from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.time_allocation.elastic_scale import ElasticScale, give_limits
 from minsnap.time_allocation.least_cost import leg_sums
 
@@ -22,6 +24,8 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
     InfeasibleError
         With ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; with ``stretch`` where the
         corridor would do but limits would not.
+    CorridorError
+        With ``leg``, where waypoints lie on a wall.
     SolverError
         If nothing explains it: the solvers failed on a problem that has a solution.
     """
@@ -29,7 +33,10 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
     if refused is not None:
         return refused
     if not any(wall.order for wall in task.walls):
-        return SolverError("the solvers failed on a problem that has a solution: try another solver=")
+        problem, _, compiled, base = normalised(task, durations)
+        return leg_on_wall(task, Curve(problem, compiled, base)) or SolverError(
+            "the solvers failed on a problem that has a solution: try another solver="
+        )
     return _too_fast(task, durations)
 
 

@@ -64,3 +64,18 @@ def test_waypoints_that_are_free_touch_nothing():
     pinned = np.array([(False, True), (True, True)])
     touched = touched_walls(points, pinned, room.walls(points), False)
     assert touched[Side.BEFORE, 0, 1, 0] and touched.sum() == 1
+
+
+@pytest.mark.parametrize("seed", range(0, 20, 2))
+def test_a_slanted_wall_that_waypoints_lie_on_is_planned_or_named(seed):
+    random = np.random.default_rng(seed)
+    points, normal = random.uniform(-3.0, 3.0, (4, 3)), random.normal(size=3)
+    normal /= np.linalg.norm(normal)
+    offset = normal @ points[1]
+    beyond = np.maximum(points @ normal - offset, 0.0)
+    points -= 2.0 * beyond[:, None] * normal
+    wall = minsnap.HalfSpaces(normal, offset)
+    try:
+        assert minsnap.certify(minsnap.plan(points, [1.0, 1.5, 1.2], corridor=wall), points, wall).ok
+    except minsnap.CorridorError as error:
+        assert "lies on" in str(error)
