@@ -1,5 +1,6 @@
 # make demo   a rectangle in a corridor: CSV, picture and check, in out/
-# make test   all tests (examples, doctests and the documentation's build among them), warnings as errors; JOBS=2: in 2 processes
+# make test   all tests (examples, doctests and the documentation's build among them), warnings as errors
+# JOBS=2      with a target that tests: in 2 processes
 # make test-python  the tests of plans once more, by the Python core
 # make test-interpreter PYTHON=python3.10  a part of the tests with another interpreter
 # make lint   ruff and mypy
@@ -13,6 +14,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OTHER := build/interpreter
+PARALLEL := $(if $(JOBS),-n $(JOBS))
 # Versions are pinned for Python 3.11 and newer; for 3.10, which they have left behind, pip chooses the last that there are.
 PINS := $(shell $(PYTHON) -c 'import sys; print("--constraint constraints.txt" * (sys.version_info >= (3, 11)))')
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PINS)
@@ -32,22 +34,22 @@ demo: $(VENV)/installed
 
 test: $(VENV)/developing
 	MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build
-	MINSNAP_REQUIRE_NATIVE=1 MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error $(if $(JOBS),-n $(JOBS))
+	MINSNAP_REQUIRE_NATIVE=1 MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error $(PARALLEL)
 
 test-python: $(VENV)/developing
-	MINSNAP_CORE=python MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error tests/optimisation tests/trajectory \
+	MINSNAP_CORE=python MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error $(PARALLEL) tests/optimisation tests/trajectory \
 		tests/test_planner.py tests/test_many.py tests/test_reference_values.py
 
 clang: $(VENV)/developing
 	CXX=clang++ MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build --output build/clang/_core.bin
-	MINSNAP_CORE=native MINSNAP_LIBRARY=build/clang/_core.bin $(BIN)/python -m pytest -W error -p no:cacheprovider tests/native \
+	MINSNAP_CORE=native MINSNAP_LIBRARY=build/clang/_core.bin $(BIN)/python -m pytest -W error $(PARALLEL) -p no:cacheprovider tests/native \
 		--ignore tests/native/test_build.py --ignore tests/native/test_wheel.py -m "not slow"
 
 # The installed package and its core with another interpreter, in an environment of its own.
 test-interpreter:
 	@rm -rf $(OTHER) && $(PYTHON) -m venv $(OTHER)
-	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) . pyyaml pytest hypothesis
-	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest -W error -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
+	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) . pyyaml pytest pytest-xdist hypothesis
+	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest -W error $(PARALLEL) -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
 		$(addprefix $(CURDIR)/tests/,test_planner.py test_reference_values.py test_cards.py shapes optimisation/test_fallbacks.py cli/test_shape_commands.py)
 
 sanitize: $(VENV)/developing
