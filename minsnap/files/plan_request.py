@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from minsnap.errors import VehicleError
 
@@ -166,13 +164,11 @@ def named_vehicle(name: str) -> Quadrotor:
 
 
 def preset_of(vehicle: Quadrotor) -> str | None:
-    """Return the name of the preset with the same body and rotors, or None; drag does not count in limits."""
-    for name in VEHICLES:
-        known = named_vehicle(name)
-        counted = [entry.name for entry in fields(known) if entry.name != "drag"]
-        if all(np.array_equal(getattr(vehicle, entry), getattr(known, entry)) for entry in counted):
-            return name
-    return None
+    """Return the name of the preset that is the same vehicle, or None."""
+    from minsnap.vehicle.yaml import description_of
+
+    told = description_of(vehicle)
+    return next((name for name in VEHICLES if description_of(named_vehicle(name)) == told), None)
 
 
 def besides_rotors(limits: VehicleLimits) -> dict[str, float]:

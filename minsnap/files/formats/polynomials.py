@@ -23,13 +23,15 @@ from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.headings import headed, yaw_description
 from minsnap.files.formats.pieces import polynomials_of
-from minsnap.files.plan_request import VEHICLES, besides_rotors, named_vehicle, preset_of
+from minsnap.files.plan_request import besides_rotors, named_vehicle, preset_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import reading
 from minsnap.storage.text import load_yaml, read_text
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle.yaml import description_of, vehicle_from
 
 MARK = "minsnap polynomials"
 VERSION = 1
@@ -215,10 +217,8 @@ def _constraint(said: Any) -> Any:
 def _limits(limits: Limits) -> dict[str, Any]:
     if not isinstance(limits, VehicleLimits):
         return {"norm": limits.norm, "gravity": limits.gravity} | limits.given()
-    name = preset_of(limits.vehicle)
-    if name is None:
-        raise FileError(f"a file describes the rotors of {', '.join(VEHICLES)}: write the plan without its limits")
-    return {"norm": limits.norm, "rotors": {"vehicle": name, "reserve": limits.reserve}} | besides_rotors(limits)
+    vehicle = preset_of(limits.vehicle) or description_of(limits.vehicle)
+    return {"norm": limits.norm, "rotors": {"vehicle": vehicle, "reserve": limits.reserve}} | besides_rotors(limits)
 
 
 def _bounds(said: Mapping[str, Any]) -> Limits:
@@ -226,7 +226,9 @@ def _bounds(said: Mapping[str, Any]) -> Limits:
     values = {name: value for name, value in said.items() if name != "rotors"}
     if "rotors" not in said:
         return Limits(**values)
-    return Limits.of(named_vehicle(said["rotors"]["vehicle"]), said["rotors"]["reserve"], **values)
+    told = said["rotors"]["vehicle"]
+    vehicle = vehicle_from(Quadrotor, told) if isinstance(told, dict) else named_vehicle(told)
+    return Limits.of(vehicle, said["rotors"]["reserve"], **values)
 
 
 def _plain(value: Any) -> Any:

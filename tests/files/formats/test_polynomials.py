@@ -74,8 +74,6 @@ class Mine:
 def test_what_has_no_description_is_refused(tmp_path, path):
     with pytest.raises(FileError, match="constraint of kind Mine has no description"):
         write_polynomials(path, tmp_path / "plan.json", corridor=Mine())
-    with pytest.raises(FileError, match="a file describes the rotors of crazyflie, dji_f330, px4_sih"):
-        write_polynomials(path, tmp_path / "plan.json", limits=Limits.of(replace(Quadrotor.dji_f330(), mass=1.7)))
     assert not list(tmp_path.iterdir())
 
 
@@ -91,6 +89,16 @@ def test_limits_of_the_rotors_of_a_preset_are_kept(tmp_path, path, others):
         (tmp_path / "plan.json").write_text(json.dumps(said | {"limits": {"rotors": rotors}}))
         with pytest.raises(FileError):
             read_polynomials(tmp_path / "plan.json")
+
+
+def test_limits_of_ones_own_vehicle_are_kept_with_its_drag(tmp_path, path):
+    mine = replace(Quadrotor.px4_sih(), mass=1.1, drag=Quadrotor.dji_f330().drag, name="mine")
+    for vehicle in (mine, replace(Quadrotor.px4_sih(), drag=mine.drag)):
+        limits = Limits.of(vehicle, reserve=0.2, speed=5.0)
+        for name in ("plan.json", "plan.yaml"):
+            write_polynomials(path, tmp_path / name, limits=limits)
+            found = read_polynomials(tmp_path / name).limits
+            assert found.given() == limits.given() and found.utilisation(path) == limits.utilisation(path)
 
 
 BAD = {
