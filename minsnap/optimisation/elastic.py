@@ -18,6 +18,7 @@ from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import AxisGroup, axis_group
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
+from minsnap.optimisation.qp import ACCURACY as SOLVED
 from minsnap.optimisation.qp import DENSE, Programme, solve_qp
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, rows_in_unknowns, rows_outside
@@ -30,6 +31,9 @@ ACCURACY = 3e-4
 """Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
 
 ROUNDS = 30
+
+ACCEPTED = (SOLVED, 1e-4)
+"""Relative duality gaps of a solution that are accepted in turn: multipliers of 1e6 leave a larger one."""
 
 DENSELY, SPARSELY = ("daqp", "nnls", "piqp", "clarabel"), ("piqp", "clarabel")
 """Solvers to try in turn, by coordinates."""
@@ -159,12 +163,13 @@ class Elastic:
         return self.rows
 
     def _solve(self) -> tuple[FloatArray, FloatArray]:
-        for group in self._groups():
-            usual = DENSELY if group.whitened else SPARSELY
-            for solver in (*(() if self.solver == "auto" else (self.solver,)), *usual):
-                found = self._attempt(group, solver)
-                if found is not None:
-                    return found
+        for accuracy in ACCEPTED:
+            for group in self._groups():
+                usual = DENSELY if group.whitened else SPARSELY
+                for solver in (*(() if self.solver == "auto" else (self.solver,)), *usual):
+                    found = self._attempt(group, solver, accuracy)
+                    if found is not None:
+                        return found
         raise SolverError("no solver found by how much the walls must give way: change units or durations")
 
     def _groups(self) -> Iterator[AxisGroup]:
@@ -179,14 +184,14 @@ class Elastic:
             self._made[whitened] = axis_group(self.problem, self.base, axes, whitened)
         return self._made[whitened]
 
-    def _attempt(self, group: AxisGroup, solver: str) -> tuple[FloatArray, FloatArray] | None:
+    def _attempt(self, group: AxisGroup, solver: str, accuracy: float) -> tuple[FloatArray, FloatArray] | None:
         rows = self._known
         G, bound, norms = group.matrix(rows, np.arange(len(rows)), 0.0)
         size = max(float(-bound.min()), 1e-3)
         moves = self.give.weight[rows.source.wall] * self.compiled.widths[rows.source.wall] / norms / size
         unit = 1.0 / float(moves[self.give.group[rows.source.wall] >= 0].max(initial=0.0) or 1.0)
         asked, weight = self._programme(group, G, bound / size, moves * unit, unit, size)
-        found = solve_qp(asked, solver, 1.0, weight=weight)
+        found = solve_qp(asked, solver, 1.0, weight=weight, accuracy=accuracy)
         if found is None:
             return None
         n = len(group.columns)

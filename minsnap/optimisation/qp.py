@@ -85,7 +85,12 @@ def check_solver(solver: str) -> str:
 
 
 def solve_qp(
-    asked: Programme, solver: str, tiny: float = ROUNDING, active: BoolArray | None = None, weight: float = 1.0
+    asked: Programme,
+    solver: str,
+    tiny: float = ROUNDING,
+    active: BoolArray | None = None,
+    weight: float = 1.0,
+    accuracy: float = ACCURACY,
 ) -> Solution | None:
     """Solve a programme, or return None if the solver fails or gives an answer that fails the check.
 
@@ -98,9 +103,11 @@ def solve_qp(
         Cost below which a duality gap does not matter.
     active : ndarray of bool, shape (a,), optional
         Which of the first a rows were active in a similar programme: where ``"nnls"`` begins.
+    accuracy : float
+        Relative duality gap that is accepted.
     """
     found = _nearest(asked, active, weight) if solver == "nnls" else _through_qpsolvers(asked, solver)
-    return found if found is not None and _holds(asked, found, tiny) else None
+    return found if found is not None and _holds(asked, found, tiny, accuracy) else None
 
 
 def _nearest(asked: Programme, active: BoolArray | None, weight: float) -> Solution | None:
@@ -131,8 +138,8 @@ def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
     return Solution(solution.x, z, y, solver)
 
 
-def _holds(asked: Programme, found: Solution, tiny: float) -> bool:
-    """Whether a solution satisfies its rows with a small relative duality gap; ``found`` alone is not sufficient."""
+def _holds(asked: Programme, found: Solution, tiny: float, accuracy: float) -> bool:
+    """Whether a solution satisfies its rows with that relative duality gap; ``found`` alone is not sufficient."""
     x = found.x
     Px, linear = asked.P @ x, float(asked.q @ x)
     gap = float(x @ Px) + linear
@@ -144,7 +151,7 @@ def _holds(asked: Programme, found: Solution, tiny: float) -> bool:
         if not _within(np.abs(asked.A @ x - asked.b), x, asked.b):
             return False
         gap += float(asked.b @ found.equality_multipliers)
-    return abs(gap) <= ACCURACY * (float(x @ Px) + abs(linear) + tiny)
+    return abs(gap) <= accuracy * (float(x @ Px) + abs(linear) + tiny)
 
 
 def _within(violation: FloatArray, x: FloatArray, bounds: FloatArray) -> bool:

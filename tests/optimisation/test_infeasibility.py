@@ -9,6 +9,7 @@ from tasks import REFERENCE, random_legs
 import minsnap
 from minsnap.cli.app import exit_status
 from minsnap.errors import InfeasibleError
+from minsnap.optimisation import elastic
 
 TIMES = np.array([4.0, 2.0, 4.0, 2.0])
 
@@ -68,3 +69,18 @@ def test_smallest_radius_where_nothing_is_free_is_that_of_samples(speed):
     assert refused.smallest_width == pytest.approx(reach, rel=3e-4)
     assert fits(points, durations, corridor=minsnap.RoundTube(refused.smallest_width), **asked)
     assert not fits(points, durations, corridor=minsnap.RoundTube(0.99 * reach), **asked)
+
+
+def test_a_larger_gap_is_accepted_where_no_solver_reaches_the_usual_one(monkeypatch):
+    asked = {"corridor": minsnap.RoundTube(0.2), "start": {"velocity": (0.0, 2.0, 0.0)}, "pieces": 2}
+
+    def width():
+        with pytest.raises(InfeasibleError) as refused:
+            minsnap.plan([(0, 0, 0), (5, 0, 0), (5, 4, 0)], [2.0, 2.0], **asked)
+        return refused.value.smallest_width
+
+    usual, solve_qp = width(), elastic.solve_qp
+    monkeypatch.setattr(
+        elastic, "solve_qp", lambda *asked, **how: None if how["accuracy"] < 1e-5 else solve_qp(*asked, **how)
+    )
+    assert width() == pytest.approx(usual, rel=1e-3)
