@@ -14,6 +14,7 @@ from time import monotonic
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import floating
 from minsnap.optimisation.exchange import NEAR, Proof, State, Trouble, begun, exchange, solved_once
 from minsnap.optimisation.master_qp import MasterQP, axis_masks, master_qp
@@ -99,14 +100,17 @@ class Attempt:
         return max(len(group.columns) for group in self.master.groups)
 
     def again(self, method: Method) -> Attempt:
-        """Run the exchange with another method, with the rows found so far."""
+        """Run the exchange with another method and the rows found so far, unless its coordinates are singular."""
         master = self.master
         if (method.whitened, method.extended) == (self.method.whitened, self.method.extended):
             master = replace(master, solvers=method.solvers)
         else:
             problem = replace(master.problem, extended=method.extended)
             base = unbounded_optimum(problem)
-            master = master_qp(problem, base, master.compiled, method.solvers, method.whitened)
+            try:
+                master = master_qp(problem, base, master.compiled, method.solvers, method.whitened)
+            except SolverError:
+                return self
         rows = None if self.state.rows is None else master.express(self.state.rows.source)
         answer = self.state.answer if method.extended == self.method.extended else None
         state = State(self.state.curve, self.state.nearest, rows, answer, self.state.shift, method.inward)

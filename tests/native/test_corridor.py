@@ -14,6 +14,8 @@ from minsnap.corridors.tubes import Tube
 from minsnap.native import library
 from minsnap.native.corridor import solve_corridor
 from minsnap.native.status import Status
+from minsnap.optimisation.native_solve import corridor_question
+from minsnap.optimisation.problem import Task
 from minsnap.trajectory.trajectory import Trajectory
 
 DURATIONS = np.array([4.0, 2.0, 4.0, 2.0])
@@ -73,6 +75,50 @@ def test_multipliers_say_how_the_cost_falls_with_the_width():
     )
     slope = (wide.cost - narrow.cost) / (2.0 * step) * tube_question(REFERENCE, DURATIONS, 0.3).length
     assert -middle.multiplier.sum() == pytest.approx(slope, rel=1e-3)
+
+
+def extreme_legs(seed, legs, dim, ratio, share):
+    """Random legs of 1 to 10 m with durations of a given ratio, and half-widths of a share of their mean length."""
+    draw = np.random.default_rng(seed)
+    steps = draw.normal(size=(legs, dim))
+    steps *= draw.uniform(1.0, 10.0, (legs, 1)) / np.linalg.norm(steps, axis=1)[:, None]
+    exponents = draw.uniform(size=legs)
+    exponents = (exponents - exponents.min()) / np.ptp(exponents)
+    points = np.concatenate((np.zeros((1, dim)), np.cumsum(steps, axis=0)))
+    return points, 2.0 * ratio ** (exponents - 0.5), share * float(np.linalg.norm(steps, axis=1).mean())
+
+
+def pieces_question(points, durations, width, half, pieces):
+    """The question of a tube with several polynomials per leg, rest to rest."""
+    still = {order: np.zeros(points.shape[1]) for order in range(1, half)}
+    none, walls = np.zeros_like(points), list(Tube(width).walls(points))
+    pins = {0: still, len(points) - 1: still}
+    task = Task(points, none, none, pins, half, half - 1, False, pieces, walls, "auto")
+    times = task.piece_durations(durations)
+    return corridor_question(task, times, task.units(times))
+
+
+@pytest.mark.parametrize(("half", "pieces", "seed"), [(6, 3, 0), (6, 2, 3), (5, 5, 0)])
+def test_contacts_beside_each_other_are_told_apart(half, pieces, seed):
+    """Six legs, durations of ratio 45, half-widths of 0.6 mm per metre: some 120 contacts, several on one wall."""
+    answer = solve_corridor(pieces_question(*extreme_legs(seed, 6, 3, 45.0, 6e-4), half, pieces))
+    assert answer.status is Status.DONE
+    assert 0.0 <= answer.cost - answer.bound <= 2e-6 * answer.cost
+
+
+@pytest.mark.parametrize("seed", (0, 5))
+def test_what_the_rounding_of_a_proof_costs_is_allowed_beside_the_gap(seed):
+    """Two legs, durations of ratio 2,800: the optimum passes 1e9 m from a corridor of millimetres."""
+    answer = solve_corridor(pieces_question(*extreme_legs(seed, 2, 4, 2800.0, 1e-3), 4, 2))
+    assert answer.status is Status.DONE
+    assert 0.0 <= answer.cost - answer.bound <= 1e-3 * answer.cost
+
+
+def test_what_windows_do_not_solve_is_solved_whole():
+    question = pieces_question(*extreme_legs(13, 10, 3, 1.02, 1e-3), 6, 5)
+    answer = solve_corridor(question)
+    assert len(question.durations) == 50 and answer.status is Status.DONE
+    assert 0.0 <= answer.cost - answer.bound <= 1e-6 * answer.cost
 
 
 def test_walls_far_from_the_curve_change_nothing():

@@ -106,7 +106,10 @@ def test_walls_move_inwards_by_what_the_certificate_loses_to_rounding(seed):
         assert certificate.ok and curve.report.corridor_margin == certificate.corridor_margin >= 0.0
 
 
-def test_where_moving_walls_for_rounding_costs_too_much_the_python_core_answers():
+def test_what_moving_walls_for_rounding_costs_is_no_reason_to_hand_over():
     points, durations, widths = skewed(150)
     curve = minsnap.plan(points, durations, corridor=widths)
-    assert curve.report.core == "python" and minsnap.certify(curve, points, widths).ok
+    with using("python"):
+        python = minsnap.plan(points, durations, corridor=widths)
+    assert curve.report.core == "native" and minsnap.certify(curve, points, widths).ok
+    assert curve.cost() <= 1.00001 * python.cost()

@@ -235,19 +235,6 @@ public:
         return {own.axes, own.piece};
     }
 
-    // Inner product of two whitened rows of planes: where all coordinates share a factor, rows are n (x) phi, and one
-    // stretch of each is enough.
-    Real inner(const Real *a, const Plane<Real> &one, const Real *b, const Plane<Real> &other) const {
-        if (!alike_) return orthogonal_.inner(a, {one.axes, one.piece}, b, {other.axes, other.piece});
-        Real normals = 0;
-        for (int axis = 0; axis < layout_.dim; ++axis) normals += one.normal[axis] * other.normal[axis];
-        if (normals == 0) return 0;
-        const int p = one.steepest, q = other.steepest, piece = one.piece > other.piece ? one.piece : other.piece;
-        const int from = layout_.first(p, piece), length = layout_.offset[p + 1] - from;
-        const Real product = dot(a + from, b + layout_.first(q, piece), length);
-        return product * normals / (one.normal[p] * other.normal[q]);
-    }
-
     const Real *vector(int k) const { return &vectors_[std::size_t(rows_[k].slot) * layout_.entries]; }
 
 private:
@@ -269,8 +256,6 @@ private:
                     layout_.offset[axis] + factors_[axis]->start(piece);
         }
         layout_.entries = layout_.offset[chain_.dim];
-        alike_ = true;
-        for (int axis = 1; axis < chain_.dim; ++axis) alike_ = alike_ && factors_[axis] == factors_[0];
         return true;
     }
 
@@ -354,7 +339,6 @@ private:
     Buffer<Real> vectors_, z_, step_, rest_, along_, factor_;
     Buffer<int> free_;
     int count_ = 0;
-    bool alike_ = false;
 };
 
 }  // namespace minsnap

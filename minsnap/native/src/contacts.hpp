@@ -87,10 +87,12 @@ private:
 
     std::size_t length() const { return std::size_t(chain_.pieces) * chain_.dim * chain_.size.points(); }
 
-    // Rows near each other on one wall, of a ball on the same side.
+    // Rows near each other on one wall: of a ball on the same side, of a plane with no turn away from it between them.
     bool one_contact(const Row<Real> &a, const Row<Real> &b) const {
-        return a.wall == b.wall && std::fabs(a.s - b.s) < near &&
-               (walls_[a.wall].ball < 0 || dot(a.direction, b.direction, chain_.dim) > Real(0.5));
+        if (a.wall != b.wall || !(std::fabs(a.s - b.s) < near)) return false;
+        if (walls_[a.wall].ball >= 0) return dot(a.direction, b.direction, chain_.dim) > Real(0.5);
+        const Real between = jet_of(chain_.points, a.plane, (a.s + b.s) / 2).value, limits = (a.limit + b.limit) / 2;
+        return between > limits - Real(1e-12) * walls_[a.wall].width;
     }
     // Rows at the ends of a piece stay there.
     bool is_fixed(int k) const {
@@ -128,22 +130,21 @@ private:
         return parameter_count_ > 0;
     }
 
-    // S = D'D - C'C with the rows' derivatives D and C = Q'D = R^-T A'D. Newton's matrix need not be precise.
+    // S = P'P with the rows' derivatives made orthogonal to the rows, P = D - Q Q'D: the difference of the Gram matrices of
+    // D and Q'D would cancel where derivatives depend on the rows.
     bool make_system() {
-        const int count = active_.count(), all = parameter_count_;
+        const int all = parameter_count_;
         const std::size_t size = all;
         if (!system_.allocate(size * size) || !derivatives_.allocate(size * active_.layout().entries) ||
-            !along_.allocate(size * count) || !right_.allocate(size))
+            !along_.allocate(active_.count()) || !right_.allocate(size) || !reach_.allocate(size))
             return false;
+        Orthogonal<Real> &orthogonal = active_.orthogonal();
         for (int p = 0; p < all; ++p) {
             const Parameter &own = parameters_[p];
-            active_.whiten(own.plane, active_.row(own.row).s, own.part == instant ? 1 : 0, derivative(p));
-            for (int l = 0; l < count; ++l)
-                along(p)[l] = active_.inner(active_.vector(l), active_.row(l).plane, derivative(p), own.plane);
-            active_.orthogonal().solve_transposed(along(p));
+            reach_[p] = active_.whiten(own.plane, active_.row(own.row).s, own.part == instant ? 1 : 0, derivative(p));
+            orthogonal.project(derivative(p), reach_[p], along_.data());
             for (int o = 0; o <= p; ++o)
-                entry(p, o) = active_.inner(derivative(p), own.plane, derivative(o), parameters_[o].plane) -
-                              dot(along(p), along(o), count);
+                entry(p, o) = orthogonal.inner(derivative(p), reach_[p], derivative(o), reach_[o]);
         }
         for (int p = 0; p < all; p += parameters_[p].count) add_bend(p);
         return true;
@@ -202,7 +203,6 @@ private:
     }
 
     Real &entry(int p, int o) { return system_[std::size_t(p) * parameter_count_ + o]; }
-    Real *along(int p) { return &along_[std::size_t(p) * active_.count()]; }
     Real *derivative(int p) { return &derivatives_[std::size_t(p) * active_.layout().entries]; }
 
     const Chain<Real, Half> &chain_;
@@ -212,6 +212,7 @@ private:
     Buffer<Row<Real>> rows_, kept_;
     Buffer<Real> system_, derivatives_, right_, along_, before_;
     Buffer<Parameter> parameters_;
+    Buffer<Reach> reach_;
     int kept_count_ = 0, parameter_count_ = 0;
 };
 

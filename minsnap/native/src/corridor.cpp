@@ -9,7 +9,7 @@
 namespace minsnap {
 namespace {
 
-constexpr std::int64_t most_whole = 48, most_pieces = 200'000, most_walls = 10'000'000;
+constexpr std::int64_t most_whole = 48, most_again = 96, most_pieces = 200'000, most_walls = 10'000'000;
 
 bool all_finite(const double *values, std::int64_t count) {
     for (std::int64_t i = 0; i < count; ++i)
@@ -75,7 +75,10 @@ Status check_request(const Request &given) {
 
 Status solve_request(const Request &given, Answer &answer, std::int64_t &attempts) {
     attempts = 1;
-    if (given.pieces > most_whole) return solve_in_windows(given, answer);
+    if (given.pieces > most_whole) {
+        const Status windows = solve_in_windows(given, answer);
+        if (windows == Status::done || windows == Status::infeasible || given.pieces > most_again) return windows;
+    }
     ExchangeSolver solver;
     const Status status = solver.solve(given, answer);
     if (status == Status::done || status == Status::no_memory || status == Status::infeasible) return status;

@@ -46,10 +46,12 @@ public:
     ActiveSet<Real, Half> active;
 
 private:
-    static constexpr int most_rounds = 300, most_tries = 8, shortest_pause = 3;
-    // Products of vectors' entries, about, after which it gives up: some tenths of a second in either precision.
-    static constexpr double most_work = sizeof(Real) > 8 ? 1.5e7 : 1e8;
-    static constexpr Real roughly = Real(1e-5);  // excess of a rough answer, in widths
+    static constexpr int most_rounds = 1000, most_tries = 8, shortest_pause = 3;
+    // Products of vectors' entries, about, after which it gives up: half a second or so in either precision.
+    static constexpr double most_work = sizeof(Real) > 8 ? 1.5e8 : 8e8;
+    static constexpr Real absurd = Real(1e6);        // times the cost of stops at all knots: rounding has taken over
+    static constexpr Real most_inward = Real(1e-3);  // share of their widths by which walls move
+    static constexpr Real roughly = Real(1e-5);      // excess of a rough answer, in widths
 
     Status prepare() {
         if (!chain.allocate(given_->pieces, given_->dim, given_->closed)) return Status::no_memory;
@@ -61,6 +63,7 @@ private:
             if (status != Status::done) return status;
             if (walls_[index].ball >= 0) ++balls;
         }
+        most_cost_ = absurd * chain.cost();  // of what is pinned alone: straight legs with stops
         const Status status = factorise();
         if (status != Status::done) return status;
         most_peaks_ = 8 * given_->walls.count + 8;
@@ -137,7 +140,7 @@ private:
                 pause_ = largest(pause_, 2);
             }
             if (pause_ == 0 && near_rows() && moved()) continue;
-            if (work_ > most_work) return Status::no_progress;
+            if (work_ > most_work || !(active.squared_distance() < most_cost_)) return Status::no_progress;
             if (pause_ > 0) --pause_;
             const Status status = take_in();
             if (status != Status::done) return status;
@@ -148,8 +151,7 @@ private:
     // By how large a share of their widths walls may move inwards.
     Real affordable() const {
         const Real cost = free_cost_ + active.squared_distance(), slope = active.slope();
-        const Real most = Real(1e-3);
-        return slope > 0 ? smallest(Real(given_->gap) * cost / (Real(1.5) * slope), most) : most;
+        return slope > 0 ? smallest(Real(given_->gap) * cost / (Real(1.5) * slope), most_inward) : most_inward;
     }
 
     void find_peaks() {
@@ -245,7 +247,7 @@ private:
     // Move the rows to the contacts; if that does not halve the excess, come back.
     bool moved() {
         const Real before = worst_;
-        work_ += 3.0 * active.count() * active.count() * active.layout().entries;
+        work_ += 4.0 * active.count() * active.count() * active.layout().entries;
         contacts_.remember();
         if (contacts_.step(share_)) {
             find_peaks();
@@ -300,7 +302,18 @@ private:
             for (std::size_t i = 0; i < state; ++i)
                 answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
         if (!std::isfinite(answer.cost) || !std::isfinite(answer.bound)) return Status::not_proved;  // as doubles
-        return rough_ || std::fabs(cost - bound) <= Real(given_->gap) * cost ? Status::done : Status::not_proved;
+        const Real proof = smallest(price_of_proof(), most_inward * cost);
+        return rough_ || std::fabs(cost - bound) <= Real(given_->gap) * cost + proof ? Status::done : Status::not_proved;
+    }
+
+    // What it costs that walls moved inwards by more than the gap allows, for the rounding of the proof.
+    Real price_of_proof() const {
+        Real total = 0;
+        for (int k = 0; k < active.count(); ++k) {
+            const Row<Real> &row = active.row(k);
+            total += 2 * largest(row.multiplier, Real(0)) / row.norm * walls_[row.wall].inward;
+        }
+        return total;
     }
 
     // The least value of cost + 2 sum mu (n.r - b) over all curves is J0 - |sum mu a|^2 + 2 sum mu (n.r0 - b), where J0
@@ -326,7 +339,7 @@ private:
     Buffer<Peak<Real>> peaks_;
     Buffer<Real> scratch_, free_points_;
     Peak<Real> failures_[most_failures];
-    Real free_cost_ = 0, share_ = 0, worst_ = 0;
+    Real free_cost_ = 0, share_ = 0, worst_ = 0, most_cost_ = 0;
     std::int64_t most_peaks_ = 0, peak_count_ = 0;
     int failure_count_ = 0, pause_ = 0, patience_ = 0, tries_ = 0;
     bool infeasible_ = false, rough_ = false, moved_walls_ = false;

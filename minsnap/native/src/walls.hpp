@@ -32,7 +32,6 @@ template <class Real>
 struct Plane {
     int piece, order;
     unsigned axes;  // bits of the coordinates that it touches
-    int steepest;   // the coordinate along which the normal is longest
     Real normal[max_dim];
     Real bound;
 
@@ -40,7 +39,6 @@ struct Plane {
         normal[axis] = component;
         if (component == 0) return;
         axes |= 1U << axis;
-        if (std::fabs(component) > std::fabs(normal[steepest])) steepest = axis;
     }
 };
 
