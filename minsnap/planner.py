@@ -132,7 +132,7 @@ def plan(
         Called with a ``Step`` at every evaluation of a search; True shows a line on standard error where it takes long.
     pieces : int or "auto"
         Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide legs, into three
-        and then six, as long as that gains more than half a percent; it is one elsewhere.
+        and then six, as long as that promises to gain half a percent; it is one elsewhere.
     room : Room or (lower, upper), optional
         Two corners of a box that contains all legs [m], such as ``((-4, -4, 0), (4, 4, 6))``.
     waypoint_tolerance : float, array_like of shape (n,) or (n, dim), or Ball, optional
