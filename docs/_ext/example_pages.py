@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,15 @@ FOLDER = Path(__file__).parents[2] / "examples"
 def story(script: Path) -> tuple[str, str]:
     """Return the title of an example and the text of its docstring, the title left out.
 
-    The title is the first line up to a colon, or all of it.
+    The title is the first line up to a colon, or all of it. What is indented after a colon is a command.
     """
     text = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
     first, _, rest = text.partition("\n")
     title, _, sentence = first.partition(": ")
     if not title:
         raise ValueError(f"{script}: the docstring does not begin with a title")
-    return title.rstrip("."), f"{sentence[:1].upper()}{sentence[1:]}\n{rest}".strip()
+    body = re.sub(r"(?<!:):\n\n(?= {4})", "::\n\n", rest)
+    return title.rstrip("."), f"{sentence[:1].upper()}{sentence[1:]}\n{body}".strip()
 
 
 def page(script: Path, figure: Path | None) -> str:
