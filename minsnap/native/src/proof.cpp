@@ -11,10 +11,9 @@ namespace {
 
 constexpr double infinity = __builtin_huge_val();
 
-// The certificate's errors, doubled: it looks at walls in another order, and its bounds may differ by their last bits.
+// The certificate looks at walls in another order, and its bounds may differ: for balls errors are doubled, and this
+// share of the radius is left.
 constexpr double more = 2.0;
-
-// For the same reason, share of a ball's radius that its proof leaves.
 constexpr double less = 64.0 * unit;
 
 template <class Job>
@@ -44,9 +43,13 @@ Greatest Proof::excess(std::int64_t wall) {
     Scalar component, excess;
     along(relative_(walls_.piece_of(wall), order, walls_.anchor + wall * dim), walls_.normal + wall * dim, component);
     Greatest kept{0.0, -infinity, 0.0, wall};
-    if (beyond(component, walls_.bound[wall], 1.0, kept, excess)) return kept;
+    const bool settled = beyond(component, walls_.bound[wall], 1.0, kept, excess);
+    // The certificate looks at walls in another order; so its bounds may differ, by less than the largest error, where
+    // they are more than what is attained.
     const int n = excess.degree;
-    for (int j = 0; j <= n; ++j) excess.error[j] *= more;
+    double room = 0.0;
+    for (int j = 0; j <= n; ++j) room = excess.error[j] > room ? excess.error[j] : room;
+    if (settled && above(kept.bound, room) <= 0.0) return kept;
     if (walls_.when != nullptr && walls_.when[wall] >= 0) {
         const int end = walls_.when[wall] == 0 ? 0 : n;
         const double value = excess.value[end], error = excess.error[end];
@@ -57,6 +60,7 @@ Greatest Proof::excess(std::int64_t wall) {
         Climb<7>(n).raise(best, excess.value, excess.error, wall);
     else
         Climb<-1, max_points - 1>(n).raise(best, excess.value, excess.error, wall);
+    if (best.bound > best.attained) best.bound = above(best.bound, room);
     return best;
 }
 
