@@ -34,8 +34,9 @@ public:
             return Status::no_memory;
         double logarithms = 0.0;
         for (std::int64_t leg = 0; leg < given.legs; ++leg) {
-            const double duration = given.durations[leg];
-            if (!(duration > 0.0 && std::isfinite(duration) && given.width(leg) > 0.0)) return Status::bad_number;
+            const double duration = given.durations[leg], width = given.width(leg);
+            if (!(duration > 0.0 && std::isfinite(duration))) return Status::bad_number;
+            if (!(width > 0.0 && std::isfinite(width))) return Status::bad_number;
             if (!around(given, leg)) return Status::bad_number;
             logarithms += std::log(duration);
         }
