@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import perm
+
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
@@ -12,6 +14,7 @@ from minsnap.native.status import Status
 from minsnap.native.unconstrained import pinned_optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
+from minsnap.polynomials.bernstein import split
 
 MOST_WHOLE = 48
 """Pieces up to which the native core solves a corridor as a whole; more are solved in windows."""
@@ -43,28 +46,42 @@ def corridor_question(task: Task, durations: FloatArray, units: Units) -> Corrid
 def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tuple[FloatArray, FloatArray] | str:
     """Return control points [m] and normalised knot values of a task without walls, or why there are none.
 
+    One polynomial per leg is the optimum of any number of pieces: these are parts of it.
+
     Parameters
     ----------
-    durations : ndarray, shape (legs,)
+    durations : ndarray, shape (legs * pieces,)
         [s].
     """
     reason = core().reason or _unlike_a_chain(task)
     if reason:
         return reason
-    points, times = np.ascontiguousarray(task.waypoints), np.ascontiguousarray(durations)
-    found = pinned_optimum(points, times, task.half, task.pins, task.closed)
+    points, times = np.ascontiguousarray(task.waypoints), durations.reshape(task.legs, task.pieces)
+    found = pinned_optimum(points, times.sum(axis=1), task.half, task.pins, task.closed)
     if not isinstance(found, tuple):
         return core().reason if found is None else found.reason
-    knots = np.zeros((len(points), task.half, task.dim))
+    knots = np.zeros((len(durations) + 1, task.half, task.dim))
     for order in range(1, task.half):
-        knots[:, order] = found[2][:, order - 1] / units.of_order(order)
-    return found[0], knots
+        knots[:: task.pieces, order] = found[2][:, order - 1] / units.of_order(order)
+    if task.pieces == 1:
+        return found[0], knots
+    shares = times.astype(np.longdouble)
+    parts = split(found[0], shares / shares.sum(axis=1, keepdims=True))
+    _fill_inner_knots(knots, task, parts, times, units)
+    return np.ascontiguousarray(parts.reshape(-1, *parts.shape[2:]), dtype=np.float64), knots
+
+
+def _fill_inner_knots(knots: FloatArray, task: Task, parts: FloatArray, times: FloatArray, units: Units) -> None:
+    """Normalised values where the pieces of a leg meet, from control points (legs, pieces, 2k, dim)."""
+    inner = np.arange(len(knots) - 1).reshape(times.shape)[:, 1:]
+    knots[inner, 0] = (parts[:, 1:, 0] - task.positions[inner]) / units.length
+    for order in range(1, task.half):
+        scale = perm(2 * task.half - 1, order) / times[:, 1:, None] ** order
+        knots[inner, order] = np.diff(parts[:, 1:], order, axis=2)[:, :, 0] * scale / units.of_order(order)
 
 
 def _unlike_a_chain(task: Task) -> str:
     """Why the native core does not solve a task without walls; empty if it does."""
-    if task.pieces != 1:
-        return "the native core plans one polynomial per leg where there are no walls"
     if task.continuity != task.half - 1:
         return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
     return ""

@@ -296,6 +296,32 @@ def subdivide(points: FloatArray, parts: int) -> FloatArray:
     return (points @ subdivision(degree, parts).T).reshape(len(points), parts, degree + 1)
 
 
+def split(points: FloatArray, shares: FloatArray) -> FloatArray:
+    """Split curves at inner instants by de Casteljau's algorithm, in the longest floating type there is.
+
+    Parameters
+    ----------
+    points : ndarray, shape (m, n + 1, dim)
+    shares : ndarray, shape (m, parts)
+        Of the duration of each curve, in their order; their sum is 1.
+
+    Returns
+    -------
+    ndarray of longdouble, shape (m, parts, n + 1, dim)
+    """
+    rest, left, parts = points.astype(np.longdouble), np.ones(len(points), np.longdouble), []
+    for share in shares.T[:-1]:
+        s = (share / left)[:, None, None]
+        row, before, after = rest, [rest[:, 0]], [rest[:, -1]]
+        while row.shape[1] > 1:
+            row = row[:, :-1] + s * (row[:, 1:] - row[:, :-1])
+            before.append(row[:, 0])
+            after.append(row[:, -1])
+        parts.append(np.stack(before, axis=1))
+        rest, left = np.stack(after[::-1], axis=1), left - share
+    return np.stack([*parts, rest], axis=1)
+
+
 def multiply(left: FloatArray, right: FloatArray) -> FloatArray:
     """Control points of products of scalar polynomials: (m, n + 1) and (m, l + 1) to (m, n + l + 1)."""
     n, m = left.shape[1] - 1, right.shape[1] - 1

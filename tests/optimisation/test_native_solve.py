@@ -113,3 +113,19 @@ def test_many_random_tubes_cost_the_same_as_in_python(part):
     for seed in range(1000 + 125 * part, 1125 + 125 * part):
         points, durations, widths = random_problem(seed)
         compare(points, durations, corridor=widths)
+
+
+@pytest.mark.parametrize("pieces", [1, 3, 5])
+@pytest.mark.parametrize("degree", [7, 9, 11])
+@pytest.mark.parametrize("tolerance", [0.1, 0.3])
+def test_zigzags_with_free_waypoints_are_planned(tolerance, degree, pieces):
+    """Boxes of 0.3 m around the legs, durations of 1 and 3 s in turn: some were refused as singular."""
+    for legs in (3, 6):
+        points = np.array([(i, i % 2, 0.0) for i in range(legs + 1)])
+        durations = np.resize([1.0, 3.0], legs)
+        ends = points[:-1], points[1:]
+        boxes = minsnap.Boxes(np.minimum(*ends) - 0.3, np.maximum(*ends) + 0.3)
+        asked = {"corridor": boxes, "waypoint_tolerance": tolerance, "degree": degree, "pieces": pieces}
+        traj = minsnap.plan(points, durations, **asked)
+        assert traj.report.core == "native" and minsnap.certify(traj, corridor=boxes).ok
+        assert np.abs(traj(traj.leg_breaks) - points).max() <= tolerance + 1e-9

@@ -132,3 +132,14 @@ def test_constants_cannot_be_written_to():
     for constant in (polynomial.gram(7, 4), polynomial.ends_gram(7), polynomial.ends_to_points(7)):
         with pytest.raises(ValueError, match="read-only"):
             constant[0, 0] = 1.0
+
+
+@pytest.mark.parametrize("degree", [1, 7, 11])
+def test_parts_of_a_curve_are_the_curve(degree):
+    points = np.random.default_rng(degree).normal(size=(3, degree + 1, 2))
+    shares = np.array([(0.2, 0.5, 0.3), (0.25, 0.25, 0.5), (0.6, 0.1, 0.3)])
+    parts, s = polynomial.split(points, shares), np.linspace(0.0, 1.0, 9)
+    begins = np.cumsum(shares, axis=1) - shares
+    for curve, part in np.ndindex(3, 3):
+        inside = polynomial.basis(degree, begins[curve, part] + s * shares[curve, part]) @ points[curve]
+        assert polynomial.basis(degree, s) @ parts[curve, part].astype(float) == pytest.approx(inside, abs=1e-13)
