@@ -26,6 +26,7 @@ from minsnap.polynomials.bernstein import (
 )
 from minsnap.polynomials.enclosures import UNIT, Enclosure, derivative
 from minsnap.polynomials.extrema import maximum
+from minsnap.tolerances import EXACT, ROUNDING
 from minsnap.trajectory.heading import JoinedHeading, remapped
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import ConstantHeading, Heading, Path, check_order
@@ -39,9 +40,6 @@ if TYPE_CHECKING:
 
 PLANNED_DEGREES = (3, 5, 7, 9, 11)
 """Degrees of a plan: 2k - 1 minimises the k-th derivative."""
-
-JOINT = 1e-9
-"""How far apart, relative to their size, the ends of two trajectories may be that are joined."""
 
 
 class ReportMaker(Protocol):
@@ -383,7 +381,8 @@ class Trajectory(ReadOnly, Path):
         if following.dim != self.dim:
             raise WaypointError(f"trajectories of {self.dim} and {following.dim} coordinates cannot be joined")
         gap = np.abs(following.control_points[0, 0] - self.control_points[-1, -1]).max()
-        if gap > JOINT * max(np.abs(self.control_points).max(), np.abs(following.control_points).max()):
+        both = np.concatenate([part.control_points.reshape(-1, self.dim) for part in (self, following)])
+        if gap > EXACT * np.abs(both - both[0]).max() + ROUNDING * np.abs(both).max():
             raise WaypointError(f"the second trajectory begins {gap} m away from where the first one ends")
         degree = max(self.degree, following.degree)
         points = np.concatenate([part.elevated(degree).control_points for part in (self, following)])

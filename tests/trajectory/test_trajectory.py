@@ -186,6 +186,19 @@ def test_what_does_not_meet_cannot_be_joined(lap):
         concatenate([])
 
 
+@pytest.mark.parametrize("far", (0.0, 4.5e6))
+def test_a_joint_is_judged_by_a_billionth_of_the_extent_wherever_the_course_lies(far):
+    """Of 10 m; at 4.5e6 m the rounding of coordinates, 4.5e-6 m, is allowed besides."""
+    first = minsnap.plan([(far, 0, 1), (far + 4, 0, 1)], [2.0])
+    for gap, met in ((0.9e-8, True), (1.1e-8 + 1.1e-12 * far, False)):
+        second = minsnap.plan([(far + 4, gap, 1), (far + 10, gap, 1)], [2.0])
+        if met:
+            assert first.then(second).duration == 4.0
+            continue
+        with pytest.raises(WaypointError, match="away from where the first one ends"):
+            first.then(second)
+
+
 @pytest.mark.parametrize("factor", (0.25, 1.0, 3.0))
 def test_stretching_divides_derivatives_by_powers_of_the_factor(lap, factor):
     slow = lap.stretched(factor)
