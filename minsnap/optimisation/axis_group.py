@@ -14,6 +14,7 @@ from minsnap.optimisation.preconditioning import Space, Whitened, make_space
 from minsnap.optimisation.qp import Programme
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import RowSet
+from minsnap.tolerances import EXACT
 
 
 def split_axes(compiled: Compiled, problem: Problem) -> list[BoolArray]:
@@ -63,8 +64,13 @@ class AxisGroup:
 
     @property
     def always(self) -> bool:
-        """Whether its optimum without inequality rows differs from the base, so that it always needs a solve."""
-        return len(self.columns) > 0 and (self.equalities is not None or bool(self.slope.any()))
+        """Whether its optimum without inequality rows differs from the base, so that it always needs a solve.
+
+        Without unknowns: whether equality rows do not hold, so that a solve refuses it.
+        """
+        if not len(self.columns):
+            return self.equalities is not None and not np.allclose(self.equalities.sides, 0.0, atol=EXACT)
+        return self.equalities is not None or bool(self.slope.any())
 
     def matrix(self, rows: RowSet, chosen: IntArray, shift: float) -> tuple[Any, FloatArray, FloatArray]:
         """Normalised rows (r, n), their bounds with walls moved inwards by ``shift`` widths, and their norms."""

@@ -84,3 +84,14 @@ def test_a_larger_gap_is_accepted_where_no_solver_reaches_the_usual_one(monkeypa
         elastic, "solve_qp", lambda *asked, **how: None if how["accuracy"] < 1e-5 else solve_qp(*asked, **how)
     )
     assert width() == pytest.approx(usual, rel=1e-3)
+
+
+def test_pins_that_leave_nothing_free_to_join_a_derivative_are_refused():
+    with pytest.raises(InfeasibleError, match="continuity=2 has all derivatives"):
+        minsnap.plan(
+            [(0, 0, 0), (2, 1, 0), (4, 0, 0)],
+            [1.5, 0.9],
+            degree=3,
+            continuity=2,
+            pins={1: {"velocity": (1, 1, 0)}},
+        )
