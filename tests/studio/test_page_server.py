@@ -86,8 +86,8 @@ def test_what_cannot_be_shown_is_refused(tmp_path):
         with pytest.raises(InputError):
             show(curve, folder=tmp_path, browser=False, block=False, **how)
     space = minsnap.plan([(0, 0, 1), (4, 0, 1)], durations=[3.0])
-    with pytest.raises(InputError, match="half-widths"):
-        show(space, corridor=minsnap.Room((-9, -9, 0), (9, 9, 3)), folder=tmp_path, browser=False, block=False)
+    with pytest.raises(InputError, match="HalfSpaces"):
+        show(space, corridor=minsnap.HalfSpaces((0, 0, 1), 3.0), folder=tmp_path, browser=False, block=False)
 
 
 @pytest.mark.parametrize("write", [sentence, copyable, lambda text: table([(text, text)])])
