@@ -39,6 +39,8 @@ class Relaxation:
     def least_share(self):
         """Least share of their widths by which all walls must move out, from below; None where no solver says."""
         origin, free = self._solutions()
+        if origin is None:
+            return np.inf
         parts = [[row] for row in self.below] + self.cones
         rows, bounds = (np.array(column) for column in zip(*(row for part in parts for row in part), strict=True))
         bounds, rows = bounds - rows[:, :-1] @ origin, np.column_stack((rows[:, :-1] @ free, rows[:, -1]))
@@ -53,11 +55,14 @@ class Relaxation:
         return found.obj_val_dual if str(found.status) in ("Solved", "AlmostSolved") else None
 
     def _solutions(self):
-        """One solution of the equations, and an orthonormal basis of all others."""
+        """One solution of the equations, None where there is none, and an orthonormal basis of all others."""
         rows, sides = (np.array(column) for column in zip(*self.equal, strict=True))
         sizes = np.linalg.norm(rows, axis=1)
         rows, sides = rows[:, :-1] / sizes[:, None], sides / sizes
-        return np.linalg.lstsq(rows, sides, rcond=None)[0], scipy.linalg.null_space(rows)
+        origin = np.linalg.lstsq(rows, sides, rcond=None)[0]
+        if np.abs(rows @ origin - sides).max() > 1e-6 * np.abs(sides).max():
+            return None, rows
+        return origin, scipy.linalg.null_space(rows)
 
     def _row(self, terms, share=0.0):
         """One row: control points of one coordinate of a piece, weighed, and the share."""

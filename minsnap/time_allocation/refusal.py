@@ -33,12 +33,12 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
     if refused is not None:
         return refused
     if not any(wall.order for wall in task.walls):
-        if task.continuity > task.half - 1 and len(task.pins) > 2:
-            return InfeasibleError(
-                f"no curve of degree {2 * task.half - 1} with continuity={task.continuity} has all derivatives that are "
-                "pinned: lower the continuity, or pin fewer"
-            )
         problem, _, compiled, base = normalised(task, durations)
+        if not problem.size:
+            return InfeasibleError(
+                f"the pins leave nothing free, and their curve does not have continuity={task.continuity}: lower it "
+                "or pin fewer derivatives"
+            )
         return leg_on_wall(task, Curve(problem, compiled, base)) or SolverError(
             "the solvers failed on a problem that has a solution: try another solver="
         )
