@@ -34,7 +34,7 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
         return refused
     if not any(wall.order for wall in task.walls):
         problem, _, compiled, base = normalised(task, durations)
-        if not problem.size:
+        if problem.jumps and not problem.size:
             return InfeasibleError(
                 f"the pins leave nothing free, and their curve does not have continuity={task.continuity}: lower it "
                 "or pin fewer derivatives"
