@@ -24,7 +24,7 @@ from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
-from minsnap.native import certificate as native
+from minsnap.native import proved_extrema as native
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
 from minsnap.tolerances import EXACT

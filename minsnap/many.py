@@ -14,7 +14,7 @@ from minsnap.checks import check_degree
 from minsnap.corridors.constraint import Constraint
 from minsnap.errors import InputError, MinsnapError
 from minsnap.limits.limits import Limits
-from minsnap.native.many import ManySlopes, many_gradients, many_optima, many_tubes
+from minsnap.native.plan_batches import ManySlopes, many_gradients, many_optima, many_tubes
 from minsnap.native.status import Status
 from minsnap.optimisation.outcome import GAP
 from minsnap.optimisation.tube_report import TubeReport

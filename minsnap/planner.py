@@ -34,8 +34,8 @@ from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError, TimingError
+from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.tube import tube_optimum
-from minsnap.native.unconstrained import resting_optimum
 from minsnap.optimisation.outcome import GAP
 from minsnap.optimisation.planned_yaw import Held, Yaw, asked_heading
 from minsnap.optimisation.problem import Task

@@ -88,11 +88,7 @@ def test_no_modules_import_each_other_in_a_circle():
 
 
 def test_no_two_modules_share_a_name():
-    names = [
-        (path.stem, name)
-        for name, path in modules(PACKAGE).items()
-        if path.stem != "__init__" and room_of(name) != "native"  # there a module is named after what it computes
-    ]
+    names = [(path.stem, name) for name, path in modules(PACKAGE).items() if path.stem != "__init__"]
     assert names_used_twice(names) == {}
 
 

@@ -9,7 +9,7 @@ from tasks import task_of
 import minsnap
 from minsnap.errors import InputError
 from minsnap.native import library
-from minsnap.native.many import many_tubes
+from minsnap.native.plan_batches import many_tubes
 from minsnap.optimisation.gradient import cost_gradient
 from minsnap.optimisation.solve import solve
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones, Faces, Walls
-from minsnap.native import certificate as native
+from minsnap.native import proved_extrema as native
 from minsnap.polynomials.enclosures import UNIT
 from minsnap.polynomials.extrema import maxima, maximum
 from minsnap.trajectory.trajectory import Trajectory

@@ -9,9 +9,9 @@ import numpy as np
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones
 from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, WallArrays, solve_corridor
+from minsnap.native.free_optimum import pinned_optimum
 from minsnap.native.library import core
 from minsnap.native.status import Status
-from minsnap.native.unconstrained import pinned_optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import split

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.native.cone_programme import solve_chain
+from minsnap.native.chain_programme import solve_chain
 from minsnap.time_allocation.joint_layout import Chain
 
 ACCURACY = 1e-6

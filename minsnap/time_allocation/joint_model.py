@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.native.joint_search import Pull
+from minsnap.native.joint_steps import Pull
 from minsnap.time_allocation.cone_programme import ACCURACY, ConeProgramme, ConeSolution, Rows, solve_programme
 from minsnap.time_allocation.curvature import Forces, positive_curvature
 from minsnap.time_allocation.joint_layout import NEIGHBOURS, SLACKS, JointLayout, JointState, end_basis, end_metric

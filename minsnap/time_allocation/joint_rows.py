@@ -16,8 +16,8 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones, Walls
-from minsnap.native.joint_search import WALL as WALL_KIND
-from minsnap.native.joint_search import ConditionBlock
+from minsnap.native.joint_steps import WALL as WALL_KIND
+from minsnap.native.joint_steps import ConditionBlock
 from minsnap.optimisation.units import Units
 
 Derivatives = Mapping[int, FloatArray]

@@ -17,7 +17,7 @@ import numpy as np
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.limits.limits import Limits
 from minsnap.limits.proved_bound import MARGIN
-from minsnap.native.joint_search import (
+from minsnap.native.joint_steps import (
     BODY_RATE,
     HEADING_RATE,
     LEAST_THRUST,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.native.joint_search import (
+from minsnap.native.joint_steps import (
     ORDERS,
     Chained,
     JointTerms,

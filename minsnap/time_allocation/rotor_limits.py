@@ -16,7 +16,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.limits.proved_bound import MARGIN
 from minsnap.limits.vehicle_drag import medium_of
-from minsnap.native.joint_search import UNSPUN_ROTORS, YAWED_ROTORS
+from minsnap.native.joint_steps import UNSPUN_ROTORS, YAWED_ROTORS
 from minsnap.optimisation.units import Units
 from minsnap.time_allocation.momentary_limits import (
     TINY,

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import InputError, IntervalError, MinsnapError
-from minsnap.native.many import many_values
+from minsnap.native.plan_batches import many_values
 from minsnap.trajectory.gradients import Gradients
 from minsnap.trajectory.path import check_order
 from minsnap.trajectory.report import Report

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, ReadOnly, owned
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
-from minsnap.native.certificate import largest_norms
 from minsnap.native.evaluation import Evaluator
+from minsnap.native.proved_extrema import largest_norms
 from minsnap.polynomials.bernstein import (
     basis,
     careful_differences,

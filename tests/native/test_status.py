@@ -32,7 +32,7 @@ ALLOCATE = """
 import resource, sys
 import numpy as np
 from minsnap.native.corridor import CorridorQuestion, WallArrays, solve_corridor
-from minsnap.native.unconstrained import pinned_optimum
+from minsnap.native.free_optimum import pinned_optimum
 legs = 100_000
 points, durations = np.random.default_rng(0).normal(size=(legs + 1, 3)), np.ones(legs)
 points[-1] = points[0]

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from minsnap.native.certificate import maxima as native_maxima
+from minsnap.native.proved_extrema import maxima as native_maxima
 from minsnap.polynomials.bernstein import basis, points_to_powers, powers_to_points
 from minsnap.polynomials.extrema import maxima, maximum
 from minsnap.polynomials.local_maxima import peaks

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from minsnap.native import certificate as native
+from minsnap.native import proved_extrema as native
 from minsnap.native.library import using
 from minsnap.polynomials.enclosures import derivative
 from minsnap.polynomials.extrema import maxima

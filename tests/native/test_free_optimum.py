@@ -10,9 +10,9 @@ from oracles.exact import Spline
 
 import minsnap
 from minsnap.native import library
+from minsnap.native.free_optimum import pinned_optimum, resting_optimum
 from minsnap.native.library import Entry, address
 from minsnap.native.status import Status
-from minsnap.native.unconstrained import pinned_optimum, resting_optimum
 
 pytestmark = pytest.mark.skipif(library.core().library is None, reason="the native core is not in use")
 NAMES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")

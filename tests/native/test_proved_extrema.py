@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from minsnap.native import certificate as native
+from minsnap.native import proved_extrema as native
 from minsnap.native.library import core, using
 from minsnap.polynomials.bernstein import basis
 from minsnap.polynomials.local_maxima import peaks

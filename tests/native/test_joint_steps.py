@@ -8,7 +8,7 @@ from tasks import REFERENCE, random_legs
 
 import minsnap
 from minsnap.limits.limits import Limits
-from minsnap.native.joint_search import ConditionBlock, JointTerms
+from minsnap.native.joint_steps import ConditionBlock, JointTerms
 from minsnap.native.library import core, using
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from minsnap.native.cone_programme import solve_chain
+from minsnap.native.chain_programme import solve_chain
 from minsnap.native.library import core, using
 from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_by_clarabel, solve_natively
 from minsnap.time_allocation.joint_layout import Chain
