@@ -58,7 +58,7 @@ def check(
     """
     from minsnap.files.consistency import check_samples
     from minsnap.files.convert import read_samples
-    from minsnap.files.sidecar import frame_of
+    from minsnap.files.sidecar import frame_of, origin_of
 
     if (waypoints is None) != (corridor is None):
         raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
@@ -68,7 +68,7 @@ def check(
     proved = _proved(file) if exact else None
     problems = [*report.problems, *_escape(inside), *_unproved(proved)]
     if json:
-        print(_as_json(report, inside, proved, problems, frame_of(file, frame)))
+        print(_as_json(report, inside, proved, problems, {"frame": frame_of(file, frame), "origin": origin_of(file)}))
     else:
         print(_as_text(report, inside, proved, problems))
     return 1 if problems else 0
@@ -110,9 +110,13 @@ def _escape(inside: Membership | None) -> list[str]:
 
 
 def _as_json(
-    report: ConsistencyReport, inside: Membership | None, proved: ExactProof | None, problems: list[str], frame: str
+    report: ConsistencyReport,
+    inside: Membership | None,
+    proved: ExactProof | None,
+    problems: list[str],
+    place: dict[str, Any],
 ) -> str:
-    figures: dict[str, Any] = asdict(report) | {"problems": problems, "ok": not problems, "frame": frame}
+    figures: dict[str, Any] = asdict(report) | {"problems": problems, "ok": not problems} | place
     figures["corridor"] = None if inside is None else asdict(inside)
     figures["exact"] = None if proved is None else asdict(proved)
     return jsonlib.dumps(figures, indent=2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -138,11 +138,12 @@ class Destination:
         limits: Limits | None = None,
         further: Mapping[str, Any] | None = None,
         draw: Callable[[], Figure] | None = None,
+        origin: Sequence[float] | None = None,
     ) -> None:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
 
         ``further`` are figures for the summary beside those of the path; ``draw`` makes the figure to write, that of
-        :func:`minsnap.plot_overview` unless given.
+        :func:`minsnap.plot_overview` unless given; ``origin`` is what :func:`minsnap.write_csv` takes.
         """
         figures = summarise(path, corridor, waypoints, limits) | dict(further or {})
         if self.plot is not None and draw is not None:
@@ -151,17 +152,18 @@ class Destination:
             self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits)
         if self.output is not None:
             known = {"waypoints": waypoints, "corridor": corridor, "limits": limits}
-            said = (figures["note"], self._write(path, known | {"command": ("minsnap", *sys.argv[1:])}))
+            facts = known | {"command": ("minsnap", *sys.argv[1:])}
+            said = (figures["note"], self._write(path, facts, origin))
             figures["note"] = "; ".join(filter(None, said)) or None
         named = {"output": self.output, "plot": self.plot}
         figures |= {name: None if file is None else str(file) for name, file in named.items()}
         text = as_json(figures) if self.json else as_text(figures)
         print(text, file=sys.stderr if self.output == STANDARD_OUTPUT else sys.stdout)
 
-    def _write(self, path: Path, facts: dict[str, Any]) -> str | None:
+    def _write(self, path: Path, facts: dict[str, Any], origin: Sequence[float] | None) -> str | None:
         """Write the path; return a sentence on data that its format cannot hold."""
         if self._is_csv or self.output == STANDARD_OUTPUT:
-            return self._write_setpoints(path)
+            return self._write_setpoints(path, origin)
         from minsnap.files.convert import written
         from minsnap.files.format import Writing
 
@@ -181,7 +183,7 @@ class Destination:
         samples, added = in_space(path.sample(self.rate)), self._feed_forward()
         return added.stated(samples), added.describe(samples)
 
-    def _write_setpoints(self, path: Path) -> str | None:
+    def _write_setpoints(self, path: Path, origin: Sequence[float] | None) -> str | None:
         """Write setpoints; return a sentence on their feed-forward."""
         from minsnap.files.setpoint_csv import csv_lines, write_csv
 
@@ -190,7 +192,7 @@ class Destination:
             sys.stdout.writelines(csv_lines(source, self.rate, self.frame))
             sys.stdout.flush()
         elif self.output is not None:
-            write_csv(source, self.output, self.rate, self.frame, clobber=not self.no_clobber)
+            write_csv(source, self.output, self.rate, self.frame, clobber=not self.no_clobber, origin=origin)
         return note
 
     def _draw(self, path: Path, **drawing: Any) -> None:

@@ -59,7 +59,16 @@ def plan(
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
     asked = _asked(found, chosen, searched)
     path = plan_path(**asked, **destination.search)
-    destination.deliver(path, found.walls, found.waypoints, limits=asked.get("limits"))
+    destination.deliver(path, found.walls, found.waypoints, limits=asked.get("limits"), origin=_home(file))
+
+
+def _home(file: Path) -> tuple[float, ...] | None:
+    """Return latitude, longitude [degrees] and altitude [m] of a mission's home, the origin of its waypoints."""
+    if file.suffix.lower() != ".plan":
+        return None
+    from minsnap.files.ground_control import read_mission
+
+    return tuple(read_mission(file).home.tolist())
 
 
 def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> Course | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,6 +42,7 @@ def write_csv(
     frame: str = "enu",
     *,
     clobber: bool = True,
+    origin: Sequence[float] | None = None,
 ) -> None:
     """Write setpoints in one atomic step.
 
@@ -62,6 +63,9 @@ def write_csv(
         noted in ``NAME.csv.meta`` beside it, so that readers know it.
     clobber : bool
         False: a destination that exists is an error.
+    origin : sequence of 3 float, optional
+        WGS 84 latitude and longitude [degrees] and altitude [m] of the point (0, 0, 0), where they are known; noted
+        beside the file as well.
 
     Raises
     ------
@@ -87,7 +91,7 @@ def write_csv(
     lines = csv_lines(source, rate, frame)
     with atomic_write(path, clobber=clobber) as file:
         file.writelines(lines)
-    note_frame(path, get_frame(frame).name, source.rate if isinstance(source, Samples) else rate)
+    note_frame(path, get_frame(frame).name, source.rate if isinstance(source, Samples) else rate, origin)
 
 
 def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") -> Iterator[str]:

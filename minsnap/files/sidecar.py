@@ -1,8 +1,8 @@
-"""The frame of a setpoint CSV that is not in ENU, in a small file beside it.
+"""What a setpoint CSV cannot say itself, in a small file beside it: a frame that is not ENU, and where its origin is.
 
 The header of a setpoint CSV is fixed and its first line, so that any program can read it; further data are in
-``NAME.csv.meta``: JSON with frame, units and rate, and a checksum of the CSV to which it belongs. A CSV without such a
-file is in the frame given by the reader, by default ENU.
+``NAME.csv.meta``: JSON with frame, units and rate, the origin where it is known, and a checksum of the CSV to which it
+belongs. A CSV without such a file is in the frame given by the reader, by default ENU.
 """
 
 from __future__ import annotations
@@ -11,7 +11,9 @@ import contextlib
 import json
 import os
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from minsnap.errors import FileError, FrameError
 from minsnap.frames import get_frame
@@ -25,16 +27,28 @@ LARGEST = 10_000
 """Bytes of the largest such file."""
 
 
-def note_frame(path: str | os.PathLike[str], frame: str, rate: float) -> None:
-    """Write the frame of a CSV that has just been written; for ENU remove an older note instead."""
+def note_frame(path: str | os.PathLike[str], frame: str, rate: float, origin: Sequence[float] | None = None) -> None:
+    """Write the frame and the origin of a CSV that has just been written; where there is nothing to say remove a note.
+
+    Parameters
+    ----------
+    path : str or path
+    frame : str
+    rate : float
+        [Hz].
+    origin : sequence of 3 float, optional
+        WGS 84 latitude and longitude [degrees] and altitude [m] of the point (0, 0, 0).
+    """
     if not Path(path).is_file():
         return
     beside = _beside(path)
-    if frame == "enu":
+    if frame == "enu" and origin is None:
         with contextlib.suppress(OSError):  # a file with so long a name can have no note
             beside.unlink(missing_ok=True)
         return
     facts = {"frame": frame, "units": UNITS, "rate": rate, "crc32": _checksum(path)}
+    if origin is not None:
+        facts["origin"] = [float(value) for value in origin]
     with atomic_write(beside) as file:
         file.write(json.dumps(facts) + "\n")
 
@@ -50,21 +64,43 @@ def frame_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
         If the note is damaged, or the CSV was changed after it was written.
     """
     name = get_frame("enu" if asked is None else asked).name
+    kept = _noted(path).get("frame", name)
+    if asked is not None and kept != name:
+        raise FrameError(
+            f"{path} is in {kept}, as {_beside(path)} says, and was asked for in {name}: leave the frame out"
+        )
+    return str(kept)
+
+
+def origin_of(path: str | os.PathLike[str]) -> tuple[float, ...] | None:
+    """Return latitude and longitude [degrees] and altitude [m] of the origin of a CSV; None where its note has none.
+
+    Raises
+    ------
+    FileError
+        If the note is damaged, or the CSV was changed after it was written.
+    """
+    return _noted(path).get("origin")
+
+
+def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return frame and origin from the note of a CSV, as far as it has them; nothing without a note."""
     beside = _beside(path)
     try:
-        noted = beside.is_file()
+        if not beside.is_file():
+            return {}
     except (OSError, ValueError):
-        noted = False
-    if not noted:
-        return name
+        return {}
     with reading(beside, "a note on a setpoint file"):
         facts = json.loads(read_text(beside, LARGEST))
-        kept, checksum, units = get_frame(facts["frame"]).name, int(facts["crc32"]), facts.get("units")
+        found: dict[str, Any] = {"frame": get_frame(facts["frame"]).name}
+        if facts.get("origin") is not None:
+            latitude, longitude, altitude = map(float, facts["origin"])
+            found["origin"] = (latitude, longitude, altitude)
+        checksum, units = int(facts["crc32"]), facts.get("units")
     if units != UNITS or checksum != _checksum(path):
         raise FileError(f"{path} is not what {beside} was written for: write it again, or remove {beside}")
-    if asked is not None and kept != name:
-        raise FrameError(f"{path} is in {kept}, as {beside} says, and was asked for in {name}: leave the frame out")
-    return kept
+    return found
 
 
 def _beside(path: str | os.PathLike[str]) -> Path:

@@ -7,6 +7,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError, FrameError
+from minsnap.files.sidecar import origin_of
 
 PATH = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1.5)], [2.0, 1.5], yaw=0.3)
 
@@ -25,6 +26,14 @@ def test_a_ned_file_is_read_as_what_it_is(ned):
     facts = json.loads((ned.parent / "ned.csv.meta").read_text())
     assert (facts["frame"], facts["units"], facts["rate"]) == ("ned", "m, s, rad", 20.0)
     assert np.loadtxt(ned, delimiter=",", skiprows=1).shape == (71, 12), "other programs read it as it is"
+
+
+def test_a_known_origin_stays_with_the_file(tmp_path):
+    home = (47.3977, 8.5456, 488.0)
+    minsnap.write_csv(PATH, tmp_path / "home.csv", origin=home)
+    assert origin_of(tmp_path / "home.csv") == home and minsnap.read_csv(tmp_path / "home.csv", "enu").yaw is not None
+    minsnap.write_csv(PATH, tmp_path / "home.csv")
+    assert origin_of(tmp_path / "home.csv") is None and len(list(tmp_path.iterdir())) == 1
 
 
 def test_another_frame_than_the_file_has_is_refused(ned):
