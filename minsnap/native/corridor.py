@@ -39,7 +39,8 @@ class WallArrays:
     bound, width : ndarray, shape (m,)
         Right-hand side, and the positive length by which an excess is judged, both [m/s^order].
     when : ndarray of int64, shape (m,), or None
-        -1 for every instant of the piece, 0 for its start, 1 for its end; None is -1 for all.
+        -1 for every instant of the piece, 0 for its start, 1 for its end; 2 and 3 for a plane on which the curve lies
+        at its start or end. None is -1 for all.
     ball : ndarray of int64, shape (m,), or None
         Which matrix each ball has, -1 for planes; None where all are planes.
     matrix : ndarray, shape (balls, dim, dim), or None

@@ -6,12 +6,13 @@ from math import perm
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Cones
 from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, WallArrays, solve_corridor
 from minsnap.native.free_optimum import pinned_optimum
 from minsnap.native.library import core
 from minsnap.native.status import Status
+from minsnap.optimisation.native_regions import joined, knot_planes, region_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import split
@@ -91,10 +92,10 @@ def _unsupported(task: Task, pieces: int) -> str:
     """Why the native core is not used; empty if it is."""
     if task.solver != "auto":
         return f"the solver {task.solver} was asked for"
-    if task.regions:
-        return "the native core does not do waypoints in balls and gates"
     if task.continuity != task.half - 1:
         return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
+    if (task.upper > task.lower).all(axis=0).any():
+        return "the native core needs a waypoint that is fixed along each axis"
     if any(walls.cones.slope.any() for walls in task.walls if not walls.cones.flat):
         return "the native core does not do cones"
     if pieces > MOST_WHOLE and (task.closed or task.held.any()):
@@ -103,31 +104,11 @@ def _unsupported(task: Task, pieces: int) -> str:
 
 
 def native_walls(task: Task) -> WallArrays:
-    """Walls of a task in the order of ``compile_walls``: those of its constraints, then the boxes of its waypoints."""
+    """Walls of a task in the order of ``compile_walls``: those of its constraints, then of its waypoints."""
     blocks = [_piece_walls(walls.cones, task.pieces) for walls in task.walls]
     if task.held.any():
         blocks.append(_waypoint_planes(task))
-    return _joined(blocks)
-
-
-def _joined(blocks: list[WallArrays]) -> WallArrays:
-    names = ("piece", "order", "normal", "anchor", "bound", "width")
-    piece, order, *parts = (np.concatenate([getattr(block, name) for block in blocks]) for name in names)
-    normal, anchor, bound, width = parts
-    when = ball = matrix = None
-    if any(block.when is not None for block in blocks):
-        when = np.concatenate([np.full(len(b.piece), -1) if b.when is None else b.when for b in blocks])
-    balls = [len(block.piece) if block.matrix is not None else 0 for block in blocks]
-    if any(balls):
-        first = np.cumsum([0, *balls])
-        ball = np.concatenate(
-            [
-                np.arange(k, k + n) if n else np.full(len(b.piece), -1)
-                for b, k, n in zip(blocks, first, balls, strict=False)
-            ]
-        )
-        matrix = np.concatenate([block.matrix for block in blocks if block.matrix is not None])
-    return WallArrays(piece, order, normal, anchor, bound, width, when, ball, matrix)
+    return joined(blocks + region_walls(task))
 
 
 def _piece_walls(cones: Cones, pieces: int) -> WallArrays:
@@ -152,14 +133,10 @@ def _waypoint_planes(task: Task) -> WallArrays:
     waypoint, axis = np.nonzero(task.upper > task.lower)
     if task.closed:
         waypoint, axis = waypoint[waypoint < task.legs], axis[waypoint < task.legs]
-    knot = waypoint * task.pieces
-    last = knot == task.legs * task.pieces
     upper, lower = task.upper[waypoint, axis], task.lower[waypoint, axis]
-    normal = np.eye(task.dim)[axis]
-    twice: list[IntArray] = [np.tile(values, 2) for values in (knot - last, np.zeros_like(knot), last.astype(np.intp))]
-    anchor, width = np.tile(task.positions[knot], (2, 1)), np.tile((upper - lower) / 2.0, 2)
-    bound = np.concatenate((upper, -lower))
-    return WallArrays(twice[0], twice[1], np.concatenate((normal, -normal)), anchor, bound, width, twice[2])
+    normal, twice = np.eye(task.dim)[axis], np.tile(waypoint, 2)
+    bound, width = np.concatenate((upper, -lower)), np.tile((upper - lower) / 2.0, 2)
+    return knot_planes(task, twice, np.concatenate((normal, -normal)), bound, width)
 
 
 def _pinned_values(task: Task) -> FloatArray | None:

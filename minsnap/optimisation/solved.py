@@ -82,15 +82,17 @@ class Solved:
 
 
 def _contact_rows(solved: Solved, answer: CorridorAnswer) -> tuple[RowSet | None, FloatArray]:
-    """Convert the contacts of the native core to rows."""
+    """Convert the contacts of the native core to rows; the planes of gates are none, but part of the problem."""
     from minsnap.optimisation.normalised_constraints import compile_walls
     from minsnap.optimisation.rows import rows_in_unknowns
 
     problem = solved.problem
     compiled = compile_walls(solved.task, problem, solved.units)
-    block = np.searchsorted(compiled.first, answer.wall, side="right") - 1
+    walls = np.where(answer.wall < compiled.first[-1], answer.wall, -1)
+    block = np.searchsorted(compiled.first, walls, side="right") - 1
     order, points, rows = np.argsort(block, kind="stable"), problem.relative_points(answer.knots), None
-    for number in sorted(set(block.tolist())):
+    order = order[block[order] >= 0]
+    for number in sorted(set(block[order].tolist())):
         chosen = order[block[order] == number]
         index = answer.wall[chosen] - compiled.first[number]
         found = compiled.rows(problem, points, number, index, answer.s[chosen])

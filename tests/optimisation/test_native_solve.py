@@ -87,7 +87,7 @@ def test_a_start_on_the_floor_is_planned_natively():
         ({"corridor": 0.3, "solver": "daqp"}, "daqp"),
         ({"limits": minsnap.Limits(tilt=0.3)}, "cones"),
         ({"corridor": 0.3, "continuity": 4}, "continuous"),
-        ({"corridor": 0.3, "waypoint_tolerance": minsnap.Ball(0.1)}, "balls"),
+        ({"corridor": 0.3, "waypoint_tolerance": minsnap.Ball(np.full(5, 0.1))}, "fixed"),
     ],
 )
 def test_what_is_handed_over_says_why(others, reason):

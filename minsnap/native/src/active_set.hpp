@@ -22,7 +22,7 @@ struct Row {
     int wall, slot;
     Real s;
     Plane<Real> plane;        // the wall, or its tangent plane
-    Real direction[max_dim];  // of a ball's tangent plane
+    Real direction[max_dim];  // of a ball's tangent plane; of an equality the side it is left on, 1 or -1
     Real limit;       // of n.r, the wall moved inwards
     Real norm;        // length of the row in z before it is made one
     Real value;       // of n.r on the curve as last placed
@@ -55,6 +55,7 @@ public:
     int count() const { return count_; }
     Row<Real> &row(int k) { return rows_[k]; }
     const Row<Real> &row(int k) const { return rows_[k]; }
+    bool is_equality(int k) const { return walls_[rows_[k].wall].equality; }
     const Layout &layout() const { return layout_; }
     Orthogonal<Real> &orthogonal() { return orthogonal_; }
     Real squared_distance() const { return dot(z_.data(), z_.data(), layout_.entries); }
@@ -92,7 +93,7 @@ public:
         Real squared = orthogonal_.project(rest_.data(), reach, along_.data()), taken = 0;
         for (int turn = 0; turn < 4 * layout_.entries + 40; ++turn) {
             const Real violation = (value(count_) - candidate.limit) / candidate.norm;
-            if (violation <= 0 && turn == 0) return Entered::kept_already;
+            if (violation <= 0 && turn == 0 && !is_equality(count_)) return Entered::kept_already;
             const bool independent = squared > dependence() && count_ < layout_.entries;
             const Real full = independent ? largest(violation, Real(0)) / squared : infinity();
             std::memcpy(factor_.data(), along_.data(), sizeof(Real) * count_);
@@ -149,7 +150,7 @@ public:
         for (int turn = 0; turn <= layout_.entries + 1; ++turn) {
             int worst = -1;
             for (int k = 0; k < count_; ++k)
-                if (rows_[k].multiplier < (worst < 0 ? Real(0) : rows_[worst].multiplier)) worst = k;
+                if (!is_equality(k) && rows_[k].multiplier < (worst < 0 ? Real(0) : rows_[worst].multiplier)) worst = k;
             if (worst < 0) return true;
             move(rows_[worst].multiplier, vector(worst), rows_[worst].reach);
             Reach unused;
@@ -270,6 +271,12 @@ private:
         const Wall<Real> &wall = walls_[row.wall];
         if (wall.ball < 0) {
             row.plane = wall;
+            if (!wall.equality) return true;
+            measure(row);
+            const bool back = direction == nullptr ? row.value < wall.bound : direction[0] < 0;
+            row.direction[0] = back ? -1 : 1;
+            for (int axis = 0; axis < chain_.dim; ++axis) row.plane.normal[axis] *= row.direction[0];
+            row.plane.bound *= row.direction[0];
             return true;
         }
         const Ball<Real> &ball = balls_[wall.ball];
@@ -296,7 +303,7 @@ private:
     int first_to_vanish(Real &length) const {
         int first = -1;
         for (int k = 0; k < count_; ++k)
-            if (factor_[k] > 0 && rows_[k].multiplier < length * factor_[k]) {
+            if (!is_equality(k) && factor_[k] > 0 && rows_[k].multiplier < length * factor_[k]) {
                 length = largest(rows_[k].multiplier, Real(0)) / factor_[k];
                 first = k;
             }

@@ -33,14 +33,14 @@ bool walls_fit(const Request &given) {
     const GivenWalls &walls = given.walls;
     return all_within(walls.piece, walls.count, 0, given.pieces - 1) &&
            all_within(walls.order, walls.count, 0, 2 * given.half - 2) &&
-           (walls.when == nullptr || all_within(walls.when, walls.count, -1, 1)) && walls.balls >= 0 &&
+           (walls.when == nullptr || all_within(walls.when, walls.count, -1, equal + 1)) && walls.balls >= 0 &&
            walls.balls <= walls.count &&
            (walls.ball == nullptr || all_within(walls.ball, walls.count, -1, walls.balls - 1));
 }
 
 bool balls_have_room(const GivenWalls &walls) {
     for (std::int64_t i = 0; i < walls.count; ++i)
-        if (walls.is_ball(i) && !(walls.bound[i] > 0.0)) return false;
+        if (walls.is_ball(i) && (walls.is_equality(i) || !(walls.bound[i] > 0.0))) return false;
     return true;
 }
 

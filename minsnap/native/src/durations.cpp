@@ -214,7 +214,8 @@ private:
     double normal(int k, int d) const {
         const GivenWalls &walls = given_.walls;
         const int dim = given_.dim;
-        if (!walls.is_ball(wall_[k])) return walls.normal[wall_[k] * dim + d];
+        const double side = walls.is_equality(wall_[k]) ? direction_[k * dim] : 1.0;
+        if (!walls.is_ball(wall_[k])) return side * walls.normal[wall_[k] * dim + d];
         double sum = 0.0;
         for (int q = 0; q < dim; ++q) sum += direction_[k * dim + q] * walls.matrix_of(wall_[k], dim)[q * dim + d];
         return sum;

@@ -29,6 +29,7 @@ public:
         share_ = 0, pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0, infeasible_ = false;
         Status status = prepare();
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
+        if (status == Status::done) status = meet_equalities();
         if (status == Status::done) status = iterate(answer.points);
         answer.rounds = rounds_;
         return status == Status::done ? finish(answer) : status;
@@ -118,12 +119,32 @@ private:
         return Status::done;
     }
 
+    // Take in the equalities, which then stay active.
+    Status meet_equalities() {
+        bool any = false;
+        for (int wall = 0; wall < int(given_->walls.count); ++wall) {
+            if (!walls_[wall].equality || is_active(wall) || !active.propose(wall, Real(int(walls_[wall].when)), 0)) continue;
+            if (active.enter() != Entered::added) return Status::infeasible;
+            any = true;
+        }
+        if (!any) return Status::done;
+        active.place();
+        active.settle();
+        return active.drop_negative() ? Status::done : Status::no_progress;
+    }
+
+    bool is_active(int wall) const {
+        for (int k = 0; k < active.count(); ++k)
+            if (active.row(k).wall == wall) return true;
+        return false;
+    }
+
     Status iterate(double *points) {
         for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
             find_peaks();
             if (rough_ && worst_ <= roughly) return Status::done;
             if (share_ == 0 && worst_ <= affordable() / 2) {
-                if (active.count() == 0 && peak_count_ == 0 && proved(points)) return Status::done;
+                if (!pressed() && peak_count_ == 0 && proved(points)) return Status::done;
                 share_ = Real(0.66) * affordable();
                 if (!active.tighten(share_)) return Status::no_progress;
                 find_peaks();
@@ -148,6 +169,13 @@ private:
         return Status::no_progress;
     }
 
+    // Whether a wall, other than an equality, is active.
+    bool pressed() const {
+        for (int k = 0; k < active.count(); ++k)
+            if (!active.is_equality(k)) return true;
+        return false;
+    }
+
     // By how large a share of their widths walls may move inwards.
     Real affordable() const {
         const Real cost = free_cost_ + active.squared_distance(), slope = active.slope();
@@ -157,6 +185,7 @@ private:
     void find_peaks() {
         peak_count_ = 0, worst_ = 0;
         for (int wall = 0; wall < int(given_->walls.count); ++wall) {
+            if (walls_[wall].equality) continue;  // always active
             Real excess[max_products];
             const int degree = excess_over(wall, excess);
             const Real floor = Real(1e-13) * walls_[wall].width;
@@ -200,6 +229,7 @@ private:
         failure_count_ = 0, moved_walls_ = false;
         bool all = true;
         for (int wall = 0; wall < int(given_->walls.count); ++wall) {
+            if (walls_[wall].equality) continue;  // holds to rounding, and is not part of the proof
             const Greatest excess = proof.excess(wall);
             if (excess.bound <= 0.0) continue;
             all = false;
@@ -293,7 +323,7 @@ private:
         for (int k = 0; k < active.count(); ++k) {
             const Row<Real> &row = active.row(k);
             answer.wall[k] = row.wall, answer.s[k] = double(row.s);
-            answer.multiplier[k] = double(2 * largest(row.multiplier, Real(0)) / row.norm);
+            answer.multiplier[k] = double(2 * pressing(k) / row.norm);
             for (int q = 0; q < chain.dim && answer.direction != nullptr; ++q)
                 answer.direction[k * chain.dim + q] = double(row.direction[q]);
         }
@@ -316,6 +346,12 @@ private:
         return total;
     }
 
+    // The multiplier of a row: of an equality it may have either sign.
+    Real pressing(int k) const {
+        const Real multiplier = active.row(k).multiplier;
+        return active.is_equality(k) ? multiplier : largest(multiplier, Real(0));
+    }
+
     // The least value of cost + 2 sum mu (n.r - b) over all curves is J0 - |sum mu a|^2 + 2 sum mu (n.r0 - b), where J0
     // and r0 belong to the optimum without walls. It bounds every cost for any mu >= 0, wherever they come from.
     Real dual_bound() {
@@ -325,7 +361,7 @@ private:
         Real linear = 0, points[max_points];
         for (int k = 0; k < active.count(); ++k) {
             const Row<Real> &row = active.row(k);
-            const Real multiplier = largest(row.multiplier, Real(0));
+            const Real multiplier = pressing(k);
             const int degree = along_normal(chain, free_points_.data(), row.plane, points);
             linear += multiplier / row.norm * (jet_at(points, degree, row.s).value - row.plane.bound);
             active.orthogonal().add(scratch_.data(), multiplier, active.vector(k), row.reach);

@@ -50,10 +50,10 @@ Greatest Proof::excess(std::int64_t wall) {
     double room = 0.0;
     for (int j = 0; j <= n; ++j) room = excess.error[j] > room ? excess.error[j] : room;
     if (settled && above(kept.bound, room) <= 0.0) return kept;
-    if (walls_.when != nullptr && walls_.when[wall] >= 0) {
-        const int end = walls_.when[wall] == 0 ? 0 : n;
+    if (walls_.when_of(wall) != When::always) {
+        const int end = walls_.when_of(wall) == When::start ? 0 : n;
         const double value = excess.value[end], error = excess.error[end];
-        return {below(value, error), above(value, error), double(walls_.when[wall]), wall};
+        return {below(value, error), above(value, error), double(int(walls_.when_of(wall))), wall};
     }
     Greatest best{-infinity, -infinity, 0.0, wall};
     if (n == 7)
@@ -70,8 +70,8 @@ Greatest Proof::ball_excess(std::int64_t wall) {
     Curve mapped;
     const Curve &curve = relative_(walls_.piece_of(wall), int(walls_.order[wall]), walls_.anchor + wall * dim);
     if (!map(curve, walls_.matrix_of(wall, dim), dim, mapped)) return {infinity, infinity, 0.5, wall};
-    const bool momentary = walls_.when != nullptr && walls_.when[wall] >= 0;
-    if (momentary) keep_end(mapped, int(walls_.when[wall]));
+    const bool momentary = walls_.when_of(wall) != When::always;
+    if (momentary) keep_end(mapped, int(walls_.when_of(wall)));
     const Binomials binomials(mapped.degree);
     Scalar square;
     squared_norm(mapped, binomials.single, binomials.doubled, square);
@@ -84,7 +84,7 @@ Greatest Proof::ball_excess(std::int64_t wall) {
         best = {-infinity, -infinity, 0.0, wall};
         climb_ball(climb, square, radius, wall, best);
     });
-    if (momentary) best.s = double(walls_.when[wall]);
+    if (momentary) best.s = double(int(walls_.when_of(wall)));
     return best;
 }
 

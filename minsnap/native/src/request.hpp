@@ -77,15 +77,17 @@ Real room_at(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<
 // which a pinned state lies does not move.
 template <class Real, int Half>
 bool set_give(const Chain<Real, Half> &chain, const Ball<Real> &ball, Wall<Real> &wall) {
-    wall.give[0] = wall.give[1] = wall.width;
-    if (wall.when != When::always) return true;
+    wall.give[0] = wall.give[1] = wall.equality ? Real(0) : wall.width;
+    if (wall.equality) return true;
     for (int end = 0; end < 2; ++end) {
+        if (wall.when != When::always && int(wall.when) != end) continue;
         const Real room = room_at(chain, wall, ball, end);
         if (room < -Real(1e-12) * wall.width) return false;
         if (room < wall.width) wall.give[end] = room;
     }
-    const bool touches = wall.give[0] < Real(1e-9) * wall.width || wall.give[1] < Real(1e-9) * wall.width;
-    if (touches) wall.give[0] = wall.give[1] = 0;
+    const Real least = smallest(wall.give[0], wall.give[1]);
+    if (wall.when != When::always) wall.give[0] = wall.give[1] = least;
+    if (least < Real(1e-9) * wall.width) wall.give[0] = wall.give[1] = 0;
     return true;
 }
 
@@ -109,7 +111,7 @@ Status load_wall(const Request &given, const Chain<Real, Half> &chain, std::int6
     const GivenWalls &all = given.walls;
     wall = {}, ball = {};
     wall.piece = int(all.piece_of(index)), wall.order = int(all.order[index]);
-    wall.when = all.when == nullptr ? When::always : When(int(all.when[index]));
+    wall.when = all.when_of(index), wall.equality = all.is_equality(index);
     wall.ball = all.is_ball(index) ? number : -1;
     Real unit = given.length;
     for (int q = 0; q < wall.order; ++q) unit /= given.time;

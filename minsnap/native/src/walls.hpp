@@ -10,19 +10,23 @@ namespace minsnap {
 
 enum class When : int { always = -1, start = 0, end = 1 };
 
+constexpr int equal = 2;  // added to a When other than always: a plane on which the curve lies then, instead of behind it
+
 // As given by the caller, in metres and seconds.
 struct GivenWalls {
     std::int64_t count;
     const std::int64_t *piece, *order;  // (count,)
     const double *normal, *anchor;      // (count, dim); the anchor is a point for order 0, else a derivative
     const double *bound, *width;        // (count,); the width is the length by which an excess is judged
-    const std::int64_t *when;           // (count,) When, or null: always
+    const std::int64_t *when;           // (count,) When, or that plus ``equal``; or null: always
     std::int64_t origin = 0;            // pieces are counted from this one
     const std::int64_t *ball = nullptr; // (count,) which matrix a ball has, -1 for planes; null: all are planes
     const double *matrix = nullptr;     // (balls, dim, dim): A, its last rows zero where it has fewer
     std::int64_t balls = 0;
 
     std::int64_t piece_of(std::int64_t index) const { return piece[index] - origin; }
+    bool is_equality(std::int64_t index) const { return when != nullptr && when[index] >= equal; }
+    When when_of(std::int64_t index) const { return when == nullptr ? When::always : When(when[index] - (is_equality(index) ? equal : 0)); }
     bool is_ball(std::int64_t index) const { return ball != nullptr && ball[index] >= 0; }
     const double *matrix_of(std::int64_t index, int dim) const { return matrix + ball[index] * dim * dim; }
 };
@@ -46,6 +50,7 @@ struct Plane {
 template <class Real>
 struct Wall : Plane<Real> {
     When when;
+    bool equality;
     Real width;
     Real give[2];  // by how much it moves inwards at the ends of the piece for each share of a width
     int ball;      // index of its A and c, or -1
