@@ -12,9 +12,6 @@ from minsnap.corridors.regions import KnotRegion
 from minsnap.native.corridor import WallArrays
 from minsnap.optimisation.problem import Task
 
-EQUAL = 2
-"""Added to an end of a piece: the curve lies on the plane there."""
-
 
 def region_walls(task: Task) -> list[WallArrays]:
     """Sides of gates, balls, directions of crossing, as ``knot_blocks.region_blocks``; then slanted planes of gates."""
@@ -53,9 +50,11 @@ def knot_planes(
 ) -> WallArrays:
     """Planes at waypoints (m,), their bounds (m,) measured from the nominal positions, or of a derivative from zero."""
     knot = np.asarray(waypoint, dtype=np.intp) * task.pieces
-    last = (knot == task.legs * task.pieces).astype(np.intp)
+    when = last = (knot == task.legs * task.pieces).astype(np.intp)
+    if equal:
+        when = last + 2  # the curve lies on the plane there
     anchor = task.positions[knot] if order == 0 else np.zeros(normal.shape)
-    return WallArrays(knot - last, np.full(len(knot), order), normal, anchor, bound, width, last + EQUAL * equal)
+    return WallArrays(knot - last, np.full(len(knot), order), normal, anchor, bound, width, when)
 
 
 def joined(blocks: Sequence[WallArrays]) -> WallArrays:

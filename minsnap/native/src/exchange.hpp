@@ -229,7 +229,10 @@ private:
         failure_count_ = 0, moved_walls_ = false;
         bool all = true;
         for (int wall = 0; wall < int(given_->walls.count); ++wall) {
-            if (walls_[wall].equality) continue;  // holds to rounding, and is not part of the proof
+            if (walls_[wall].equality) {
+                all = all && met(wall);
+                continue;
+            }
             const Greatest excess = proof.excess(wall);
             if (excess.bound <= 0.0) continue;
             all = false;
@@ -237,6 +240,13 @@ private:
             else if (failure_count_ < most_failures) failures_[failure_count_++] = {wall, Real(excess.s), 0};
         }
         return all;
+    }
+
+    // Whether an equality holds but for rounding, which is all that can be asked of it.
+    bool met(int wall) const {
+        Real excess[max_products];
+        const int degree = excess_over(wall, excess);
+        return std::fabs(excess[walls_[wall].when == When::start ? 0 : degree]) <= Real(1e-10) * walls_[wall].width;
     }
 
     // Move a wall inwards by half as much again as the rounding of its proof, if there is that much room at its ends.
