@@ -16,9 +16,10 @@ from minsnap.optimisation.problem import Task
 from minsnap.replanning.splice import Splice
 from minsnap.time_allocation.allocate import plan_timed
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
-from minsnap.time_allocation.moving_start import as_timed, from_end, joined, shortest_from
+from minsnap.time_allocation.moving_start import as_timed, shortest_from
 from minsnap.time_allocation.recovery import start_state, way_back
 from minsnap.time_allocation.timed import Finish, Timing
+from minsnap.time_allocation.ways import from_end, joined
 from minsnap.trajectory.trajectory import Trajectory
 
 MET = 1e-9

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_durations, check_positive_time, check_weight, refuse_repeated
-from minsnap.errors import TimingError
+from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
 from minsnap.time_allocation.timed import (
@@ -22,6 +23,7 @@ from minsnap.time_allocation.timed import (
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
+    from minsnap.time_allocation.ways import Ways
 
 EACH = "give every leg a duration of its own"
 """Advice where waypoints repeat."""
@@ -58,10 +60,14 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
 
 
 def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, samples: int | None) -> Timed:
+    from minsnap.time_allocation.ways import ways_of
     from minsnap.time_allocation.within_limits import check_pinned_limits, kept, limited_plan, shortest_plan
 
-    bounded = task.with_walls(limits.walls(task.waypoints))
-    check_pinned_limits(task, limits, mended=_shortest(timing) and task.continuity <= task.half - 1)
+    bounded, mended = task.with_walls(limits.walls(task.waypoints)), task.continuity <= task.half - 1
+    check_pinned_limits(task, limits, mended)
+    ways = ways_of(task, limits) if mended and not _shortest(timing) else None
+    if ways is not None and ways.needed:
+        return ways.around(_between(ways, ways.between(_checked(timing, task)), limits, finish), limits, finish)
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
         return kept(timed(solved_or_explained(bounded, durations, samples), finish), limits)
@@ -69,6 +75,23 @@ def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, s
     if _shortest(timing):
         return shortest_plan(task, bounded, timing, limits, finish)
     return limited_plan(task, bounded, timing, limits, finish)
+
+
+def _between(ways: Ways, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+    """Plan between two ways with the pieces asked for, then with more."""
+    from minsnap.time_allocation.ways import FINER
+
+    try:
+        return _within_limits(replace(ways.task, explained=False), timing, limits, finish, None)
+    except (InfeasibleError, SolverError):
+        return _within_limits(replace(ways.task, pieces=max(FINER, ways.task.pieces)), timing, limits, finish, None)
+
+
+def _checked(timing: Timing, task: Task) -> Timing:
+    """Return the same with times that have been checked."""
+    if timing.durations is not None:
+        return replace(timing, durations=check_durations(timing.durations, task.legs))
+    return timing if timing.total_time is None else replace(timing, total_time=check_positive_time(timing.total_time))
 
 
 def _shortest(timing: Timing) -> bool:

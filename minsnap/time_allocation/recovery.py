@@ -65,7 +65,12 @@ class Recovery:
 
     def state(self, half: int) -> FloatArray:
         """Return the derivatives 0 ... k - 1 at the end, (k, dim)."""
-        return np.stack([self.piece(self.piece.duration, order) for order in range(half)])
+        return state_at(self.piece, self.piece.duration, half)
+
+
+def state_at(curve: Trajectory, instant: float, half: int) -> FloatArray:
+    """Return the derivatives 0 ... k - 1 of a curve at an instant [s], (k, dim)."""
+    return np.stack([curve(instant, order) for order in range(half)])
 
 
 def start_state(task: Task) -> FloatArray:
@@ -86,7 +91,9 @@ def state_use(state: FloatArray, limits: Limits) -> float:
     return max((used.fraction for used in measure_state(limits, derivatives, state.shape[1])), default=0.0)
 
 
-def way_back(state: FloatArray, walls: Sequence[Walls], limits: Limits, deadline: float = np.inf) -> Recovery | None:
+def way_back(
+    state: FloatArray, walls: Sequence[Walls], limits: Limits, deadline: float = np.inf, leg: int = 0
+) -> Recovery | None:
     """Return the shortest way back from a state; None where there is none, or none was found by the deadline.
 
     Parameters
@@ -94,15 +101,17 @@ def way_back(state: FloatArray, walls: Sequence[Walls], limits: Limits, deadline
     state : ndarray, shape (k, dim)
         Derivatives 0 ... k - 1.
     walls : sequence of Walls
-        Of the corridor; those of the first leg are kept.
+        Of the corridor; those of one leg are kept.
     limits : Limits
     deadline : float
         Value of ``time.monotonic()`` at which the search ends.
+    leg : int
+        Which leg that is.
     """
     scales = typical(state, limits)
     piece = SinglePiece(state, scales[1])
     moment = scales[0] / scales[1]
-    known = conditions_of([*walls, *limits.walls(np.zeros((2, state.shape[1])))], 0, state[0])
+    known = conditions_of(walls, leg, state[0]) + conditions_of(limits.walls(np.zeros((2, len(state[0])))), 0, state[0])
     for lenience in LENIENCE:
         demands = [demand for condition in known for demand in _demands(condition, piece.state, moment, lenience)]
         duration, answer = shortest(_Solves(piece, demands, deadline), SHORTEST * moment, LONGEST * moment, FINER)

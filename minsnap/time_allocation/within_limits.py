@@ -31,6 +31,7 @@ from minsnap.time_allocation.timed import (
     solved_or_explained,
     timed,
 )
+from minsnap.time_allocation.ways import end_on_limit
 from minsnap.trajectory.report import Utilisation
 
 TOUCHING, ROOM = 1e-6, 1e-2
@@ -55,7 +56,7 @@ def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fin
     """
     if timing.enforce == "scaling" or timing.split != "optimal" or not _searchable(bounded, limits):
         return scaled_plan(task, timing, limits, finish)
-    if moves(task) and task.continuity <= task.half - 1:
+    if (moves(task) or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
         return as_timed(shortest_from(task, limits, timing, finish), finish)
     solved, search = _fastest(task, timing, limits, finish)
     if task.continuity <= task.half - 1:
@@ -106,7 +107,7 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
         return kept(found, limits, price is not None)
     if task.continuity <= task.half - 1:
         try:
-            return _joint_plan(task, timing, limits, finish)
+            return _joint_plan(task, bounded, timing, limits, finish)
         except InfeasibleRowsError:
             raise explain(task, task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))) from None
     fastest, search = _fastest(task, timing, limits, finish)
@@ -121,7 +122,7 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
     return _stretched(fastest, float(durations.sum()), limits, finish, search)
 
 
-def _joint_plan(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
     """Search the curve and its durations together, for a price of time or a total."""
     search = LeastPriced(task, limits, timing, finish)
     if timing.time_weight is not None:
@@ -137,10 +138,21 @@ def _joint_plan(task: Task, timing: Timing, limits: Limits, finish: Finish) -> T
     best = None if interrupted else search.at_total(total, free)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     if best is not None and best.trajectory.duration <= total:
-        found = timed(best, finish, run, total / best.trajectory.duration)
-        if most_used(limits, found.trajectory).fraction <= 1.0 + KEPT:
+        found = _lengthened(bounded, best, total, finish, run)
+        if found is not None and most_used(limits, found.trajectory).fraction <= 1.0 + KEPT:
             return found
     return _stretched(fastest, total, limits, finish, run)
+
+
+def _lengthened(bounded: Task, best: Solved, total: float, finish: Finish, run: Run) -> Timed | None:
+    """Take a little more time: the same path flown more slowly, or a solve where pinned derivatives do not scale."""
+    factor = total / best.trajectory.duration
+    if best.task.still:
+        return timed(best, finish, run, factor)
+    try:
+        return timed(solve(bounded, factor * best.trajectory.durations), finish, run)
+    except InfeasibleRowsError:
+        return None
 
 
 def _check_total(total: float, fastest: Solved) -> None:
@@ -224,13 +236,15 @@ def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> Non
     task : Task
     limits : Limits
     mended : bool
-        Whether a start on or outside its limits is brought back to them.
+        Whether a start on or outside its limits, and an end on them, is left to ways back and out.
     """
+    mended = mended and not task.closed
     for waypoint, state in task.pins.items():
-        if mended and waypoint == 0 and not task.closed:
+        if mended and waypoint == 0:
             continue
+        last = mended and waypoint == task.legs and bool((task.upper[-1] <= task.lower[-1]).all())
         for used in measure_state(limits, state, task.dim):
-            if used.fraction > 1.0 - TOUCHING:
+            if used.fraction > (1.0 + KEPT if last else 1.0 - TOUCHING):
                 raise _pinned_at(waypoint, used)
 
 

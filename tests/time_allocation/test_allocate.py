@@ -98,10 +98,10 @@ def test_a_start_at_the_limit_itself():
     assert path.report.limits_from == 0.0
 
 
-def test_an_end_at_its_limit_is_refused():
+def test_a_state_at_its_limit_on_the_way_is_refused():
     with pytest.raises(LimitError, match="has speed 3, at its limit 3: raise the limit to at least 3.03") as refused:
-        minsnap.plan(REFERENCE, limits=LIMITS, end={"velocity": (3.0, 0.0, 0.0)}, corridor=0.3)
-    assert refused.value.waypoint == 4
+        minsnap.plan(REFERENCE, limits=LIMITS, pins={2: {"velocity": (-3.0, 0.0, 0.0)}}, corridor=0.3)
+    assert refused.value.waypoint == 2
 
 
 def test_pinned_states_do_not_scale():

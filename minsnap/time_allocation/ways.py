@@ -1,0 +1,213 @@
+"""Plans whose ends are on their limits: a way back from the start, a way out to the end, and a plan with room between.
+
+A search moves limits inwards, which a state on a limit does not allow.  The shortest polynomials between such states
+and states with room are found first, as in ``recovery.py``; a way out is a way back flown backwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.margins import nearest_wall
+from minsnap.errors import InfeasibleError, LimitError, SolverError
+from minsnap.limits.limits import Limits
+from minsnap.limits.span import KEPT, kept_from
+from minsnap.limits.utilisation import measure_state
+from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.recovery import Recovery, start_state, start_use, state_at, state_use, way_back
+from minsnap.time_allocation.timed import Finish, Timed, Timing
+from minsnap.trajectory.trajectory import Trajectory
+
+FINER = 3
+"""Pieces a leg with which is searched again where fewer find nothing between the ways."""
+
+TOUCHING = 1e-5
+"""How near to a limit a start or an end counts as on it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recovered(Timed):
+    """A plan whose first leg begins with a way back to the limits.
+
+    Parameters
+    ----------
+    limits_from : float
+        Instant from which the limits hold [s].
+    """
+
+    limits_from: float = 0.0
+
+    @property
+    def corridor_margin(self) -> float | None:
+        """Least distance to the walls on positions [m], way back included; None where there are none."""
+        nearest = nearest_wall(self.trajectory, [wall for wall in self.solved.task.walls if wall.order == 0])
+        return None if nearest is None else nearest.value
+
+
+@dataclass(frozen=True, eq=False)
+class Ways:
+    """What is flown before and after a plan whose ends have room.
+
+    Parameters
+    ----------
+    task : Task
+        Between them.
+    before, after : Trajectory or None
+        One polynomial each; None where that end has room.
+    """
+
+    task: Task
+    before: Trajectory | None = None
+    after: Trajectory | None = None
+
+    @property
+    def needed(self) -> bool:
+        """Whether there is any."""
+        return self.before is not None or self.after is not None
+
+    def between(self, timing: Timing) -> Timing:
+        """Return the same times without those of the ways.
+
+        Raises
+        ------
+        InfeasibleError
+            If that leaves a leg no time.
+        """
+        first, last = (0.0 if way is None else way.duration for way in (self.before, self.after))
+        if timing.total_time is not None:
+            return replace(timing, total_time=_left(float(timing.total_time), first + last, None))
+        if timing.durations is None:
+            return timing
+        durations = np.array(timing.durations, dtype=np.float64)
+        for leg, taken in ((0, first), (-1, last)):
+            durations[leg] = _left(float(durations[leg]), taken, leg % len(durations))
+        return replace(timing, durations=durations)
+
+    def around(self, found: Timed, limits: Limits, finish: Finish) -> Recovered:
+        """Fly the ways before and after a plan between them.
+
+        Raises
+        ------
+        SolverError
+            If the whole does not keep the limits and the walls.
+        """
+        curve = found.trajectory if self.before is None else joined(self.before, found.trajectory)
+        if self.after is not None:
+            curve = joined(self.after.reversed(), curve.reversed()).reversed()
+        whole = finish(curve)
+        start = kept_from(limits, whole)
+        allowed = found.limits_from if self.before is None else self.before.duration
+        answer = Recovered(found.solved, whole, found.steps, found.interrupted, limits_from=start)
+        if start > allowed * (1.0 + KEPT) or (answer.corridor_margin or 0.0) < 0.0:
+            raise SolverError("the ways to a state on its limits could not be certified: loosen a limit")
+        return answer
+
+
+def _left(duration: float, taken: float, leg: int | None) -> float:
+    if taken < duration:
+        return duration - taken
+    what = "the plan" if leg is None else f"leg {leg}"
+    raise InfeasibleError(
+        f"{what} has {duration:.6g} s, and the way between its limits and a state with room takes {taken:.4g} s: give "
+        "it more time",
+        leg=leg,
+    )
+
+
+def ways_of(task: Task, limits: Limits, start: bool = True) -> Ways:
+    """Return the ways that a task needs.
+
+    Parameters
+    ----------
+    task : Task
+    limits : Limits
+    start : bool
+        Whether the start needs one too; a search for the shortest time has its own.
+
+    Raises
+    ------
+    LimitError
+        If there is none.
+    """
+    if task.closed:
+        return Ways(task)
+    before = after = None
+    if start and start_use(task, limits) > 1.0 - TOUCHING:
+        way = way_back(start_state(task), task.walls, limits, task.deadline)
+        if way is None:
+            raise no_way(task, limits, 0)
+        before, task = way.piece, from_end(task, way)
+    if end_on_limit(task, limits):
+        signs = (-1.0) ** np.arange(task.half)
+        way = way_back(signs[:, None] * _end_state(task), task.walls, limits, task.deadline, task.legs - 1)
+        if way is None:
+            raise no_way(task, limits, task.legs)
+        after = way.piece.reversed()
+        task = _moved(task, task.legs, state_at(after, 0.0, task.half))
+    return Ways(task, before, after)
+
+
+def end_on_limit(task: Task, limits: Limits) -> bool:
+    """Whether the end of a task is on a limit."""
+    fixed = bool((task.upper[-1] <= task.lower[-1]).all()) and not task.closed
+    return fixed and state_use(_end_state(task), limits) > 1.0 - TOUCHING
+
+
+def _end_state(task: Task) -> FloatArray:
+    pinned, zero = task.pins.get(task.legs, {}), np.zeros(task.dim)
+    return np.stack([task.waypoints[-1], *(pinned.get(order, zero) for order in range(1, task.half))])
+
+
+def no_way(task: Task, limits: Limits, waypoint: int) -> LimitError:
+    """Say that no way between a state on or outside its limits and one with room was found."""
+    used = max(measure_state(limits, task.pins[waypoint], task.dim), key=lambda entry: entry.fraction)
+    if waypoint:
+        what, leg = "the end has", task.legs - 1
+        advice = f"no way to it inside the corridor was found: widen the corridor of leg {leg}, or end more slowly"
+    else:
+        what = "the start has"
+        advice = "no way back inside the corridor was found: widen the corridor of leg 0, or slow down first"
+    return LimitError(
+        f"{what} {used.name} {used.value:.6g} where {used.limit:.6g} is allowed, and {advice}",
+        waypoint=waypoint,
+        smallest=used.value,
+    )
+
+
+def from_end(task: Task, way: Recovery) -> Task:
+    """Return the same task from the end of a way back; its walls are the same."""
+    return _moved(task, 0, way.state(task.half))
+
+
+def _moved(task: Task, waypoint: int, state: FloatArray) -> Task:
+    """Return the same task with another state (k, dim) at its first or last waypoint."""
+    points = task.waypoints.copy()
+    points[waypoint] = state[0]
+    points.flags.writeable = False
+    pins = dict(task.pins) | {waypoint: {order: state[order] for order in range(1, task.half)}}
+    return replace(task, waypoints=points, pins=pins)
+
+
+def joined(first: Trajectory, rest: Trajectory) -> Trajectory:
+    """Fly one polynomial before a plan, as part of its first leg; the other legs are divided to have as many pieces."""
+    pieces = rest.pieces
+    points, durations = [first.control_points, rest.control_points[:pieces]], [first.durations, rest.durations[:pieces]]
+    for leg in range(1, rest.legs):
+        part = slice(leg * pieces, (leg + 1) * pieces)
+        halves = _halved(rest.control_points[part.start])
+        points += [halves, rest.control_points[part][1:]]
+        durations += [np.repeat(0.5 * rest.durations[part.start], 2), rest.durations[part][1:]]
+    return Trajectory(np.concatenate(points), np.concatenate(durations), pieces=pieces + 1)
+
+
+def _halved(points: FloatArray) -> FloatArray:
+    """Control points of both halves of a polynomial, (2, n + 1, dim), by de Casteljau's algorithm."""
+    rows, left, right = points, [points[0]], [points[-1]]
+    while len(rows) > 1:
+        rows = 0.5 * (rows[:-1] + rows[1:])
+        left.append(rows[0])
+        right.append(rows[-1])
+    return np.stack((left, right[::-1]))

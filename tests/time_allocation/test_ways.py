@@ -1,0 +1,80 @@
+"""Starts and ends on their limits: taken with durations, a total time, and for the shortest time."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+import minsnap
+from minsnap import Limits
+from minsnap.errors import InfeasibleError, LimitError
+
+POINTS = np.array([(0, 0, 1), (3, 0.5, 1), (6, 0, 1.2), (9, 1, 1)], dtype=float)
+FIRST, LAST = (step / np.linalg.norm(step) for step in (POINTS[1] - POINTS[0], POINTS[3] - POINTS[2]))
+TIMES = {"durations": [2.2, 1.8, 2.2], "total_time": 6.5, "shortest": None}
+QUICK = settings(
+    max_examples=8,
+    deadline=None,
+    phases=(Phase.explicit, Phase.generate),
+    suppress_health_check=[HealthCheck.too_slow],
+)
+
+
+def planned(kind, limits, **options):
+    times = {} if TIMES[kind] is None else {kind: TIMES[kind]}
+    path = minsnap.plan(POINTS, limits=limits, **times, **options)
+    assert minsnap.certify(path, POINTS, limits=limits, limits_from=path.report.limits_from).ok
+    assert path.legs == 3
+    assert path(path.leg_breaks) == pytest.approx(POINTS, abs=1e-9)
+    for order in range(1, 4):
+        jumps = path(path.breaks[1:-1], order) - path(np.nextafter(path.breaks[1:-1], 0.0), order)
+        assert np.abs(jumps).max() <= 1e-7 * path.max_norm(order)[0]
+    if kind == "durations":
+        assert np.diff(path.leg_breaks) == pytest.approx(TIMES[kind], rel=1e-9)
+    elif kind == "total_time":
+        assert path.duration == pytest.approx(TIMES[kind], rel=1e-9)
+    return path
+
+
+@QUICK
+@given(st.sampled_from(sorted(TIMES)), st.floats(2.6, 3.4), st.floats(5.0, 9.0), st.booleans(), st.booleans())
+def test_a_start_and_an_end_on_a_limit_are_taken(kind, speed, acceleration, start, end):
+    limits = Limits(speed=speed, acceleration=acceleration)
+    options = {}
+    if start:
+        options["start"] = {"velocity": speed * FIRST}
+    if end:
+        options["end"] = {"velocity": speed * LAST}
+    path = planned(kind, limits, **options)
+    assert path.report.limits_from == 0.0
+    for asked, at, waypoint in ((start, 0.0, FIRST), (end, path.duration, LAST)):
+        assert path(at, 1) == pytest.approx(speed * waypoint if asked else np.zeros(3), abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", sorted(TIMES))
+def test_accelerations_on_their_limit_are_taken(kind):
+    start = {"velocity": FIRST, "acceleration": 6.0 * FIRST}
+    end = {"velocity": LAST, "acceleration": -6.0 * LAST}
+    path = planned(kind, Limits(speed=3.2, acceleration=6.0), start=start, end=end)
+    assert path(0.0, 2) == pytest.approx(6.0 * FIRST, abs=1e-7)
+    assert path(path.duration, 2) == pytest.approx(-6.0 * LAST, abs=1e-7)
+
+
+def test_a_start_outside_its_limits_is_brought_back_in_given_durations_too():
+    path = planned("durations", Limits(speed=3.0, acceleration=6.0), start={"velocity": 3.3 * FIRST})
+    assert 0.0 < path.report.limits_from < 0.5
+
+
+def test_ways_stay_inside_the_corridor():
+    options = {"start": {"velocity": 3.0 * FIRST}, "end": {"velocity": 3.0 * LAST}, "corridor": 0.3}
+    path = planned("durations", Limits(speed=3.0, acceleration=9.0), **options)
+    assert path.report.corridor_margin >= 0.0
+
+
+def test_legs_too_short_for_their_way_and_ends_outside_their_limits_are_refused():
+    limits = Limits(speed=3.0, acceleration=6.0)
+    with pytest.raises(InfeasibleError, match="leg 0 has 0.01 s, and the way between its limits") as refused:
+        minsnap.plan(POINTS, durations=[0.01, 2, 2], limits=limits, start={"velocity": 3.0 * FIRST})
+    assert refused.value.leg == 0
+    with pytest.raises(LimitError, match="speed 3.3, beyond its limit 3"):
+        minsnap.plan(POINTS, durations=[2, 2, 2], limits=limits, end={"velocity": 3.3 * LAST})
