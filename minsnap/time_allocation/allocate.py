@@ -60,14 +60,13 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
 
 
 def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, samples: int | None) -> Timed:
-    from minsnap.time_allocation.ways import ways_of
+    from minsnap.time_allocation.ways import on_limits
     from minsnap.time_allocation.within_limits import check_pinned_limits, kept, limited_plan, shortest_plan
 
     bounded, mended = task.with_walls(limits.walls(task.waypoints)), task.continuity <= task.half - 1
     check_pinned_limits(task, limits, mended)
-    ways = ways_of(task, limits) if mended and not _shortest(timing) else None
-    if ways is not None and ways.needed:
-        return ways.around(_between(ways, ways.between(_checked(timing, task)), limits, finish), limits, finish)
+    if mended and not _shortest(timing) and on_limits(task, limits):
+        return _from_limits(task, _checked(timing, task), limits, finish)
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
         return kept(timed(solved_or_explained(bounded, durations, samples), finish), limits)
@@ -75,6 +74,19 @@ def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, s
     if _shortest(timing):
         return shortest_plan(task, bounded, timing, limits, finish)
     return limited_plan(task, bounded, timing, limits, finish)
+
+
+def _from_limits(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+    """Plan with an end on its limits: without limits if that keeps them, else between ways back and out."""
+    from minsnap.time_allocation.ways import ways_of
+    from minsnap.time_allocation.within_limits import within
+
+    if timing.split != "trapezoid":
+        free = plan_timed(task, replace(timing, limits=None, enforce=None), finish)
+        if within(limits, free):
+            return free
+    ways = ways_of(task, limits)
+    return ways.around(_between(ways, ways.between(timing), limits, finish), limits, finish)
 
 
 def _between(ways: Ways, timing: Timing, limits: Limits, finish: Finish) -> Timed:

@@ -98,7 +98,8 @@ class LeastPriced(LeastTime):
         return self.problem.search(self.task.pieces, self._tell, self._tick, objective=PricedCost(self.layout, price))
 
     def _start(self, search: JointSearch, solved: Solved) -> JointState:
-        return self._slow_enough(search, self.layout.state(solved.outcome.knots, solved.problem.durations))
+        state = self.layout.state(solved.outcome.knots, solved.problem.durations)
+        return self._slow_enough(search, state) if self.task.still else state
 
     def _ended(self, search: JointSearch, found: Evaluated) -> Solved:
         solved = self._certified(search, found)

@@ -63,11 +63,6 @@ class Ways:
     before: Trajectory | None = None
     after: Trajectory | None = None
 
-    @property
-    def needed(self) -> bool:
-        """Whether there is any."""
-        return self.before is not None or self.after is not None
-
     def between(self, timing: Timing) -> Timing:
         """Return the same times without those of the ways.
 
@@ -132,8 +127,6 @@ def ways_of(task: Task, limits: Limits, start: bool = True) -> Ways:
     LimitError
         If there is none.
     """
-    if task.closed:
-        return Ways(task)
     before = after = None
     if start and start_use(task, limits) > 1.0 - TOUCHING:
         way = way_back(start_state(task), task.walls, limits, task.deadline)
@@ -148,6 +141,11 @@ def ways_of(task: Task, limits: Limits, start: bool = True) -> Ways:
         after = way.piece.reversed()
         task = _moved(task, task.legs, state_at(after, 0.0, task.half))
     return Ways(task, before, after)
+
+
+def on_limits(task: Task, limits: Limits) -> bool:
+    """Whether the start of a task is on its limits or outside of them, or its end is on them."""
+    return not task.closed and (start_use(task, limits) > 1.0 - TOUCHING or end_on_limit(task, limits))
 
 
 def end_on_limit(task: Task, limits: Limits) -> bool:

@@ -117,7 +117,7 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
     found = None if search.interrupted else _cheapest(bounded, timing, price, durations, finish, search)
     if found is not None and price is not None:
         return kept(found, limits, True)
-    if found is not None and most_used(limits, found.trajectory).fraction <= 1.0 + KEPT:
+    if found is not None and within(limits, found):
         return found
     return _stretched(fastest, float(durations.sum()), limits, finish, search)
 
@@ -139,9 +139,14 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finis
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     if best is not None and best.trajectory.duration <= total:
         found = _lengthened(bounded, best, total, finish, run)
-        if found is not None and most_used(limits, found.trajectory).fraction <= 1.0 + KEPT:
+        if found is not None and within(limits, found):
             return found
     return _stretched(fastest, total, limits, finish, run)
+
+
+def within(limits: Limits, found: Timed) -> bool:
+    """Whether a plan keeps all limits."""
+    return most_used(limits, found.trajectory).fraction <= 1.0 + KEPT
 
 
 def _lengthened(bounded: Task, best: Solved, total: float, finish: Finish, run: Run) -> Timed | None:
@@ -168,7 +173,7 @@ def _stretched(fastest: Solved, total: float, limits: Limits, finish: Finish, se
     shortest = fastest.trajectory.duration
     found = timed(fastest, finish, search, total / shortest)
     still = fastest.task.still or total <= shortest * (1.0 + KEPT)
-    if still and most_used(limits, found.trajectory).fraction <= 1.0 + KEPT:
+    if still and within(limits, found):
         return found
     raise InfeasibleError(
         f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that or more time",
