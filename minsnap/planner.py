@@ -197,7 +197,8 @@ def plan(
     constraints = as_constraints(corridor) + as_room(room)
     asked = waypoints, waypoint_tolerance, start, end, pins, closed, dim
     deadline = _deadline(time_limit, durations, limits)
-    task = replace(placed_task(*asked, constraints, *smoothness, _named_solver(solver)), deadline=deadline)
+    task = placed_task(*asked, constraints, *smoothness, _named_solver(solver))
+    task = task if deadline == inf else replace(task, deadline=deadline)
     medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, medium, Held(yaw_rate, hold_below, turning))
     hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""

@@ -36,11 +36,14 @@ def touched_walls(waypoints: FloatArray, pinned: BoolArray, walls: Sequence[Wall
     """
     touched = np.zeros((2, 2, *waypoints.shape), dtype=bool)
     for cones in (wall.cones for wall in walls if wall.order == 0 and wall.cones.flat):
-        along = cones.slope != 0.0
         for side, waypoint in ((Side.AFTER, cones.leg), (Side.BEFORE, cones.leg + 1)):
             slack = cones.slack(waypoints[waypoint][:, None])[:, 0]
-            row = np.flatnonzero((slack <= ROUNDING * cones.width) & (along.sum(axis=1) == 1))
-            axis = along[row].argmax(axis=1)
+            row = np.flatnonzero(slack <= ROUNDING * cones.width)
+            if not len(row):
+                continue
+            along = cones.slope[row] != 0.0
+            row, along = row[along.sum(axis=1) == 1], along[along.sum(axis=1) == 1]
+            axis = along.argmax(axis=1)
             touched[side, (cones.slope[row, axis] > 0.0).astype(np.intp), waypoint[row], axis] = True
     if closed:
         touched[Side.BEFORE, :, 0], touched[Side.AFTER, :, -1] = touched[Side.BEFORE, :, -1], touched[Side.AFTER, :, 0]
