@@ -142,9 +142,9 @@ def test_a_plan_keeps_the_limits_of_a_vehicle_with_drag_and_uses_them():
 def test_states_pinned_count_drag():
     """At 12 m/s the drag alone tilts this vehicle by 20 degrees."""
     body = dataclasses.replace(VEHICLES["f330"], drag=BodyDrag((0.3, 0.3, 0.3)))
-    limits, start = Limits.of(body, 0.0, tilt=0.2), {"velocity": (12.0, 0.0, 0.0)}
+    limits, end = Limits.of(body, 0.0, tilt=0.2), {"velocity": (12.0, 0.0, 0.0)}
     with pytest.raises(LimitError, match="tilt"):
-        minsnap.plan([(0, 0, 1), (20, 0, 1), (40, 3, 1)], [2.0, 4.0], limits=limits, start=start)
+        minsnap.plan([(0, 0, 1), (20, 0, 1), (40, 3, 1)], [2.0, 4.0], limits=limits, end=end)
 
 
 @pytest.mark.parametrize("reserve", [-0.1, 1.0, float("nan")])
