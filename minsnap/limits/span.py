@@ -51,6 +51,11 @@ def _kept(limits: Limits, trajectory: Trajectory, start: float) -> bool:
     return all(used.fraction <= 1.0 + KEPT for used in use_from(limits, trajectory, start))
 
 
+def keeps(limits: Limits, trajectory: Trajectory) -> bool:
+    """Whether a trajectory keeps all limits at every instant."""
+    return largest_use(limits, trajectory) <= 1.0 + KEPT
+
+
 def largest_use(limits: Limits, trajectory: Trajectory) -> float:
     """Share of the most used limit over all time; limits on norms alone are measured by the native core at once."""
     given = limits.given()

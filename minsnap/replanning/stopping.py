@@ -17,7 +17,7 @@ from minsnap.arrays import BoolArray, FloatArray
 from minsnap.corridors.constraint import Faces, Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import KEPT, kept_from, largest_use
+from minsnap.limits.span import keeps, kept_from
 from minsnap.optimisation.problem import Task
 from minsnap.polynomials.bernstein import ends_gram, ends_to_points
 from minsnap.replanning.horizon import walls_from
@@ -214,7 +214,7 @@ def inside(curve: Trajectory, walls: Sequence[Walls]) -> bool:
 
 def within(curve: Trajectory, limits: Limits | None) -> bool:
     """Whether a curve keeps all limits at every instant."""
-    return limits is None or largest_use(limits, curve) <= 1.0 + KEPT
+    return limits is None or keeps(limits, curve)
 
 
 def back_within(curve: Trajectory, limits: Limits | None) -> bool:

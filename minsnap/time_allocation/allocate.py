@@ -78,12 +78,12 @@ def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, s
 
 def _from_limits(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
     """Plan with an end on its limits: without limits if that keeps them, else between ways back and out."""
+    from minsnap.limits.span import keeps
     from minsnap.time_allocation.ways import ways_of
-    from minsnap.time_allocation.within_limits import within
 
     if timing.split != "trapezoid":
         free = plan_timed(task, replace(timing, limits=None, enforce=None), finish)
-        if within(limits, free):
+        if keeps(limits, free.trajectory):
             return free
     ways = ways_of(task, limits)
     return ways.around(_between(ways, ways.between(timing), limits, finish), limits, finish)

@@ -13,7 +13,7 @@ from time import monotonic
 import numpy as np
 
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import largest_use
+from minsnap.limits.span import KEPT, largest_use
 from minsnap.native.library import core
 from minsnap.optimisation.outcome import Outcome
 from minsnap.optimisation.solved import Solved
@@ -41,9 +41,6 @@ QUICK, ROOM, NEARBY = 3, 1e-7, 1e-2
 
 ALMOST = 1e-4
 """Room that may be left below the most used limit."""
-
-KEPT = 1e-9
-"""How far above 1 a utilisation may be."""
 
 NARROW = 129
 """Instants a piece at which excesses are looked for."""

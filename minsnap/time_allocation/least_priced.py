@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from minsnap.arrays import FloatArray
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import largest_use
+from minsnap.limits.span import keeps
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved import Solved
@@ -18,9 +18,6 @@ from minsnap.time_allocation.least_cost import CostSearch
 from minsnap.time_allocation.least_time import LeastTime
 from minsnap.time_allocation.objectives import PricedCost
 from minsnap.time_allocation.timed import Finish, Run, Timing, priced_first_guess, searched
-
-KEPT = 1e-9
-"""How far above 1 a utilisation may be."""
 
 ROUNDS = 12
 """Searches with other prices until the total is reached."""
@@ -63,7 +60,7 @@ class LeastPriced(LeastTime):
             If limits or walls cannot be kept at any speed.
         """
         solved, run = self.free(priced_first_guess(self.task, price), price)
-        if run.interrupted or self._keeps(solved):
+        if run.interrupted or keeps(self.limits, self.finish(solved.trajectory)):
             return solved, run
         search = self._search(price * self.problem.units.time / self.value_unit)
         found = self._settled(search, self._start(search, solved))
@@ -90,9 +87,6 @@ class LeastPriced(LeastTime):
         durations, run = searched(CostSearch(self.task, first, price, self.log.progress), self.best_on_interrupt)
         self.log.steps = list(run.steps)
         return solve(self.task, self.task.piece_durations(durations), units=self.problem.units), run
-
-    def _keeps(self, solved: Solved) -> bool:
-        return largest_use(self.limits, self.finish(solved.trajectory)) <= 1.0 + KEPT
 
     def _search(self, price: float) -> JointSearch:
         return self.problem.search(self.task.pieces, self._tell, self._tick, objective=PricedCost(self.layout, price))

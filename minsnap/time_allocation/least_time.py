@@ -11,12 +11,12 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.span import largest_use
+from minsnap.limits.span import keeps
 from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved import Solved
-from minsnap.time_allocation.certified_end import KEPT, CertifiedEnd
+from minsnap.time_allocation.certified_end import CertifiedEnd
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_problem import JointProblem
@@ -174,7 +174,7 @@ class LeastTime:
                 solved = solve(bounded, found.state.durations * self.problem.units.time * (1.0 + reserve))
             except (InfeasibleRowsError, SolverError):
                 continue
-            if largest_use(self.limits, self.finish(solved.trajectory)) <= 1.0 + KEPT:
+            if keeps(self.limits, self.finish(solved.trajectory)):
                 return replace(solved, task=task)
         return None
 

@@ -9,14 +9,12 @@ import numpy as np
 from minsnap.errors import LimitError
 from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
+from minsnap.limits.span import KEPT
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
 TOUCHING = 1e-10
 """How far below 1 the largest utilisation may be."""
-
-KEPT = 1e-9
-"""How far above 1 a utilisation may be."""
 
 CLOSE, SECANTS, NEARBY = 2e-7, 6, 0.05
 """How near to 1 it is brought by the secant method, in how many steps, each how far at most."""

@@ -8,6 +8,7 @@ from minsnap.arrays import FloatArray
 from minsnap.checks import check_positive_time, check_weight
 from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.limits import Limits
+from minsnap.limits.span import KEPT, keeps
 from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
@@ -37,9 +38,6 @@ from minsnap.trajectory.report import Utilisation
 TOUCHING, ROOM = 1e-6, 1e-2
 """How near to a limit a pinned state counts as at it, and the share of room that it should be left."""
 
-KEPT = 1e-9
-"""How far above 1 a utilisation may be."""
-
 
 def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
     """Find the shortest plan within limits.
@@ -58,7 +56,7 @@ def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fin
         return scaled_plan(task, timing, limits, finish)
     if (moves(task) or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
         return as_timed(shortest_from(task, limits, timing, finish), finish)
-    solved, search = _fastest(task, timing, limits, finish)
+    solved, search = searched_from(task, limits, timing, finish)
     if task.continuity <= task.half - 1:
         return timed(solved, finish, search)
     return _smoother(bounded, solved, limits, finish, search)
@@ -67,10 +65,6 @@ def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fin
 def _searchable(bounded: Task, limits: Limits) -> bool:
     """Whether any limit is part of the search for the shortest time; the rate of a yaw is not."""
     return limits.body_rate is not None or any(wall.order for wall in bounded.walls)
-
-
-def _fastest(task: Task, timing: Timing, limits: Limits, finish: Finish) -> tuple[Solved, Run]:
-    return searched_from(task, limits, timing, finish)
 
 
 def _leg_durations(solved: Solved) -> FloatArray:
@@ -88,7 +82,7 @@ def _smoother(task: Task, fastest: Solved, limits: Limits, finish: Finish, searc
         trajectory = finish(solved.trajectory)
         if task.still:
             return timed(solved, finish, search, touching_factor(limits, trajectory))
-        if most_used(limits, trajectory).fraction <= 1.0 + KEPT:
+        if keeps(limits, trajectory):
             return timed(solved, finish, search)
     raise explain(task, durations)
 
@@ -110,14 +104,14 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
             return _joint_plan(task, bounded, timing, limits, finish)
         except InfeasibleRowsError:
             raise explain(task, task.piece_durations(stop_and_go_times(guessed_lengths(task), limits))) from None
-    fastest, search = _fastest(task, timing, limits, finish)
+    fastest, search = searched_from(task, limits, timing, finish)
     price, durations = _wished(task, timing, _leg_durations(fastest))
     if price is None:
         _check_total(float(durations.sum()), fastest)
     found = None if search.interrupted else _cheapest(bounded, timing, price, durations, finish, search)
     if found is not None and price is not None:
         return kept(found, limits, True)
-    if found is not None and within(limits, found):
+    if found is not None and keeps(limits, found.trajectory):
         return found
     return _stretched(fastest, float(durations.sum()), limits, finish, search)
 
@@ -130,23 +124,18 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finis
         return kept(timed(solved, finish, run), limits, True)
     total = check_positive_time(timing.total_time)
     free, run = search.free(distance_split(task, total))
-    if most_used(limits, finish(free.trajectory)).fraction <= 1.0 + KEPT:
+    if keeps(limits, finish(free.trajectory)):
         return timed(free, finish, run)
-    fastest, last = _fastest(task, timing, limits, finish)
+    fastest, last = searched_from(task, limits, timing, finish)
     _check_total(total, fastest)
     interrupted = run.interrupted or last.interrupted
     best = None if interrupted else search.at_total(total, free)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
     if best is not None and best.trajectory.duration <= total:
         found = _lengthened(bounded, best, total, finish, run)
-        if found is not None and within(limits, found):
+        if found is not None and keeps(limits, found.trajectory):
             return found
     return _stretched(fastest, total, limits, finish, run)
-
-
-def within(limits: Limits, found: Timed) -> bool:
-    """Whether a plan keeps all limits."""
-    return most_used(limits, found.trajectory).fraction <= 1.0 + KEPT
 
 
 def _lengthened(bounded: Task, best: Solved, total: float, finish: Finish, run: Run) -> Timed | None:
@@ -173,7 +162,7 @@ def _stretched(fastest: Solved, total: float, limits: Limits, finish: Finish, se
     shortest = fastest.trajectory.duration
     found = timed(fastest, finish, search, total / shortest)
     still = fastest.task.still or total <= shortest * (1.0 + KEPT)
-    if still and within(limits, found):
+    if still and keeps(limits, found.trajectory):
         return found
     raise InfeasibleError(
         f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that or more time",
