@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.corridors.regions import KnotRegion
 from minsnap.optimisation.constraint_blocks import Block, KnotBalls, KnotBounds
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
@@ -28,14 +25,8 @@ def region_blocks(task: Task, problem: Problem) -> list[Block]:
     return [block for block in blocks if block is not None]
 
 
-def _chosen(task: Task, which: Callable[[KnotRegion], bool]) -> list[int]:
-    """Waypoints of some of the regions; the last of a closed lap is the first."""
-    last = task.legs if task.closed else task.legs + 1
-    return [k for k, region in task.regions.items() if k < last and which(region)]
-
-
 def _sides(task: Task, problem: Problem) -> KnotBounds | None:
-    chosen = _chosen(task, lambda region: len(region.bounds) > 0)
+    chosen = [k for k, region in task.own_regions.items() if len(region.bounds)]
     if not chosen:
         return None
     regions = [task.regions[k] for k in chosen]
@@ -47,7 +38,7 @@ def _sides(task: Task, problem: Problem) -> KnotBounds | None:
 
 
 def _balls(task: Task, problem: Problem) -> KnotBalls | None:
-    chosen = np.array(_chosen(task, lambda region: bool(np.isfinite(region.radius))), dtype=np.intp)
+    chosen = np.array([k for k, region in task.own_regions.items() if np.isfinite(region.radius)], dtype=np.intp)
     if not len(chosen):
         return None
     radius = np.array([task.regions[int(k)].radius for k in chosen]) / task.length
@@ -58,7 +49,7 @@ def _balls(task: Task, problem: Problem) -> KnotBalls | None:
 
 def _crossings(task: Task, problem: Problem) -> KnotBounds | None:
     """Velocities that must not point backwards: -direction . v <= 0."""
-    chosen = np.array(_chosen(task, lambda region: region.crossing is not None), dtype=np.intp)
+    chosen = np.array([k for k, region in task.own_regions.items() if region.crossing is not None], dtype=np.intp)
     if not len(chosen):
         return None
     directions: FloatArray = np.array([task.regions[int(k)].crossing for k in chosen])

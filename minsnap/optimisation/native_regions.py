@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.corridors.regions import KnotRegion
 from minsnap.native.corridor import WallArrays
 from minsnap.optimisation.problem import Task
 
 
 def region_walls(task: Task) -> list[WallArrays]:
     """Sides of gates, balls, directions of crossing, as ``knot_blocks.region_blocks``; then slanted planes of gates."""
-    sides, balls, crossings, planes = (
-        _chosen(task, which)
-        for which in (
-            lambda region: len(region.bounds) > 0,
-            lambda region: bool(np.isfinite(region.radius)),
-            lambda region: region.crossing is not None,
-            lambda region: region.plane is not None,
-        )
-    )
-    at = task.regions
+    at = task.own_regions
+    sides = [k for k, region in at.items() if len(region.bounds)]
+    balls = [k for k, region in at.items() if np.isfinite(region.radius)]
+    crossings = [k for k, region in at.items() if region.crossing is not None]
+    planes = [k for k, region in at.items() if region.plane is not None]
     waypoint = np.repeat(sides, [len(at[k].bounds) for k in sides]).astype(np.intp)
     bound = np.concatenate([np.zeros(0), *(at[k].bounds for k in sides)])
     normal = np.concatenate([np.zeros((0, task.dim)), *(at[k].normals for k in sides)])
@@ -75,12 +69,6 @@ def joined(blocks: Sequence[WallArrays]) -> WallArrays:
 
 def _or_none(values: IntArray | None, count: int) -> IntArray:
     return np.full(count, -1) if values is None else values
-
-
-def _chosen(task: Task, which: Callable[[KnotRegion], bool]) -> list[int]:
-    """Waypoints of some of the regions; the last of a closed lap is the first."""
-    last = task.legs if task.closed else task.legs + 1
-    return [k for k, region in task.regions.items() if k < last and which(region)]
 
 
 def _balls(task: Task, waypoint: Sequence[int]) -> WallArrays:

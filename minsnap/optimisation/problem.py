@@ -164,10 +164,14 @@ class Task:
         return Problem(self.slots, durations / units.time, *known, planes=self._planes)
 
     @cached_property
+    def own_regions(self) -> dict[int, KnotRegion]:
+        """Regions by waypoint, without the last of a closed lap, which is the first."""
+        return {k: region for k, region in self.regions.items() if not (self.closed and k == self.legs)}
+
+    @cached_property
     def _planes(self) -> tuple[tuple[int, FloatArray], ...]:
         """Knots that must lie in a slanted plane through their nominal positions, and its unit normal."""
-        regions = {k: region for k, region in self.regions.items() if not (self.closed and k == self.legs)}
-        return tuple((k * self.pieces, r.plane) for k, r in regions.items() if r.plane is not None)
+        return tuple((k * self.pieces, r.plane) for k, r in self.own_regions.items() if r.plane is not None)
 
     def piece_durations(self, durations: FloatArray) -> FloatArray:
         """Split leg durations (legs,) equally over the pieces."""
