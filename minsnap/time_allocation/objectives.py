@@ -1,9 +1,8 @@
 r"""What the joint search minimises: the time, or the cost and a price of time.
 
-The cost of a piece of duration T is :math:`T^{1-2k} \sum e^\top G e` over the axes, with its ends
-:math:`e = w\,\rho(T)` (``joint_layout``) and the Gram matrix G of the k-th derivative.  It is the square of
-:math:`R = T^{(1-2k)/2} L^\top e`, :math:`G = L L^\top`, and :math:`2\,\dot R^\top \dot R` in place of its second
-derivative is never negative (Gauss and Newton).
+The cost of a piece of duration T is the sum over the axes of the square of :math:`R = T^{(1-2k)/2} L e`, with its ends
+:math:`e = w\,\rho(T)` (``joint_layout``) and the root L of the Gram matrix of the k-th derivative.
+:math:`2\,\dot R^\top \dot R` in place of its second derivative is never negative (Gauss and Newton).
 
 A total time is reached by a price and a stiffness, the augmented Lagrangian (M. J. D. Powell, 1969); the square of the
 change of the total is at most the total times the sum of those of the durations over them, which no two pieces share.
@@ -17,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.polynomials.bernstein import ends_gram
+from minsnap.polynomials.bernstein import ends_to_highest, gram_root
 from minsnap.time_allocation.joint_layout import SLACKS, JointLayout, JointState
 
 
@@ -115,27 +114,25 @@ class PricedCost:
         self.layout, self.price, self.total, self.stiffness = layout, price, total, stiffness
         power = 2.0 * layout.half
         self.penalties = Penalties(power * Penalties.limit, power * Penalties.wall)
-        values, vectors = np.linalg.eigh(ends_gram(layout.degree))
-        self._root = (np.sqrt(np.maximum(values, 0.0)) * vectors).T
+        self._root = gram_root(layout.half - 1) @ ends_to_highest(layout.degree)
 
     def value(self, state: JointState) -> float:
         """Sum of the cost and the prices of time."""
-        apart = state.total - self.total
-        return self.cost(state) + self.price * state.total + 0.5 * self.stiffness * apart**2
+        return self._value(state, self._residuals(state))
 
-    def cost(self, state: JointState) -> float:
-        """Integral of the squared norm of the k-th derivative."""
-        return float((self._residuals(state) ** 2).sum())
+    def _value(self, state: JointState, residuals: FloatArray) -> float:
+        apart = state.total - self.total
+        return float((residuals**2).sum()) + self.price * state.total + 0.5 * self.stiffness * apart**2
 
     def _residuals(self, state: JointState) -> FloatArray:
-        """R of every piece, (pieces, 2k, dim)."""
+        """R of every piece, (pieces, k, dim)."""
         share = state.durations ** (0.5 - self.layout.half)
         return np.asarray(share[:, None, None] * np.einsum("lj,ijd->ild", self._root, self.layout.ends(state)))
 
     def terms(self, state: JointState) -> Terms:
         """Return the gradient, and the second derivative of Gauss and Newton."""
-        layout, value = self.layout, self.value(state)
-        residuals, slopes = self._residuals(state), self._slopes(state)
+        layout, residuals = self.layout, self._residuals(state)
+        value, slopes = self._value(state, residuals), self._slopes(state, residuals)
         local = 2.0 / value * np.einsum("ildx,ild->ix", slopes, residuals)
         linear = np.zeros(layout.size + layout.pieces + SLACKS + 1)
         np.add.at(linear, layout.unknowns, local)
@@ -146,12 +143,11 @@ class PricedCost:
         hessian[:, -SLACKS - 2, -SLACKS - 2] += self.stiffness / value * state.total * state.durations
         return Terms(linear[:-1], hessian)
 
-    def _slopes(self, state: JointState) -> FloatArray:
-        """Differentiate R in the unknowns of every piece, (pieces, 2k, dim, width)."""
-        layout, residuals = self.layout, self._residuals(state)
-        pieces, ends, dim = residuals.shape
+    def _slopes(self, state: JointState, residuals: FloatArray) -> FloatArray:
+        """Differentiate R in the unknowns of every piece, (pieces, k, dim, width)."""
+        layout, dim, ends = self.layout, self.layout.dim, 2 * self.layout.half
         share = state.durations ** (0.5 - layout.half)
-        found = np.zeros((pieces, ends, dim, layout.unknowns.shape[1]))
+        found = np.zeros((*residuals.shape, layout.unknowns.shape[1]))
         plain = self._root[None] * (share[:, None] * layout.end_scales(state.durations))[:, None, :]
         for axis in range(dim):
             found[:, :, axis, axis : ends * dim : dim] = plain
