@@ -15,7 +15,7 @@ from minsnap.native.status import Status
 from minsnap.optimisation.native_regions import joined, knot_planes, region_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
-from minsnap.polynomials.bernstein import split
+from minsnap.polynomials.bernstein import parted
 
 MOST_WHOLE = 48
 """Pieces up to which the native core solves a corridor as a whole; more are solved in windows."""
@@ -67,7 +67,7 @@ def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tupl
     if task.pieces == 1:
         return found[0], knots
     shares = times.astype(np.longdouble)
-    parts = split(found[0], shares / shares.sum(axis=1, keepdims=True))
+    parts = parted(found[0], shares / shares.sum(axis=1, keepdims=True))
     _fill_inner_knots(knots, task, parts, times, units)
     return np.ascontiguousarray(parts.reshape(-1, *parts.shape[2:]), dtype=np.float64), knots
 

@@ -12,13 +12,15 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cache
 from math import comb, factorial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from minsnap.arrays import FloatArray
 
 Rational = list[list[Fraction]]
+Floating = TypeVar("Floating", np.float64, np.longdouble)
 
 
 def _rounded(matrix: Rational) -> FloatArray:
@@ -296,8 +298,18 @@ def subdivide(points: FloatArray, parts: int) -> FloatArray:
     return (points @ subdivision(degree, parts).T).reshape(len(points), parts, degree + 1)
 
 
-def split(points: FloatArray, shares: FloatArray) -> FloatArray:
-    """Split curves at inner instants by de Casteljau's algorithm, in the longest floating type there is.
+def split(points: NDArray[Floating], s: Any) -> tuple[NDArray[Floating], NDArray[Floating]]:
+    """Split curves at s by de Casteljau's algorithm: control points (..., n + 1, dim) of both parts."""
+    left, right = [points[..., 0, :]], [points[..., -1, :]]
+    while points.shape[-2] > 1:
+        points = points[..., :-1, :] + s * (points[..., 1:, :] - points[..., :-1, :])
+        left.append(points[..., 0, :])
+        right.append(points[..., -1, :])
+    return np.stack(left, axis=-2), np.stack(right[::-1], axis=-2)
+
+
+def parted(points: FloatArray, shares: FloatArray) -> FloatArray:
+    """Split curves at inner instants, in the longest floating type there is.
 
     Parameters
     ----------
@@ -311,14 +323,9 @@ def split(points: FloatArray, shares: FloatArray) -> FloatArray:
     """
     rest, left, parts = points.astype(np.longdouble), np.ones(len(points), np.longdouble), []
     for share in shares.T[:-1]:
-        s = (share / left)[:, None, None]
-        row, before, after = rest, [rest[:, 0]], [rest[:, -1]]
-        while row.shape[1] > 1:
-            row = row[:, :-1] + s * (row[:, 1:] - row[:, :-1])
-            before.append(row[:, 0])
-            after.append(row[:, -1])
-        parts.append(np.stack(before, axis=1))
-        rest, left = np.stack(after[::-1], axis=1), left - share
+        before, rest = split(rest, (share / left)[:, None, None])
+        parts.append(before)
+        left = left - share
     return np.stack([*parts, rest], axis=1)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.checks import is_number
 from minsnap.errors import InputError, TimingError
+from minsnap.polynomials.bernstein import split
 from minsnap.trajectory.trajectory import Trajectory
 
 RESTING = 1e-9
@@ -81,16 +82,6 @@ class Splice:
         durations = np.concatenate((own, flown.durations[piece + 1 :]))
         rest = Trajectory(points, durations, pieces=pieces).as_rest(flown, at)
         return self.flown.turned(rest, self.instant)
-
-
-def split(points: FloatArray, s: float) -> tuple[FloatArray, FloatArray]:
-    """Control points (n + 1, dim) of both parts of a polynomial, by de Casteljau's algorithm."""
-    left, right = [points[0]], [points[-1]]
-    while len(points) > 1:
-        points = points[:-1] + s * (points[1:] - points[:-1])
-        left.append(points[0])
-        right.append(points[-1])
-    return np.stack(left), np.stack(right[::-1])
 
 
 def divided(points: FloatArray, parts: int) -> FloatArray:

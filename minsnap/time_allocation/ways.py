@@ -17,6 +17,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.span import KEPT, kept_from
 from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.problem import Task
+from minsnap.polynomials.bernstein import split
 from minsnap.time_allocation.recovery import Recovery, start_state, start_use, state_at, state_use, way_back
 from minsnap.time_allocation.timed import Finish, Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
@@ -195,17 +196,7 @@ def joined(first: Trajectory, rest: Trajectory) -> Trajectory:
     points, durations = [first.control_points, rest.control_points[:pieces]], [first.durations, rest.durations[:pieces]]
     for leg in range(1, rest.legs):
         part = slice(leg * pieces, (leg + 1) * pieces)
-        halves = _halved(rest.control_points[part.start])
+        halves = np.stack(split(rest.control_points[part.start], 0.5))
         points += [halves, rest.control_points[part][1:]]
         durations += [np.repeat(0.5 * rest.durations[part.start], 2), rest.durations[part][1:]]
     return Trajectory(np.concatenate(points), np.concatenate(durations), pieces=pieces + 1)
-
-
-def _halved(points: FloatArray) -> FloatArray:
-    """Control points of both halves of a polynomial, (2, n + 1, dim), by de Casteljau's algorithm."""
-    rows, left, right = points, [points[0]], [points[-1]]
-    while len(rows) > 1:
-        rows = 0.5 * (rows[:-1] + rows[1:])
-        left.append(rows[0])
-        right.append(rows[-1])
-    return np.stack((left, right[::-1]))

@@ -138,7 +138,7 @@ def test_constants_cannot_be_written_to():
 def test_parts_of_a_curve_are_the_curve(degree):
     points = np.random.default_rng(degree).normal(size=(3, degree + 1, 2))
     shares = np.array([(0.2, 0.5, 0.3), (0.25, 0.25, 0.5), (0.6, 0.1, 0.3)])
-    parts, s = polynomial.split(points, shares), np.linspace(0.0, 1.0, 9)
+    parts, s = polynomial.parted(points, shares), np.linspace(0.0, 1.0, 9)
     begins = np.cumsum(shares, axis=1) - shares
     for curve, part in np.ndindex(3, 3):
         inside = polynomial.basis(degree, begins[curve, part] + s * shares[curve, part]) @ points[curve]

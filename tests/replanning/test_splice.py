@@ -6,7 +6,8 @@ import pytest
 import minsnap
 from minsnap import TimingError
 from minsnap.errors import InputError
-from minsnap.replanning.splice import divided, ends_at_rest, splice_of, split
+from minsnap.polynomials.bernstein import split
+from minsnap.replanning.splice import divided, ends_at_rest, splice_of
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1)], dtype=float)
 
