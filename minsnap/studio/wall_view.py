@@ -36,6 +36,7 @@ class WallView:
         self._tubes: dict[int, tuple[Any, Any]] = {}
         self._boxes: dict[str, tuple[Any, Any]] = {}
         self._faces: dict[tuple[int, int], Any] = {}
+        self._dragged: set[tuple[int, int]] = set()
         self._chosen = NO_FACES
         self._request: SceneRequest | None = None
         self._warning = server.scene.add_label("/plan/refusal", "", visible=False)
@@ -58,6 +59,7 @@ class WallView:
         for handle in self._faces.values():
             handle.remove()
         self._faces = {}
+        self._dragged.clear()
         self._show_faces()
 
     def _show_tubes(self, state: BenchState) -> None:
@@ -98,9 +100,8 @@ class WallView:
         scene.add_line_segments(f"/walls/{name}/edges", box_edges(box), colour, **lines)
         return mesh
 
-    def _box(self) -> tuple[int | None, Box | None]:
+    def _box(self, request: SceneRequest | None) -> tuple[int | None, Box | None]:
         """Return the leg and the box whose faces can be dragged; (None, the room); or (None, None)."""
-        request = self._request
         if request is None or self._chosen == NO_FACES:
             return None, None
         if self._chosen == ROOM_FACES:
@@ -110,7 +111,8 @@ class WallView:
         return (leg, boxes[leg]) if leg < len(boxes) else (None, None)
 
     def _show_faces(self) -> None:
-        box = self._box()[1]
+        """Move the faces to where the document has them, but for those that a hand holds."""
+        box = self._box(self._request)[1]
         if box is None:
             for handle in self._faces.values():
                 handle.remove()
@@ -123,7 +125,8 @@ class WallView:
                 if place not in self._faces:
                     self._faces[place] = self._face(axis, side)
                 handle = self._faces[place]
-                if np.abs(np.asarray(handle.position) - centres[place]).max() > 1e-6:
+                moved = np.abs(np.asarray(handle.position) - centres[place]).max() > 1e-6
+                if moved and place not in self._dragged:
                     handle.position = centres[place]
 
     def _face(self, axis: int, side: int) -> Any:
@@ -132,21 +135,24 @@ class WallView:
         handle = self._server.scene.add_transform_controls(f"/faces/{axis}{side}", depth_test=False, **how)
 
         async def moved(event: Any) -> None:
-            if event.phase == "update":
-                self._editor.edit(
-                    lambda request: self._moved(request, axis, side, handle.position[axis]), "face", held=True
-                )
-            elif event.phase == "end":
+            if event.phase == "start":
+                self._dragged.add((axis, side))
+            elif event.phase == "update":
+                value = float(handle.position[axis])
+                self._editor.edit(lambda request: self._moved(request, axis, side, value), "face", held=True)
+            else:
+                self._dragged.discard((axis, side))
                 self._editor.pause()
+                self._show_faces()
 
         handle.on_update(moved)
         return handle
 
     def _moved(self, request: SceneRequest, axis: int, side: int, value: float) -> SceneRequest:
-        leg, box = self._box()
+        leg, box = self._box(request)
         if box is None:
             return replace(request)
-        return replace_box(request, leg, move_face(box, axis, side, float(value)))
+        return replace_box(request, leg, move_face(box, axis, side, value))
 
 
 def _tube(state: BenchState, leg: int) -> Any:

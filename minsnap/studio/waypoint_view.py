@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -28,16 +29,23 @@ class WaypointView:
     def __init__(self, server: Any, editor: Editor) -> None:
         self._server, self._editor = server, editor
         self._gizmos: list[Any] = []
+        self._dragged: set[int] = set()
+        self._points: Sequence[tuple[float, ...]] = ()
 
     def show(self, state: BenchState) -> None:
         """Draw the waypoints of the document."""
-        points = state.request.waypoints
+        points = self._points = state.request.waypoints
         while len(self._gizmos) > len(points):
             self._gizmos.pop().remove()
+            self._dragged.discard(len(self._gizmos))
         while len(self._gizmos) < len(points):
             self._gizmos.append(self._gizmo(len(self._gizmos), points))
-        for gizmo, point in zip(self._gizmos, points, strict=True):
-            if np.abs(np.asarray(gizmo.position) - point).max() > 1e-9:
+        self._place()
+
+    def _place(self) -> None:
+        """Move the gizmos to where the document has them, but for those that a hand holds."""
+        for index, (gizmo, point) in enumerate(zip(self._gizmos, self._points, strict=False)):
+            if index not in self._dragged and np.abs(np.asarray(gizmo.position) - point).max() > 1e-9:
                 gizmo.position = point
 
     def _gizmo(self, index: int, points: Any) -> Any:
@@ -49,11 +57,15 @@ class WaypointView:
         scene.add_label(f"{name}/number", str(index), anchor="bottom-left", font_screen_scale=0.9)
 
         async def moved(event: Any) -> None:
-            if event.phase == "update":
+            if event.phase == "start":
+                self._dragged.add(index)
+            elif event.phase == "update":
                 position = tuple(float(value) for value in gizmo.position)
                 self._editor.edit(lambda request: move_waypoint(request, index, position), f"drag {index}", held=True)
-            elif event.phase == "end":
+            else:
+                self._dragged.discard(index)
                 self._editor.pause()
+                self._place()
 
         gizmo.on_update(moved)
         return gizmo

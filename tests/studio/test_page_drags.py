@@ -2,6 +2,7 @@
 
 import asyncio
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -23,8 +24,8 @@ def studio(tmp_path):
     page.close()
 
 
-def send(studio, *messages):
-    """Send messages as a browser does."""
+def send(studio, *messages, until):
+    """Send messages as a browser does, and stay connected until they have had their effect; return whether it came."""
     import msgspec
     import websockets
 
@@ -33,9 +34,12 @@ def send(studio, *messages):
         async with websockets.connect(studio.url.replace("http", "ws"), subprotocols=protocol, max_size=None) as socket:
             for message in messages:
                 await socket.send(msgspec.msgpack.encode(message))
-            await asyncio.sleep(0.3)
+            end = time.monotonic() + 60.0
+            while not until() and time.monotonic() < end:
+                await asyncio.sleep(0.02)
 
     asyncio.run(talk())
+    return until()
 
 
 def drag(name, *positions):
@@ -49,16 +53,9 @@ def drag(name, *positions):
     return start, *moves, end
 
 
-def eventually(condition):
-    end = time.monotonic() + 60.0
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.02)
-    return condition()
-
-
 def test_a_dragged_waypoint_is_planned_and_the_drag_is_one_step(studio):
-    send(studio, *drag("/waypoints/1", (8.0, 0.1, 1.0), (8.1, 0.2, 1.1), (8.2, 0.3, 1.2)))
-    assert eventually(lambda: studio.request.waypoints[1] == (8.2, 0.3, 1.2))
+    moves = drag("/waypoints/1", (8.0, 0.1, 1.0), (8.1, 0.2, 1.1), (8.2, 0.3, 1.2))
+    assert send(studio, *moves, until=lambda: studio.request.waypoints[1] == (8.2, 0.3, 1.2))
     assert studio.wait(60.0)
     assert studio.trajectory(studio.trajectory.leg_breaks)[1] == pytest.approx([8.2, 0.3, 1.2])
     studio.undo()
@@ -67,14 +64,33 @@ def test_a_dragged_waypoint_is_planned_and_the_drag_is_one_step(studio):
 
 def test_a_dragged_face_moves_its_wall_alone(studio):
     studio._walls.choose("room")
-    send(studio, *drag("/faces/21", (4.0, 2.0, 2.5), (4.0, 2.0, 3.5)))
-    assert eventually(lambda: studio.request.room == (EXAMPLE.room[0], (*EXAMPLE.room[1][:2], 3.5)))
+    higher = (EXAMPLE.room[0], (*EXAMPLE.room[1][:2], 3.5))
+    moves = drag("/faces/21", (4.0, 2.0, 2.5), (4.0, 2.0, 3.5))
+    assert send(studio, *moves, until=lambda: studio.request.room == higher)
     studio._walls.choose("box 1")
-    send(studio, *drag("/faces/00", (6.5, 2.0, 1.0)))
-    assert eventually(lambda: studio.request.boxes[1][0][0] == 6.5)
+    assert send(studio, *drag("/faces/00", (6.5, 2.0, 1.0)), until=lambda: studio.request.boxes[1][0][0] == 6.5)
     assert studio.request.boxes[2:] == EXAMPLE.boxes[2:] and studio.request.boxes[0] == EXAMPLE.boxes[0]
     assert studio.wait(60.0)
     assert studio.trajectory is not None
+
+
+@pytest.mark.parametrize(("name", "view"), [("/faces/21", "_walls"), ("/waypoints/1", "_waypoints")])
+def test_a_plan_that_arrives_during_a_drag_does_not_move_what_a_hand_holds(studio, name, view):
+    studio._walls.choose("room")
+    assert studio.wait(60.0)
+    handle = studio._server.scene._handle_from_transform_controls_name[name]
+
+    def arrived():
+        return 2.9 in (studio.request.room[1][2], studio.request.waypoints[1][2])
+
+    with ThreadPoolExecutor() as browsers:
+        with studio._working.lock:
+            sent = browsers.submit(send, studio, *drag(name, (4.0, 2.0, 2.9)), until=arrived)
+            while handle.position[2] != 2.9 and not sent.done():
+                time.sleep(0.01)
+            getattr(studio, view).show(studio._working.state)
+        assert sent.result()
+    assert handle.position[2] == 2.9
 
 
 def test_walls_waypoints_and_rows_follow_edits_of_every_kind(studio):
@@ -91,6 +107,9 @@ def test_walls_waypoints_and_rows_follow_edits_of_every_kind(studio):
 
 
 def test_an_unexpected_name_or_message_does_no_harm(studio):
-    send(studio, *drag("/waypoints/77", (1.0, 1.0, 1.0)), *drag("/plan/path", (1.0, 1.0, 1.0)))
+    strange = [*drag("/waypoints/77", (1.0, 1.0, 1.0)), *drag("/plan/path", (1.0, 1.0, 1.0))]
+    moves = drag("/waypoints/1", (8.0, 0.1, 1.0))
+    assert send(studio, *strange, *moves, until=lambda: studio.request.waypoints[1] == (8.0, 0.1, 1.0))
+    studio.undo()
     assert studio.request == EXAMPLE
     assert studio.wait(60.0)
