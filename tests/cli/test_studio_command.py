@@ -43,7 +43,7 @@ def test_it_serves_its_page_on_this_machine_only_and_ends_on_a_signal(running, n
     with pytest.raises(OSError):
         socket.create_connection(("127.0.0.2", port), timeout=5).close()
     process.send_signal(number)
-    out, err = process.communicate(timeout=10)
+    out, err = process.communicate(timeout=60)
     assert (process.returncode, out, err) == (0, "", "")
     assert not list(tmp_path.iterdir())
 

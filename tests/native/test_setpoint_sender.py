@@ -102,7 +102,7 @@ def test_sequence_numbers_are_shared_and_wrap():
 
 
 def test_what_is_prepared_can_be_replaced_until_it_leaves():
-    with Line(delay=0.3) as line:
+    with Line(delay=1.0) as line:
         line.supply(0, range(30))
         line.supply(5, [100 + k for k in range(25)])
         line.supply(7, [None] * 2)
