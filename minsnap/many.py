@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from time import perf_counter
 
@@ -30,6 +30,7 @@ from minsnap.problem_rows import (
     no_durations,
     thread_count,
 )
+from minsnap.progress import ProgressLine, told
 from minsnap.trajectory.gradients import Gradients, Slopes
 from minsnap.trajectory.report import LinearSystem, Report
 from minsnap.trajectory.trajectories import Trajectories
@@ -49,6 +50,7 @@ def plan_many(
     end: State | None = None,
     gradients: bool = False,
     threads: int | None = None,
+    progress: Callable[[int, int], None] | bool | None = None,
 ) -> Trajectories:
     """Plan many problems; see ``plan``.
 
@@ -74,6 +76,9 @@ def plan_many(
         rest are then solved more accurately, and may differ from those of ``plan`` by some 1e-6 of their cost.
     threads : int, optional
         Threads to use; as many as processors unless given.  The result does not depend on it.
+    progress : callable or bool, optional
+        Called with the numbers of problems that are planned and of all; True shows a line on standard error where it
+        takes long.
 
     Returns
     -------
@@ -92,11 +97,22 @@ def plan_many(
     batch = ProblemRows.of(waypoints, no_durations(waypoints) if durations is None else durations)
     ends = end_states(start, "start", batch, half), end_states(end, "end", batch, half)
     others = further_arguments(len(batch), durations is None, limits=limits, pins=pins, total_time=total_time)
-    asked = ManyAsked(batch, half, ends, corridors_of(corridor, len(batch)), others, thread_count(threads), began)
+    walls, workers = corridors_of(corridor, len(batch)), thread_count(threads)
+    with told(progress, "planning", _problems_in) as watch:
+        return _solved(ManyAsked(batch, half, ends, walls, others, workers, began, watch), gradients)
+
+
+def _problems_in(line: ProgressLine) -> Callable[[int, int], None]:
+    """Return what shows the number of problems in a line."""
+    return lambda done, count: line.show(done / count, f"{done} of {count} problems")
+
+
+def _solved(asked: ManyAsked, gradients: bool) -> Trajectories:
+    """Plan in the way that fits what is asked for."""
     widths = asked.widths()
     if gradients:
         _check_gradients(asked)
-    if others:
+    if asked.others:
         return _solved_one_by_one(asked, gradients)
     if asked.corridors is None:
         return _solved_free(asked, gradients)
@@ -135,7 +151,8 @@ def _solved_in_tubes(asked: ManyAsked, widths: FloatArray, gradients: bool) -> T
     """Plan from rest to rest in tubes, all at once where the native core is."""
     batch = asked.batch
     gap = GRADIENT_GAP if gradients else GAP
-    found = many_tubes(batch.points, batch.durations, batch.offsets, asked.half, widths, asked.workers, gradients, gap)
+    arrays = batch.points, batch.durations, batch.offsets, asked.half, widths
+    found = many_tubes(*arrays, asked.workers, gradients, gap, asked.watch)
     if found is None:
         return _solved_one_by_one(asked, gradients)
     share = (perf_counter() - asked.began) / max(len(batch), 1)
@@ -182,10 +199,9 @@ def _solved_one_by_one(asked: ManyAsked, gradients: bool) -> Trajectories:
         curve = found[index]
         return asked.slopes(index, curve) if isinstance(curve, Trajectory) else Slopes.unknown(0, asked.batch.dim)
 
-    numbers = range(len(asked.batch))
+    found = asked.all_alone()
     with ThreadPoolExecutor(asked.workers) as pool:
-        found = list(pool.map(asked.alone, numbers))
-        each = list(pool.map(slopes, numbers)) if gradients else []
+        each = list(pool.map(slopes, range(len(found)))) if gradients else []
     blank = LinearSystem(0.0, 0.0, "python")
     curves = [curve if isinstance(curve, Trajectory) else None for curve in found]
     points = np.concatenate([np.zeros((0, 2 * asked.half, asked.batch.dim)), *(c.control_points for c in curves if c)])

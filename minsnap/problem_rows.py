@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -200,6 +201,8 @@ class ManyAsked:
     workers : int
     began : float
         Reading of ``time.perf_counter`` [s].
+    watch : callable, or None
+        Called with the number of problems that are planned, now and then, and with all of them.
     """
 
     batch: ProblemRows
@@ -209,6 +212,7 @@ class ManyAsked:
     others: list[dict[str, Any]] | None
     workers: int
     began: float
+    watch: Callable[[int, int], None] | None = None
 
     def alone(self, index: int) -> Trajectory | MinsnapError:
         """Plan one problem by itself."""
@@ -228,6 +232,16 @@ class ManyAsked:
         except MinsnapError as error:
             return error
         return curve
+
+    def all_alone(self) -> list[Trajectory | MinsnapError]:
+        """Plan every problem by itself, over threads."""
+        found = []
+        with ThreadPoolExecutor(self.workers) as pool:
+            for curve in pool.map(self.alone, range(len(self.batch))):
+                found.append(curve)
+                if self.watch is not None:
+                    self.watch(len(found), len(self.batch))
+        return found
 
     def slopes(self, index: int, curve: Trajectory) -> Slopes:
         """Return how the optimal cost of one problem changes, whose plan this is."""

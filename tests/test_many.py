@@ -7,7 +7,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import CorridorError, InfeasibleError, InputError, IntervalError, TimingError, WaypointError
-from minsnap.native import library
+from minsnap.native import library, plan_batches
 
 NATIVE = library.core().library is not None
 
@@ -230,3 +230,25 @@ def test_costs_of_all_at_once():
     assert np.isnan(many.costs[3])
     for index in (0, 1, 2, 4):
         assert many.costs[index] == pytest.approx(many[index].cost(), rel=1e-13)
+
+
+@pytest.mark.parametrize("corridor", [0.5, minsnap.RoundTube(0.5)])
+def test_progress_counts_problems(corridor):
+    points, durations = questions(30, 3, seed=2)
+    told = []
+    many = minsnap.plan_many(points, durations, corridor, progress=lambda *now: told.append(now))
+    assert told[-1] == (30, 30) and told == sorted(set(told)) and many.errors == (None,) * 30
+
+
+@pytest.mark.skipif(not NATIVE, reason="blocks are those of the native core")
+def test_blocks_change_no_bit(monkeypatch):
+    points = [np.random.default_rng(n).normal(size=(2 + n % 5, 3)) for n in range(40)]
+    durations = [np.linspace(0.7, 1.3, len(rows) - 1) for rows in points]
+    whole = minsnap.plan_many(points, durations, corridor=0.4, gradients=True)
+    monkeypatch.setattr(plan_batches, "BLOCK", 7)
+    told = []
+    parts = minsnap.plan_many(points, durations, corridor=0.4, gradients=True, progress=lambda *now: told.append(now))
+    assert told == [(7 * k, 40) for k in range(1, 6)] + [(40, 40)]
+    assert (parts.control_points == whole.control_points).all() and (parts.breaks == whole.breaks).all()
+    for name in ("durations", "waypoints", "corridor"):
+        assert np.array_equal(getattr(parts.gradients, name), getattr(whole.gradients, name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from ctypes import c_double, c_int32, c_int64, c_void_p
 from typing import NamedTuple
 
@@ -32,6 +33,10 @@ _TUBES = Entry(
     *(c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_double, c_int32),
     *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
 )
+
+
+BLOCK = 4096
+"""Problems solved in one call, between which Ctrl-C is taken: some tenths of a second."""
 
 
 class ManySlopes(NamedTuple):
@@ -73,6 +78,7 @@ def many_tubes(
     threads: int,
     slopes: bool = False,
     gap: float = 1e-6,
+    watch: Callable[[int, int], None] | None = None,
 ) -> ManyTubes | None:
     """Return curves of least cost from rest to rest in a ``Tube`` each; None where the Python core is in use.
 
@@ -86,6 +92,12 @@ def many_tubes(
         Whether derivatives of the costs are wanted.
     gap : float
         Share of a cost that may be given away.
+    watch : callable, optional
+        Called with the numbers of problems that are solved and of all.
+
+    Notes
+    -----
+    Problems are solved in blocks, between which Python takes Ctrl-C.
     """
     solve = _TUBES.ready or _TUBES.function()
     if solve is None:
@@ -94,12 +106,21 @@ def many_tubes(
     found, breaks = np.empty((legs, 2 * half, dim)), np.empty(len(points))
     figures, statuses = np.zeros((count, 4)), np.zeros(count, dtype=np.int32)
     wanted = ManySlopes(np.full(legs, np.nan), np.full((legs, dim), np.nan), np.full(legs, np.nan)) if slopes else None
-    solve(
-        *(address(points), address(durations), address(widths), address(offsets), count, dim, half, gap, threads),
-        *(address(found), address(breaks), address(figures)),
-        *((None, None, None) if wanted is None else [None if array is None else address(array) for array in wanted]),
-        address(statuses),
-    )
+    changes = () if wanted is None else (wanted.durations, wanted.displacements, wanted.widths)
+    for first in range(0, count, BLOCK):
+        last = min(first + BLOCK, count)
+        problems, own = slice(first, last), offsets[first : last + 1] - offsets[first]
+        legs_in = slice(offsets[first], offsets[last])
+        knots = slice(legs_in.start + first, legs_in.stop + last)
+        solve(
+            *(address(array) for array in (points[knots], durations[legs_in], widths[legs_in], own)),
+            *(last - first, dim, half, gap, threads),
+            *(address(array) for array in (found[legs_in], breaks[knots], figures[problems])),
+            *((None, None, None) if wanted is None else [a if a is None else address(a[legs_in]) for a in changes]),
+            address(statuses[problems]),
+        )
+        if watch is not None:
+            watch(last, count)
     return ManyTubes(found, breaks, figures, statuses.astype(np.intp), wanted)
 
 
