@@ -69,7 +69,7 @@ def cloud_map(
     Raises
     ------
     CorridorError
-        If the map has too many cells.
+        If the map has too many cells, or the points are so far from the origin that no cell can be told from the next.
     """
     around = np.full(3, clearance + BEYOND)
     everything = np.vstack((points, ends))
@@ -79,6 +79,11 @@ def cloud_map(
         raise CorridorError(
             f"{name} with cells of {resolution:g} m would have {np.prod(shape):.3g} of them: at most {LARGEST_MAP} are "
             "searched; give a larger resolution, or cut it"
+        )
+    if not shape.all():
+        raise CorridorError(
+            f"{name} lies up to {np.abs(everything).max():.3g} m from the origin, where floating-point numbers are "
+            f"farther apart than {clearance + BEYOND:g} m: check its coordinates and their unit"
         )
     occupied = np.zeros(shape.astype(np.intp), dtype=np.bool_)
     cells = np.minimum(np.floor((points - low) / resolution), shape - 1).astype(np.intp)

@@ -197,3 +197,9 @@ def test_arguments_that_do_not_go_with_a_file_are_refused(tmp_path):
             read_map(file, **arguments)
     with pytest.raises(FileError, match="is no map: give one that ends in"):
         read_map(tmp_path / "map.txt", 0.1)
+
+
+def test_points_too_far_away_for_cells_are_refused(tmp_path):
+    (tmp_path / "far.xyz").write_text("0 1e30 0\n1 1e30 0\n")
+    with pytest.raises(CorridorError, match="far.xyz lies up to 1e\\+30 m from the origin"):
+        read_map(tmp_path / "far.xyz", 0.5)
