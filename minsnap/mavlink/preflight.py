@@ -26,8 +26,8 @@ class FlightNeeds:
     ----------
     speed, climb, sink : float
         Greatest horizontal speed, greatest speed up and down [m/s].
-    acceleration : float
-        Greatest horizontal acceleration [m/s^2].
+    acceleration, lift : float
+        Greatest horizontal acceleration, and greatest vertical one, up or down [m/s^2].
     tilt : float
         Greatest angle between thrust and the vertical, without drag [rad].
     height : float
@@ -40,6 +40,7 @@ class FlightNeeds:
     climb: float = 0.0
     sink: float = 0.0
     acceleration: float = 0.0
+    lift: float = 0.0
     tilt: float = 0.0
     height: float = 0.0
     reach: float = 0.0
@@ -57,6 +58,7 @@ def flight_needs(samples: Samples) -> FlightNeeds:
         climb=max(0.0, float(velocity[:, 2].max())),
         sink=max(0.0, float(-velocity[:, 2].min())),
         acceleration=float(level.max()),
+        lift=float(np.abs(acceleration[:, 2]).max()),
         tilt=float(np.arctan2(level, GRAVITY + acceleration[:, 2]).max()),
         height=float(samples.position[:, 2].max()),
         reach=float(np.hypot(away[:, 0], away[:, 1]).max()),
@@ -151,6 +153,18 @@ def _external_pose(values: Values, needs: FlightNeeds) -> str | None:
     return "poses from outside are fused, but not their horizontal position (bit 0)"
 
 
+def _height_source(values: Values, needs: FlightNeeds) -> str | None:
+    source = {0: "the barometer", 1: "GPS", 2: "the range sensor"}.get(int(values["EKF2_HGT_REF"]))
+    if source is None or not int(values["EKF2_EV_CTRL"]) & 2:
+        return None
+    return f"poses from outside are fused, and the height still follows {source}: 3 takes it from the poses"
+
+
+def _lean_angle(values: Values, needs: FlightNeeds) -> str | None:
+    lean, wants = values["PSC_ANGLE_MAX"] or 0.01 * values["ANGLE_MAX"], math.degrees(needs.tilt)
+    return None if lean >= wants else f"tilt is cut at {lean:.4g} deg, and the flight needs {wants:.4g} deg"
+
+
 def _guided_timeout(values: Values, needs: FlightNeeds) -> str | None:
     time = values["GUID_TIMEOUT"]
     if time <= 1.0:
@@ -159,9 +173,14 @@ def _guided_timeout(values: Values, needs: FlightNeeds) -> str | None:
     return f"after a loss of the stream the vehicle flies on for {time:g} s, up to {far:.3g} m; 1 s is enough"
 
 
-def _jerk_time(values: Values, needs: FlightNeeds) -> str | None:
-    time = needs.acceleration / values["PSC_JERK_XY"]
-    return None if time <= 0.5 else f"it takes {time:.2g} s to build up the flight's {needs.acceleration:.3g} m/s^2"
+def jerk_time(name: str, need: Callable[[FlightNeeds], float]) -> Rule:
+    """Return the rule that a limit of jerk lets the flight's acceleration build up within half a second."""
+
+    def judge(values: Values, needs: FlightNeeds) -> str | None:
+        time = need(needs) / values[name]
+        return None if time <= 0.5 else f"it takes {time:.2g} s to build up the flight's {need(needs):.3g} m/s^2"
+
+    return Rule((name,), judge)
 
 
 def _fence_height(values: Values, needs: FlightNeeds) -> str | None:
@@ -187,6 +206,7 @@ RULES: dict[str, Sequence[Rule]] = {
         at_least("MPC_Z_VEL_MAX_DN", lambda needs: needs.sink, "m/s", "the speed of descending is cut"),
         at_least("MPC_TILTMAX_AIR", lambda needs: math.degrees(needs.tilt), "deg", "tilt is cut"),
         Rule(("EKF2_EV_CTRL",), _external_pose),
+        Rule(("EKF2_HGT_REF", "EKF2_EV_CTRL"), _height_source),
     ),
     "ardupilot": (
         Rule(("GUID_TIMEOUT",), _guided_timeout),
@@ -194,7 +214,10 @@ RULES: dict[str, Sequence[Rule]] = {
         at_least("WPNAV_SPEED_UP", lambda needs: needs.climb, "m/s", "the speed of climbing is cut", 0.01),
         at_least("WPNAV_SPEED_DN", lambda needs: needs.sink, "m/s", "the speed of descending is cut", 0.01),
         at_least("WPNAV_ACCEL", lambda needs: needs.acceleration, "m/s^2", "horizontal acceleration is cut", 0.01),
-        Rule(("PSC_JERK_XY",), _jerk_time),
+        at_least("WPNAV_ACCEL_Z", lambda needs: needs.lift, "m/s^2", "vertical acceleration is cut", 0.01),
+        Rule(("ANGLE_MAX", "PSC_ANGLE_MAX"), _lean_angle),
+        jerk_time("PSC_JERK_XY", lambda needs: needs.acceleration),
+        jerk_time("PSC_JERK_Z", lambda needs: needs.lift),
         Rule(("FENCE_ALT_MAX", "FENCE_ENABLE", "FENCE_TYPE"), _fence_height),
         Rule(("FENCE_RADIUS", "FENCE_ENABLE", "FENCE_TYPE"), _fence_radius),
     ),

@@ -11,4 +11,5 @@ PX4 = {
     "MPC_Z_VEL_MAX_DN": 1.5,
     "MPC_TILTMAX_AIR": 45.0,
     "EKF2_EV_CTRL": 11,
+    "EKF2_HGT_REF": 3,
 }
