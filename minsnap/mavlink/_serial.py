@@ -38,6 +38,9 @@ class SerialPort(LinkTransport):
     def readers(self) -> Sequence[int]:
         return [self._port.fileno()]
 
+    def outlet(self) -> tuple[int, Peer | None] | None:
+        return self._port.fileno(), None
+
     def close(self) -> None:
         self._port.close()
 

@@ -30,8 +30,8 @@ class UdpListener(LinkTransport):
     def readers(self) -> Sequence[int]:
         return [self._socket.fileno()]
 
-    def datagrams(self) -> tuple[socket.socket, Peer] | None:
-        return (self._socket, next(iter(self._peers))) if len(self._peers) == 1 else None
+    def outlet(self) -> tuple[int, Peer | None] | None:
+        return (self._socket.fileno(), next(iter(self._peers))) if len(self._peers) == 1 else None
 
     def choose(self, peer: Peer) -> None:
         self._chosen = True
@@ -50,8 +50,8 @@ class UdpSender(LinkTransport):
         own = LOOPBACK if self._destination[0].startswith("127.") else "0.0.0.0"
         self._socket = bind_udp(own, 0, self.address)
 
-    def datagrams(self) -> tuple[socket.socket, Peer] | None:
-        return self._socket, self._destination
+    def outlet(self) -> tuple[int, Peer | None] | None:
+        return self._socket.fileno(), self._destination
 
     def send(self, data: bytes) -> None:
         _send_datagram(self._socket, data, self._destination)

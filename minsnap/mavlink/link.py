@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import socket
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -92,9 +91,9 @@ class Link:
         """Return a message as bytes, for a thread that sends it later."""
         return bytes(message.pack(self._codec))
 
-    def datagrams(self) -> tuple[socket.socket, Peer] | None:
-        """Return the socket and the destination of messages; None if they are signed, or no datagrams to one peer."""
-        return None if self._codec.signing.sign_outgoing else self._transport.datagrams()
+    def outlet(self) -> tuple[int, Peer | None] | None:
+        """Return where another thread may write messages (``LinkTransport.outlet``); None if they are signed."""
+        return None if self._codec.signing.sign_outgoing else self._transport.outlet()
 
     def close(self) -> None:
         """Close the port."""

@@ -41,8 +41,11 @@ class LinkTransport(ABC):
     def close(self) -> None:
         """Close the port."""
 
-    def datagrams(self) -> tuple[socket.socket, Peer] | None:
-        """Return the socket of a channel of datagrams and where they go; None for other channels and several peers."""
+    def outlet(self) -> tuple[int, Peer | None] | None:
+        """Return the file descriptor to which another thread may write messages, and where datagrams go from it.
+
+        None where there is no such channel: a connection that may be made anew, several peers, or none yet.
+        """
         return None
 
     def choose(self, peer: Peer) -> None:  # noqa: B027 - most transports have one peer from the start

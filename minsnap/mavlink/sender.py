@@ -141,8 +141,8 @@ class ThreadedSender(SetpointSender):
 
     @classmethod
     def open(cls, link: Link, rate: float, start: float, max_gap: float, encode: Encoder) -> ThreadedSender | None:
-        """Start the thread; None where there is no native core, or the link's datagrams cannot leave from it."""
-        way = link.datagrams()
+        """Start the thread; None where there is no native core, or the link's messages cannot leave from it."""
+        way = link.outlet()
         if way is None:
             return None
         extra = load_dialect().MAVLink_set_position_target_local_ned_message.crc_extra
@@ -180,7 +180,7 @@ class ThreadedSender(SetpointSender):
         return before is None or (before.setpoint, before.index) != (step.setpoint, step.index)
 
     def _supply(self, first: int, steps: list[SetpointStep]) -> None:
-        way = self._link.datagrams()
+        way = self._link.outlet()
         if way is None:
             return
         packed = [self._packed(first + k, step) for k, step in enumerate(steps)]
@@ -207,7 +207,7 @@ class ThreadedSender(SetpointSender):
 
 
 def open_sender(link: Link, clock: Clock, rate: float, max_gap: float, encode: Encoder) -> SetpointSender:
-    """Return the sender for a link: a thread of its own on real time and datagrams, if the native core is there."""
+    """Return the sender for a link: a thread of its own on real time, where the native core and the link allow it."""
     if type(clock) is Clock:
         start = clock.now() + 1.0 / rate + SETTING_UP
         threaded = ThreadedSender.open(link, rate, start, max_gap, encode)

@@ -1,4 +1,4 @@
-"""A thread of the native core that sends prepared datagrams at their instants and does nothing else."""
+"""A thread of the native core that sends prepared messages at their instants and does nothing else."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from minsnap.native.library import Entry, Function, address
 from minsnap.native.status import Status
 
 LONGEST = 280
-"""Bytes of the longest datagram, a MAVLink 2 message without signature."""
+"""Bytes of the longest message, a MAVLink 2 message without signature."""
 
 MOST_AHEAD = 200
 """Slots that may be prepared ahead; the ring has 256."""
@@ -38,7 +38,7 @@ class Served:
     ----------
     slot : int
     time : float
-        When its datagram was handed to the system, on the monotonic clock [s].
+        When its message was handed to the system, on the monotonic clock [s].
     """
 
     slot: int
@@ -68,13 +68,13 @@ class NativeSender:
         self._counts = np.zeros(4, dtype=np.int64)
 
     @classmethod
-    def open(cls, port: socket.socket, rate: float, start: float, max_gap: float, extra: int) -> NativeSender | None:
+    def open(cls, port: int, rate: float, start: float, max_gap: float, extra: int) -> NativeSender | None:
         """Start a sender.
 
         Parameters
         ----------
-        port : socket
-            A datagram socket, which must stay open longer than the sender.
+        port : int
+            File descriptor of a datagram socket or a serial port, which must stay open longer than the sender.
         rate, start : float
             [Hz], and the instant of slot 0 on the monotonic clock [s].
         max_gap : float
@@ -91,28 +91,31 @@ class NativeSender:
         if function is None:
             return None
         handle = c_void_p()
-        status = Status(function(port.fileno(), rate, start, max_gap, extra, 0, ctypes.addressof(handle)))
+        status = Status(function(port, rate, start, max_gap, extra, 0, ctypes.addressof(handle)))
         return cls(int(handle.value or 0)) if status is Status.DONE else None
 
-    def supply(self, first: int, datagrams: Sequence[bytes], flying: Sequence[bool], target: tuple[str, int]) -> bool:
+    def supply(
+        self, first: int, messages: Sequence[bytes], flying: Sequence[bool], target: tuple[str, int] | None
+    ) -> bool:
         """Prepare slots from ``first`` on; return False if a long gap has to be looked at before (see ``drain``).
 
         Parameters
         ----------
         first : int
-        datagrams : sequence of bytes
+        messages : sequence of bytes
             MAVLink 2 messages without signature; their sequence number and checksum are filled in. Empty: send nothing.
         flying : sequence of bool
             Which are setpoints of the flight.
-        target : tuple
-            Numeric IPv4 address, and port.
+        target : tuple or None
+            Numeric IPv4 address, and port, of datagrams; None writes to a serial port.
         """
-        content = b"".join(datagram.ljust(LONGEST, b"\0") for datagram in datagrams)
-        lengths = np.array([len(datagram) for datagram in datagrams], dtype=np.int32)
+        content = b"".join(message.ljust(LONGEST, b"\0") for message in messages)
+        lengths = np.array([len(message) for message in messages], dtype=np.int32)
         flags = np.array(flying, dtype=np.uint8)
-        host = int.from_bytes(socket.inet_aton(target[0]), sys.byteorder)
-        sizes = (self.generation, first, len(datagrams))
-        status = self._call(_SUPPLY)(self._opened, *sizes, content, address(lengths), address(flags), host, target[1])
+        host, port = target or ("0.0.0.0", 0)
+        where = int.from_bytes(socket.inet_aton(host), sys.byteorder), port
+        sizes = (self.generation, first, len(messages))
+        status = self._call(_SUPPLY)(self._opened, *sizes, content, address(lengths), address(flags), *where)
         return Status(status) is Status.DONE
 
     def drain(self) -> list[Served]:

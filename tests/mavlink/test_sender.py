@@ -1,5 +1,7 @@
 """Flights whose setpoints leave from a thread of their own, in real time, with the stand-in autopilot."""
 
+import os
+
 import numpy as np
 import pytest
 from flying import Flight, excursion, in_ned, stall_once
@@ -112,6 +114,14 @@ def test_who_sends():
     sender.close()
     assert with_thread.numbering is None
     with_thread.close()
+    ours, theirs = os.openpty()
+    serial = open_link(f"serial:{os.ttyname(theirs)}:57600", Clock())
+    sender = open_sender(serial, Clock(), 50.0, 0.5, encode)
+    assert isinstance(sender, ThreadedSender)
+    sender.close()
+    serial.close()
+    os.close(ours)
+    os.close(theirs)
     signed = open_link("udpout:127.0.0.1:9", Clock(), signing_key=bytes(32))
     unknown = open_link("udpin:127.0.0.1:0", Clock())
     for link in (signed, unknown):

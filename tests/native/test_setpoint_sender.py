@@ -1,7 +1,9 @@
 """The thread that sends: what arrives, in which order and with which numbers, and what must not leave."""
 
+import os
 import socket
 import time
+import tty
 
 import pytest
 from pymavlink.dialects.v20 import common
@@ -30,7 +32,7 @@ class Line:
         self.receiver.setblocking(False)
         self.port = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.start = time.monotonic() + delay
-        self.sender = NativeSender.open(self.port, RATE, self.start, MAX_GAP, MESSAGE.crc_extra)
+        self.sender = NativeSender.open(self.port.fileno(), RATE, self.start, MAX_GAP, MESSAGE.crc_extra)
         self.parser = common.MAVLink(None)
         self.running = True
 
@@ -85,6 +87,23 @@ def test_slots_leave_in_order_never_early_and_as_they_were_given():
             0.125,
         )
         assert (message.get_srcSystem(), message.get_srcComponent()) == (7, 9)
+
+
+def test_messages_leave_through_a_serial_port():
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    start = time.monotonic() + 0.3
+    sender = NativeSender.open(theirs, RATE, start, MAX_GAP, MESSAGE.crc_extra)
+    assert sender.supply(0, [datagram(number) for number in range(10)], [False] * 10, None)
+    wait_until(start + 0.2)
+    sender.stop()
+    served = [each.slot for each in sender.drain()]
+    sender.close()
+    assert len(served) > 0
+    arrived = common.MAVLink(None).parse_buffer(os.read(ours, 65536))
+    assert [message.time_boot_ms for message in arrived] == served
+    os.close(ours)
+    os.close(theirs)
 
 
 def test_sequence_numbers_are_shared_and_wrap():
@@ -153,10 +172,10 @@ def test_what_makes_no_sense_is_refused():
 
 def test_without_the_native_core_there_is_none():
     with using("python"), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
-        assert NativeSender.open(port, 50.0, 1.0, 0.5, 143) is None
+        assert NativeSender.open(port.fileno(), 50.0, 1.0, 0.5, 143) is None
 
 
 @pytest.mark.parametrize(("rate", "start", "gap"), [(0.0, 1.0, 1.0), (float("nan"), 1.0, 1.0), (50.0, -1.0, 1.0)])
 def test_a_schedule_that_makes_no_sense_is_refused(rate, start, gap):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
-        assert NativeSender.open(port, rate, start, gap, 143) is None
+        assert NativeSender.open(port.fileno(), rate, start, gap, 143) is None

@@ -1,4 +1,4 @@
-// A thread that sends prepared MAVLink 2 datagrams at their instants and does nothing else.
+// A thread that sends prepared MAVLink 2 messages at their instants and does nothing else.
 //
 // Another thread keeps a ring of prepared slots filled ahead of time; this one waits for the next slot's instant, stamps
 // the sequence number and the checksum, and sends.  All memory is taken when it is opened.  It asks for a real-time
@@ -50,10 +50,10 @@ struct Sender {
     pthread_mutex_t mutex;
     double rate, start, max_gap, last_served;
     std::int64_t next, generation, recorded, drained;
-    int socket, granted;
+    int port, granted;  // port: of datagrams, or a serial one
     bool running, served;
     std::uint8_t sequence, crc_extra;
-    sockaddr_in target;
+    sockaddr_in target;  // port 0: none, on a serial port
     Slot ring[ring_size];
     Record records[record_count];
 };
@@ -112,6 +112,17 @@ int ask_for_priority() {
     return granted;
 }
 
+// A message that the port does not take now is lost, as in the air.
+void send(const Sender *sender, const Slot &slot) {
+    const auto length = std::size_t(slot.length);
+    if (sender->target.sin_port == 0) {
+        if (write(sender->port, slot.bytes, length) < 0) return;
+    } else {
+        sendto(sender->port, slot.bytes, length, MSG_DONTWAIT, reinterpret_cast<const sockaddr *>(&sender->target),
+               sizeof sender->target);
+    }
+}
+
 void empty(Sender *sender) {
     for (Slot &slot : sender->ring) slot.number = -1;
 }
@@ -131,8 +142,7 @@ void serve(Sender *sender) {
     }
     if (slot.length > 0) {
         stamp(slot.bytes, slot.length, sender->sequence++, sender->crc_extra);
-        sendto(sender->socket, slot.bytes, std::size_t(slot.length), MSG_DONTWAIT,
-               reinterpret_cast<const sockaddr *>(&sender->target), sizeof sender->target);
+        send(sender, slot);
     }
     slot.number = -1;
     sender->last_served = now, sender->served = true;
@@ -171,17 +181,17 @@ std::int32_t code(Status status) { return static_cast<std::int32_t>(status); }
 }  // namespace
 }  // namespace minsnap
 
-// Start a thread that serves slot k at start + k / rate on CLOCK_MONOTONIC [s] through a datagram socket.
+// Start a thread that serves slot k at start + k / rate on CLOCK_MONOTONIC [s] through a datagram socket or a serial port.
 //
 // A slot of the flight that comes more than max_gap seconds after the one before is not sent, and the ring is emptied.
-MINSNAP_EXPORT std::int32_t minsnap_sender_open(std::int32_t socket, double rate, double start, double max_gap,
+MINSNAP_EXPORT std::int32_t minsnap_sender_open(std::int32_t port, double rate, double start, double max_gap,
                                                 std::int32_t crc_extra, std::int32_t sequence, void **opened) {
     using namespace minsnap;
     if (!(rate > 0.0 && rate <= 1e4 && start >= 0.0 && start < 1e12 && max_gap > 0.0)) return code(Status::bad_number);
     auto *sender = static_cast<Sender *>(std::calloc(1, sizeof(Sender)));
     if (sender == nullptr) return code(Status::no_memory);
     mlock(sender, sizeof(Sender));
-    sender->socket = socket, sender->rate = rate, sender->start = start, sender->max_gap = max_gap;
+    sender->port = port, sender->rate = rate, sender->start = start, sender->max_gap = max_gap;
     sender->crc_extra = std::uint8_t(crc_extra), sender->sequence = std::uint8_t(sequence);
     sender->running = true, sender->granted = -1;
     empty(sender);
@@ -193,7 +203,8 @@ MINSNAP_EXPORT std::int32_t minsnap_sender_open(std::int32_t socket, double rate
     return code(Status::done);
 }
 
-// Put count slots from first on into the ring, each of 280 bytes, of which lengths[k] count; address as in network order.
+// Put count slots from first on into the ring, each of 280 bytes, of which lengths[k] count; address as in network order,
+// and port 0 for a serial port.
 //
 // Slots that were served already are left out; all are refused, as NO_PROGRESS, unless the generation is the present one.
 MINSNAP_EXPORT std::int32_t minsnap_sender_supply(void *opened, std::int64_t generation, std::int64_t first,
