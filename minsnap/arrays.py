@@ -25,6 +25,16 @@ def owned(values: npt.ArrayLike) -> FloatArray:
     return array
 
 
+def numbers(values: Any) -> FloatArray | None:
+    """Return a read-only float64 copy in C order, or None of values that are not numbers in rows of equal length."""
+    try:
+        array = np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError):
+        return None
+    array.flags.writeable = False
+    return array
+
+
 def own_arrays(value: Any) -> None:
     """Replace every array field of a frozen dataclass by a read-only copy; called from ``__post_init__``."""
     for field in fields(value):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
-from minsnap.errors import CorridorError, DegreeError, TimingError, WaypointError
+from minsnap.arrays import FloatArray, numbers
+from minsnap.errors import CorridorError, DegreeError, MinsnapError, TimingError, WaypointError
 
 DERIVATIVES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")
 DEGREES = (3, 5, 7, 9, 11)
@@ -29,12 +29,9 @@ def is_whole(value: Any) -> bool:
 
 def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
     """Return waypoints as a read-only array (n, dim), n >= 2, finite."""
-    try:
-        points = np.array(waypoints, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise WaypointError(
-            "waypoints must be numbers of shape (n, dim), one row per waypoint, all rows equally long"
-        ) from None
+    points = numbers(waypoints)
+    if points is None:
+        raise WaypointError("waypoints must be numbers of shape (n, dim), one row per waypoint, all rows equally long")
     if points.ndim != 2 or points.shape[1] < 1:
         raise WaypointError(f"waypoints have shape {points.shape}: give (n, 3) or (n, 2), one row per waypoint")
     if len(points) < 2:
@@ -44,16 +41,14 @@ def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
         raise WaypointError(
             f"waypoint {index} is {point_text(points[index])}: every coordinate must be a finite number", waypoint=index
         )
-    points.flags.writeable = False
     return points
 
 
 def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
     """Return leg durations (legs,) as a read-only array, positive and finite [s]."""
-    try:
-        values = np.array(durations, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise TimingError("durations must be numbers, one for each leg [s]") from None
+    values = numbers(durations)
+    if values is None:
+        raise TimingError("durations must be numbers, one for each leg [s]")
     if values.shape != (legs,):
         count = len(values) if values.ndim == 1 else f"shape {values.shape}"
         raise TimingError(f"{legs} legs need {legs} durations, {count} given")
@@ -61,26 +56,14 @@ def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
     if not good.all():
         leg = int(np.flatnonzero(~good)[0])
         raise TimingError(f"the duration of leg {leg} is {values[leg]} s: it must be positive and finite", leg=leg)
-    values.flags.writeable = False
     return values
 
 
-def check_positive_time(total_time: Any, name: str = "total_time") -> float:
-    """Return a positive, finite number of seconds."""
-    if isinstance(total_time, bool) or not isinstance(total_time, (int, float, np.number)):
-        raise TimingError(f"{name} is {total_time!r}: it must be a number of seconds")
-    if not (np.isfinite(total_time) and total_time > 0.0):
-        raise TimingError(f"{name} is {total_time} s: it must be positive and finite")
-    return float(total_time)
-
-
-def check_weight(weight: Any) -> float:
-    """Return a positive, finite price of time."""
-    if isinstance(weight, bool) or not isinstance(weight, (int, float, np.number)):
-        raise TimingError(f"time_weight is {weight!r}: it must be a number, the cost of a second")
-    if not (np.isfinite(weight) and weight > 0.0):
-        raise TimingError(f"time_weight is {weight}: it must be positive and finite, the cost of a second")
-    return float(weight)
+def check_positive(what: str, value: Any, unit: str, error: type[MinsnapError]) -> float:
+    """Return a positive, finite number as a float, or raise the error given."""
+    if not is_number(value) or value <= 0.0:
+        raise error(f"{what} is {value!r}: it must be a positive number" + (f" [{unit}]" if unit else ""))
+    return float(value)
 
 
 def check_degree(degree: Any) -> int:
@@ -213,11 +196,8 @@ def _order(name: Any, where: str, half: int) -> int:
 
 
 def _vector(value: npt.ArrayLike, name: str, where: str, dim: int) -> FloatArray:
-    try:
-        vector = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        vector = np.zeros(0)
-    if vector.shape != (dim,) or not np.isfinite(vector).all():
+    vector = numbers(value)
+    if vector is None or vector.shape != (dim,) or not np.isfinite(vector).all():
         raise WaypointError(f"the {name} of {where} is {value!r}: give {dim} finite numbers")
     return vector
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, numbers
 from minsnap.checks import (
     DEGREES,
     check_closing,
@@ -23,7 +23,6 @@ from minsnap.checks import (
     check_degree,
     check_pieces,
     check_pins,
-    check_positive_time,
     check_samples,
 )
 from minsnap.corridors.constraint import Constraint
@@ -241,10 +240,8 @@ def _at_rest(
     """
     if type(degree) is not int or degree not in DEGREES or durations is None:
         return None
-    try:
-        points = np.array(waypoints, dtype=np.float64, order="C")
-        times = np.array(durations, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
+    points, times = numbers(waypoints), numbers(durations)
+    if points is None or times is None:
         return None
     if points.ndim != 2 or times.ndim != 1 or not 1 <= len(times) == len(points) - 1 or not points.shape[1]:
         return None
@@ -287,7 +284,7 @@ def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits:
         return inf
     if durations is None:
         raise TimingError("time_limit goes with durations or limits: a search for a split is ended by Ctrl-C")
-    return monotonic() + check_positive_time(time_limit, "time_limit")
+    return monotonic() + time_limit
 
 
 def _named_method(corridor_method: str, certify: bool | None) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.arrays import FloatArray, IntArray, numbers
 from minsnap.checks import DERIVATIVES, check_state
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, InputError, LimitError, MinsnapError, SolverError, TimingError, WaypointError
@@ -64,7 +64,7 @@ class ProblemRows:
     @classmethod
     def of(cls, waypoints: Any, durations: Any) -> ProblemRows:
         """Sort what a caller gave."""
-        points, times = _numbers(waypoints), _numbers(durations)
+        points, times = numbers(waypoints), numbers(durations)
         if points is not None and times is not None and points.ndim == 3 and min(points.shape[1:]) > 0:
             count, knots, dim = points.shape
             if times.shape in ((knots - 1,), (count, knots - 1)) and knots > 1:
@@ -77,7 +77,7 @@ class ProblemRows:
     def _of_rows(cls, waypoints: list[Any], durations: list[Any]) -> ProblemRows:
         if len(waypoints) != len(durations):
             raise TimingError(f"{len(waypoints)} problems need as many rows of durations, {len(durations)} given")
-        pairs = [(_numbers(p), _numbers(t)) for p, t in zip(waypoints, durations, strict=True)]
+        pairs: list[Any] = [(numbers(p), numbers(t)) for p, t in zip(waypoints, durations, strict=True)]
         shapes = [p.shape for p, _ in pairs if p is not None and p.ndim == 2 and p.shape[1]]
         dim = next((p.shape[1] for p, t in pairs if _fit(p, t)), shapes[0][1] if shapes else 1)
         odd, points, times, offsets = {}, [], [], [0]
@@ -90,14 +90,6 @@ class ProblemRows:
             offsets.append(offsets[-1] + len(t))
         joined = np.concatenate(points) if points else np.zeros((0, dim))
         return cls(joined, np.concatenate([*times, np.zeros(0)]), np.array(offsets, dtype=np.int64), odd)
-
-
-def _numbers(values: Any) -> Any:
-    """Return a C-contiguous array of doubles that is nobody else's, or None."""
-    try:
-        return np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        return None
 
 
 def _fit(points: Any, times: Any) -> bool:
@@ -297,7 +289,7 @@ def _plain_widths(corridor: Any, legs: int) -> FloatArray | float | None:
     """Return half-widths of one tube; None for what is no tube, or one with a width per axis."""
     if isinstance(corridor, float):
         return corridor
-    width = _numbers(corridor.half_width if isinstance(corridor, Tube) else corridor)
+    width = numbers(corridor.half_width if isinstance(corridor, Tube) else corridor)
     if corridor is None or width is None or width.ndim > 1:
         return None
     return np.full(legs, np.nan) if width.ndim and len(width) != legs else np.asarray(width)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, numbers
 from minsnap.batch.ranges import seed_of
 from minsnap.batch.requests import PlanRequest, request
 from minsnap.batch.spec import Spec
@@ -79,7 +79,7 @@ def _question(asked: PlanRequest) -> Row:
     if isinstance(corridor, Boxes):
         row["boxes"] = np.stack((corridor.lower, corridor.upper), axis=1)
     elif corridor is not None:
-        row["corridor"] = _numbers(corridor)
+        row["corridor"] = numbers(corridor)
     return row
 
 
@@ -87,15 +87,8 @@ def _points(waypoints: Any) -> FloatArray | None:
     """Waypoints as (n, dim), a gate by its centre; None where they are malformed or the corridor's."""
     if not isinstance(waypoints, (list, np.ndarray)) or not len(waypoints):
         return None
-    points = _numbers([point.centre if isinstance(point, Gate) else point for point in waypoints])
+    points = numbers([point.centre if isinstance(point, Gate) else point for point in waypoints])
     return points if points is not None and points.ndim == 2 else None
-
-
-def _numbers(values: Any) -> FloatArray | None:
-    try:
-        return np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        return None
 
 
 def _corners(waypoints: Any, dim: int) -> FloatArray | None:

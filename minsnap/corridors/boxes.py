@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly
+from minsnap.arrays import FloatArray, ReadOnly, numbers
 from minsnap.corridors.constraint import Faces, Walls
 from minsnap.errors import CorridorError
 
@@ -116,12 +116,10 @@ def check_bounds(
 
 def as_numbers(value: npt.ArrayLike, what: str) -> FloatArray:
     """Return a read-only float64 copy, or raise CorridorError."""
-    try:
-        numbers = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise CorridorError(f"the {what} must be numbers [m], all rows equally long") from None
-    numbers.flags.writeable = False
-    return numbers
+    array = numbers(value)
+    if array is None:
+        raise CorridorError(f"the {what} must be numbers [m], all rows equally long")
+    return array
 
 
 def axis_name(axis: int) -> str:

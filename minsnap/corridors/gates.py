@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly
+from minsnap.arrays import FloatArray, ReadOnly, numbers
 from minsnap.errors import WaypointError
 from minsnap.tolerances import EXACT, ROUNDING
 
@@ -216,11 +216,7 @@ def _size(value: Any, what: str) -> float:
 
 
 def _numbers(values: Any, what: str) -> FloatArray:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise WaypointError(f"{what} must be numbers, not {values!r}") from None
-    if not np.isfinite(array).all():
-        raise WaypointError(f"{what} must be finite, not {values!r}")
-    array.flags.writeable = False
+    array = numbers(values)
+    if array is None or not np.isfinite(array).all():
+        raise WaypointError(f"{what} must be finite numbers, not {values!r}")
     return array

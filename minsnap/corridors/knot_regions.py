@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, numbers
 from minsnap.checks import check_waypoints, point_text
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, without_gates
@@ -132,11 +132,8 @@ def _without_position(state: Any, where: str) -> tuple[FloatArray | None, State]
     if not isinstance(state, Mapping) or "position" not in state:
         return None, state
     rest = {name: value for name, value in state.items() if name != "position"}
-    try:
-        position = np.array(state["position"], dtype=np.float64)
-    except (TypeError, ValueError):
-        position = np.zeros(0)
-    if position.ndim != 1 or not position.size or not np.isfinite(position).all():
+    position = numbers(state["position"])
+    if position is None or position.ndim != 1 or not position.size or not np.isfinite(position).all():
         raise WaypointError(f"the position of {where} is {state['position']!r}: give one finite number per axis")
     return position, rest
 
@@ -215,12 +212,9 @@ def _tolerances(tolerance: npt.ArrayLike | None, points: FloatArray) -> FloatArr
     widths = np.zeros(points.shape)
     if tolerance is None:
         return widths
-    try:
-        given = np.array(tolerance, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise WaypointError(f"waypoint_tolerance must be numbers [m], not {tolerance!r}") from None
-    if not np.isfinite(given).all() or (given < 0.0).any():
-        raise WaypointError(f"waypoint_tolerance must be finite and not negative [m], not {tolerance!r}")
+    given = numbers(tolerance)
+    if given is None or not np.isfinite(given).all() or (given < 0.0).any():
+        raise WaypointError(f"waypoint_tolerance must be finite numbers, not negative [m], not {tolerance!r}")
     if given.ndim == 0:
         widths[1:-1] = given
     elif given.shape in ((len(points),), points.shape):

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import BoolArray, FloatArray
+from minsnap.arrays import BoolArray, FloatArray, numbers
 from minsnap.checks import check_waypoints, is_number
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.grid_boxes import inflated, pruned
@@ -146,13 +146,10 @@ def _as_grid(occupancy: npt.ArrayLike) -> BoolArray:
 
 
 def _vector(value: npt.ArrayLike, dim: int, name: str) -> FloatArray:
-    try:
-        vector = np.broadcast_to(np.asarray(value, dtype=np.float64), (dim,))
-    except (TypeError, ValueError):
-        raise CorridorError(f"the {name} is {value!r}: give one number, or {dim}") from None
-    if not np.isfinite(vector).all():
-        raise CorridorError(f"the {name} is {value!r}: every entry must be finite [m]")
-    return vector
+    vector = numbers(value)
+    if vector is None or vector.shape not in ((), (1,), (dim,)) or not np.isfinite(vector).all():
+        raise CorridorError(f"the {name} is {value!r}: give one finite number, or {dim} [m]")
+    return np.broadcast_to(vector, dim)
 
 
 def _margin(clearance: Any) -> float:

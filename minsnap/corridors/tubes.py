@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.arrays import FloatArray, IntArray, ReadOnly, numbers
 from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
 from minsnap.errors import CorridorError
 from minsnap.tolerances import ROUNDING
@@ -44,20 +44,13 @@ def across(projections: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 def _half_widths(value: npt.ArrayLike, name: str) -> FloatArray:
-    try:
-        widths = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise CorridorError(f"the {name} must be numbers [m], not {value!r}") from None
-    if widths.size == 0 or not np.isfinite(widths).all() or widths.min() <= 0.0:
-        where = (
-            ""
-            if widths.ndim == 0
-            else f" (entry {int(np.flatnonzero(~(widths.reshape(-1) > 0.0) | ~np.isfinite(widths.reshape(-1)))[0])})"
-            if widths.size
-            else ""
-        )
+    widths = numbers(value)
+    if widths is None:
+        raise CorridorError(f"the {name} must be numbers [m], not {value!r}")
+    wrong = np.flatnonzero(~((widths > 0.0) & np.isfinite(widths)))
+    if len(wrong) or not widths.size:
+        where = f" (entry {wrong[0]})" if widths.ndim and len(wrong) else ""
         raise CorridorError(f"the {name} must be positive and finite [m], not {value!r}{where}")
-    widths.flags.writeable = False
     return widths
 
 

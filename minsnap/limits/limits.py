@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.checks import check_positive
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.kinds import KIND, KINDS
@@ -85,8 +86,8 @@ class Limits:
         if self.norm not in ("euclidean", "axis"):
             raise LimitError(f"the norm of the limits is {self.norm!r}: use 'euclidean' or 'axis'")
         for name, value in self.given().items():
-            _check(name, value)
-        _check("gravity", self.gravity)
+            check_positive(f"the limit {name}", value, KIND[name].unit, LimitError)
+        check_positive("gravity", self.gravity, "m/s²", LimitError)
         self._check_hover()
 
     def _check_hover(self) -> None:
@@ -173,13 +174,6 @@ class Limits:
                 measure = MEASURES[kind.measure]
                 found += measure.walls(extent, limit, name, kind.order, self.norm, self.gravity)
         return found
-
-
-def _check(name: str, value: Any) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
-        raise LimitError(f"the limit {name} is {value!r}: it must be a number")
-    if not (np.isfinite(value) and value > 0.0):
-        raise LimitError(f"the limit {name} is {value}: it must be positive and finite")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, numbers
 from minsnap.checks import is_number
 from minsnap.errors import YawError
 from minsnap.optimisation.problem import Task
@@ -160,10 +160,9 @@ def smooth_yaw(angles: FloatArray, durations: FloatArray, closed: bool) -> Traje
 
 
 def _angles(yaw: Any) -> FloatArray:
-    try:
-        angles = np.array(yaw, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise _unknown(yaw) from None
+    angles = numbers(yaw)
+    if angles is None:
+        raise _unknown(yaw)
     if not np.isfinite(angles).all():
         raise YawError("yaw must be finite [rad]")
     return angles

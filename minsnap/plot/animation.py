@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import is_number
+from minsnap.checks import check_positive
 from minsnap.errors import FileError, InputError, TimingError
 from minsnap.plot.geometry import check_view, fitting_size, plot_path, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, PATH_COLOUR
@@ -108,8 +108,7 @@ def check_animation_name(file: str | os.PathLike[str], view: str = "xy") -> str:
 
 def _instants(duration: float, rate: float, speed: float) -> FloatArray:
     for name, value in (("rate", rate), ("speed", speed)):
-        if not is_number(value) or value <= 0.0:
-            raise TimingError(f"the {name} of an animation is {value!r}: it must be positive")
+        check_positive(f"the {name} of an animation", value, "", TimingError)
     count = int(np.ceil(duration * rate / speed)) + 1
     if count > MOST_FRAMES:
         raise TimingError(

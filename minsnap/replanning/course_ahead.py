@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, numbers
 from minsnap.checks import DERIVATIVES, check_pins, check_waypoints, refuse_repeated
 from minsnap.corridors.constraint import Constraint, Walls
 from minsnap.corridors.knot_regions import place
@@ -103,10 +103,8 @@ def course_ahead(
 
 def _points(start: FloatArray, waypoints: npt.ArrayLike) -> FloatArray:
     """Start and waypoints, (n + 1, dim)."""
-    try:
-        ahead = np.atleast_2d(np.array(waypoints, dtype=np.float64))
-    except (TypeError, ValueError):
-        ahead = np.zeros((0, 0))
+    given = numbers(waypoints)
+    ahead = np.zeros((0, 0)) if given is None else np.atleast_2d(given)
     if ahead.ndim != 2 or not ahead.size or ahead.shape[1] != len(start):
         raise WaypointError(
             f"the waypoints ahead have shape {ahead.shape}: give those still to be passed, at least one, of "

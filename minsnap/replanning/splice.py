@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import is_number
+from minsnap.checks import check_positive, is_number
 from minsnap.errors import InputError, TimingError
 from minsnap.polynomials.bernstein import split
 from minsnap.trajectory.trajectory import Trajectory
@@ -113,8 +113,7 @@ def splice_of(flown: Trajectory, now: float, budget: float, half: int) -> Splice
     for name, value in (("now", now), ("budget", budget)):
         if not is_number(value) or not np.isfinite(value):
             raise InputError(f"{name} is {value!r}: give a number of seconds")
-    if budget <= 0.0:
-        raise TimingError(f"the budget is {budget:g} s: it must be positive")
+    check_positive("the budget", budget, "s", TimingError)
     if not 0.0 <= now <= flown.duration * (1.0 + ROUNDING):
         where = f"{now - flown.duration:.4g} s beyond the end" if now > 0.0 else "before the start"
         raise TimingError(f"now is {now:.6g} s, {where} of the flown plan of {flown.duration:.6g} s: plan from rest")

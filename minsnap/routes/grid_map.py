@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray, ReadOnly, own_arrays
+from minsnap.arrays import BoolArray, FloatArray, IntArray, ReadOnly, numbers, own_arrays
 from minsnap.checks import is_number
 from minsnap.corridors.boxes import axis_name
 from minsnap.errors import CorridorError
@@ -120,24 +120,17 @@ class GridMap(ReadOnly):
 
 
 def _sides(name: str, resolution: npt.ArrayLike, dim: int) -> FloatArray:
-    sides = _vector(resolution)
+    sides = numbers(resolution)
     if sides is None or sides.shape not in ((), (dim,)) or not (np.isfinite(sides) & (sides > 0.0)).all():
         raise CorridorError(f"the resolution of {name} is {resolution!r}: give the side of a cell [m], or one per axis")
     return sides
 
 
 def _corner(name: str, origin: npt.ArrayLike | Sequence[float], dim: int) -> FloatArray:
-    corner = _vector(origin)
+    corner = numbers(origin)
     if corner is None or corner.shape != (dim,) or not np.isfinite(corner).all():
         raise CorridorError(f"the origin of {name} is {origin!r}: give {dim} finite numbers [m]")
     return corner
-
-
-def _vector(values: npt.ArrayLike) -> FloatArray | None:
-    try:
-        return np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        return None
 
 
 def check_clearance(clearance: object) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, numbers
 from minsnap.corridors.grid_gaps import gaps, grown
 from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along
 from minsnap.errors import CorridorError, InfeasibleError, WaypointError
@@ -48,11 +48,8 @@ def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: 
 
 def end_point(value: npt.ArrayLike, dim: int, name: str) -> FloatArray:
     """Return start or goal as an array of finite numbers: (dim,), or (3,) above a plane map [m]."""
-    try:
-        point = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        point = np.zeros(0)
-    if point.shape not in ((dim,), (3,)) or not np.isfinite(point).all():
+    point = numbers(value)
+    if point is None or point.shape not in ((dim,), (3,)) or not np.isfinite(point).all():
         wanted = "two coordinates, or three" if dim == 2 else "three coordinates"
         raise WaypointError(f"the {name} is {value!r}: give {wanted} [m], as the map has {dim} axes")
     return point

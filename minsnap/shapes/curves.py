@@ -8,11 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import check_positive
 from minsnap.errors import ShapeError
 from minsnap.limits.limits import Limits
 from minsnap.shapes.phase import ComplexArray
 from minsnap.shapes.shape import Shape
-from minsnap.shapes.shape_checks import check_finite, check_point, check_positive, phase_law, with_yaw
+from minsnap.shapes.shape_checks import check_finite, check_point, phase_law, with_yaw
 from minsnap.trajectory.look_at import LookAt
 
 RAMP = math.pi / 2.0
@@ -84,7 +85,7 @@ def circle(
     >>> path(0.0), path(0.0, order=1)
     (array([2. , 0. , 1.5]), array([0., 0., 0.]))
     """
-    check_positive("radius", radius, "metres")
+    check_positive("the radius", radius, "m", ShapeError)
     law = phase_law(*_pace(period, speed, limits), float(radius), laps, ramp)
     harmonics = _turned(radius, start_angle, clockwise)
     return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
@@ -133,7 +134,7 @@ def helix(
         As for :func:`circle`.
     """
     climb = check_finite("pitch", pitch, "metres") / (2.0 * math.pi)
-    check_positive("radius", radius, "metres")
+    check_positive("the radius", radius, "m", ShapeError)
     law = phase_law(*_pace(period, speed, limits), math.hypot(radius, climb), laps, ramp)
     harmonics = _turned(radius, start_angle, clockwise)
     return _paced(Shape(law, _center(center, altitude), np.array([0.0, 0.0, climb]), harmonics), yaw, limits)
@@ -180,8 +181,8 @@ def lemniscate(
     ShapeError, YawError
         As for :func:`circle`.
     """
-    reach_x = check_positive("length", length, "metres") / 2.0
-    reach_y = check_positive("width", width, "metres") / 2.0
+    reach_x = check_positive("the length", length, "m", ShapeError) / 2.0
+    reach_y = check_positive("the width", width, "m", ShapeError) / 2.0
     law = phase_law(*_pace(period, speed, limits), math.hypot(reach_x, 2.0 * reach_y), laps, ramp)
     side = 1.0 if clockwise else -1.0
     harmonics = np.array([[-1j * reach_x, 0.0, 0.0], [0.0, -1j * reach_y * side, 0.0]])

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import is_number
+from minsnap.checks import check_positive
 from minsnap.errors import InputError, ShapeError
 from minsnap.polynomials.bernstein import ends_to_points
 from minsnap.shapes.phase import SPIN_UP, PhaseLaw, PhasePath
@@ -83,9 +83,7 @@ def as_polynomials(path: Path, error: float = ERROR) -> Trajectory:
             f"no polynomials of a proved error are known for a {type(path).__name__}: give a circle, helix or "
             "lemniscate, or write samples of it"
         )
-    if not (is_number(error) and error > 0):
-        raise InputError(f"the error is {error!r}: it must be a positive number of metres")
-    curve = _through(path, _knots(path, float(error)))
+    curve = _through(path, _knots(path, check_positive("the error", error, "m", InputError)))
     return curve.with_yaw(_heading(path.yaw, curve))
 
 

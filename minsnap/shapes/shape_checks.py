@@ -7,20 +7,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-from minsnap.checks import is_number
+from minsnap.checks import check_positive, is_number
 from minsnap.errors import ShapeError, YawError
 from minsnap.shapes.phase import PhaseLaw, PhasePath
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.path import ConstantHeading
 
 Turning = TypeVar("Turning", bound=PhasePath)
-
-
-def check_positive(name: str, value: float, unit: str) -> float:
-    """Return ``value``, or raise ShapeError unless it is a positive finite number."""
-    if not (is_number(value) and value > 0):
-        raise ShapeError(f"the {name} is {value!r}: it must be a positive number of {unit}")
-    return float(value)
 
 
 def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ...]:
@@ -30,14 +23,14 @@ def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ..
     except TypeError:
         point = ()
     if len(point) != size or not all(is_number(c) for c in point):
-        raise ShapeError(f"the {name} is {value!r}: it must be {size} finite numbers of metres")
+        raise ShapeError(f"the {name} is {value!r}: it must be {size} finite numbers [m]")
     return tuple(float(c) for c in point)
 
 
 def check_finite(name: str, value: float, unit: str) -> float:
     """Return ``value``, or raise ShapeError unless it is a finite number."""
     if not is_number(value):
-        raise ShapeError(f"the {name} is {value!r}: it must be a finite number of {unit}")
+        raise ShapeError(f"the {name} is {value!r}: it must be a finite number [{unit}]")
     return float(value)
 
 
@@ -61,12 +54,12 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
         raise ShapeError(
             f"both a period ({period!r} s) and a speed ({speed!r} m/s) were given: one follows from the other"
         )
-    angle = 2.0 * math.pi * check_positive("number of laps", laps, "laps")
+    angle = 2.0 * math.pi * check_positive("the number of laps", laps, "", ShapeError)
     if not (is_number(ramp) and 0.0 <= ramp <= angle / 2.0):
         raise ShapeError(f"the ramp is {ramp!r} rad: it must be between 0 and {angle / 2.0:.6g}, half of the way round")
     if speed is not None:
-        return PhaseLaw(check_positive("speed", speed, "metres per second") / reach, angle, float(ramp))
-    seconds = check_positive("period", 6.0 if period is None else period, "seconds")
+        return PhaseLaw(check_positive("the speed", speed, "m/s", ShapeError) / reach, angle, float(ramp))
+    seconds = check_positive("the period", 6.0 if period is None else period, "s", ShapeError)
     return PhaseLaw(2.0 * math.pi / seconds, angle, float(ramp))
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import is_whole
+from minsnap.checks import check_positive, is_whole
 from minsnap.errors import ShapeError, TimingError
-from minsnap.shapes.shape_checks import check_finite, check_point, check_positive
+from minsnap.shapes.shape_checks import check_finite, check_point
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -149,8 +149,8 @@ def leg_durations(waypoints: FloatArray) -> FloatArray:
 
 
 def _corners(width: float, length: float, altitude: float, center: Sequence[float]) -> FloatArray:
-    half_x = check_positive("width", width, "metres") / 2.0
-    half_y = check_positive("length", length, "metres") / 2.0
+    half_x = check_positive("the width", width, "m", ShapeError) / 2.0
+    half_y = check_positive("the length", length, "m", ShapeError) / 2.0
     x, y = check_point("center", center, 2)
     z = check_finite("altitude", altitude, "metres")
     return np.array([[x + i * half_x, y + j * half_y, z] for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
@@ -172,7 +172,8 @@ def _constant_speed(
     if limits is not None or options:
         given = ", ".join([*(["limits"] if limits is not None else []), *options])
         raise TimingError(f"a line at constant speed has nothing to plan: leave out {given}")
-    seconds = (LINE_SAMPLES - 1) / 20.0 if total_time is None else check_positive("total time", total_time, "seconds")
+    default = (LINE_SAMPLES - 1) / 20.0
+    seconds = check_positive("the total time", default if total_time is None else total_time, "s", ShapeError)
     return Trajectory(ends[None], np.array([seconds]), ConstantHeading(yaw))
 
 

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, numbers
 from minsnap.errors import InputError
 
 
@@ -148,8 +148,8 @@ def _root(covariance: FloatArray) -> FloatArray:
 
 def vector(name: str, values: npt.ArrayLike) -> tuple[float, float, float]:
     """Return three finite floats, or raise InputError that names the argument."""
-    array = np.asarray(values, dtype=np.float64)
-    if array.shape != (3,) or not np.isfinite(array).all():
+    array = numbers(values)
+    if array is None or array.shape != (3,) or not np.isfinite(array).all():
         raise InputError(f"{name} is {values!r}: give three finite numbers, x, y and z")
     x, y, z = array.tolist()
     return x, y, z

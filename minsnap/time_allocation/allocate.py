@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_durations, check_positive_time, check_weight, refuse_repeated
+from minsnap.checks import check_durations, refuse_repeated
 from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
@@ -103,7 +103,7 @@ def _checked(timing: Timing, task: Task) -> Timing:
     """Return the same with times that have been checked."""
     if timing.durations is not None:
         return replace(timing, durations=check_durations(timing.durations, task.legs))
-    return timing if timing.total_time is None else replace(timing, total_time=check_positive_time(timing.total_time))
+    return timing
 
 
 def _shortest(timing: Timing) -> bool:
@@ -114,14 +114,13 @@ def _shortest(timing: Timing) -> bool:
 def _unlimited(task: Task, timing: Timing) -> tuple[FloatArray, Run | None]:
     """Leg durations where nothing limits derivatives."""
     if timing.time_weight is not None:
-        price = check_weight(timing.time_weight)
+        price = timing.time_weight
         return searched(
             CostSearch(task, priced_first_guess(task, price), price, timing.progress), timing.best_on_interrupt
         )
-    total = check_positive_time(timing.total_time)
     if timing.split == "trapezoid":
         raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
-    first = distance_split(task, total)
+    first = distance_split(task, timing.total)
     return (
         (first, None)
         if timing.split == "distance"

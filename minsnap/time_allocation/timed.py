@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_positive_time
+from minsnap.checks import check_positive
 from minsnap.errors import InfeasibleError, LimitError, TimingError
 from minsnap.optimisation.outcome import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
@@ -60,6 +60,16 @@ class Timing:
     refine: bool = False
     on_interrupt: str = "raise"
 
+    def __post_init__(self) -> None:
+        for name, unit in (("total_time", "s"), ("time_weight", "cost per second"), ("time_limit", "s")):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, check_positive(name, getattr(self, name), unit, TimingError))
+
+    @property
+    def total(self) -> float:
+        """The total time that is asked for [s]; only where there is one."""
+        return cast(float, self.total_time)
+
     @property
     def best_on_interrupt(self) -> bool:
         """Whether Ctrl-C ends a search with the best plan found so far."""
@@ -71,8 +81,6 @@ class Timing:
         self._check_limits()
         if self.on_interrupt not in ("raise", "return"):
             raise TimingError(f"on_interrupt is {self.on_interrupt!r}: use 'raise' or 'return'")
-        if self.time_limit is not None:
-            check_positive_time(self.time_limit, "time_limit")
         names = ("durations", "total_time", "time_weight")
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) > 1:

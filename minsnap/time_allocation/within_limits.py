@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_positive_time, check_weight
 from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.limits import Limits
 from minsnap.limits.span import KEPT, keeps
@@ -90,8 +89,7 @@ def _smoother(task: Task, fastest: Solved, limits: Limits, finish: Finish, searc
 def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
     """Plan for a total or a price, and limits besides; parameters as of :func:`shortest_plan`."""
     if timing.total_time is not None and timing.split != "optimal":
-        total = check_positive_time(timing.total_time)
-        durations = total * proportions(task, timing.split, limits)
+        durations = timing.total * proportions(task, timing.split, limits)
         return kept(timed(solved_or_explained(bounded, task.piece_durations(durations)), finish), limits)
     if not _searchable(bounded, limits):
         price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
@@ -120,9 +118,9 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finis
     """Search the curve and its durations together, for a price of time or a total."""
     search = LeastPriced(task, limits, timing, finish)
     if timing.time_weight is not None:
-        solved, run = search.priced(check_weight(timing.time_weight))
+        solved, run = search.priced(timing.time_weight)
         return kept(timed(solved, finish, run), limits, True)
-    total = check_positive_time(timing.total_time)
+    total = timing.total
     free, run = search.free(distance_split(task, total))
     if keeps(limits, finish(free.trajectory)):
         return timed(free, finish, run)
@@ -192,11 +190,10 @@ def _cheapest(
 def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | None, FloatArray]:
     """Price of a second, if any, and durations to begin with, at which the limits can be kept."""
     if timing.time_weight is not None:
-        price = check_weight(timing.time_weight)
+        price = timing.time_weight
         wished = priced_first_guess(task, price)
         return price, fastest * max(1.0 + RESERVES[2], wished.sum() / fastest.sum())
-    total = check_positive_time(timing.total_time)
-    return None, fastest * (total / fastest.sum())
+    return None, fastest * (timing.total / fastest.sum())
 
 
 def kept(found: Timed, limits: Limits, stretchable: bool = False) -> Timed:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, owned
+from minsnap.arrays import FloatArray, numbers
 from minsnap.errors import YawError
 from minsnap.trajectory.path import Path
 
@@ -50,11 +50,8 @@ class LookAt:
     point: FloatArray
 
     def __init__(self, point: npt.ArrayLike) -> None:
-        try:
-            place = owned(point)
-        except (TypeError, ValueError):
-            place = np.zeros(0)
-        if place.shape not in ((2,), (3,)) or not np.isfinite(place).all():
+        place = numbers(point)
+        if place is None or place.shape not in ((2,), (3,)) or not np.isfinite(place).all():
             raise YawError(f"the point to look at is {point!r}: give (x, y) [m]")
         object.__setattr__(self, "point", place)
 

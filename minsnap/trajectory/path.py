@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import is_whole
+from minsnap.checks import check_positive, is_whole
 from minsnap.errors import InputError, IntervalError, TimingError
 from minsnap.tolerances import ROUNDING
 from minsnap.trajectory.samples import Samples
@@ -144,9 +144,7 @@ class Path(ABC):
 
 def sample_times(duration: float, rate: float) -> FloatArray:
     """Return the uniform grid k/rate from 0 to the first instant at or past the duration, shape (m,) [s]."""
-    if not (isinstance(rate, (int, float, np.number)) and math.isfinite(rate) and rate > 0):
-        raise TimingError(f"the rate is {rate!r}: it must be a positive number of samples per second")
-    exact = duration * rate
+    exact = duration * check_positive("the rate", rate, "samples per second", TimingError)
     if not exact <= MOST_SAMPLES:
         raise TimingError(
             f"{rate:g} Hz for {duration:g} s are {exact:.3g} samples: at most {MOST_SAMPLES:.0e} are made"

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import BoolArray, FloatArray
+from minsnap.checks import check_positive
 from minsnap.errors import YawError
 from minsnap.trajectory.held_turns import HeadingTable, Turns, turns_of
 from minsnap.trajectory.path import Path
@@ -55,8 +55,8 @@ class VelocityHeading:
         if path.dim < 2:
             raise YawError("a yaw along the velocity needs at least two coordinates, this path has one")
         self.path = path
-        self.yaw_rate = HELD_RATE if yaw_rate is None else _positive("yaw_rate", yaw_rate, "rad/s")
-        self.hold_below = None if hold_below is None else _positive("hold_below", hold_below, "m/s")
+        self.yaw_rate = HELD_RATE if yaw_rate is None else check_positive("yaw_rate", yaw_rate, "rad/s", YawError)
+        self.hold_below = None if hold_below is None else check_positive("hold_below", hold_below, "m/s", YawError)
         self._grid = _turning_grid(path)
         velocity = path(self._grid, 1)
         speed = np.linalg.norm(velocity[:, :2], axis=1)
@@ -130,12 +130,6 @@ class VelocityHeading:
         acceleration, jerk = self.path(t, 2)[:, :2], self.path(t, 3)[:, :2]
         square, along = (velocity**2).sum(axis=1), (velocity * acceleration).sum(axis=1)
         return np.asarray(_cross(velocity, jerk) / square - 2.0 * self._rate(t, velocity) * along / square)
-
-
-def _positive(name: str, value: float, unit: str) -> float:
-    if not (isinstance(value, (int, float, np.number)) and math.isfinite(value) and value > 0):
-        raise YawError(f"{name} is {value!r}: give a positive number [{unit}]")
-    return float(value)
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

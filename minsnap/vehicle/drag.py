@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly
+from minsnap.arrays import FloatArray, ReadOnly, numbers
 from minsnap.errors import VehicleError
 from minsnap.storage.budget import shown
 
@@ -216,8 +216,7 @@ class SumOfDrags:
 
 def coefficients(name: str, values: npt.ArrayLike) -> FloatArray:
     """Return three non-negative finite numbers as a read-only array, or raise VehicleError naming them."""
-    array = np.array(values, dtype=np.float64)
-    if array.shape != (3,) or not np.isfinite(array).all() or (array < 0).any():
+    array = numbers(values)
+    if array is None or array.shape != (3,) or not np.isfinite(array).all() or (array < 0).any():
         raise VehicleError(f"{name} is {shown(values)}: give three numbers along x, y, z of the body, none below 0")
-    array.flags.writeable = False
     return array

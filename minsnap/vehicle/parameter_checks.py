@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, numbers
 from minsnap.errors import VehicleError
 from minsnap.storage.budget import shown
 
@@ -33,13 +32,10 @@ def non_negative(name: str, value: Any) -> float:
 
 
 def _number(name: str, value: Any) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise VehicleError(f"{name} is {shown(value)}: it must be a number") from None
-    if not math.isfinite(number):
-        raise VehicleError(f"{name} is {shown(value)}: it must be finite")
-    return number
+    number = numbers(value)
+    if number is None or number.ndim or not np.isfinite(number):
+        raise VehicleError(f"{name} is {shown(value)}: it must be a finite number")
+    return float(number)
 
 
 def checked_inertia(value: npt.ArrayLike) -> FloatArray:
@@ -48,12 +44,9 @@ def checked_inertia(value: npt.ArrayLike) -> FloatArray:
     A rigid body's matrix is symmetric and positive definite, and none of its principal moments exceeds the sum of the
     other two.
     """
-    try:
-        given = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise VehicleError(f"inertia is {shown(value)}: give 3 moments or a 3 x 3 matrix") from None
-    if given.shape not in ((3,), (3, 3)) or not np.isfinite(given).all():
-        raise VehicleError(f"inertia has shape {given.shape}: give 3 finite moments or a finite 3 x 3 matrix")
+    given = numbers(value)
+    if given is None or given.shape not in ((3,), (3, 3)) or not np.isfinite(given).all():
+        raise VehicleError(f"inertia is {shown(value)}: give 3 finite moments or a finite 3 x 3 matrix")
     matrix = np.diag(given) if given.ndim == 1 else given
     _check_body(matrix)
     matrix = 0.5 * (matrix + matrix.T)

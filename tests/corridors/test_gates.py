@@ -161,8 +161,8 @@ def test_measures_of_a_rectangle():
     ("make", "message"),
     [
         (lambda: Ball(-0.1), "radius of a ball is -0.1"),
-        (lambda: Ball(np.nan), "must be finite"),
-        (lambda: Ball("wide"), "must be numbers"),
+        (lambda: Ball(np.nan), "must be finite numbers"),
+        (lambda: Ball("wide"), "must be finite numbers"),
         (lambda: Gate((0, 0), (1, 0, 0), 1), r"3 \(or 2\) coordinates"),
         (lambda: Gate((0, 0, 0), (0, 0, 0), 1), "normal of a gate is zero"),
         (lambda: Gate((0, 0, 0), (1, 0, 0), 0.0), "width of a gate is 0.0"),

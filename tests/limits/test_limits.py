@@ -20,13 +20,13 @@ def path():
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"speed": 0}, "speed is 0: it must be positive"),
-        ({"acceleration": -1.0}, "acceleration is -1.0: it must be positive"),
+        ({"speed": 0}, "speed is 0: it must be a positive number"),
+        ({"acceleration": -1.0}, "acceleration is -1.0: it must be a positive number"),
         ({"jerk": float("nan")}, "jerk is nan"),
         ({"snap": float("inf")}, "snap is inf"),
-        ({"speed": "3"}, "speed is '3': it must be a number"),
-        ({"speed": True}, "must be a number"),
-        ({"climb_speed": [1.0, 2.0]}, "climb_speed is .* must be a number"),
+        ({"speed": "3"}, "speed is '3': it must be a positive number"),
+        ({"speed": True}, "must be a positive number"),
+        ({"climb_speed": [1.0, 2.0]}, "climb_speed is .* must be a positive number"),
         ({"norm": "manhattan"}, "use 'euclidean' or 'axis'"),
         ({"speed": 1.0, "gravity": 0.0}, "gravity is 0.0"),
     ],

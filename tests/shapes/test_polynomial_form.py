@@ -118,7 +118,7 @@ def test_what_cannot_be_promised_is_refused():
     with pytest.raises(InputError, match="no polynomials of a proved error are known for a Own"):
         minsnap.as_polynomials(Own())
     for error in (0.0, -1.0, np.nan, "small"):
-        with pytest.raises(InputError, match="must be a positive number of metres"):
+        with pytest.raises(InputError, match="must be a positive number \\[m\\]"):
             minsnap.as_polynomials(minsnap.circle(), error)
     with pytest.raises(ShapeError, match="not more than rounding"):
         minsnap.as_polynomials(minsnap.circle(), 1e-15)
