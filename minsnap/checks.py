@@ -89,6 +89,19 @@ def check_continuity(continuity: Any, half: int) -> int:
     return int(continuity)
 
 
+def check_jumps(continuity: int, half: int, between_waypoints: bool) -> None:
+    """Raise DegreeError for continuity k - 2 unless every leg is one polynomial between given waypoints.
+
+    Where polynomials of degree k - 1 may meet at a free position with a jump of derivative k - 1, curves that differ
+    cost the same.
+    """
+    if continuity < half - 1 and not between_waypoints:
+        raise DegreeError(
+            f"continuity {continuity} at degree {2 * half - 1} leaves the curve undetermined unless every leg is one "
+            f"polynomial between given waypoints: use continuity {half - 1}, or pieces=1 and no waypoint_tolerance"
+        )
+
+
 def check_pieces(pieces: Any) -> tuple[int, bool]:
     """Return the number of polynomials per leg, a whole number of at least 1, and whether a search may choose it."""
     if isinstance(pieces, str) and pieces == "auto":

@@ -21,6 +21,7 @@ from minsnap.checks import (
     check_closing,
     check_continuity,
     check_degree,
+    check_jumps,
     check_pieces,
     check_pins,
     check_samples,
@@ -103,7 +104,8 @@ def plan(
     corridor : float, array_like, Constraint or sequence of Constraint, optional
         Half-width of a ``Tube`` around each leg [m], one for all legs or one per leg; or constraints, which all hold.
     continuity : int, optional
-        Derivatives continuous at the knots; k - 1 unless given (3 for degree 7), at most 2k - 2.
+        Derivatives continuous at the knots; k - 1 unless given (3 for degree 7), at most 2k - 2; k - 2 with one
+        polynomial per leg between given waypoints.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
     yaw : float, array_like of shape (n,), "velocity", "tilt", LookAt, callable, optional
@@ -197,6 +199,7 @@ def plan(
     asked = waypoints, waypoint_tolerance, start, end, pins, closed, dim
     deadline = _deadline(time_limit, durations, limits)
     task = placed_task(*asked, constraints, *smoothness, _named_solver(solver))
+    check_jumps(task.continuity, half, parts == 1 and not refine and not (task.upper > task.lower).any())
     task = task if deadline == inf else replace(task, deadline=deadline)
     medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, medium, Held(yaw_rate, hold_below, turning))

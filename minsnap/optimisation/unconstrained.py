@@ -122,22 +122,11 @@ def _solve_axes(problem: Problem, free: BoolArray, slopes: FloatArray, knots: Fl
     right = np.ascontiguousarray(right).reshape(-1, size)
     _, solution, info = dpbsv(bands.reshape(size, -1).T, right.T, lower=1, overwrite_ab=1, overwrite_b=1)
     if info != 0:
-        raise _singular(problem)
+        raise SolverError(
+            "the system without inequalities is singular to working precision: durations or pins are too extreme"
+        )
     found = solution.T.reshape(-1, *free.shape).transpose(1, 2, 0)
     knots[:, first:, axes] += np.where(free[:, :, None], found, 0.0)
-
-
-def _singular(problem: Problem) -> SolverError:
-    """Return the error: why the system without inequalities has no unique solution in double precision."""
-    if not problem.slots.shared:
-        continuity, least = problem.slots.continuity, problem.half - 1
-        return SolverError(
-            f"continuity={continuity} leaves derivatives of order {continuity + 1} to {least} undetermined where the "
-            f"polynomials of a leg meet: use continuity={least}, or pieces=1"
-        )
-    return SolverError(
-        "the system without inequalities is singular to working precision: durations or pins are too extreme"
-    )
 
 
 def _bands(problem: Problem, first: int) -> FloatArray:

@@ -126,6 +126,21 @@ def test_continuity_that_leaves_the_curve_undetermined_is_refused(degree, contin
         minsnap.plan(points, durations, degree=degree, continuity=continuity)
 
 
+@pytest.mark.parametrize(
+    "freedom",
+    ({"pieces": 2}, {"pieces": "auto"}, {"waypoint_tolerance": 0.1}, {"waypoint_tolerance": minsnap.Ball(0.1)}),
+)
+@pytest.mark.parametrize(("degree", "continuity"), ((3, 0), (5, 1), (7, 2), (9, 3), (11, 4)))
+def test_jumps_where_positions_are_free_are_refused(degree, continuity, freedom):
+    """Polynomials of degree k - 1 cost nothing: with jumps at free positions there are many such curves."""
+    points, durations = random_question(3, legs=(5, 5))
+    timing = {"limits": minsnap.Limits(speed=3.0)} if freedom.get("pieces") == "auto" else {"durations": durations}
+    sentence = f"continuity {continuity} at degree {degree} .* use continuity {continuity + 1}, or pieces=1 and no"
+    for corridor in (None, 0.5):
+        with pytest.raises(DegreeError, match=sentence):
+            minsnap.plan(points, degree=degree, continuity=continuity, corridor=corridor, **timing, **freedom)
+
+
 @pytest.mark.parametrize("continuity", (4, 5, 6))
 def test_more_continuity_than_needed_is_there_anyway(continuity):
     points, durations = random_question(4, legs=(5, 5))
