@@ -7,9 +7,9 @@ from .corridors.constraint import Constraint as Constraint
 from .corridors.constraint import Faces as Faces
 from .corridors.gates import Ball as Ball
 from .corridors.gates import Gate as Gate
+from .corridors.half_spaces import HalfSpaces as HalfSpaces
 from .corridors.occupancy_grid import corridor_from_grid as corridor_from_grid
 from .corridors.polytopes import Polytopes as Polytopes
-from .corridors.room import HalfSpaces as HalfSpaces
 from .corridors.room import Room as Room
 from .corridors.tubes import RoundTube as RoundTube
 from .corridors.tubes import Tube as Tube

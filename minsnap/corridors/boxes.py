@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, ReadOnly, numbers
-from minsnap.corridors.constraint import Faces, Walls
+from minsnap.corridors.constraint import Faces, Walls, leg_scales
 from minsnap.errors import CorridorError
 
 AXES = "xyz"
@@ -35,7 +35,7 @@ class Boxes(ReadOnly):
     upper: FloatArray
 
     def __post_init__(self) -> None:
-        lower, upper = check_bounds(self.lower, self.upper, ("boxes", "box", "(boxes, dim)"), 2)
+        lower, upper = check_bounds(self.lower, self.upper, "boxes", 2)
         _refuse_infinite(lower, upper)
         _refuse_apart(*_common(lower, upper), lower, upper)
         object.__setattr__(self, "lower", lower)
@@ -47,11 +47,7 @@ class Boxes(ReadOnly):
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return two planes for each leg and axis."""
         check_legs(len(self), self.lower.shape[1], waypoints, "boxes")
-        legs, dim = self.lower.shape
-        lower, upper = self.lower.reshape(-1), self.upper.reshape(-1)
-        normal = np.tile(np.eye(dim), (legs, 1))
-        leg = np.repeat(np.arange(legs), dim)
-        return [Faces(leg, normal, np.zeros((legs * dim, dim)), lower, upper, (upper - lower) / 2.0, name="box")]
+        return [box_faces(self.lower, self.upper, leg_scales(waypoints), "box")]
 
     def passages(self, closed: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the overlap of each box with the next: its centre and its two corners, each (legs - 1, dim) [m].
@@ -78,39 +74,46 @@ class Boxes(ReadOnly):
         return (low + high) / 2.0, low, high
 
 
-def check_bounds(
-    lower: npt.ArrayLike, upper: npt.ArrayLike, names: tuple[str, str, str], ndim: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper bounds as read-only arrays, each upper one above its lower one.
+def box_faces(lower: FloatArray, upper: FloatArray, scale: FloatArray, name: str) -> Faces:
+    """Return two planes for each leg and axis, none where both bounds are infinite.
 
     Parameters
     ----------
-    lower, upper : array_like
-        Of the same shape, possibly infinite.
-    names : tuple of str
-        What they are called, what one of them is called, and the shape to ask for.
-    ndim : int
-        Number of dimensions that the arrays must have.
+    lower, upper : ndarray, shape (legs, dim)
+        [m].
+    scale : ndarray, shape (legs,)
+        Width where a bound is infinite [m].
+    name : str
+    """
+    leg, axis = np.nonzero(np.isfinite(lower) | np.isfinite(upper))
+    low, high = lower[leg, axis], upper[leg, axis]
+    normal = np.eye(lower.shape[1])[axis]
+    width = np.where(np.isfinite(high - low), (high - low) / 2.0, scale[leg])
+    return Faces(leg, normal, np.zeros(normal.shape), low, high, width, name=name)
+
+
+def check_bounds(lower: npt.ArrayLike, upper: npt.ArrayLike, what: str, ndim: int) -> tuple[FloatArray, FloatArray]:
+    """Return lower and upper bounds as read-only arrays of so many dimensions, possibly infinite.
 
     Raises
     ------
     CorridorError
         If they are not numbers, of another shape, or a lower bound is not below its upper one.
     """
-    low, high = (
-        as_numbers(lower, f"lower bounds of the {names[0]}"),
-        as_numbers(upper, f"upper bounds of the {names[0]}"),
-    )
+    low, high = as_numbers(lower, f"lower bounds of the {what}"), as_numbers(upper, f"upper bounds of the {what}")
     if low.ndim != ndim or low.shape != high.shape or 0 in low.shape:
         raise CorridorError(
-            f"the {names[0]} have lower bounds of shape {low.shape} and upper bounds of shape {high.shape}: "
-            f"give both the shape {names[2]}"
-            if ndim > 1
-            else f"the {names[0]} has corners of shape {low.shape} and {high.shape}: give both the shape {names[2]}"
+            f"the lower and upper bounds of the {what} have shapes {low.shape} and {high.shape}: "
+            f"give both the shape {'(boxes, dim)' if ndim == 2 else '(dim,)'}"
         )
-    wrong = np.argwhere(np.isnan(low) | np.isnan(high) | ~(low < high))
+    wrong = np.argwhere(~(low < high))
     if len(wrong):
-        _refuse_bounds(low, high, tuple(int(i) for i in wrong[0]), names[1])
+        place = tuple(wrong[0])
+        which = f"box {place[0]}" if ndim == 2 else f"the {what}"
+        raise CorridorError(
+            f"{which} runs from {low[place]:g} to {high[place]:g} along {axis_name(place[-1])}: "
+            "its lower bound must be a number below its upper bound"
+        )
     return low, high
 
 
@@ -129,23 +132,16 @@ def axis_name(axis: int) -> str:
 
 def check_legs(count: int, dim: int, waypoints: FloatArray, what: str) -> None:
     """Raise CorridorError unless there is one of the sets for each leg, of as many coordinates."""
+    check_dim(dim, waypoints, "corridor")
     legs = len(waypoints) - 1
-    if dim != waypoints.shape[1]:
-        raise CorridorError(f"the {what} have {dim} coordinates and the waypoints {waypoints.shape[1]}")
     if count != legs:
         raise CorridorError(f"the corridor has {count} {what} for {legs} legs: give one per leg")
 
 
-def _refuse_bounds(low: FloatArray, high: FloatArray, place: tuple[int, ...], name: str) -> None:
-    below, above, axis = low[place], high[place], axis_name(place[-1])
-    which = f"{name} {place[0]}" if len(place) > 1 else f"the {name}"
-    if np.isnan(below) or np.isnan(above):
-        raise CorridorError(f"{which} runs from {below:g} to {above:g} along {axis}: every bound must be a number")
-    if below > above:
-        raise CorridorError(
-            f"{which} has its lower bound {below:g} above its upper bound {above:g} along {axis}: exchange them"
-        )
-    raise CorridorError(f"{which} has no volume: along {axis} it begins and ends at {below:g}; widen it")
+def check_dim(dim: int, waypoints: FloatArray, what: str) -> None:
+    """Raise CorridorError unless waypoints have as many coordinates."""
+    if dim != waypoints.shape[1]:
+        raise CorridorError(f"the {what} has {dim} coordinates and the waypoints {waypoints.shape[1]}: give as many")
 
 
 def _refuse_infinite(lower: FloatArray, upper: FloatArray) -> None:

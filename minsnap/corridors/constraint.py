@@ -205,6 +205,14 @@ class Constraint(Protocol):
         ...
 
 
+def leg_scales(waypoints: FloatArray) -> FloatArray:
+    """Length of each leg, the mean length if it is zero: the scale of an excess over a single plane [m]."""
+    steps = np.diff(waypoints, axis=0)
+    lengths = np.sqrt((steps * steps).sum(axis=1))
+    lengths[lengths == 0.0] = lengths.mean() or 1.0
+    return np.asarray(lengths)
+
+
 def _own(walls: Any) -> None:
     for entry in fields(walls):
         value = getattr(walls, entry.name)

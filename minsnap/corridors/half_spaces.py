@@ -1,91 +1,97 @@
-r"""Sets of half-spaces :math:`A r \le b`: their checks, inner balls and bounding boxes.
-
-Balls and boxes come from linear programmes; those of all sets are solved at once, as one block-diagonal programme
-(S. Boyd and L. Vandenberghe, "Convex Optimization", 2004, section 4.3.1, for the largest ball).
-"""
+"""Half-spaces of the position or of a derivative, on all legs or on some."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.errors import CorridorError, SolverError
-from minsnap.tolerances import EXACT
-
-HalfSpaceRows = tuple[FloatArray, FloatArray]
-"""A (m, dim) with rows of unit length, and b (m,)."""
-
-FAR = 1e3
-"""Inner balls are not sought larger than so many times the largest offset: that is unbounded."""
-
-PRECISE = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+from minsnap.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.corridors.boxes import as_numbers, check_dim
+from minsnap.corridors.constraint import Faces, Walls, leg_scales
+from minsnap.errors import CorridorError
 
 
-def inner_balls(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
-    """Return the largest ball in each set: centres (m, dim) and radii (m,); negative radii where a set is empty."""
-    from scipy.optimize import linprog
+@dataclass(frozen=True, eq=False)
+class HalfSpaces(ReadOnly):
+    r"""Half-spaces :math:`n^\top r \le c` of the position or of a derivative, each on all legs or on some.
 
-    dim = sets[0][0].shape[1]
-    blocks = [np.column_stack([A, np.ones(len(b))]) for A, b in sets]
-    cost = np.tile(np.append(np.zeros(dim), -1.0), len(sets))
-    bounds = [limit for _, b in sets for limit in [(None, None)] * dim + [(None, FAR * _size(b))]]
-    found = linprog(
-        cost, _diagonal(blocks), np.concatenate([b for _, b in sets]), bounds=bounds, method="highs", options=PRECISE
-    )
-    if found.x is None:
-        raise SolverError(f"the linear programme for the polytopes' inner balls failed: {found.message}")
-    solution = found.x.reshape(len(sets), dim + 1)
-    return solution[:, :dim], solution[:, dim].copy()
+    Parameters
+    ----------
+    normal : array_like, shape (m, dim) or (dim,)
+        Pointing out of the half-space; only its direction matters to the curve, its length scales ``offset``.
+    offset : array_like, shape (m,) or ()
+        c, in metres for a normal of unit length.
+    legs : sequence of int, optional
+        Legs on which they hold; all unless given.
+    order : int
+        What is bounded: 0 the position, 1 the velocity (the offset in m/s), 2 the acceleration.
+
+    Raises
+    ------
+    CorridorError
+        If the arrays do not match, a normal is zero, an entry is not finite, or the order is another; on use, if a leg
+        does not exist.
+    """
+
+    normal: FloatArray
+    offset: FloatArray
+    legs: tuple[int, ...] | None = None
+    order: int = 0
+
+    def __post_init__(self) -> None:
+        if self.order not in (0, 1, 2):
+            raise CorridorError(f"the order of half-spaces is {self.order!r}: give 0, 1 or 2")
+        normal, offset = half_space_rows(self.normal, self.offset, "the half-spaces")
+        object.__setattr__(self, "normal", normal)
+        object.__setattr__(self, "offset", offset)
+        object.__setattr__(self, "legs", None if self.legs is None else tuple(int(leg) for leg in self.legs))
+
+    def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
+        """Return one plane for each leg and half-space."""
+        check_dim(self.normal.shape[1], waypoints, "half-spaces")
+        legs = np.arange(len(waypoints) - 1) if self.legs is None else np.array(self.legs, dtype=np.intp)
+        if ((legs < 0) | (legs >= len(waypoints) - 1)).any():
+            raise CorridorError(f"half-spaces name legs {list(legs)}: there are legs 0 to {len(waypoints) - 2}")
+        normal, offset = of_unit_length(self.normal, self.offset)
+        leg = np.repeat(legs, len(offset))
+        normal, offset = np.tile(normal, (len(legs), 1)), np.tile(offset, len(legs))
+        return [one_sided(leg, normal, offset, leg_scales(waypoints)[leg], self.order, "half-space")]
 
 
-def bounding_boxes(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
-    """Return the corners (m, dim) of the boxes around sets, infinite where these are unbounded."""
-    from scipy.optimize import linprog
+def half_space_rows(normal: Any, offset: Any, what: str) -> tuple[FloatArray, FloatArray]:
+    """Return normals (m, dim) and offsets (m,), read-only, or raise CorridorError.
 
-    dim = sets[0][0].shape[1]
-    bounds = [(-FAR * _size(b), FAR * _size(b)) for _, b in sets for _ in range(dim)]
-    matrix, right = _diagonal([A for A, _ in sets]), np.concatenate([b for _, b in sets])
-    corners = np.empty((2, len(sets), dim))
-    for side, sign in enumerate((1.0, -1.0)):
-        for axis in range(dim):
-            cost = np.tile(sign * np.eye(dim)[axis], len(sets))
-            found = linprog(cost, matrix, right, bounds=bounds, method="highs", options=PRECISE)
-            if found.x is None:
-                raise SolverError(f"the linear programme for the polytopes' bounding boxes failed: {found.message}")
-            corners[side, :, axis] = found.x.reshape(len(sets), dim)[:, axis]
-    far = 0.99 * FAR * np.array([_size(b) for _, b in sets])[:, None]
-    return np.where(corners[0] < -far, -np.inf, corners[0]), np.where(corners[1] > far, np.inf, corners[1])
-
-
-def check_half_spaces(normal: FloatArray, offset: FloatArray, what: str) -> None:
-    """Raise CorridorError unless normals (m, dim) and offsets (m,) match, are finite, and no normal is zero."""
-    if normal.ndim != 2 or 0 in normal.shape or offset.shape != (len(normal),):
+    Raises
+    ------
+    CorridorError
+        Unless they are finite numbers, as many offsets as normals, and no normal is zero.
+    """
+    normals = np.atleast_2d(as_numbers(normal, f"normals of {what}"))
+    offsets = np.atleast_1d(as_numbers(offset, f"offsets of {what}"))
+    if normals.ndim != 2 or 0 in normals.shape or offsets.shape != (len(normals),):
         raise CorridorError(
-            f"the normals of {what} have shape {normal.shape} and the offsets {offset.shape}: give (m, dim) and (m,)"
+            f"the normals of {what} have shape {normals.shape} and the offsets {offsets.shape}: give (m, dim) and (m,)"
         )
-    wrong = ~(np.isfinite(normal).all(axis=1) & np.isfinite(offset))
+    wrong = ~(np.isfinite(normals).all(axis=1) & np.isfinite(offsets))
     if wrong.any():
         raise CorridorError(f"row {int(np.argmax(wrong))} of {what} is not finite: every entry must be a finite number")
-    flat = ~normal.any(axis=1)
+    flat = ~normals.any(axis=1)
     if flat.any():
         raise CorridorError(
             f"row {int(np.argmax(flat))} of {what} has a normal of zeros: it has no direction; remove it"
         )
+    return normals, offsets
 
 
-def _size(offsets: FloatArray) -> float:
-    return 1.0 + float(np.abs(offsets).max())
+def of_unit_length(normal: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the same half-spaces with normals of unit length."""
+    lengths = np.sqrt((normal * normal).sum(axis=1))
+    return normal / lengths[:, None], offset / lengths
 
 
-def flatness(rows: HalfSpaceRows) -> float:
-    """Radius below which a set counts as having no interior [m]."""
-    return EXACT * _size(rows[1])
-
-
-def _diagonal(blocks: Sequence[FloatArray]) -> Any:
-    from scipy.sparse import block_diag
-
-    return block_diag(blocks, format="csc")
+def one_sided(leg: IntArray, normal: FloatArray, upper: FloatArray, width: FloatArray, order: int, name: str) -> Faces:
+    """Return the planes normal . derivative <= upper, each on one leg; arrays as of ``Faces``."""
+    return Faces(leg, normal, np.zeros(normal.shape), np.full(len(leg), -np.inf), upper, width, order, name)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray, ReadOnly
-from minsnap.corridors.boxes import as_numbers, axis_name, check_legs
-from minsnap.corridors.constraint import Faces, Walls
-from minsnap.corridors.half_spaces import HalfSpaceRows, bounding_boxes, check_half_spaces, flatness, inner_balls
-from minsnap.corridors.room import leg_scales
+from minsnap.corridors.boxes import axis_name, check_legs
+from minsnap.corridors.constraint import Walls, leg_scales
+from minsnap.corridors.half_spaces import half_space_rows, of_unit_length, one_sided
+from minsnap.corridors.linear_programmes import HalfSpaceRows, bounding_boxes, flatness, inner_balls
 from minsnap.errors import CorridorError
 
 
@@ -55,8 +55,7 @@ class Polytopes(ReadOnly):
         leg = np.repeat(np.arange(len(self)), [len(b) for _, b in self.half_spaces])
         normal, upper = (np.concatenate(part) for part in zip(*self.half_spaces, strict=True))
         width = np.minimum(self.radius, leg_scales(waypoints))[leg]
-        lower, anchor = np.full(len(leg), -np.inf), np.zeros(normal.shape)
-        return [Faces(leg, normal, anchor, lower, upper, width, name="polytope")]
+        return [one_sided(leg, normal, upper, width, 0, "polytope")]
 
     def passages(self, closed: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the overlap of each polytope with the next: centre of its inner ball, corners of its bounding box.
@@ -103,10 +102,7 @@ def _checked(entry: Any, index: int) -> HalfSpaceRows:
     what = f"polytope {index}"
     if not isinstance(entry, (list, tuple)) or len(entry) != 2:
         raise CorridorError(f"{what} is not a pair (A, b) with A r <= b")
-    A, b = as_numbers(entry[0], f"matrix of {what}"), as_numbers(entry[1], f"offsets of {what}")
-    check_half_spaces(A, b, what)
-    lengths = np.sqrt((A * A).sum(axis=1))
-    A, b = A / lengths[:, None], b / lengths
+    A, b = of_unit_length(*half_space_rows(entry[0], entry[1], what))
     A.flags.writeable = b.flags.writeable = False
     return A, b
 

@@ -86,20 +86,12 @@ class Tube(ReadOnly):
 
     def _of_legs(self, legs: int, dim: int) -> FloatArray:
         widths = self.half_width
-        if widths.ndim == 1 and widths.shape == (legs,):
-            widths = widths[:, None]
-        if (
-            widths.ndim
-            and widths.shape[0] != legs
-            or widths.ndim > 2
-            or widths.ndim == 2
-            and widths.shape[1] not in (1, dim)
-        ):
+        if widths.shape not in ((), (legs,), (legs, 1), (legs, dim)):
             raise CorridorError(
-                f"the corridor has half-widths of shape {self.half_width.shape} for {legs} legs of {dim} axes: "
+                f"the corridor has half-widths of shape {widths.shape} for {legs} legs of {dim} axes: "
                 f"give one, one per leg, or one per leg and axis"
             )
-        return np.broadcast_to(widths, (legs, dim))
+        return np.broadcast_to(widths[:, None] if widths.ndim == 1 else widths, (legs, dim))
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +120,7 @@ class RoundTube(ReadOnly):
         """Return one cylinder per leg."""
         projections = leg_projections(waypoints)
         legs = len(projections)
-        if self.radius.ndim and self.radius.shape != (legs,):
+        if self.radius.shape not in ((), (legs,)):
             raise CorridorError(
                 f"the corridor has radii of shape {self.radius.shape} for {legs} legs: give one, or one per leg"
             )

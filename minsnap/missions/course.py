@@ -14,7 +14,7 @@ from minsnap.checks import is_number, is_whole
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate
-from minsnap.corridors.room import HalfSpaces
+from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits

@@ -11,7 +11,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Cones, Constraint
 from minsnap.corridors.gates import Gate
-from minsnap.corridors.room import HalfSpaces
+from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits

@@ -21,8 +21,9 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.polytopes import Polytopes
-from minsnap.corridors.room import HalfSpaces, Room
+from minsnap.corridors.room import Room
 from minsnap.corridors.tubes import RoundTube, Tube, across, leg_projections
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.solved import Solved

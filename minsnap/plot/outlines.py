@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Cones
-from minsnap.corridors.half_spaces import bounding_boxes
+from minsnap.corridors.linear_programmes import bounding_boxes
 from minsnap.corridors.tubes import as_constraints
 
 Corridor = Any

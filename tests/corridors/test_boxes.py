@@ -106,13 +106,13 @@ def test_boxes_own_what_they_are_given():
 @pytest.mark.parametrize(
     ("lower", "upper", "message"),
     [
-        ([[0, 0], [0, 5]], [[1, 1], [1, 4]], "box 1 has its lower bound 5 above its upper bound 4 along y"),
+        ([[0, 0], [0, 5]], [[1, 1], [1, 4]], "box 1 runs from 5 to 4 along y: its lower bound must be a number below"),
         ([[0, 0], [0, np.nan]], [[1, 1], [1, 4]], "box 1 runs from nan to 4 along y"),
         ([[0, 0]], [[1, np.inf]], "box 0 is unbounded along y"),
-        ([[0, 0, 1]], [[1, 1, 1]], "box 0 has no volume: along z"),
+        ([[0, 0, 1]], [[1, 1, 1]], "box 0 runs from 1 to 1 along z"),
         ([[0, 0], [2, 0]], [[1, 1], [3, 1]], "boxes 0 and 1 do not overlap: along x they run from 0 to 1 and from 2"),
         ([[0, 0], [0, 0], [0, 1]], [[1, 1], [3, 1], [3, 2]], "boxes 1 and 2 only touch: along y"),
-        ([[0, 0], [0, 0]], [[1, 1]], r"shape \(2, 2\) and upper bounds of shape \(1, 2\)"),
+        ([[0, 0], [0, 0]], [[1, 1]], r"shapes \(2, 2\) and \(1, 2\)"),
         ([0, 0], [1, 1], "give both the shape"),
         (np.zeros((0, 2)), np.zeros((0, 2)), "give both the shape"),
         ("a", [[1, 1]], "lower bounds of the boxes must be numbers"),

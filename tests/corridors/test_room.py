@@ -73,10 +73,10 @@ def test_room_cuts_the_overlaps_of_boxes():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Room((0, 0, 3), (1, 1, 2)), "the room has its lower bound 3 above its upper bound 2 along z"),
+        (lambda: Room((0, 0, 3), (1, 1, 2)), "the room runs from 3 to 2 along z"),
         (lambda: Room((0, 0, np.nan), (1, 1, 2)), "the room runs from nan to 2 along z"),
-        (lambda: Room((0, 0, 1), (1, 1, 1)), "the room has no volume"),
-        (lambda: Room((0, 0), (1, 1, 1)), r"corners of shape \(2,\) and \(3,\)"),
+        (lambda: Room((0, 0, 1), (1, 1, 1)), "the room runs from 1 to 1 along z"),
+        (lambda: Room((0, 0), (1, 1, 1)), r"shapes \(2,\) and \(3,\)"),
         (lambda: minsnap.plan(CORNERS, TIMES, room=((0, 0), (9, 9))), "the room has 2 coordinates and the waypoints 3"),
         (lambda: minsnap.plan(CORNERS, TIMES, room=((0, 0, 0), (7, 4, 2))), "waypoint 1 at .* is 1 m outside the room"),
         (lambda: minsnap.plan(CORNERS, TIMES, room=3), "room must be a Room or two corners"),

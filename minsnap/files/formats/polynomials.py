@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.polytopes import Polytopes
-from minsnap.corridors.room import HalfSpaces, Room
+from minsnap.corridors.room import Room
 from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing

@@ -1,0 +1,68 @@
+r"""Inner balls and bounding boxes of sets of half-spaces :math:`A r \le b`.
+
+Both come from linear programmes; those of all sets are solved at once, as one block-diagonal programme
+(S. Boyd and L. Vandenberghe, "Convex Optimization", 2004, section 4.3.1, for the largest ball).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.errors import SolverError
+from minsnap.tolerances import EXACT
+
+HalfSpaceRows = tuple[FloatArray, FloatArray]
+"""A (m, dim) with rows of unit length, and b (m,)."""
+
+FAR = 1e3
+"""Inner balls are not sought larger than so many times the largest offset: that is unbounded."""
+
+PRECISE = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+
+
+def inner_balls(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
+    """Return the largest ball in each set: centres (m, dim) and radii (m,); negative radii where a set is empty."""
+    dim = sets[0][0].shape[1]
+    with_radius = [(np.column_stack([A, np.ones(len(b))]), b) for A, b in sets]
+    bounds = [limit for _, b in sets for limit in [(None, None)] * dim + [(None, FAR * _size(b))]]
+    solution = _minimum(-np.eye(dim + 1)[dim], with_radius, bounds)
+    return solution[:, :dim], solution[:, dim].copy()
+
+
+def bounding_boxes(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
+    """Return the corners (m, dim) of the boxes around sets, infinite where these are unbounded."""
+    dim = sets[0][0].shape[1]
+    bounds = [(-FAR * _size(b), FAR * _size(b)) for _, b in sets for _ in range(dim)]
+    low, high = (
+        np.column_stack([_minimum(sign * axis, sets, bounds)[:, k] for k, axis in enumerate(np.eye(dim))])
+        for sign in (1.0, -1.0)
+    )
+    far = 0.99 * FAR * np.array([_size(b) for _, b in sets])[:, None]
+    return np.where(low < -far, -np.inf, low), np.where(high > far, np.inf, high)
+
+
+def flatness(rows: HalfSpaceRows) -> float:
+    """Radius below which a set counts as having no interior [m]."""
+    return EXACT * _size(rows[1])
+
+
+def _minimum(
+    cost: FloatArray, sets: Sequence[HalfSpaceRows], bounds: Sequence[tuple[float | None, float | None]]
+) -> FloatArray:
+    """Point of each set at which the same linear cost is least, (m, len(cost))."""
+    from scipy.optimize import linprog
+    from scipy.sparse import block_diag
+
+    matrix, right = block_diag([A for A, _ in sets], format="csc"), np.concatenate([b for _, b in sets])
+    costs = np.tile(cost, len(sets))
+    found = linprog(costs, matrix, right, bounds=bounds, method="highs", options=PRECISE)
+    if found.x is None:
+        raise SolverError(f"a linear programme for the polytopes failed: {found.message}")
+    return np.asarray(found.x.reshape(len(sets), len(cost)))
+
+
+def _size(offsets: FloatArray) -> float:
+    return 1.0 + float(np.abs(offsets).max())
