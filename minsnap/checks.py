@@ -135,25 +135,17 @@ def check_samples(method: str, samples: Any, limited: bool) -> int | None:
         raise CorridorError(
             "corridor_method='sampled' does not go with limits, which hold at every instant: use 'exact'"
         )
-    return _whole(SAMPLES if samples is None else samples)
-
-
-def _whole(samples: Any) -> int:
+    samples = SAMPLES if samples is None else samples
     if not is_whole(samples) or samples < 1:
         raise CorridorError(f"samples is {samples!r}: give a whole number of instants per polynomial, at least 1")
     return int(samples)
 
 
-def repeated_waypoint(points: FloatArray) -> int | None:
-    """Index of the first leg without length, or None."""
-    same = (points[1:] == points[:-1]).all(axis=1)
-    return int(np.argmax(same)) if same.any() else None
-
-
 def refuse_repeated(points: FloatArray, reason: str) -> None:
     """Raise WaypointError if two waypoints in a row are equal."""
-    leg = repeated_waypoint(points)
-    if leg is not None:
+    same = (points[1:] == points[:-1]).all(axis=1)
+    if same.any():
+        leg = int(np.argmax(same))
         raise WaypointError(
             f"waypoints {leg} and {leg + 1} are both {point_text(points[leg])}: remove one, or {reason}", leg=leg
         )

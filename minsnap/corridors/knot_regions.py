@@ -153,7 +153,8 @@ def _found(
         raise CorridorError("waypoints=None needs a corridor of Boxes or Polytopes, whose overlaps the curve passes")
     inside, lower, upper = sets.passages(closed)
     if not closed:
-        inside, lower, upper = _between_ends(inside, lower, upper, first, last)
+        ends = _end(first, "start", inside.shape[1]), _end(last, "end", inside.shape[1])
+        inside, lower, upper = (np.vstack((ends[0], part, ends[1])) for part in (inside, lower, upper))
     elif first is not None or last is not None:
         raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
     for room in constraints:
@@ -166,23 +167,12 @@ def _found(
     return inside, lower - inside, upper - inside
 
 
-def _between_ends(
-    inside: FloatArray, lower: FloatArray, upper: FloatArray, first: FloatArray | None, last: FloatArray | None
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    for position, where in ((first, "start"), (last, "end")):
-        if position is None:
-            raise WaypointError(
-                f"waypoints=None needs to know where to {where}: give {where}={{'position': (x, y, z)}}"
-            )
-        if position.shape != (inside.shape[1],):
-            raise WaypointError(
-                f"the position of {where} has {len(position)} coordinates and the corridor {inside.shape[1]}"
-            )
-    return _enclosed(first, inside, last), _enclosed(first, lower, last), _enclosed(first, upper, last)
-
-
-def _enclosed(first: FloatArray | None, part: FloatArray, last: FloatArray | None) -> FloatArray:
-    return np.vstack([row for row in (first, part, last) if row is not None])
+def _end(position: FloatArray | None, where: str, dim: int) -> FloatArray:
+    if position is None:
+        raise WaypointError(f"waypoints=None needs to know where to {where}: give {where}={{'position': (x, y, z)}}")
+    if position.shape != (dim,):
+        raise WaypointError(f"the position of {where} has {len(position)} coordinates and the corridor {dim}")
+    return position
 
 
 def _within(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.limits.kinds import KIND
 from minsnap.limits.proved_bound import MARGIN, Lift, ProvedBound
-from minsnap.limits.utilisation import leg_at, used_share
+from minsnap.limits.utilisation import used_at
 from minsnap.polynomials.intervals import cross, dot, length
 from minsnap.trajectory.report import Utilisation
 
@@ -23,27 +23,14 @@ LIFTED = ("max_thrust", "min_thrust", "tilt", "body_rate")
 """Limits that depend on the thrust axis."""
 
 
-class _Given(Protocol):
-    @property
-    def vehicle(self) -> Quadrotor:
-        """Whose limits they are."""
-
-    def given(self) -> dict[str, float]:
-        """Return the limits that are set, by name."""
-
-
-def measure_lift(limits: _Given, traj: Trajectory) -> dict[str, Utilisation]:
-    """Return the utilisation of those of ``LIFTED`` that are set, by name."""
-    asked = {name: limit for name, limit in limits.given().items() if name in LIFTED}
-    if not asked:
-        return {}
-    measured = {}
-    found = LiftBound(limits.vehicle, traj, asked).run()
-    for (name, limit), (value, instant, method) in zip(asked.items(), found, strict=True):
-        value = -value if KIND[name].least else value
-        fraction = used_share(KIND[name], value, limit)
-        measured[name] = Utilisation(name, value, limit, fraction, leg_at(traj, instant), instant, method)
-    return measured
+def measure_lift(vehicle: Quadrotor, given: Mapping[str, float], traj: Trajectory) -> dict[str, Utilisation]:
+    """Return the utilisation of those of ``LIFTED`` that are given, by name."""
+    asked = {name: limit for name, limit in given.items() if name in LIFTED}
+    found = LiftBound(vehicle, traj, asked).run() if asked else []
+    return {
+        name: used_at(traj, name, limit, -value if KIND[name].least else value, instant, method)
+        for (name, limit), (value, instant, method) in zip(asked.items(), found, strict=True)
+    }
 
 
 class LiftBound(ProvedBound):

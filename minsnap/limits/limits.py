@@ -200,7 +200,7 @@ class VehicleLimits(Limits):
         the tilt and the body rate are measured in the same way.
         """
         self._check_dim(traj.dim)
-        lifted = measure_lift(self, traj) if self.medium.drags else {}
+        lifted = measure_lift(self.vehicle, self.given(), traj) if self.medium.drags else {}
         others = {used.name: used for used in measure_all(self, traj, lifted)} | lifted
         return (*(others[name] for name in self.given()), *measure_rotors(self.vehicle, self.reserve, traj))
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Balls, Faces, Walls
-from minsnap.polynomials.bernstein import differentiate, multiply, squared_norm
+from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
 from minsnap.polynomials.extrema import maximum
 from minsnap.polynomials.ratios import largest_ratio
 from minsnap.tolerances import EXACT, ROUNDING
@@ -203,7 +203,7 @@ class _BodyRate:
             for a, b in ((1, 2), (2, 0), (0, 1))
         ]
         top, bottom = sum(multiply(part, part) for part in cross), multiply(square, square)
-        value, piece, s = largest_ratio(_elevated(np.asarray(top), bottom.shape[1]), bottom)
+        value, piece, s = largest_ratio(elevate(np.asarray(top), bottom.shape[1]), bottom)
         return float(np.sqrt(max(value, 0.0))), piece, s
 
     def sampled(self, motion: Motion, order: int) -> FloatArray:
@@ -255,11 +255,6 @@ def _faces(extent: Extent, normal: FloatArray, bounds: tuple[float, float], orde
     width = min(abs(bound) for bound in bounds if np.isfinite(bound))
     lower, upper, widths = (np.full(extent.legs, value) for value in (*bounds, width))
     return Faces(np.arange(extent.legs), zeros + normal, zeros, lower, upper, widths, order, name)
-
-
-def _elevated(points: FloatArray, size: int) -> FloatArray:
-    """Write the same scalar polynomials with ``size`` control points."""
-    return multiply(points, np.ones((len(points), size - points.shape[1] + 1)))
 
 
 def _there(values: FloatArray | None) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.limits.vehicle_drag import flat_drag, lateral_alike, medium_of
-from minsnap.polynomials.bernstein import differentiate, multiply, subdivide
+from minsnap.polynomials.bernstein import differentiate, elevate, subdivide
 from minsnap.polynomials.intervals import Interval, Vector, along, dot, length, plus, times
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ class ProvedBound:
         control, durations, medium = self.traj.control_points, self.traj.durations, self.medium
         size = max(control.shape[1] - (1 if medium.drags else 2), 1)
         orders = {
-            order: _elevated(differentiate(control, order) / durations[:, None, None] ** order, size)
+            order: elevate((differentiate(control, order) / durations[:, None, None] ** order).transpose(0, 2, 1), size)
             for order in range(1 if medium.drags else 2, 5)
         }
         lift = [orders[order] + (medium.linear * orders[order - 1] if medium.drags else 0.0) for order in (2, 3, 4)]
@@ -161,13 +161,6 @@ class Lift:
             return size
         share = length(self.velocity).scaled(more_quadratic).shifted(more_linear)
         return size + share * dot(along(self.force), self.velocity)
-
-
-def _elevated(points: FloatArray, size: int) -> FloatArray:
-    """Each coordinate with ``size`` control points: (m, n + 1, 3) to (m, 3, size)."""
-    rows = points.transpose(0, 2, 1).reshape(-1, points.shape[1])
-    raised = multiply(rows, np.ones((len(rows), size - points.shape[1] + 1)))
-    return np.asarray(raised.reshape(len(points), 3, size))
 
 
 def _divided(

@@ -339,6 +339,12 @@ def multiply(left: FloatArray, right: FloatArray) -> FloatArray:
     return np.asarray(product / _binomials(n + m))
 
 
+def elevate(points: FloatArray, size: int) -> FloatArray:
+    """Control points of the same polynomials, (..., n + 1) to (..., size): degree elevation."""
+    rows = points.reshape(-1, points.shape[-1])
+    return multiply(rows, np.ones((len(rows), size - rows.shape[1] + 1))).reshape(*points.shape[:-1], size)
+
+
 def rising_powers(base: FloatArray, lowest: int, count: int) -> FloatArray:
     """Powers lowest, lowest + 1, … of each value of shape (m,): (m, count), by repeated multiplication."""
     powers = np.empty((len(base), count))

@@ -11,7 +11,7 @@ from math import comb
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.polynomials.bernstein import differentiate, multiply, squared_norm
+from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
 from minsnap.polynomials.ratios import largest_ratio
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import ConstantHeading
@@ -40,11 +40,8 @@ def largest_turn_rate(traj: Trajectory) -> tuple[float, float]:
     velocity = differentiate(traj.control_points[..., :2], 1)
     best = (0.0, 0.0)
     for pieces, points in _by_degree(velocity):
-        scaled = points / np.abs(points).max(axis=(1, 2), keepdims=True)
-        top, bottom = _turning(scaled), squared_norm(scaled)
-        span = traj.durations[pieces, None]
-        value, row, s = largest_ratio(np.concatenate((top, -top)) / np.concatenate((span, span)), _twice(bottom))
-        piece = pieces[row % len(pieces)]
+        value, row, s = _fastest_turn(points, traj.durations[pieces])
+        piece = pieces[row]
         best = max(best, (value, float(traj.breaks[piece] + s * traj.durations[piece])))
     return best
 
@@ -93,11 +90,7 @@ def largest_look_rate(heading: LookAtHeading, traj: Trajectory) -> tuple[float, 
         When [s].
     """
     spokes = heading.target.point[:2] - traj.control_points[..., :2]
-    scaled = spokes / np.abs(spokes).max(axis=(1, 2), keepdims=True)
-    top, bottom = _turning(scaled), squared_norm(scaled)
-    span = traj.durations[:, None]
-    value, row, s = largest_ratio(np.concatenate((top, -top)) / np.concatenate((span, span)), _twice(bottom))
-    piece = row % len(traj.durations)
+    value, piece, s = _fastest_turn(spokes, traj.durations)
     return value, float(traj.breaks[piece] + s * traj.durations[piece])
 
 
@@ -107,17 +100,16 @@ def _cut(traj: Trajectory, start: float, end: float) -> Trajectory:
     return bare if start <= 0.0 and end >= traj.duration else bare.between(start, end)
 
 
-def _turning(points: FloatArray) -> FloatArray:
-    """Control points of ``w x dw/ds``, of the degree of the squared norm."""
-    if points.shape[1] == 1:
-        return np.zeros((len(points), 1))
-    change = differentiate(points, 1)
-    cross = multiply(points[..., 0], change[..., 1]) - multiply(points[..., 1], change[..., 0])
-    return multiply(cross, np.ones((len(points), 2)))
-
-
-def _twice(values: FloatArray) -> FloatArray:
-    return np.concatenate((values, values))
+def _fastest_turn(vectors: FloatArray, durations: FloatArray) -> tuple[float, int, float]:
+    """Largest rate at which plane vectors (m, n + 1, 2) turn, either way [rad/s], its piece, and where on [0, 1]."""
+    scaled = vectors / np.abs(vectors).max(axis=(1, 2), keepdims=True)
+    change, bottom = differentiate(scaled, 1), squared_norm(scaled)
+    top = np.zeros((len(scaled), 1))
+    if scaled.shape[1] > 1:
+        top = multiply(scaled[..., 0], change[..., 1]) - multiply(scaled[..., 1], change[..., 0])
+    top = elevate(top, bottom.shape[1]) / durations[:, None]
+    value, row, s = largest_ratio(np.concatenate((top, -top)), np.concatenate((bottom, bottom)))
+    return value, row % len(vectors), s
 
 
 def _by_degree(velocity: FloatArray) -> list[tuple[IntArray, FloatArray]]:

@@ -18,7 +18,7 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.pieces import polynomials_of, position_powers, yaw_powers
-from minsnap.polynomials.bernstein import multiply, powers_to_points
+from minsnap.polynomials.bernstein import elevate, powers_to_points
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.budget import check_size, reading
 from minsnap.trajectory.path import Path
@@ -126,7 +126,7 @@ def _unpacked(content: bytes) -> tuple[FloatArray, FloatArray]:
             offset += 2 * count
         last = tuple(row[-1] for row in rows)
         durations.append(milliseconds / 1e3)
-        pieces.append([_elevated(np.array([row], dtype=np.float64))[0] for row in rows])
+        pieces.append([elevate(np.array(row, dtype=np.float64), DEGREE + 1) for row in rows])
     return np.array(durations), np.array(pieces)
 
 
@@ -135,16 +135,9 @@ def _control_points(trajectory: Trajectory) -> FloatArray:
     if trajectory.dim != 3:
         raise FileError(f"a Crazyflie file holds 3 coordinates, and the trajectory has {trajectory.dim}")
     position_powers(trajectory, DEGREE)
-    place = _elevated(trajectory.control_points.transpose(0, 2, 1))
+    place = elevate(trajectory.control_points.transpose(0, 2, 1), DEGREE + 1)
     powers = yaw_powers(trajectory, DEGREE) * trajectory.durations[:, None] ** np.arange(DEGREE + 1)
     return np.concatenate([place, (powers @ powers_to_points(DEGREE).T)[:, None]], axis=1)
-
-
-def _elevated(points: FloatArray) -> FloatArray:
-    """Elevate the degree so that there are 8 control points along the last axis."""
-    rows = points.reshape(-1, points.shape[-1])
-    raised = multiply(rows, np.ones((len(rows), DEGREE + 2 - rows.shape[1])))
-    return np.asarray(raised.reshape(*points.shape[:-1], DEGREE + 1))
 
 
 def _piece(milliseconds: int, points: npt.NDArray[np.int64]) -> bytes:
