@@ -13,9 +13,6 @@ from minsnap.limits.span import KEPT
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
-TOUCHING = 1e-10
-"""How far below 1 the largest utilisation may be."""
-
 CLOSE, SECANTS, NEARBY = 2e-7, 6, 0.05
 """How near to 1 it is brought by the secant method, in how many steps, each how far at most."""
 
@@ -68,7 +65,7 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, 
     root = float(brentq(over, low, high, xtol=precision, rtol=1e-13))
     if limits.min_thrust is not None:
         root = _first_crossing(lambda logarithm: over(logarithm, True), root, precision)
-    while over(root, True) > TOUCHING:
+    while over(root, True) > 0.0:
         root += precision + abs(root) * 1e-12
     return float(np.exp(root))
 
@@ -99,7 +96,7 @@ def _first_crossing(over: Callable[[float], float], start: float, precision: flo
     """First root of an excess below ``start``, in steps of FIRST_STEP; ``start`` if there is none nearby."""
     from scipy.optimize import brentq
 
-    if over(start) > -TOUCHING:
+    if over(start) > -KEPT:
         return start
     for step in range(CROSSING_STEPS):
         high, low = start - step * FIRST_STEP, start - (step + 1) * FIRST_STEP
