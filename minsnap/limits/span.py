@@ -7,10 +7,11 @@ from dataclasses import replace
 from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import leg_at
+from minsnap.tolerances import EXACT
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
-KEPT = 1e-9
+KEPT = EXACT
 """How far above 1 a utilisation may be."""
 
 PRECISION = 1e-9

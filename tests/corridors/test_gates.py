@@ -216,3 +216,34 @@ def test_a_crossing_out_of_all_that_a_leg_may_reach_is_named():
     with pytest.raises(CorridorError, match="all of leg 0's corridor lies beyond it"):
         opposite = Gate((-1.0, 0, 1), (1, 0, 0), 1.0, crossing=1)
         minsnap.plan([(0, 0, 1), opposite, (2, 1, 1)], [2, 2], corridor=corridor)
+
+
+@pytest.mark.parametrize(("height", "flat"), ((0.9e-9, True), (1.1e-9, False)))
+def test_corners_are_in_one_plane_to_a_billionth_of_the_opening(height, flat):
+    corners = [(1, 1, height), (-1, 1, -height), (-1, -1, height), (1, -1, -height)]
+    if flat:
+        assert Gate.polygon(corners).normal == pytest.approx([0, 0, 1], abs=1e-8)
+    else:
+        with pytest.raises(WaypointError, match="one plane"):
+            Gate.polygon(corners)
+
+
+@pytest.mark.parametrize(("cosine", "width_along"), ((1.0 - 0.9e-9, 0), (1.0 - 1.1e-9, 1)))
+def test_an_opening_is_level_to_a_billionth(cosine, width_along):
+    """The height of a level one is along y, of all others as much upwards as can be: along x here."""
+    gate = Gate((0, 0, 0), (np.sqrt(1.0 - cosine**2), 0, cosine), 2.0, 1.0)
+    assert np.ptp(gate.corners, axis=0)[width_along] == pytest.approx(2.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(("off", "along"), ((0.9e-9, True), (1.1e-9, False)))
+def test_up_is_along_the_normal_to_a_billionth(off, along):
+    if along:
+        with pytest.raises(WaypointError, match="along its normal"):
+            Gate((0, 0, 0), (0, 1, 0), 1.0, up=(off, 1, 0))
+    else:
+        assert Gate((0, 0, 0), (0, 1, 0), 1.0, up=(off, 1, 0)).corners.shape == (4, 3)
+
+
+@pytest.mark.parametrize(("off", "zero"), ((0.9e-12, True), (1.1e-12, False)))
+def test_components_of_a_normal_that_are_rounding_are_zero(off, zero):
+    assert bool(Gate((0, 0), (1, off), 1.0).normal[1] == 0.0) is zero

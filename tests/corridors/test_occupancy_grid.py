@@ -150,3 +150,25 @@ def test_visited_cells_are_those_that_fine_sampling_finds():
 def test_bad_input_is_refused(arguments, message):
     with pytest.raises(CorridorError, match=message):
         corridor_from_grid(**{"occupancy": GRID, "resolution": 0.1, "path": PATH, **arguments})
+
+
+@pytest.mark.parametrize(("rise", "cells"), ((1.8e-9, 2), (2.2e-9, 3)))
+def test_a_cell_is_met_if_more_than_a_billionth_of_the_segment_is_in_it(rise, cells):
+    """Half of the rise is the share between the borders x = 1 and y = 1."""
+    points = np.array([(0.5, 0.5), (1.5, 1.5 + rise)])
+    assert len(visited(np.array([3, 3]), points, np.ones(2), np.zeros(2))) == cells
+
+
+@pytest.mark.parametrize("few_shifts", (0, 500))
+@pytest.mark.parametrize(("excess", "count"), ((0.9e-12, 3), (1.1e-12, 5)))
+def test_cells_at_the_clearance_are_free_to_a_trillionth(monkeypatch, few_shifts, excess, count):
+    monkeypatch.setattr("minsnap.corridors.grid_gaps.FEW_SHIFTS", few_shifts)
+    taken = np.zeros((9, 1), dtype=bool)
+    taken[4] = True
+    assert grown(taken, 1.0 + excess, np.ones(2)).sum() == count
+
+
+@pytest.mark.parametrize(("largest", "side"), ((3.0 - 0.9e-9, 3.0), (3.0 - 1.1e-9, 2.0)))
+def test_the_side_of_a_box_is_a_number_of_cells_to_a_billionth(largest, side):
+    boxes = corridor_from_grid(np.zeros((9, 9)), 1.0, [(0.5, 0.5), (8.5, 0.5)], largest=largest).boxes
+    assert (boxes.upper - boxes.lower).max() == side

@@ -96,3 +96,14 @@ def test_inner_balls_and_boxes_of_simplices_are_those_of_geometry():
     assert radius == pytest.approx([1.0, 1.0]) and centre == pytest.approx(np.ones((2, 2)))
     lower, upper = bounding_boxes([triangle])
     assert lower[0] == pytest.approx([0.0, 0.0], abs=1e-9) and upper[0] == pytest.approx([4.0, 3.0])
+
+
+@pytest.mark.parametrize(("radius", "flat"), ((1.8e-9, True), (2.2e-9, False)))
+def test_a_polytope_has_an_interior_above_a_billionth_of_its_size(radius, flat):
+    """Its size is 1 m more than the largest offset, here 2 m."""
+    rows = np.concatenate((np.eye(2), -np.eye(2))), np.array([2.0 * radius, 1.0, 0.0, 0.0])
+    if flat:
+        with pytest.raises(CorridorError, match="interior"):
+            Polytopes([rows])
+    else:
+        Polytopes([rows])

@@ -9,6 +9,7 @@ import pytest
 import minsnap
 from minsnap import Boxes, HalfSpaces, Polytopes, RoundTube
 from minsnap.corridors.constraint import Balls, Faces
+from minsnap.corridors.precheck import _distance
 from minsnap.errors import CorridorError, WaypointError
 
 UNIT = Boxes([(0, 0)] * 2, [(1, 1)] * 2)
@@ -121,3 +122,14 @@ def test_ends_and_overlaps_outside_the_room_are_refused_by_name():
         minsnap.plan(None, [1, 1], corridor=pair, room=((0, 0), (3, 1)), **ends)
     with refused(CorridorError, r"the overlap that leg 1 starts in, around .* outside the half-space"):
         minsnap.plan(None, [1, 1], corridor=[pair, HalfSpaces((1, 0), 1.5, legs=(0,))], **ends)
+
+
+@pytest.mark.parametrize(("excess", "words"), ((1.8e-12, "lies on .* rounding"), (2.2e-12, "is 2.2e-12 m outside")))
+def test_rounding_is_a_trillionth_of_a_metre_and_of_the_coordinate(excess, words):
+    with refused(CorridorError, words):
+        minsnap.plan([(0, 0), (1, 0)], [1], corridor=HalfSpaces((1, 0), 1.0 - excess))
+
+
+@pytest.mark.parametrize(("metres", "found"), ((0.9e6, 0.9e6), (1.1e6, np.inf)))
+def test_a_set_more_than_a_thousand_kilometres_away_counts_as_empty(metres, found):
+    assert _distance(np.array([[-1.0, 0.0]]), np.array([-metres])) == pytest.approx(found, rel=1e-3)

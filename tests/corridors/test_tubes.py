@@ -131,3 +131,8 @@ def test_a_tube_owns_its_widths():
     assert (tube.half_width == [0.1, 0.2, 0.3]).all()
     with pytest.raises(ValueError, match="read-only"):
         tube.half_width[0] = 1.0
+
+
+@pytest.mark.parametrize(("slope", "planes"), ((0.9e-12, 2), (1.1e-12, 3)))
+def test_a_leg_is_along_an_axis_to_a_trillionth(slope, planes):
+    assert len(minsnap.Tube(0.3).walls(np.array([(0, 0, 0), (1, slope, 0)]))[0].leg) == planes

@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap import Limits, Trajectory
-from minsnap.limits.span import kept_from, largest_use, use_from
+from minsnap.limits.span import keeps, kept_from, largest_use, use_from
 from minsnap.polynomials.bernstein import powers_to_points
 
 # x = 4 t - t^2 on [0, 1.5]: the speed falls from 4 to 1 and is 3 at 0.5 s
@@ -16,6 +16,7 @@ SLOWING = Trajectory((powers_to_points(2) @ POWERS)[None], np.array([1.5]))
 def test_the_instant_is_that_from_which_samples_keep_the_limit():
     start = kept_from(Limits(speed=3.0), SLOWING)
     assert start == pytest.approx(0.5, abs=1e-8)
+    assert start <= 0.5 + 1.5e-9, "by bisection, to a billionth of the duration, 1.5 s"
     after = np.linspace(start, 1.5, 1001)
     assert np.linalg.norm(SLOWING(after, 1), axis=1).max() <= 3.0 * (1.0 + 1e-9)
 
@@ -23,6 +24,15 @@ def test_the_instant_is_that_from_which_samples_keep_the_limit():
 def test_kept_always_or_never():
     assert kept_from(Limits(speed=4.0), SLOWING) == 0.0
     assert kept_from(Limits(acceleration=1.0), SLOWING) == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(("share", "kept"), ((1.0 + 0.9e-9, True), (1.0 + 1.1e-9, False)))
+def test_a_limit_is_kept_to_a_billionth(share, kept):
+    """At a constant speed of 1 m/s."""
+    line = Trajectory([[[0.0, 0.0], [2.0, 0.0]]], [2.0])
+    for limits in (Limits(speed=1.0 / share), Limits(speed=1.0 / share, norm="axis")):
+        assert keeps(limits, line) is kept
+        assert kept_from(limits, line) == (0.0 if kept else pytest.approx(2.0))
 
 
 def test_use_is_told_in_legs_and_instants_of_the_whole():

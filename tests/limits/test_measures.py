@@ -1,0 +1,21 @@
+"""Thresholds of the measures: where thrust counts as none, and how far above free fall the tilt's walls begin."""
+
+import numpy as np
+import pytest
+
+from minsnap.limits.measures import MEASURES, Extent, Motion
+from minsnap.trajectory.medium import Medium
+
+
+@pytest.mark.parametrize(("thrust", "turning"), ((0.9e-12, np.inf), (1.1e-12, 1.0 / 1.1e-12)))
+def test_a_thrust_of_a_trillionth_of_the_weight_has_no_direction(thrust, turning):
+    """Thrust along z at gravity 1, and a jerk of 1 m/s^3 across it: the rate of turning is jerk over thrust."""
+    orders = {2: (0.0, 0.0, thrust - 1.0), 3: (1.0, 0.0, 0.0)}
+    motion = Motion(lambda order: np.array(orders[order])[None, None, :], "euclidean", Medium(1.0))
+    assert MEASURES["body_rate"].largest(motion, 2)[0] == pytest.approx(turning, rel=1e-3)
+
+
+def test_walls_of_the_tilt_begin_a_billionth_of_gravity_above_free_fall():
+    """At free fall itself the tilt is that of no vector."""
+    up, _ = MEASURES["tilt"].walls(Extent(1, 3), 0.5, "tilt", 2, "euclidean", 9.81)
+    assert 0.9e-9 < up.lower[0] / 9.81 + 1.0 < 1.1e-9
