@@ -24,7 +24,7 @@ from minsnap.optimisation import (
     high_precision,
     infeasibility,
     least_distance,
-    outcome,
+    optimum,
     qp,
     rows,
     solve,
@@ -32,7 +32,7 @@ from minsnap.optimisation import (
 from minsnap.polynomials import extrema, local_maxima
 
 CONSTANTS = (
-    (outcome, "GAP"),
+    (optimum, "GAP"),
     (exchange, "NEAR"),
     (exchange, "MOST_INWARD"),
     (exchange, "ROUNDS"),

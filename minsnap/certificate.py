@@ -95,7 +95,7 @@ class Certificate:
         """First instant from which all limits are kept to the end [s]; 0 where they always are, or none were given."""
         if self.limits is None:
             return 0.0
-        from minsnap.limits.span import kept_from
+        from minsnap.limits.compliance import kept_from
 
         return kept_from(self.limits, self.trajectory)
 
@@ -211,7 +211,7 @@ def certify(
 
 
 def _use(limits: Limits, traj: Trajectory, start: float) -> tuple[Utilisation, ...]:
-    from minsnap.limits.span import use_from
+    from minsnap.limits.compliance import use_from
 
     return use_from(limits, traj, start)
 

@@ -16,7 +16,7 @@ from minsnap.errors import InputError, MinsnapError
 from minsnap.limits.limits import Limits
 from minsnap.native.plan_batches import ManySlopes, many_gradients, many_optima, many_tubes
 from minsnap.native.status import Status
-from minsnap.optimisation.outcome import GAP
+from minsnap.optimisation.optimum import GAP
 from minsnap.optimisation.tube_report import TubeReport
 from minsnap.problem_rows import (
     GRADIENT_GAP,

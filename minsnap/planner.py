@@ -36,12 +36,12 @@ from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError, TimingError
 from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.tube import tube_optimum
-from minsnap.optimisation.outcome import GAP
+from minsnap.optimisation.optimum import GAP
 from minsnap.optimisation.planned_yaw import Held, Yaw, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.tube_report import TubeReport
 from minsnap.progress import ProgressLine, told
-from minsnap.time_allocation.timed import Timed, Timing
+from minsnap.time_allocation.timing import Timed, Timing
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import LinearSystem, Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
@@ -347,26 +347,26 @@ class _Plan:
 
     def report(self, curve: Trajectory) -> Report:
         """Return the report of the plan."""
-        timed, limits, outcome = self.timed, self.limits, self.timed.solved.outcome
+        timed, limits, optimum = self.timed, self.limits, self.timed.solved.optimum
         notes: tuple[str, ...] = ()
         if limits is not None and self.unasked:
             from minsnap.limits.heading_cost import fixed_yaw_notes
 
             notes = fixed_yaw_notes(limits, curve)
         return Report(
-            solver=outcome.solver,
-            rounds=outcome.rounds,
-            rows=outcome.active,
+            solver=optimum.solver,
+            rounds=optimum.rounds,
+            rows=optimum.active,
             cost=timed.cost,
             corridor_margin=timed.corridor_margin,
             milliseconds=self.milliseconds,
-            fallback=outcome.fallback,
+            fallback=optimum.fallback,
             utilisation=() if limits is None else limits.utilisation(curve),
             steps=timed.steps,
             interrupted=timed.interrupted,
             notes=notes,
-            core=outcome.core,
-            handed_over=outcome.handed_over,
-            rungs=outcome.rungs,
+            core=optimum.core,
+            handed_over=optimum.handed_over,
+            rungs=optimum.rungs,
             limits_from=timed.limits_from,
         )

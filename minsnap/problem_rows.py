@@ -238,7 +238,7 @@ class ManyAsked:
     def slopes(self, index: int, curve: Trajectory) -> Slopes:
         """Return how the optimal cost of one problem changes, whose plan this is."""
         from minsnap.optimisation.gradient import cost_gradient
-        from minsnap.optimisation.outcome import InfeasibleRowsError
+        from minsnap.optimisation.optimum import InfeasibleRowsError
         from minsnap.optimisation.place_gradient import place_gradient
         from minsnap.optimisation.solve import solve
 

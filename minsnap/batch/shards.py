@@ -19,7 +19,7 @@ from minsnap.batch.tally import Tally
 from minsnap.errors import BatchError
 from minsnap.native.library import core
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.budget import reading
+from minsnap.storage.reading import reading
 
 GROUP_ROWS = 1024
 """Rows of a row group: so many are in memory at once."""

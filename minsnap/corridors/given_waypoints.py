@@ -11,7 +11,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import MagnitudeWarning, WaypointError
-from minsnap.storage.budget import shown
+from minsnap.storage.reading import shown
 
 AXES = ("x", "y", "z")
 BESIDE = ("yaw", "t", "time", "duration")

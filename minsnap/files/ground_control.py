@@ -13,7 +13,7 @@ import numpy as np
 from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import FileError
 from minsnap.files.geodesy import local_positions
-from minsnap.storage.budget import reading, shown
+from minsnap.storage.reading import reading, shown
 from minsnap.storage.text import read_text
 
 LARGEST = 64_000_000

@@ -16,7 +16,7 @@ from minsnap.files.waypoints import Waypoints, read_waypoints, waypoints_of
 from minsnap.frames import FRAMES
 from minsnap.limits.kinds import KIND
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.budget import shown
+from minsnap.storage.reading import shown
 from minsnap.storage.text import load_yaml
 
 FURTHER = ("total_time", "limits", "corridor", "boxes", "room", "degree", "continuity", "pieces", "closed", "view")

@@ -18,7 +18,7 @@ from typing import Any
 from minsnap.errors import FileError, FrameError
 from minsnap.frames import get_frame
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.budget import reading
+from minsnap.storage.reading import reading
 from minsnap.storage.text import read_text
 
 ENDING = ".meta"

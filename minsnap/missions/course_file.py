@@ -17,7 +17,7 @@ from minsnap.errors import FileError
 from minsnap.files.waypoints import COLUMNS
 from minsnap.limits.limits import Limits
 from minsnap.missions.course import Course, Stop
-from minsnap.storage.budget import reading, shown
+from minsnap.storage.reading import reading, shown
 from minsnap.storage.text import load_yaml
 from minsnap.vehicle import Quadrotor
 

@@ -19,7 +19,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.optimisation.master_qp import Answer, MasterQP
 from minsnap.optimisation.normalised_constraints import WallRows
-from minsnap.optimisation.outcome import InfeasibleRowsError
+from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_outside, spread_rows
 
 NEAR = 0.3

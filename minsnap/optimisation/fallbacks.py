@@ -19,7 +19,7 @@ from minsnap.optimisation.axis_group import floating
 from minsnap.optimisation.exchange import NEAR, Proof, State, Trouble, begun, exchange, solved_once
 from minsnap.optimisation.master_qp import MasterQP, axis_masks, master_qp
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
-from minsnap.optimisation.outcome import GAP, InfeasibleRowsError, Outcome
+from minsnap.optimisation.optimum import GAP, InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import DENSE
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.stop_and_go import least_share, straight_inside
@@ -264,13 +264,13 @@ def climb(first: Attempt) -> tuple[Attempt, tuple[str, ...]]:
     return last, taken
 
 
-def outcome(last: Attempt, rungs: tuple[str, ...]) -> Outcome:
+def optimum(last: Attempt, rungs: tuple[str, ...]) -> Optimum:
     """Return the result of the last attempt."""
     state = last.state
     known = len(state.multipliers)
     rows = None if state.rows is None or not known else state.rows.chosen(np.arange(len(state.rows)) < known)
     solver = "banded" if state.answer is None else state.answer.solver
-    return Outcome(state.curve.knots, rows, state.multipliers, state.rounds, solver, state.failed, rungs)
+    return Optimum(state.curve.knots, rows, state.multipliers, state.rounds, solver, state.failed, rungs)
 
 
 def first_attempt(

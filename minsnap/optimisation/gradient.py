@@ -12,18 +12,18 @@ from minsnap.arrays import FloatArray
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import RowSet
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.polynomials.bernstein import ends_to_highest, gram_root
 
 
-def cost_gradient(solved: Solved) -> FloatArray:
+def cost_gradient(solved: SolvedTask) -> FloatArray:
     r"""Return the derivative of the optimal cost in each piece's duration, shape (pieces in all,) [cost/s].
 
     With :math:`c_i = T_i^{1-2k} e_i^\top Q e_i` and :math:`A` the orders of the end derivatives,
     :math:`T_i \, \partial c_i / \partial T_i = (1 - 2k) c_i + 2 T_i^{1-2k} e_i^\top A Q e_i`; every active row adds
     its multiplier times its own derivative.
     """
-    problem, knots = solved.problem, solved.outcome.knots
+    problem, knots = solved.problem, solved.optimum.knots
     relative = _cost_slopes(problem, knots)
     rows, multipliers = solved.active
     if rows is not None and len(multipliers):

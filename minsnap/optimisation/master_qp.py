@@ -10,7 +10,7 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.optimisation.axis_group import AxisGroup, axis_group, programme, split_axes
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
-from minsnap.optimisation.outcome import InfeasibleRowsError
+from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.qp import DENSE, solve_qp
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, rows_in_unknowns

@@ -26,7 +26,7 @@ from minsnap.corridors.polytopes import Polytopes
 from minsnap.corridors.room import Room
 from minsnap.corridors.tubes import RoundTube, Tube, across, leg_projections
 from minsnap.optimisation.normalised_constraints import WallRows
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.polynomials.bernstein import basis
 from minsnap.trajectory.gradients import free_slopes
 
@@ -49,12 +49,12 @@ class PlaceSlopes(NamedTuple):
     widths: FloatArray
 
 
-def place_gradient(solved: Solved, constraints: Sequence[Constraint]) -> PlaceSlopes:
+def place_gradient(solved: SolvedTask, constraints: Sequence[Constraint]) -> PlaceSlopes:
     """Return the gradient of a task with one piece per leg, pinned waypoints and walls on positions.
 
     Parameters
     ----------
-    solved : Solved
+    solved : SolvedTask
         Found with a small gap: the error of the gradient goes as its square root.
     constraints : sequence of Constraint
         Those that the walls of the task come from, in their order.
@@ -82,7 +82,7 @@ def place_gradient(solved: Solved, constraints: Sequence[Constraint]) -> PlaceSl
     return slopes
 
 
-def _add_curve(slopes: PlaceSlopes, solved: Solved, rows: WallRows, pushes: FloatArray) -> None:
+def _add_curve(slopes: PlaceSlopes, solved: SolvedTask, rows: WallRows, pushes: FloatArray) -> None:
     """Add what the contacts change because the points of the curve move with the waypoints."""
     factors = solved.problem.row_factors(rows.piece, rows.s, 0)
     forces = pushes[:, None] * rows.normal
@@ -99,7 +99,9 @@ def _directions(constraint: Constraint, waypoints: FloatArray, rows: WallRows, f
     return np.asarray(np.eye(waypoints.shape[1])[axis[face]] * np.where(side == 0, 1.0, -1.0)[:, None])
 
 
-def _add_tube(slopes: PlaceSlopes, solved: Solved, rows: WallRows, directions: FloatArray, pushes: FloatArray) -> None:
+def _add_tube(
+    slopes: PlaceSlopes, solved: SolvedTask, rows: WallRows, directions: FloatArray, pushes: FloatArray
+) -> None:
     """Add what the contacts change because the walls move with the waypoints, and with the half-widths."""
     task, curve = solved.task, solved.trajectory
     start = task.waypoints[rows.piece]

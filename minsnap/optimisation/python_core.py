@@ -9,13 +9,13 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import CorridorError, SolverError
 from minsnap.optimisation.exchange import State, Trouble
-from minsnap.optimisation.fallbacks import Attempt, climb, first_attempt, outcome
+from minsnap.optimisation.fallbacks import Attempt, climb, first_attempt, optimum
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
-from minsnap.optimisation.outcome import Outcome
+from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
@@ -29,21 +29,21 @@ def solved_in_python(
     seed: WallRows | None,
     gap: float,
     prove: bool,
-) -> Solved:
+) -> SolvedTask:
     """Solve with the Python core; the arguments are those of ``solve``."""
     base = unbounded_optimum(problem)
     compiled = compile_walls(task, problem, units)
     once = samples is not None
     seed = seed if samples is None else _sampled(problem, base, compiled, samples)
-    proof = (lambda state: Solved(task, problem, units, _bare(state)).inside) if prove else None
+    proof = (lambda state: SolvedTask(task, problem, units, _bare(state)).inside) if prove else None
     last, rungs = climb(first_attempt(problem, base, compiled, task.solver, seed, proof, gap, task.deadline, once))
     if last.trouble is not None:
         raise _no_room(task, last)
-    return Solved(task, last.problem, units, outcome(last, rungs))
+    return SolvedTask(task, last.problem, units, optimum(last, rungs))
 
 
-def _bare(state: State) -> Outcome:
-    return Outcome(state.curve.knots, None, np.zeros(0), state.rounds, "")
+def _bare(state: State) -> Optimum:
+    return Optimum(state.curve.knots, None, np.zeros(0), state.rounds, "")
 
 
 def _sampled(problem: Problem, base: FloatArray, compiled: Compiled, instants: int) -> WallRows:

@@ -10,10 +10,10 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.native_solve import solve_natively, solve_without_walls
-from minsnap.optimisation.outcome import GAP, Outcome
+from minsnap.optimisation.optimum import GAP, Optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.solved import NATIVE, Solved
+from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.units import Units
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def solve(
     seed: WallRows | None = None,
     gap: float = GAP,
     prove: bool = True,
-) -> Solved:
+) -> SolvedTask:
     """Find the curve of least cost for piece durations (pieces in all,) [s].
 
     Parameters
@@ -58,38 +58,38 @@ def solve(
     if samples is not None:
         return _solved_in_python(task, problem, units, samples, seed, gap, prove)
     native = _solved_natively(task, problem, units, durations, gap, prove)
-    if isinstance(native, Solved):
+    if isinstance(native, SolvedTask):
         return native
     found = _solved_in_python(task, problem, units, samples, seed, gap, prove)
-    return replace(found, outcome=replace(found.outcome, handed_over=native))
+    return replace(found, optimum=replace(found.optimum, handed_over=native))
 
 
 def _solved_natively(
     task: Task, problem: Problem, units: Units, durations: FloatArray, gap: float, prove: bool
-) -> Solved | str:
+) -> SolvedTask | str:
     """Return the answer of the native core, or the reason why there is none that the certificate agrees to."""
     answer = solve_natively(task, durations, units, gap)
     if isinstance(answer, str):
         return answer
-    solved = Solved(task, problem, units, _native_outcome(answer))
+    solved = SolvedTask(task, problem, units, _native_outcome(answer))
     refused = prove and not solved.inside
     return "the certificate finds the native core's answer outside of a wall" if refused else solved
 
 
-def _solved_without_walls(task: Task, problem: Problem, units: Units, durations: FloatArray) -> Solved:
+def _solved_without_walls(task: Task, problem: Problem, units: Units, durations: FloatArray) -> SolvedTask:
     found = solve_without_walls(task, durations, units)
     if isinstance(found, str):
         from minsnap.optimisation.unconstrained import unbounded_optimum
 
-        outcome = Outcome(unbounded_optimum(problem), None, np.zeros(0), 0, "banded", handed_over=found)
+        optimum = Optimum(unbounded_optimum(problem), None, np.zeros(0), 0, "banded", handed_over=found)
     else:
-        outcome = Outcome(found[1], None, np.zeros(0), 0, "banded", core=NATIVE, points=found[0])
-    return Solved(task, problem, units, outcome)
+        optimum = Optimum(found[1], None, np.zeros(0), 0, "banded", core=NATIVE, points=found[0])
+    return SolvedTask(task, problem, units, optimum)
 
 
-def _native_outcome(answer: CorridorAnswer) -> Outcome:
+def _native_outcome(answer: CorridorAnswer) -> Optimum:
     nothing = np.zeros(0)
-    return Outcome(answer.knots, None, nothing, answer.rounds, NATIVE, core=NATIVE, points=answer.points, native=answer)
+    return Optimum(answer.knots, None, nothing, answer.rounds, NATIVE, core=NATIVE, points=answer.points, native=answer)
 
 
 def _solved_in_python(
@@ -100,7 +100,7 @@ def _solved_in_python(
     seed: WallRows | None,
     gap: float,
     prove: bool,
-) -> Solved:
+) -> SolvedTask:
     from minsnap.optimisation.python_core import solved_in_python
 
     return solved_in_python(task, problem, units, samples, seed, gap, prove)

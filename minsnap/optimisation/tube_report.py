@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from minsnap.arrays import FloatArray
 from minsnap.corridors.margins import margin_to
 from minsnap.corridors.tubes import Tube
-from minsnap.optimisation.solved import NATIVE
+from minsnap.optimisation.solved_task import NATIVE
 from minsnap.trajectory.report import Report
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.errors import InputError
-from minsnap.plot.openings import Waypoints, draw_balls, draw_gates, draw_waypoints, nominal_points
 from minsnap.plot.outlines import Corridor, facets, leg_bodies, outline
 from minsnap.plot.space import arrow_places, draw_heads, equal_space, widen_short_axes
 from minsnap.plot.speed_colour import draw_coloured
@@ -25,6 +24,7 @@ from minsnap.plot.style import (
     new_axes,
     styled,
 )
+from minsnap.plot.waypoint_marks import Waypoints, draw_balls, draw_gates, draw_waypoints, nominal_points
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 

@@ -9,9 +9,9 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import InputError
 from minsnap.plot.geometry import plot_path
-from minsnap.plot.openings import Waypoints
 from minsnap.plot.outlines import Corridor
 from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, POINTS, legend_beside, new_axes, styled
+from minsnap.plot.waypoint_marks import Waypoints
 from minsnap.trajectory.path import Path
 
 if TYPE_CHECKING:

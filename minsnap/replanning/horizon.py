@@ -12,7 +12,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.optimisation.problem import Task
 from minsnap.replanning.splice import divided
-from minsnap.time_allocation.timed import Finish
+from minsnap.time_allocation.timing import Finish
 from minsnap.trajectory.trajectory import Trajectory
 
 

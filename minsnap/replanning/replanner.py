@@ -15,8 +15,8 @@ from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import as_room
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import DegreeError, InfeasibleError, InputError, LimitError, SolverError, TimingError, YawError
+from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import largest_use
 from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.replanning.change import Change
@@ -30,7 +30,7 @@ from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
 from minsnap.replanning.spliced_heading import spliced
 from minsnap.replanning.stopping import Stopping, inside
 from minsnap.replanning.time_budget import Clock, TimeBudget, budget_of
-from minsnap.time_allocation.timed import Finish
+from minsnap.time_allocation.timing import Finish
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor

@@ -10,15 +10,15 @@ import numpy.typing as npt
 
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import InfeasibleError, SolverError
+from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import KEPT, kept_from
 from minsnap.optimisation.problem import Task
 from minsnap.replanning.splice import Splice
 from minsnap.time_allocation.allocate import plan_timed
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.moving_start import as_timed, shortest_from
 from minsnap.time_allocation.recovery import start_state, way_back
-from minsnap.time_allocation.timed import Finish, Timing
+from minsnap.time_allocation.timing import Finish, Timing
 from minsnap.time_allocation.ways import from_end, joined
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -16,8 +16,8 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray
 from minsnap.corridors.constraint import Faces, Walls
 from minsnap.corridors.margins import nearest_wall
+from minsnap.limits.compliance import keeps, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import keeps, kept_from
 from minsnap.optimisation.problem import Task
 from minsnap.polynomials.bernstein import ends_gram, ends_to_points, split
 from minsnap.replanning.horizon import walls_from

@@ -16,7 +16,7 @@ from minsnap.routes.grid_map import LARGEST_MAP, GridMap
 from minsnap.routes.map_images import read_map_yaml
 from minsnap.routes.map_values import Reading
 from minsnap.routes.point_clouds import CLOUDS, cloud_map, read_cloud
-from minsnap.storage.budget import check_size, reading, shown
+from minsnap.storage.reading import check_size, reading, shown
 
 ENDINGS = (".yaml", ".yml", ".npy", *CLOUDS)
 """Endings of maps."""

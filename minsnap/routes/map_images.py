@@ -19,7 +19,7 @@ from minsnap.checks import is_number
 from minsnap.errors import FileError
 from minsnap.routes.grid_map import LARGEST_MAP, GridMap
 from minsnap.routes.map_values import Reading
-from minsnap.storage.budget import check_size, reading, shown
+from minsnap.storage.reading import check_size, reading, shown
 from minsnap.storage.text import load_yaml
 
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")

@@ -13,7 +13,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.routes.lzf import decompress
-from minsnap.storage.budget import check_size, reading
+from minsnap.storage.reading import check_size, reading
 
 KINDS = {"F": "f", "I": "i", "U": "u"}
 MOST_POINTS = 100_000_000

@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
-from minsnap.storage.budget import check_size, reading
+from minsnap.storage.reading import check_size, reading
 
 TYPES = {
     **dict.fromkeys(("char", "int8"), "i1"),

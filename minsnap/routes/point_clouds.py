@@ -12,7 +12,7 @@ from minsnap.errors import CorridorError, FileError
 from minsnap.routes.grid_map import LARGEST_MAP, GridMap
 from minsnap.routes.pcd_file import read_pcd
 from minsnap.routes.ply_file import read_ply
-from minsnap.storage.budget import reading
+from minsnap.storage.reading import reading
 from minsnap.storage.text import read_text
 
 CLOUDS = (".pcd", ".ply", ".xyz")

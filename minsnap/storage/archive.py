@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.errors import FileError
-from minsnap.storage.budget import check_size, reading
+from minsnap.storage.reading import check_size, reading
 
 SMALL = 64_000_000
 """Bytes up to which an archive may unpack, however small it is."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.errors import FileError
-from minsnap.storage.budget import LARGEST, check_size, reading
+from minsnap.storage.reading import LARGEST, check_size, reading
 
 LARGEST_YAML = 32_000_000
 """Bytes of the largest YAML file that is read."""

@@ -10,7 +10,7 @@ from minsnap.checks import check_durations, refuse_repeated
 from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
-from minsnap.time_allocation.timed import (
+from minsnap.time_allocation.timing import (
     Finish,
     Run,
     Timed,
@@ -78,7 +78,7 @@ def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, s
 
 def _from_limits(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
     """Plan with an end on its limits: without limits if that keeps them, else between ways back and out."""
-    from minsnap.limits.span import keeps
+    from minsnap.limits.compliance import keeps
     from minsnap.time_allocation.ways import ways_of
 
     if timing.split != "trapezoid":

@@ -12,11 +12,11 @@ from time import monotonic
 
 import numpy as np
 
+from minsnap.limits.compliance import KEPT, largest_use
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import KEPT, largest_use
 from minsnap.native.library import core
-from minsnap.optimisation.outcome import Outcome
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.optimum import Optimum
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_model import Caution, Inwards
 from minsnap.time_allocation.joint_search import SHARES, Evaluated, JointSearch
@@ -50,13 +50,13 @@ LAST = Caution(3.0, 0.05)
 Finish = Callable[[Trajectory], Trajectory]
 
 
-def solved_state(layout: JointLayout, state: JointState, iterations: int) -> Solved:
+def solved_state(layout: JointLayout, state: JointState, iterations: int) -> SolvedTask:
     """Wrap a state as a solved task."""
     problem = layout.task.problem(state.durations * layout.units.time, layout.units)
     name = core().name
     solver = "clarabel" if name == "python" else "interior point"
-    outcome = Outcome(layout.knots(state), None, np.zeros(0), iterations, solver, core=name)
-    return Solved(layout.task, problem, layout.units, outcome)
+    optimum = Optimum(layout.knots(state), None, np.zeros(0), iterations, solver, core=name)
+    return SolvedTask(layout.task, problem, layout.units, optimum)
 
 
 class CertifiedEnd:
@@ -77,7 +77,7 @@ class CertifiedEnd:
         self._clipped = search.finder.regions.clipped
         self.inside: JointState | None = None
 
-    def run(self, found: Evaluated) -> Solved | None:
+    def run(self, found: Evaluated) -> SolvedTask | None:
         """Return a curve near the one found that is certified, barely slower; None if there is none nearby."""
         self.search.finder.refine(NARROW)
         state, began, task = self._clipped(found.state), monotonic(), self.layout.task
@@ -100,7 +100,7 @@ class CertifiedEnd:
             state = self._closer(state, measured)
         return self._touching(self.inside) if self.still and self.inside is not None else None
 
-    def _excess(self, solved: Solved) -> float:
+    def _excess(self, solved: SolvedTask) -> float:
         return largest_use(self.limits, self.finish(solved.trajectory)) - 1.0
 
     def _closer(self, state: JointState, measured: Measured) -> JointState:
@@ -119,7 +119,7 @@ class CertifiedEnd:
         self.caution = self.caution.failed()
         return state
 
-    def _touching(self, state: JointState) -> Solved:
+    def _touching(self, state: JointState) -> SolvedTask:
         """Fly the same path at the speed at which the most used limit is just kept.
 
         The limits searched for are measured first, which is quick; the exact measure has the last word.  Limits that

@@ -8,10 +8,10 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import TimingError
-from minsnap.optimisation.outcome import InfeasibleRowsError
+from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.native_split import native_split
 from minsnap.trajectory.report import Progress, Step
 
@@ -147,7 +147,7 @@ class CostSearch:
         return factors if self.price is not None else np.asarray(self.first.sum() * factors / factors.sum())
 
 
-def active_rows(solved: Solved) -> WallRows | None:
+def active_rows(solved: SolvedTask) -> WallRows | None:
     """Rows of a solved task whose multipliers are not zero, to begin the next solve with."""
     rows, multipliers = solved.active
     if rows is None or not (multipliers > 0.0).any():

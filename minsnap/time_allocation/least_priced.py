@@ -7,17 +7,17 @@ as slowly as they ask for.
 from __future__ import annotations
 
 from minsnap.arrays import FloatArray
+from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import keeps
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.joint_layout import JointState
 from minsnap.time_allocation.joint_search import Evaluated, JointSearch
 from minsnap.time_allocation.least_cost import CostSearch
 from minsnap.time_allocation.least_time import LeastTime
 from minsnap.time_allocation.objectives import PricedCost
-from minsnap.time_allocation.timed import Finish, Run, Timing, priced_first_guess, searched
+from minsnap.time_allocation.timing import Finish, Run, Timing, priced_first_guess, searched
 
 ROUNDS = 12
 """Searches with other prices until the total is reached."""
@@ -49,7 +49,7 @@ class LeastPriced(LeastTime):
         self.value_unit = units.length**2 * units.time ** (1.0 - 2.0 * task.half)
         self.layout = self.problem.layout(task.pieces)
 
-    def priced(self, price: float) -> tuple[Solved, Run]:
+    def priced(self, price: float) -> tuple[SolvedTask, Run]:
         """Return the plan of least cost and price of time [1/s], and how it was found.
 
         A search that was interrupted before it had a plan within the limits returns one beyond them.
@@ -66,7 +66,7 @@ class LeastPriced(LeastTime):
         found = self._settled(search, self._start(search, solved))
         return self._ended(search, found), Run(tuple(self.log.steps), self.interrupted)
 
-    def at_total(self, total: float, solved: Solved) -> Solved | None:
+    def at_total(self, total: float, solved: SolvedTask) -> SolvedTask | None:
         """Return the plan of least cost with a total time [s], from the one without limits; None if none was found."""
         goal = (1.0 - NEAR) * total / self.problem.units.time
         price = (2 * self.task.half - 1) * solved.cost / self.value_unit / goal
@@ -82,7 +82,7 @@ class LeastPriced(LeastTime):
             price, stiffness = max(price + stiffness * apart, 0.0), STIFFER * stiffness
         return self._certified(search, found)
 
-    def free(self, first: FloatArray, price: float | None = None) -> tuple[Solved, Run]:
+    def free(self, first: FloatArray, price: float | None = None) -> tuple[SolvedTask, Run]:
         """Return the plan of least cost without limits, for a price or for the total of first durations."""
         durations, run = searched(CostSearch(self.task, first, price, self.log.progress), self.best_on_interrupt)
         self.log.steps = list(run.steps)
@@ -91,11 +91,11 @@ class LeastPriced(LeastTime):
     def _search(self, price: float) -> JointSearch:
         return self.problem.search(self.task.pieces, self._tell, self._tick, objective=PricedCost(self.layout, price))
 
-    def _start(self, search: JointSearch, solved: Solved) -> JointState:
-        state = self.layout.state(solved.outcome.knots, solved.problem.durations)
+    def _start(self, search: JointSearch, solved: SolvedTask) -> JointState:
+        state = self.layout.state(solved.optimum.knots, solved.problem.durations)
         return self._slow_enough(search, state) if self.task.still else state
 
-    def _ended(self, search: JointSearch, found: Evaluated) -> Solved:
+    def _ended(self, search: JointSearch, found: Evaluated) -> SolvedTask:
         solved = self._certified(search, found)
         if solved is None:
             raise self._reason(search, found)

@@ -10,12 +10,12 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
+from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.limits.span import keeps
-from minsnap.optimisation.outcome import InfeasibleRowsError
+from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.certified_end import CertifiedEnd
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
@@ -25,7 +25,7 @@ from minsnap.time_allocation.least_cost import Log
 from minsnap.time_allocation.refinement import divided, slowed
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits
-from minsnap.time_allocation.timed import Finish, Run
+from minsnap.time_allocation.timing import Finish, Run
 from minsnap.trajectory.path import Heading
 from minsnap.trajectory.report import Progress
 
@@ -112,7 +112,7 @@ class LeastTime:
         self.interrupted, self.best_on_interrupt = False, best_on_interrupt
         self.kept: Evaluated | None = None
 
-    def run(self) -> tuple[Solved, Run]:
+    def run(self) -> tuple[SolvedTask, Run]:
         """Return the shortest plan found, certified, and how it was found.
 
         Raises
@@ -151,7 +151,7 @@ class LeastTime:
         if monotonic() > deadline:
             raise LateError(LATE)
 
-    def _certified(self, search: JointSearch, found: Evaluated) -> Solved | None:
+    def _certified(self, search: JointSearch, found: Evaluated) -> SolvedTask | None:
         """Return the certified end of a search, or of the curve before the last division where that is shorter."""
         solved, kept = CertifiedEnd(search, self.limits, self.finish).run(found), self.kept
         if kept is None or kept is found:
@@ -162,7 +162,7 @@ class LeastTime:
         other = CertifiedEnd(search, self.limits, self.finish).run(kept)
         return min((one for one in (solved, other) if one is not None), key=_duration, default=None)
 
-    def _planned(self, search: JointSearch, found: Evaluated) -> Solved | None:
+    def _planned(self, search: JointSearch, found: Evaluated) -> SolvedTask | None:
         """Plan for the durations found, or barely longer ones, with the limits as walls: by rows at every instant.
 
         A curve that slides along a wall has no room for the steps inwards of the certified end.
@@ -178,7 +178,7 @@ class LeastTime:
                 return replace(solved, task=task)
         return None
 
-    def _turning(self, search: JointSearch, found: Evaluated, solved: Solved | None) -> Solved | None:
+    def _turning(self, search: JointSearch, found: Evaluated, solved: SolvedTask | None) -> SolvedTask | None:
         """Search again with the limit on the yaw rate along the velocity, if to keep it the curve was slowed down.
 
         It begins from the slower curve: where all legs begin at rest the velocity has no direction to speak of.
@@ -290,7 +290,7 @@ class LeastTime:
         )
 
 
-def _duration(solved: Solved) -> float:
+def _duration(solved: SolvedTask) -> float:
     return solved.trajectory.duration
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 from time import monotonic
 
 from minsnap.errors import InfeasibleError, SolverError
+from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import KEPT, kept_from
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.least_time import LATE, FirstGuess, LateError, LeastTime
 from minsnap.time_allocation.recovery import start_state, start_use, way_back
-from minsnap.time_allocation.timed import Finish, Run, Timed, Timing, timed
+from minsnap.time_allocation.timing import Finish, Run, Timed, Timing, timed
 from minsnap.time_allocation.ways import FINER, TOUCHING, Recovered, end_on_limit, from_end, joined, no_way, ways_of
 
 
@@ -23,7 +23,7 @@ def moves(task: Task) -> bool:
 
 def shortest_from(
     task: Task, limits: Limits, timing: Timing, finish: Finish, first: FirstGuess | None = None
-) -> tuple[Solved, Run] | Recovered:
+) -> tuple[SolvedTask, Run] | Recovered:
     """Find the shortest plan from a moving start.
 
     Parameters
@@ -71,7 +71,7 @@ def _remaining(timing: Timing, began: float) -> Timing:
 
 def searched_from(
     task: Task, limits: Limits, timing: Timing, finish: Finish, first: FirstGuess | None = None
-) -> tuple[Solved, Run]:
+) -> tuple[SolvedTask, Run]:
     """Search for the shortest plan."""
     search = LeastTime(
         task, limits, finish, timing.progress, timing.time_limit, timing.refine, timing.best_on_interrupt, first
@@ -100,7 +100,7 @@ def _brought_back(
 
 def _searched_from_end(
     task: Task, limits: Limits, timing: Timing, finish: Finish, refused: InfeasibleError | SolverError | None
-) -> tuple[Solved, Run]:
+) -> tuple[SolvedTask, Run]:
     """Search with the pieces asked for, then with more."""
     began = monotonic()
     try:
@@ -114,6 +114,6 @@ def _searched_from_end(
         raise refused or again from None
 
 
-def as_timed(found: tuple[Solved, Run] | Recovered, finish: Finish) -> Timed:
+def as_timed(found: tuple[SolvedTask, Run] | Recovered, finish: Finish) -> Timed:
     """Wrap what was found."""
     return found if isinstance(found, Recovered) else timed(found[0], finish, found[1])

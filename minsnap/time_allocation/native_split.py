@@ -9,7 +9,7 @@ from minsnap.native.corridor import CorridorQuestion
 from minsnap.native.durations import SplitFound, best_corridor_split, best_split
 from minsnap.native.library import core
 from minsnap.optimisation.native_solve import corridor_question
-from minsnap.optimisation.outcome import GAP
+from minsnap.optimisation.optimum import GAP
 from minsnap.optimisation.problem import Task
 
 

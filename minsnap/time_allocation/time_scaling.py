@@ -11,7 +11,7 @@ from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import Log, distance_split, trapezoid_times
 from minsnap.time_allocation.time_stretch import touching_factor
-from minsnap.time_allocation.timed import Finish, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.time_allocation.timing import Finish, Timed, Timing, searched, solved_or_explained, timed
 
 SCALE_PRECISION = 1e-6
 """Of the logarithm of the time scale while proportions are searched."""

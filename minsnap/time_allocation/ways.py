@@ -13,13 +13,13 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import InfeasibleError, LimitError, SolverError
+from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import KEPT, kept_from
 from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.problem import Task
 from minsnap.polynomials.bernstein import split
 from minsnap.time_allocation.recovery import Recovery, start_state, start_use, state_at, state_use, way_back
-from minsnap.time_allocation.timed import Finish, Timed, Timing
+from minsnap.time_allocation.timing import Finish, Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
 
 FINER = 3

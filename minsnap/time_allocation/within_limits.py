@@ -6,13 +6,13 @@ from dataclasses import replace
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, LimitError
+from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
-from minsnap.limits.span import KEPT, keeps
 from minsnap.limits.utilisation import measure_state
-from minsnap.optimisation.outcome import InfeasibleRowsError
+from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.least_priced import LeastPriced
@@ -21,7 +21,7 @@ from minsnap.time_allocation.moving_start import as_timed, moves, searched_from,
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
-from minsnap.time_allocation.timed import (
+from minsnap.time_allocation.timing import (
     Finish,
     Run,
     Timed,
@@ -66,11 +66,11 @@ def _searchable(bounded: Task, limits: Limits) -> bool:
     return limits.body_rate is not None or any(wall.order for wall in bounded.walls)
 
 
-def _leg_durations(solved: Solved) -> FloatArray:
+def _leg_durations(solved: SolvedTask) -> FloatArray:
     return leg_sums(solved.trajectory.durations, solved.trajectory.pieces)
 
 
-def _smoother(task: Task, fastest: Solved, limits: Limits, finish: Finish, search: Run) -> Timed:
+def _smoother(task: Task, fastest: SolvedTask, limits: Limits, finish: Finish, search: Run) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at durations barely longer."""
     durations = task.piece_durations(_leg_durations(fastest))
     for reserve in RESERVES:
@@ -136,7 +136,7 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finis
     return _stretched(fastest, total, limits, finish, run)
 
 
-def _lengthened(bounded: Task, best: Solved, total: float, finish: Finish, run: Run) -> Timed | None:
+def _lengthened(bounded: Task, best: SolvedTask, total: float, finish: Finish, run: Run) -> Timed | None:
     """Take a little more time: the same path flown more slowly, or a solve where pinned derivatives do not scale."""
     factor = total / best.trajectory.duration
     if best.task.still:
@@ -147,7 +147,7 @@ def _lengthened(bounded: Task, best: Solved, total: float, finish: Finish, run: 
         return None
 
 
-def _check_total(total: float, fastest: Solved) -> None:
+def _check_total(total: float, fastest: SolvedTask) -> None:
     """Raise InfeasibleError if a total is shorter than the shortest plan."""
     shortest = fastest.trajectory.duration
     if total < shortest * (1.0 - KEPT):
@@ -155,7 +155,7 @@ def _check_total(total: float, fastest: Solved) -> None:
         raise InfeasibleError(message, shortest=shortest)
 
 
-def _stretched(fastest: Solved, total: float, limits: Limits, finish: Finish, search: Run) -> Timed:
+def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: Finish, search: Run) -> Timed:
     """Fly the shortest plan more slowly, or say that nothing was found."""
     shortest = fastest.trajectory.duration
     found = timed(fastest, finish, search, total / shortest)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, ReadOnly, numbers
 from minsnap.errors import VehicleError
-from minsnap.storage.budget import shown
+from minsnap.storage.reading import shown
 
 
 @runtime_checkable

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, numbers
 from minsnap.errors import VehicleError
-from minsnap.storage.budget import shown
+from minsnap.storage.reading import shown
 
 _SLACK = 1e-9
 """Relative rounding allowed in the symmetry and the triangle inequality of an inertia."""

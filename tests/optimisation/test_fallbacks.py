@@ -11,7 +11,7 @@ import minsnap
 from minsnap.errors import CorridorError, SolverError, TimingError
 from minsnap.optimisation import fallbacks, master_qp, preconditioning
 from minsnap.optimisation.exchange import Trouble
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.tolerances import EXACT
 
 TIMES = [4.0, 2.0, 4.0, 2.0]
@@ -147,13 +147,13 @@ def test_rounding_is_removed_where_it_alone_leaves_the_curve_outside(monkeypatch
 
 def doubted(monkeypatch, proofs):
     """Let so many proofs of a curve fail."""
-    original, asked = Solved.inside.fget, []
+    original, asked = SolvedTask.inside.fget, []
 
     def judged(solved):
         asked.append(solved)
         return len(asked) > proofs and original(solved)
 
-    monkeypatch.setattr(Solved, "inside", property(judged))
+    monkeypatch.setattr(SolvedTask, "inside", property(judged))
 
 
 @pytest.mark.parametrize("times", (1, 2))
@@ -184,7 +184,7 @@ def test_walls_move_inwards_by_the_least_excess_of_an_attempt_not_the_last(monke
 
 
 def test_a_curve_that_no_rung_proves_to_be_inside_is_not_returned(monkeypatch):
-    monkeypatch.setattr(Solved, "inside", property(lambda solved: False))
+    monkeypatch.setattr(SolvedTask, "inside", property(lambda solved: False))
     with pytest.raises(SolverError, match="to working precision"):
         plan()
 

@@ -6,7 +6,7 @@ from helpers.tasks import REFERENCE
 
 import minsnap
 from minsnap.native.library import core, using
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 
 DURATIONS = (4.0, 2.0, 4.0, 2.0)
 ROOM = ((-0.2, -0.2, 0.8), (8.2, 4.2, 1.2))
@@ -97,7 +97,7 @@ def test_what_is_handed_over_says_why(others, reason):
 
 
 def test_the_certificate_has_the_last_word(monkeypatch):
-    monkeypatch.setattr(Solved, "inside", property(lambda solved: solved.outcome.core == "python"))
+    monkeypatch.setattr(SolvedTask, "inside", property(lambda solved: solved.optimum.core == "python"))
     report = minsnap.plan(REFERENCE, DURATIONS, corridor=minsnap.Tube(0.3)).report
     assert report.core == "python" and "certificate" in report.handed_over
 

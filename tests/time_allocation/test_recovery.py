@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from minsnap import Boxes, Limits
-from minsnap.limits.span import kept_from
+from minsnap.limits.compliance import kept_from
 from minsnap.time_allocation.recovery import way_back
 
 POINTS = np.array([(0.0, 0.0, 1.0), (2.0, 0.5, 1.0)])

@@ -16,7 +16,7 @@ from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.budget import reading
+from minsnap.storage.reading import reading
 from minsnap.storage.text import read_text
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory

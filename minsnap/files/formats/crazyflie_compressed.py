@@ -20,7 +20,7 @@ from minsnap.files.format import Format, Writing
 from minsnap.files.formats.pieces import polynomials_of, position_powers, yaw_powers
 from minsnap.polynomials.bernstein import elevate, powers_to_points
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.budget import check_size, reading
+from minsnap.storage.reading import check_size, reading
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory

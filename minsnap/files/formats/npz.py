@@ -16,7 +16,7 @@ from minsnap.files.formats.pieces import from_powers, polynomials_of, yaw_powers
 from minsnap.files.formats.sample_checks import checked_samples
 from minsnap.storage.archive import read_archive
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.budget import reading, shown
+from minsnap.storage.reading import reading, shown
 from minsnap.trajectory.path import ConstantHeading, Heading, Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.samples import Samples

@@ -27,7 +27,7 @@ from minsnap.files.formats.pieces import polynomials_of
 from minsnap.files.plan_request import besides_rotors, named_vehicle, preset_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.budget import reading
+from minsnap.storage.reading import reading
 from minsnap.storage.text import load_yaml, read_text
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory

@@ -16,7 +16,7 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import FileError
 from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
 from minsnap.files.logs.inertial_log import InertialLog, inertial_log
-from minsnap.storage.budget import check_size, reading
+from minsnap.storage.reading import check_size, reading
 
 POSITION = "vehicle_local_position"
 SETPOINTS = ("trajectory_setpoint", "vehicle_local_position_setpoint")

@@ -11,7 +11,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.corridors.margins import Margin, margin_to
 from minsnap.native.corridor import CorridorAnswer
-from minsnap.optimisation.outcome import Outcome
+from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.units import Units
@@ -25,7 +25,7 @@ NATIVE = "native"
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class SolvedTask:
     """A task solved for given durations.
 
     Parameters
@@ -33,26 +33,26 @@ class Solved:
     task : Task
     problem : Problem
     units : Units
-    outcome : Outcome
+    optimum : Optimum
     """
 
     task: Task
     problem: Problem
     units: Units
-    outcome: Outcome
+    optimum: Optimum
 
     @property
     def cost(self) -> float:
         """Integral of the squared norm of the k-th derivative."""
         unit = self.units.length**2 * self.units.time ** (1.0 - 2.0 * self.task.half)
-        return float(self.problem.cost(self.outcome.knots) * unit)
+        return float(self.problem.cost(self.optimum.knots) * unit)
 
     @cached_property
     def trajectory(self) -> Trajectory:
         """The curve in metres and seconds."""
-        points = self.outcome.points
+        points = self.optimum.points
         if points is None:
-            points = self.problem.control_points(self.outcome.knots, self.task.positions, self.units.length)
+            points = self.problem.control_points(self.optimum.knots, self.task.positions, self.units.length)
         points.flags.writeable = False
         durations = self.problem.durations * self.units.time
         return Trajectory(points, durations, pieces=self.task.pieces)
@@ -76,12 +76,12 @@ class Solved:
     @cached_property
     def active(self) -> tuple[RowSet | None, FloatArray]:
         """Rows that the optimum was found with, and their multipliers for the normalised cost without 1/2."""
-        if self.outcome.native is None:
-            return self.outcome.rows, self.outcome.multipliers
-        return _contact_rows(self, self.outcome.native)
+        if self.optimum.native is None:
+            return self.optimum.rows, self.optimum.multipliers
+        return _contact_rows(self, self.optimum.native)
 
 
-def _contact_rows(solved: Solved, answer: CorridorAnswer) -> tuple[RowSet | None, FloatArray]:
+def _contact_rows(solved: SolvedTask, answer: CorridorAnswer) -> tuple[RowSet | None, FloatArray]:
     """Convert the contacts of the native core to rows; the planes of gates are none, but part of the problem."""
     from minsnap.optimisation.normalised_constraints import compile_walls
     from minsnap.optimisation.rows import rows_in_unknowns

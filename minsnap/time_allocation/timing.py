@@ -12,10 +12,10 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_positive
 from minsnap.errors import InfeasibleError, LimitError, TimingError
-from minsnap.optimisation.outcome import InfeasibleRowsError
+from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.optimisation.solved import Solved
+from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.least_cost import check_split, distance_split
 from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
@@ -124,14 +124,14 @@ class Timed:
 
     Parameters
     ----------
-    solved : Solved
+    solved : SolvedTask
     trajectory : Trajectory
         Stretched where limits asked for it, with its yaw.
     steps : tuple of Step
     interrupted : bool
     """
 
-    solved: Solved
+    solved: SolvedTask
     trajectory: Trajectory
     steps: tuple[Step, ...] = ()
     interrupted: bool = False
@@ -156,7 +156,7 @@ Finish = Callable[[Trajectory], Trajectory]
 """Gives a trajectory its yaw."""
 
 
-def timed(solved: Solved, finish: Finish, search: Run | None = None, factor: float = 1.0) -> Timed:
+def timed(solved: SolvedTask, finish: Finish, search: Run | None = None, factor: float = 1.0) -> Timed:
     """Wrap a solved task, stretched by a factor on time, with what its search left."""
     trajectory = solved.trajectory
     if factor != 1.0:
@@ -165,7 +165,7 @@ def timed(solved: Solved, finish: Finish, search: Run | None = None, factor: flo
     return Timed(solved, finish(trajectory), steps, interrupted)
 
 
-def solved_or_explained(task: Task, durations: FloatArray, samples: int | None = None) -> Solved:
+def solved_or_explained(task: Task, durations: FloatArray, samples: int | None = None) -> SolvedTask:
     """Solve, with walls at samples only if there are any, or raise the reason why nothing fits."""
     try:
         return solve(task, durations, samples)

@@ -1,4 +1,4 @@
-"""Result of a solve for given durations, from the native core or from Python."""
+"""The optimum for given durations, from the native core or from Python."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class InfeasibleRowsError(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
-    """Result of a solve for given durations.
+class Optimum:
+    """The optimum for given durations, in normalised units, and how it was found.
 
     Parameters
     ----------
