@@ -17,9 +17,6 @@ from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import parted
 
-MOST_WHOLE = 48
-"""Pieces up to which the native core solves a corridor as a whole; more are solved in windows."""
-
 
 def solve_natively(task: Task, durations: FloatArray, units: Units, gap: float) -> CorridorAnswer | str:
     """Return a proved answer for piece durations (pieces in all,) [s], or the reason why there is none."""
@@ -34,7 +31,7 @@ def solve_natively(task: Task, durations: FloatArray, units: Units, gap: float) 
 
 def corridor_question(task: Task, durations: FloatArray, units: Units) -> CorridorQuestion | str:
     """Return the input of the native core for piece durations (pieces in all,) [s], or why it is not used."""
-    reason = core().reason or _unsupported(task, len(durations))
+    reason = core().reason or _unsupported(task)
     if reason:
         return reason
     positions, pinned = np.ascontiguousarray(task.positions), np.ascontiguousarray(~task.free)
@@ -88,7 +85,7 @@ def _unlike_a_chain(task: Task) -> str:
     return ""
 
 
-def _unsupported(task: Task, pieces: int) -> str:
+def _unsupported(task: Task) -> str:
     """Why the native core is not used; empty if it is."""
     if task.solver != "auto":
         return f"the solver {task.solver} was asked for"
@@ -98,8 +95,6 @@ def _unsupported(task: Task, pieces: int) -> str:
         return "the native core needs a waypoint that is fixed along each axis"
     if any(walls.cones.slope.any() for walls in task.walls if not walls.cones.flat):
         return "the native core does not do cones"
-    if pieces > MOST_WHOLE and (task.closed or task.held.any()):
-        return f"the native core takes closed laps and free waypoints with up to {MOST_WHOLE} pieces, not {pieces}"
     return ""
 
 

@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.questions import real_cost, tube_planes, tube_question
-from helpers.tasks import REFERENCE, many_legs, random_legs
+from helpers.tasks import REFERENCE, random_legs
 
-import minsnap
 from minsnap.certificate import certify
 from minsnap.corridors.tubes import Tube
 from minsnap.native import library
@@ -220,48 +219,6 @@ def test_sizes_beyond_the_bounds_are_refused():
     assert solve_corridor(replace(question, half=7)).status is Status.BAD_SIZE
     astray = replace(question.walls, piece=question.walls.piece + 1)
     assert solve_corridor(replace(question, walls=astray)).status is Status.BAD_SIZE
-
-
-@pytest.mark.parametrize(("legs", "half"), [(49, 4), (130, 4), (1000, 4), (300, 3), (200, 5)])
-def test_many_legs_are_solved_in_windows_and_bounded_as_a_whole(legs, half):
-    points, durations, widths = many_legs(legs)
-    answer = solve_corridor(tube_question(points, durations, widths, half=half))
-    assert answer.status is Status.DONE
-    assert 0.0 <= answer.cost - answer.bound <= 1e-6 * answer.cost
-    found = certify(Trajectory(answer.points, durations), points, widths)
-    assert found.ok and found.continuity >= half - 1
-
-
-def test_windows_cost_what_the_whole_costs():
-    points, durations, widths = many_legs(120, seed=4)
-    answer = solve_corridor(tube_question(points, durations, widths))
-    with library.using("python"):
-        python = minsnap.plan(points, durations, corridor=widths)
-    question = tube_question(points, durations, widths)
-    assert real_cost(question, answer.cost) == pytest.approx(python.report.cost, rel=3e-6)
-    assert real_cost(question, answer.bound) <= python.report.cost
-
-
-def test_states_and_contacts_of_windows_are_those_of_the_whole_curve():
-    points, durations, widths = many_legs(100, seed=1)
-    question = tube_question(points, durations, widths)
-    answer = solve_corridor(question)
-    curve = Trajectory(answer.points, durations)
-    for order in range(4):
-        unit = question.length / question.time**order
-        assert answer.knots[1:, order] * unit == pytest.approx(
-            curve(curve.breaks[1:], order) - (points[1:] if order == 0 else 0.0), abs=1e-9 * unit
-        )
-    instants = curve.breaks[question.walls.piece[answer.wall]] + answer.s * durations[question.walls.piece[answer.wall]]
-    offset = curve(instants) - question.walls.anchor[answer.wall]
-    along = np.einsum("rd,rd->r", question.walls.normal[answer.wall], offset)
-    assert along == pytest.approx(question.walls.bound[answer.wall], rel=1e-3)
-
-
-def test_a_closed_lap_of_many_pieces_is_left_to_the_python_core():
-    points, durations, widths = many_legs(100)
-    question = tube_question(points, durations, widths, closed=True)
-    assert solve_corridor(question).status is Status.UNSUPPORTED
 
 
 def test_eight_threads_at_once_give_the_same_bytes():

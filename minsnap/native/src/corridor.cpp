@@ -56,11 +56,6 @@ bool numbers_fit(const Request &given) {
            all_finite(walls.matrix, walls.balls * given.dim * given.dim) && balls_have_room(walls);
 }
 
-Status solve_in_windows(const Request &given, Answer &answer) {
-    if (given.closed || given.walls.when != nullptr) return Status::unsupported;
-    return Windows(given.half).solve(given, answer);
-}
-
 }  // namespace
 
 bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls) {
@@ -76,7 +71,7 @@ Status check_request(const Request &given) {
 Status solve_request(const Request &given, Answer &answer, std::int64_t &attempts) {
     attempts = 1;
     if (given.pieces > most_whole) {
-        const Status windows = solve_in_windows(given, answer);
+        const Status windows = Windows(given.half).solve(given, answer);
         if (windows == Status::done || windows == Status::infeasible || given.pieces > most_again) return windows;
     }
     ExchangeSolver solver;

@@ -26,7 +26,7 @@ public:
     Status solve(const Request &given, Answer &answer, bool rough = false, const Contact *known = nullptr,
                  int count = 0) {
         given_ = &given, rough_ = rough;
-        share_ = 0, pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0, infeasible_ = false;
+        share_ = rough ? rough_share : Real(0), pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0, infeasible_ = false;
         Status status = prepare();
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = meet_equalities();
@@ -52,7 +52,7 @@ private:
     static constexpr double most_work = sizeof(Real) > 8 ? 1.5e8 : 8e8;
     static constexpr Real absurd = Real(1e6);        // times the cost of stops at all knots: rounding has taken over
     static constexpr Real most_inward = Real(1e-3);  // share of their widths by which walls move
-    static constexpr Real roughly = Real(1e-5);      // excess of a rough answer, in widths
+    static constexpr Real roughly = Real(1e-5), rough_share = Real(1e-4);  // of a rough answer: excess over walls moved inwards
 
     Status prepare() {
         if (!chain.allocate(given_->pieces, given_->dim, given_->closed)) return Status::no_memory;

@@ -27,8 +27,10 @@ public:
     }
 
     // Factor the cost of the axes that are free like ``axis``; what is pinned is in the chain's values, zero where free.
-    Status factorise(const Chain<Real, Half> &chain, const int *axes, int count) {
+    // ``pull`` (pieces,), or null: to it come the squares of pull times the position of the knot where a piece starts.
+    Status factorise(const Chain<Real, Half> &chain, const int *axes, int count, const Real *pull = nullptr) {
         number(chain, axes[0]);
+        pull_ = pull;
         rest_ = 0, carried_ = 0, columns_ = count;
         for (int piece = 0; piece < chain.pieces; ++piece)
             if (!eliminate(chain, piece, axes)) return Status::singular;
@@ -68,15 +70,18 @@ public:
                     scale * factors[end * half_ + free_[std::size_t(places[end]) * half_ + i]];
     }
 
-    // z = R^-T f in place, of an open chain.
+    // z = R^-T f in place.
     void forward_all(Real *f) const {
-        for (int block = 0; block < blocks_; ++block) {
+        Real *const seam = f + offset_[chain_blocks_];
+        for (int block = 0; block < chain_blocks_; ++block) {
             Real *const out = f + offset_[block];
             if (block > 0)
                 subtract(&next_[std::size_t(block - 1) * stride_], size(block - 1), out - size(block - 1), size(block),
                          out);
             divide_transposed(block, out);
+            if (closed_) subtract(&border_[std::size_t(block) * stride_], size(block), out, size(chain_blocks_), seam);
         }
+        if (closed_) divide_transposed(chain_blocks_, seam);
     }
 
     // x = R^-1 u, in place.
@@ -107,7 +112,7 @@ public:
     }
 
 private:
-    static constexpr int max_rows = 3 * max_half, max_columns = 3 * max_half + max_dim;
+    static constexpr int max_rows = 3 * max_half + 1, max_columns = 3 * max_half + max_dim;
 
     int size(int block) const { return offset_[block + 1] - offset_[block]; }
     int knot(int block) const { return closed_ && block == chain_blocks_ ? 0 : block; }
@@ -131,7 +136,7 @@ private:
     bool eliminate(const Chain<Real, Half> &chain, int piece, const int *axes) {
         const int start = size(piece), end = piece + 1 < chain_blocks_ ? size(piece + 1) : 0;
         const int seam = closed_ ? size(chain_blocks_) : 0, unknown = start + end + seam;
-        const int rows = carried_ + half_;
+        const int rows = carried_ + half_ + (pull_ != nullptr);
         Real work[max_rows][max_columns] = {};
         for (int i = 0; i < carried_; ++i) {  // columns of the start, the seam, and right-hand sides
             for (int j = 0; j < start; ++j) work[i][j] = carry_[i][j];
@@ -169,6 +174,8 @@ private:
                 row[second_column + j] += weight * powers[order] * root[half_ + order];
             }
         }
+        if (pull_ != nullptr && size(first) > 0 && free_[std::size_t(first) * half_] == 0)
+            work[carried_ + half_][first_column] = pull_[piece];
         for (int column = 0; column < columns_; ++column) {
             chain.ends_of(piece, axes[column], ends);
             for (int i = 0; i < half_; ++i) {
@@ -282,6 +289,7 @@ private:
     Buffer<int> offset_, free_;                        // (blocks + 1,); (blocks, k) orders that are free
     Buffer<Real> diagonal_, next_, border_, shift_;    // blocks of R, (k, k) each, and q (unknowns, axes)
     Real carry_[2 * max_half][2 * max_half + max_dim];  // rows on the next knot and the seam
+    const Real *pull_ = nullptr;
     Real rest_ = 0;
     int half_ = 0, blocks_ = 0, chain_blocks_ = 0, stride_ = 0, unknowns_ = 0, carried_ = 0, columns_ = 0;
     bool closed_ = false;
