@@ -24,7 +24,6 @@ from minsnap.optimisation import (
     high_precision,
     infeasibility,
     least_distance,
-    optimum,
     qp,
     rows,
     solve,
@@ -32,7 +31,7 @@ from minsnap.optimisation import (
 from minsnap.polynomials import extrema, local_maxima
 
 CONSTANTS = (
-    (optimum, "GAP"),
+    (tolerances, "GAP"),
     (exchange, "NEAR"),
     (exchange, "MOST_INWARD"),
     (exchange, "ROUNDS"),

@@ -16,7 +16,6 @@ from minsnap.errors import InputError, MinsnapError
 from minsnap.limits.limits import Limits
 from minsnap.native.plan_batches import ManySlopes, many_gradients, many_optima, many_tubes
 from minsnap.native.status import Status
-from minsnap.optimisation.optimum import GAP
 from minsnap.optimisation.tube_report import TubeReport
 from minsnap.problem_rows import (
     GRADIENT_GAP,
@@ -31,6 +30,7 @@ from minsnap.problem_rows import (
     thread_count,
 )
 from minsnap.progress import ProgressLine, told
+from minsnap.tolerances import GAP
 from minsnap.trajectory.gradients import Gradients, Slopes
 from minsnap.trajectory.report import LinearSystem, Report
 from minsnap.trajectory.trajectories import Trajectories

@@ -36,7 +36,6 @@ from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError, TimingError
 from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.tube import tube_optimum
-from minsnap.optimisation.optimum import GAP
 from minsnap.optimisation.planned_yaw import Held, Yaw, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.tube_report import TubeReport
@@ -261,7 +260,7 @@ def _at_rest(
 
 def _in_tube(points: FloatArray, times: FloatArray, width: object, half: int, began: float) -> Trajectory | None:
     widths = _half_widths(width, len(times))
-    found = None if widths is None or points.shape[1] == 1 else tube_optimum(points, times, widths, half, GAP)
+    found = None if widths is None or points.shape[1] == 1 else tube_optimum(points, times, widths, half)
     if found is None or widths is None:
         return None
     points.setflags(write=False)

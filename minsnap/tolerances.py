@@ -1,4 +1,4 @@
-"""The two tolerances that all rooms share."""
+"""The tolerances that rooms share."""
 
 from __future__ import annotations
 
@@ -7,3 +7,6 @@ EXACT = 1e-9
 
 ROUNDING = 1e-12
 """Share of the largest entry of a vector or a matrix below which an entry counts as the rounding of zero."""
+
+GAP = 9e-7
+"""Share of the cost of a plan that may be given away so that it is proved: both cores move walls inwards by so much."""

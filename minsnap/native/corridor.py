@@ -10,6 +10,7 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.native.library import Entry, address
 from minsnap.native.status import Status
+from minsnap.tolerances import GAP
 
 WALL_TYPES = (c_int64, *[c_void_p] * 8, c_int64, c_void_p)
 """ctypes of what ``wall_arguments`` returns."""
@@ -130,7 +131,7 @@ class CorridorAnswer:
     attempts: int
 
 
-def solve_corridor(question: CorridorQuestion, gap: float = 1e-6) -> CorridorAnswer | None:
+def solve_corridor(question: CorridorQuestion, gap: float = GAP) -> CorridorAnswer | None:
     """Solve a question, giving away at most a share ``gap`` of the cost; None where the Python core is in use."""
     function = _SOLVE.function()
     if function is None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.native.library import Entry, address
+from minsnap.tolerances import GAP
 
 _SOLVE = Entry(
     "minsnap_many",
@@ -30,7 +31,7 @@ _GRADIENTS = Entry(
 )
 _TUBES = Entry(
     "minsnap_many_tubes",
-    *(c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_double, c_int32),
+    *(c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_double, c_double, c_int32),
     *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
 )
 
@@ -77,7 +78,7 @@ def many_tubes(
     widths: FloatArray,
     threads: int,
     slopes: bool = False,
-    gap: float = 1e-6,
+    gap: float = GAP,
     watch: Callable[[int, int], None] | None = None,
 ) -> ManyTubes | None:
     """Return curves of least cost from rest to rest in a ``Tube`` each; None where the Python core is in use.
@@ -91,7 +92,7 @@ def many_tubes(
     slopes : bool
         Whether derivatives of the costs are wanted.
     gap : float
-        Share of a cost that may be given away.
+        Share of a cost that may be given away; where that does not end with a proof, ``GAP``.
     watch : callable, optional
         Called with the numbers of problems that are solved and of all.
 
@@ -114,7 +115,7 @@ def many_tubes(
         knots = slice(legs_in.start + first, legs_in.stop + last)
         solve(
             *(address(array) for array in (points[knots], durations[legs_in], widths[legs_in], own)),
-            *(last - first, dim, half, gap, threads),
+            *(last - first, dim, half, gap, GAP, threads),
             *(address(array) for array in (found[legs_in], breaks[knots], figures[problems])),
             *((None, None, None) if wanted is None else [a if a is None else address(a[legs_in]) for a in changes]),
             address(statuses[problems]),

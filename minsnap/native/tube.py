@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.native.library import Entry, address, writable
+from minsnap.tolerances import GAP
 
 _SOLVE = Entry(
     "minsnap_tube",
@@ -35,7 +36,7 @@ class TubeCurve(NamedTuple):
 
 
 def tube_optimum(
-    points: FloatArray, durations: FloatArray, widths: FloatArray, half: int, gap: float = 1e-6
+    points: FloatArray, durations: FloatArray, widths: FloatArray, half: int, gap: float = GAP
 ) -> TubeCurve | None:
     """Return the curve of least cost from rest to rest in a ``Tube``; None where the Python core has to answer.
 

@@ -19,12 +19,12 @@ from minsnap.optimisation.axis_group import floating
 from minsnap.optimisation.exchange import NEAR, Proof, State, Trouble, begun, exchange, solved_once
 from minsnap.optimisation.master_qp import MasterQP, axis_masks, master_qp
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
-from minsnap.optimisation.optimum import GAP, InfeasibleRowsError, Optimum
+from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import DENSE
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.stop_and_go import least_share, straight_inside
 from minsnap.optimisation.unconstrained import unbounded_optimum
-from minsnap.tolerances import EXACT
+from minsnap.tolerances import EXACT, GAP
 
 MIDDLE = 1500
 """Unknowns up to which a QP that sparse solvers left is tried in dense coordinates."""

@@ -11,9 +11,6 @@ from minsnap.native.corridor import CorridorAnswer
 if TYPE_CHECKING:
     from minsnap.optimisation.rows import RowSet
 
-GAP = 9e-7
-"""Share of the cost that may be lost by moving walls inwards."""
-
 
 class InfeasibleRowsError(Exception):
     """No curve was found that keeps the rows so far."""

@@ -10,11 +10,12 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.native_solve import solve_natively, solve_without_walls
-from minsnap.optimisation.optimum import GAP, Optimum
+from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.units import Units
+from minsnap.tolerances import GAP
 
 if TYPE_CHECKING:
     from minsnap.optimisation.normalised_constraints import WallRows

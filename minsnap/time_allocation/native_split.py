@@ -9,8 +9,8 @@ from minsnap.native.corridor import CorridorQuestion
 from minsnap.native.durations import SplitFound, best_corridor_split, best_split
 from minsnap.native.library import core
 from minsnap.optimisation.native_solve import corridor_question
-from minsnap.optimisation.optimum import GAP
 from minsnap.optimisation.problem import Task
+from minsnap.tolerances import GAP
 
 
 def native_split(task: Task, first: FloatArray, price: float | None) -> SplitFound | None:

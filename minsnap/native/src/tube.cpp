@@ -7,15 +7,6 @@
 #include "for_all.hpp"
 #include "unconstrained.hpp"
 
-namespace minsnap {
-namespace {
-
-// Share of a cost that may be given away where a smaller one does not end with a proof.
-constexpr double usual_gap = 1e-6;
-
-}  // namespace
-}  // namespace minsnap
-
 // The curve of least cost from rest to rest that stays inside the tube at every instant, which is proved. shared: one
 // half-width for all legs. Out: control points (legs, 2k, dim) [m], instants of the knots (legs + 1,) [s], and figures
 // (4,): cost and lower bound [m^2/s^(2k-1)], contacts, rounds.
@@ -35,12 +26,12 @@ MINSNAP_EXPORT std::int32_t minsnap_tube(const double *points, const double *dur
     return std::int32_t(Status::done);
 }
 
-// The same for many problems over threads, arrays as in many.cpp; widths (legs in all,). figures (count, 4). Unless
-// slopes is null: derivatives of the cost in the durations (legs in all,), in the displacements of legs (legs in all, dim)
-// and in the half-widths (legs in all,).
+// The same for many problems over threads, arrays as in many.cpp; widths (legs in all,). figures (count, 4). Where ``gap``
+// does not end with a proof, ``most_gap`` is given away. Unless slopes is null: derivatives of the cost in the durations
+// (legs in all,), in the displacements of legs (legs in all, dim) and in the half-widths (legs in all,).
 MINSNAP_EXPORT std::int32_t minsnap_many_tubes(const double *points, const double *durations, const double *widths,
                                                const std::int64_t *offsets, std::int64_t count, std::int32_t dim,
-                                               std::int32_t half, double gap, std::int32_t threads, double *out,
+                                               std::int32_t half, double gap, double most_gap, std::int32_t threads, double *out,
                                                double *breaks, double *figures, double *slopes, double *displacements,
                                                double *width_slopes, std::int32_t *statuses) {
     using namespace minsnap;
@@ -50,11 +41,11 @@ MINSNAP_EXPORT std::int32_t minsnap_many_tubes(const double *points, const doubl
         const std::int64_t first = offsets[b], legs = offsets[b + 1] - first;
         const TubeProblem given = {points + (first + b) * dim, durations + first, widths + first, legs, dim, half, false};
         Status status = Status::no_progress;
-        for (double share = gap; status != Status::done; share = usual_gap) {
+        for (double share = gap; status != Status::done; share = most_gap) {
             TubeWalls walls;
             TubeAnswer found;
             status = solve_tube(given, share, out + first * 2 * half * dim, walls, found);
-            if (status != Status::done && share < usual_gap) continue;
+            if (status != Status::done && share < most_gap) continue;
             if (status != Status::done) return status;
             write_breaks(given.durations, legs, breaks + first + b);
             const double unit = cost_unit(given, walls);
