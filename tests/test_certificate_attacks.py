@@ -49,6 +49,10 @@ def test_a_claim_that_is_too_good_is_not_verified(choice):
     traj = minsnap.plan(CORNERS, DURATIONS, corridor=0.3)
     with using(choice):
         certificate = minsnap.certify(traj, CORNERS, 0.3)
+        missed = minsnap.certify(traj, CORNERS + np.linspace(0.0, 3.0, 5)[:, None])
+    assert missed.verify()
+    object.__setattr__(missed, "waypoint_error", missed.waypoint_error * (1.0 - 1e-9))
+    assert not missed.verify()
     for name in ("corridor_margin", "max_speed", "max_jerk"):
         better = 1e-9 if name == "corridor_margin" else -1e-9 * getattr(certificate, name)
         object.__setattr__(certificate, name, getattr(certificate, name) + better)
@@ -158,10 +162,11 @@ def test_outside_is_outside_however_little(choice, margin, ok):
 
 
 @CORES
+@pytest.mark.parametrize("duration", (1.0, 3.0))
 @pytest.mark.parametrize(("jump", "order"), ((0.9e-9, 1), (1.2e-9, 0)))
-def test_continuity_is_judged_by_a_billionth_of_the_derivative(choice, jump, order):
+def test_continuity_is_judged_by_a_billionth_of_the_derivative(choice, jump, order, duration):
     """Velocities of 1 and 1 + jump meet at a knot; higher derivatives are zero."""
-    traj = Trajectory([[[0.0], [1.0]], [[1.0], [2.0 + jump]]], [1.0, 1.0])
+    traj = Trajectory([[[0.0], [1.0]], [[1.0], [1.0 + duration * (1.0 + jump)]]], [1.0, duration])
     with using(choice):
         assert continuity(traj) == order
 
@@ -174,6 +179,24 @@ def test_the_rounding_of_far_positions_is_no_jump(choice, steps, order):
     traj = Trajectory([[[here], [here + 1.0]], [[here + 1.0 + jump], [here + 2.0 + jump]]], [1.0, 1.0])
     with using(choice):
         assert continuity(traj) == order
+
+
+@CORES
+@pytest.mark.parametrize(("steps", "continuous"), ((8, True), (9, False)))
+def test_the_rounding_of_far_positions_is_no_jump_of_the_velocity(choice, steps, continuous):
+    """Degree 3 at 2^22 m: control points are off by four steps of 2^-30 m, velocities by twice their threefold."""
+    still = np.full((2, 4, 1), 2.0**22)
+    still[1, 1:] += steps * 2.0**-30
+    with using(choice):
+        assert (continuity(Trajectory(still, [1.0, 1.0])) >= 1) is continuous
+
+
+@CORES
+def test_a_gate_may_be_the_last_waypoint_alone(choice):
+    line = Trajectory([[[0.0, 0.0], [1.0, 0.1]]], [1.0])
+    with using(choice):
+        assert minsnap.certify(line, [(0.0, 0.0), minsnap.Gate((1.0, 0.0), (1.0, 0.0), 0.3)]).ok
+        assert not minsnap.certify(line, [(0.0, 0.0), minsnap.Gate((1.0, 0.0), (1.0, 0.0), 0.1)]).ok
 
 
 @CORES

@@ -33,6 +33,13 @@ def test_every_field_of_limits_has_a_row_in_the_same_order():
     ]
 
 
+def test_walls_are_named_after_their_limits():
+    """Body and yaw rate are not convex and have none."""
+    limits = Limits(**{kind.name: 0.5 if kind.least else 1.2 for kind in OF_PLANS})
+    names = {wall.name for wall in limits.walls(np.zeros((3, 3)))}
+    assert names == {kind.name for kind in OF_PLANS} - {"body_rate", "yaw_rate"}
+
+
 def test_the_docs_list_every_limit_and_its_option():
     text = (Path(__file__).parents[2] / "docs" / "timing.rst").read_text()
     for kind in OF_PLANS:

@@ -5,6 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.limits.limits import Limits
+from minsnap.limits.utilisation import leg_at
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
 from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
@@ -137,6 +138,31 @@ def test_rate_of_a_yaw_along_the_velocity_is_exact():
     rates = np.abs(VelocityHeading(path)(np.linspace(0.0, path.duration, 100001), 1))
     assert used.method == "exact"
     assert used.value == pytest.approx(rates.max(), rel=1e-4) and used.value >= rates.max() * (1.0 - 1e-12)
+    slower = Limits(yaw_rate=1.0).utilisation(path.stretched(2.0))[0]
+    assert slower.value == pytest.approx(used.value / 2.0) and slower.instant == pytest.approx(2.0 * used.instant)
+    assert abs(path.stretched(2.0).yaw(slower.instant, 1)) == pytest.approx(slower.value, rel=1e-6)
+
+
+def test_rate_of_a_yaw_towards_a_point_is_exact():
+    path = minsnap.plan(CORNERS, [4, 2, 4, 2], yaw=minsnap.LookAt((4.0, 2.0, 0.0)))
+    used = Limits(yaw_rate=1.0).utilisation(path)[0]
+    rates = np.abs(path.yaw(np.linspace(0.0, path.duration, 20001), 1))
+    assert used.method == "exact" and rates.max() * (1.0 - 1e-9) <= used.value <= rates.max() * (1.0 + 1e-4)
+    assert abs(path.yaw(used.instant, 1)) == pytest.approx(used.value, rel=1e-6)
+
+
+def test_rate_of_any_other_yaw_is_sampled_and_says_so():
+    """Of a part of a path that does not begin with its yaw."""
+    path = minsnap.plan(CORNERS, [4, 2, 4, 2], yaw=[0.0, 1.5, 3.0, 4.0, 6.0]).between(1.0, 11.0)
+    used = Limits(yaw_rate=1.0).utilisation(path)[0]
+    rates = np.abs(path.yaw(np.linspace(0.0, path.duration, 20001), 1))
+    assert used.method == "sampled" and used.value == pytest.approx(rates.max(), rel=1e-3)
+    assert abs(path.yaw(used.instant, 1)) == pytest.approx(used.value) and used.limit == 1.0
+
+
+def test_an_instant_belongs_to_the_leg_that_begins_there():
+    path = minsnap.plan(CORNERS, [4, 2, 4, 2])
+    assert [leg_at(path, instant) for instant in (0.0, 3.9, 4.0, 6.5, 10.0, 12.0)] == [0, 0, 1, 2, 3, 3]
 
 
 def test_constant_yaw_does_not_turn():

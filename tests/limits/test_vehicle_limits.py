@@ -52,6 +52,11 @@ def test_no_sampled_thrust_is_beyond_the_bound_and_the_bound_is_close(seed, yaw,
     assert found.min() >= least.value >= found.min() - 2e-3 * body.hover_thrust
     assert most.limit == pytest.approx(body.rotor_thrust_limits[1])
     assert least.limit == pytest.approx(body.rotor_thrust_limits[0], abs=1e-15)
+    hover, reserved = body.hover_thrust, rotors(Limits.of(body, 0.25), path)
+    for used, whole in zip(reserved, (most, least), strict=True):
+        assert used.value == whole.value
+        assert used.limit - hover == pytest.approx(0.75 * (whole.limit - hover))
+        assert used.fraction == pytest.approx(whole.fraction / 0.75)
 
 
 def test_a_yaw_along_the_velocity_is_sampled_and_says_so():

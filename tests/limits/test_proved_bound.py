@@ -1,0 +1,81 @@
+"""Ranges that proofs of a vehicle's limits begin with: of single motions exact, else around all that moves inside."""
+
+import numpy as np
+import pytest
+
+from minsnap.limits.lift_use import LiftBound
+from minsnap.limits.proved_bound import Lift
+from minsnap.limits.rotor_bounds import axis_ranges, heading_ranges
+from minsnap.polynomials.intervals import Interval
+from minsnap.trajectory.trajectory import Trajectory
+from minsnap.vehicle import Quadrotor
+
+QUADRATIC = 0.3
+STEP = 1e-4
+
+
+def columns(values):
+    """Ranges of single vectors (m, 3)."""
+    return tuple(Interval(column, column) for column in values.T)
+
+
+def force(values, t):
+    """Of f + q |v| v with linear f and v: rows are control points of f, f', f'', v, v', v'' at a single instant."""
+    f, change, bend, v, a, j = values
+    moved, speed = f + t * change + t * t / 2.0 * bend, v + t * a + t * t / 2.0 * j
+    return moved + QUADRATIC * np.linalg.norm(speed) * speed
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_quadratic_drag_is_differentiated_twice(seed):
+    """Against differences of the formula itself."""
+    values = np.random.default_rng(seed).normal(size=(6, 3)) + [2.0, 0.0, 1.0]
+    lift = Lift.of(QUADRATIC, values.reshape(1, 18, 1))
+    before, at, after = (force(values, t) for t in (-STEP, 0.0, STEP))
+    exact = at, (after - before) / (2.0 * STEP), (after - 2.0 * at + before) / STEP**2
+    for found, expected in zip((lift.force, lift.change, lift.bend), exact, strict=True):
+        for axis, value in zip(found, expected, strict=True):
+            assert (axis.low[0], axis.high[0]) == pytest.approx((value, value), rel=1e-6, abs=1e-6)
+    assert [axis.low[0] for axis in lift.velocity] == list(values[3])
+
+
+def test_without_drag_there_is_no_velocity():
+    assert Lift.of(0.0, np.arange(9.0).reshape(1, 9, 1)).velocity is None
+
+
+def test_bounds_of_single_motions_are_what_they_bound():
+    vehicle = Quadrotor.dji_f330()
+    limits = {"max_thrust": 2.0, "min_thrust": 0.5, "tilt": 1.0, "body_rate": 5.0}
+    random = np.random.default_rng(3)
+    f, change = random.normal(size=(2, 50, 3)) * [[[9.0, 9.0, 9.0]], [[5.0, 5.0, 5.0]]]
+    path = Trajectory(np.zeros((1, 4, 3)), [1.0])
+    bound = LiftBound(vehicle, path, limits)
+    lift = Lift(columns(f), columns(change), columns(f), columns(np.zeros((50, 3))))
+    most, least, tilt, rate = bound._bounds(lift, np.zeros(50), np.ones(50))
+    size = np.linalg.norm(f, axis=1)
+    assert most == pytest.approx(size / vehicle.gravity) and least == pytest.approx(-size / vehicle.gravity)
+    up = f[:, 2] > 0.0
+    assert tilt[up] == pytest.approx(np.arccos(f[up, 2] / size[up])) and (tilt[~up] == np.pi).all()
+    assert rate == pytest.approx(np.linalg.norm(np.cross(f, change), axis=1) / size**2)
+
+
+def test_directions_of_a_heading_are_around_all_that_it_can_be():
+    random = np.random.default_rng(4)
+    middle = random.normal(size=(3, 200)) * [[4.0], [2.0], [2.0]]
+    half = 10.0 ** random.uniform(-4.0, -1.0, (3, 200))
+    ranges = heading_ranges(*(Interval(m - h, m + h) for m, h in zip(middle, half, strict=True)))
+    for share in (-1.0, -0.3, 0.0, 0.8, 1.0):
+        yaw, rate, turn = middle + share * half
+        c, s, zero = np.cos(yaw), np.sin(yaw), np.zeros(200)
+        exact = (c, s, zero), (-rate * s, rate * c, zero), (-turn * s - rate**2 * c, turn * c - rate**2 * s, zero)
+        for vector, values in zip(ranges, exact, strict=True):
+            for axis, value in zip(vector, values, strict=True):
+                assert (axis.low <= value + 1e-12).all() and (value <= axis.high + 1e-12).all()
+                assert (axis.high - axis.low <= 500.0 * half.max(axis=0)).all()
+
+
+def test_components_of_axes_are_never_beyond_one():
+    force, jerk = columns(np.array([[0.0, 0.0, 1.0]])), columns(np.array([[5.0, 0.0, 0.0]]))
+    axes = np.array([[1.0], [0.0], [0.0]]), np.array([[0.0], [1.0], [0.0]])
+    for axis in axis_ranges(force, jerk, axes, np.array([10.0])):
+        assert all(-1.0 <= part.low[0] <= part.high[0] <= 1.0 for part in axis)
