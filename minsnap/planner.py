@@ -8,7 +8,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING
 
@@ -33,6 +32,7 @@ from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import as_constraints
+from minsnap.deadline import NEVER, Deadline
 from minsnap.errors import CorridorError, TimingError
 from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.tube import tube_optimum
@@ -199,7 +199,7 @@ def plan(
     deadline = _deadline(time_limit, durations, limits)
     task = placed_task(*asked, constraints, *smoothness, _named_solver(solver))
     check_jumps(task.continuity, half, parts == 1 and not refine and not (task.upper > task.lower).any())
-    task = task if deadline == inf else replace(task, deadline=deadline)
+    task = task if deadline is NEVER else replace(task, deadline=deadline)
     medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, medium, Held(yaw_rate, hold_below, turning))
     hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
@@ -280,13 +280,13 @@ def _half_widths(width: object, legs: int) -> FloatArray | None:
     return widths if widths is not None and widths.ndim == 1 else None
 
 
-def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits: Limits | None) -> float:
-    """Return the value of ``time.monotonic()`` at which planning for given durations ends; a search has its own."""
+def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits: Limits | None) -> Deadline:
+    """Return when planning for given durations ends; a search has its own deadline."""
     if time_limit is None or (durations is None and limits is not None):
-        return inf
+        return NEVER
     if durations is None:
         raise TimingError("time_limit goes with durations or limits: a search for a split is ended by Ctrl-C")
-    return monotonic() + time_limit
+    return Deadline(monotonic() + time_limit)
 
 
 def _named_method(corridor_method: str, certify: bool | None) -> str:

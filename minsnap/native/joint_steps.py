@@ -203,9 +203,10 @@ class JointTerms:
         cones : WholeCones
         sizes : tuple of ndarray
             One over what counts as large in each metric (m, pieces), and lengths of the pieces (pieces,).
-        numbers : ndarray, shape (9,)
+        numbers : ndarray, shape (10,)
             Weight of the proximal term, reach, largest relative change of a duration to longer and to shorter, prices
-            of the slacks, shares by which limits and walls are moved inwards, accuracy.
+            of the slacks, shares by which limits and walls are moved inwards, accuracy, and seconds after which no
+            iteration begins.
         objective : tuple of ndarray
             Linear (size,), in the order of places, and quadratic (pieces, width, width) or None.
         instants : int

@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
-from time import monotonic
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.deadline import NEVER, Deadline
 from minsnap.optimisation.master_qp import Answer, MasterQP
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -112,7 +112,7 @@ Proof = Callable[[State], bool]
 
 
 def exchange(
-    master: MasterQP, state: State, proof: Proof | None, gap: float, deadline: float = np.inf
+    master: MasterQP, state: State, proof: Proof | None, gap: float, deadline: Deadline = NEVER
 ) -> tuple[State, Trouble | None]:
     """Iterate from a state until the curve is proved to be inside, or until a trouble occurs."""
     for number in range(ROUNDS):
@@ -134,7 +134,7 @@ def exchange(
         state = tightened(added(master, state, found), gap)
         if state.idle >= (1 if state.faulty else STALLED):
             return state, Trouble.STALLED
-        if monotonic() > deadline:
+        if deadline.passed:
             return state, Trouble.LATE
     return state, Trouble.STALLED
 

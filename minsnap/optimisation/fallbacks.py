@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from time import monotonic
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.deadline import NEVER, Deadline
 from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import floating
 from minsnap.optimisation.exchange import NEAR, Proof, State, Trouble, begun, exchange, solved_once
@@ -69,8 +69,8 @@ class Attempt:
         None where the curve is proved to be inside.
     proof : callable or None
     gap : float
-    deadline : float
-        Value of ``time.monotonic()`` at which to end.
+    deadline : Deadline
+        At which to end.
     once : bool
         Whether the rows to begin with are all that is asked.
     """
@@ -81,7 +81,7 @@ class Attempt:
     trouble: Trouble | None
     proof: Proof | None
     gap: float
-    deadline: float
+    deadline: Deadline
     once: bool
 
     @property
@@ -126,7 +126,7 @@ class Attempt:
             state, trouble = solved_once(self.master, self.state)
         else:
             state, trouble = exchange(self.master, self.state, self.proof, self.gap, self.deadline)
-        late = trouble is not None and monotonic() > self.deadline
+        late = trouble is not None and self.deadline.passed
         return replace(self, state=state, trouble=Trouble.LATE if late else trouble)
 
 
@@ -281,7 +281,7 @@ def first_attempt(
     seed: WallRows | None = None,
     proof: Proof | None = None,
     gap: float = GAP,
-    deadline: float = np.inf,
+    deadline: Deadline = NEVER,
     once: bool = False,
 ) -> Attempt:
     """Run the exchange: dense coordinates with DAQP for few unknowns, sparse ones with PIQP for many.
@@ -298,8 +298,8 @@ def first_attempt(
         Says whether a curve is inside at every instant; without it peaks on a grid are trusted.
     gap : float
         Share of the cost that may be given away for fewer rounds.
-    deadline : float
-        Value of ``time.monotonic()`` at which to end.
+    deadline : Deadline
+        At which to end.
     once : bool
         Whether the rows to begin with are all that is asked.
     """

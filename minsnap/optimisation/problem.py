@@ -12,6 +12,7 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.regions import KnotRegion
+from minsnap.deadline import NEVER, Deadline
 from minsnap.optimisation.reduced_qp import Problem, Slots
 from minsnap.optimisation.touches import touched_walls
 from minsnap.optimisation.units import Units
@@ -45,8 +46,8 @@ class Task:
         Name of the QP solver, or ``"auto"``.
     regions : mapping of int to KnotRegion
         Waypoints that must lie in a ball or a gate, within ``lower`` and ``upper``.
-    deadline : float
-        Value of ``time.monotonic()`` at which every solve ends, with what is certified or with a SolverError.
+    deadline : Deadline
+        At which every solve ends, with what is certified or with a SolverError.
     explained : bool
         Whether an error says which leg or limit is in the way; finding that takes longer than a plan.
     touching : bool
@@ -64,7 +65,7 @@ class Task:
     walls: Sequence[Walls]
     solver: str
     regions: Mapping[int, KnotRegion] = field(default_factory=dict)
-    deadline: float = math.inf
+    deadline: Deadline = NEVER
     explained: bool = True
     touching: bool = True
 

@@ -97,6 +97,11 @@ def _meets(task: Task, position: FloatArray) -> bool:
     return bool((np.maximum(offset - task.upper[1], task.lower[1] - offset) <= rounding).all())
 
 
+def after_first_leg(curve: Trajectory | None) -> Trajectory | None:
+    """Return what follows the first leg of a curve; None where nothing does."""
+    return None if curve is None or curve.legs == 1 else legs_of(curve, 1, curve.legs)
+
+
 def task_after(task: Task, state: FloatArray) -> Task:
     """Return a task without its first leg, from a state (k, dim) at its waypoint."""
     points, lower, upper = (array[1:].copy() for array in (task.waypoints, task.lower, task.upper))

@@ -14,22 +14,24 @@ from minsnap.checks import check_degree, check_pieces, is_number, is_whole
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import as_room
 from minsnap.corridors.tubes import as_constraints
+from minsnap.deadline import Clock, Deadline, LateError, Stopwatch
 from minsnap.errors import DegreeError, InfeasibleError, InputError, LimitError, SolverError, TimingError, YawError
 from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
 from minsnap.optimisation.problem import Task
+from minsnap.planner import plan
 from minsnap.replanning.change import Change
 from minsnap.replanning.clearance import moved_inwards
 from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_outside
-from minsnap.replanning.horizon import Near, legs_of, near
-from minsnap.replanning.leg_end import flown_on, rest_within, task_after
+from minsnap.replanning.horizon import Near, near
+from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within, task_after
 from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
 from minsnap.replanning.search import Aim, Better, search_ahead, search_back
 from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
 from minsnap.replanning.spliced_heading import spliced
 from minsnap.replanning.stopping import Stopping, inside
-from minsnap.replanning.time_budget import Clock, TimeBudget, budget_of
+from minsnap.replanning.time_budget import Takes, TimeBudget, budget_of
 from minsnap.time_allocation.timing import Finish
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.trajectory import Trajectory
@@ -47,14 +49,8 @@ GAIN = 1e-6
 SPLIT_GAIN = 1e-2
 """The same for a total time, where it is not known what the rest was planned for."""
 
-RESERVE = 0.3
-"""Share of the budget that a search leaves to the certified end, until it is known how long that takes."""
-
-ENDING = 0.1
-"""Share of the budget that is left to what follows the certified end."""
-
-FORGETS = 0.9
-"""Share of the longest time beyond a search that is remembered from one replan to the next."""
+ENDING, CLOSING = 0.2, 0.1
+"""Shares of the budget left to the certified end and to what follows it, until it is known how long they take."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +62,8 @@ class _Call:
     course: CourseAhead
     aim: Aim
     seconds: float
+    deadline: Deadline
+    watch: Stopwatch
 
 
 class Replanner:
@@ -126,8 +124,8 @@ class Replanner:
         self._horizon = _check_horizon(horizon)
         self._clock, self._lock = clock, threading.Lock()
         self._memory: Memory | None = None
-        self._beyond: float | None = None
-        self._stop_takes, self._shortest = np.inf, 0.0  # of stops and searches, as far as is known [s]
+        self._takes = Takes()
+        _wake()
 
     @property
     def limits(self) -> Limits | None:
@@ -189,12 +187,15 @@ class Replanner:
         if not self._lock.acquire(blocking=False):
             raise InputError("this Replanner is at work for another thread: use one per thread, or one after the other")
         try:
+            watch = Stopwatch(self._clock)
             budgeted = budget_of(self._clock, now, budget, began) if is_number(now) and is_number(budget) else None
             splice = splice_of(flown, now, budget, self._half)
             assert budgeted is not None
+            self._refuse_short(float(budget))
             aim = Aim(self._limits, durations, total_time)
             course = self._course(splice, waypoints, boxes, self._corridor if corridor is None else corridor, goal)
-            return self._answer(_Call(splice, budgeted, course, aim, float(budget)))
+            deadline = self._deadline(budgeted, budget)
+            return self._answer(_Call(splice, budgeted, course, aim, float(budget), deadline, watch))
         finally:
             self._lock.release()
 
@@ -210,12 +211,15 @@ class Replanner:
         if call.aim.timed and self._limits is None:
             raise TimingError("nothing says how fast to fly: give limits to the Replanner, or durations or total_time")
         splice, task = call.splice, call.course.task
-        stop = self._stop(call)
-        safe = self._safe(call)
+        stop, safe = self._stop(call), self._safe(call)
         rest = splice.rest if call.course.fits(splice.rest) else None
         holds = rest is not None and safe
         if stop is None:
             stop = splice.rest if safe and ends_at_rest(splice.flown) else self._stop_aside(call)
+        known = self._takes.usual("stop")
+        self._takes.add("stop", call.watch.seconds)
+        if not known:
+            self._refuse_short(call.seconds)
         legs = asked_of_legs(task)
         better, settled, reason = None, True, "nothing has changed"
         if not (holds and rest is not None and self._unchanged(call, rest, legs)):
@@ -225,23 +229,30 @@ class Replanner:
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, self._memory)
         self._memory = Memory(change.trajectory, start, legs, settled, guess)
+        if call.deadline.longest:
+            self._takes.add("check", call.deadline.longest)
+            self._takes.add("closing", call.deadline.since)
         return change
 
+    def _refuse_short(self, seconds: float) -> None:
+        """Raise TimingError for a budget below the processor time that a stop plan takes, as far as is known."""
+        takes = self._takes.usual("stop")
+        if takes > seconds:
+            self._takes.add("stop", 0.0)
+            raise TimingError(
+                f"the budget is {seconds:.3g} s and a stop plan takes {takes:.3g} s here: give at least "
+                f"{2.0 * takes:.2g} s"
+            )
+
     def _stop(self, call: _Call) -> Trajectory | None:
-        """Return a certified stop, or refuse a budget below the processor time that one takes."""
-        for _ in range(2 if np.isinf(self._stop_takes) else 1):
-            began = time.thread_time()
-            stop = Stopping(call.course.task, self._limits).braking()
-            self._stop_takes = min(self._stop_takes, time.thread_time() - began)
-            if self._stop_takes <= call.seconds:
-                return self._held(call, stop)
-        raise TimingError(
-            f"the budget is {call.seconds:.3g} s and a stop plan takes {self._stop_takes:.3g} s here: give at least "
-            f"{2.0 * self._stop_takes:.2g} s"
-        )
+        return self._held(call, Stopping(call.course.task, self._limits).braking())
 
     def _stop_aside(self, call: _Call) -> Trajectory | None:
-        return self._held(call, Stopping(call.course.task, self._limits).aside())
+        call.deadline.resume()
+        try:
+            return self._held(call, Stopping(call.course.task, self._limits).aside(call.deadline))
+        except LateError:
+            return None
 
     def _held(self, call: _Call, stop: Trajectory | None) -> Trajectory | None:
         """Give a stop the heading at the splice."""
@@ -263,30 +274,31 @@ class Replanner:
             return call.aim.durations is not None and call.aim.compares(rest)
         return largest_use(self._limits, call.splice.flown) >= FULL
 
+    def _deadline(self, budget: TimeBudget, seconds: float) -> Deadline:
+        """Return when a search must have ended."""
+        closing = self._takes.most("closing", CLOSING * seconds)
+        return Deadline(budget.due - closing, self._clock, self._takes.most("check"))
+
     def _searched(self, call: _Call, rest: Trajectory | None) -> tuple[Better | None, bool, str]:
         """Search in the time that is left; what was found, whether the search ended by itself, and why nothing."""
-        seconds, room = self._search_seconds(call), call.budget.left - ENDING * call.seconds
-        if call.aim.timed and min(seconds, room - self._shortest) <= 0.0:
-            self._beyond, self._shortest = FORGETS * (self._beyond or 0.0), FORGETS * self._shortest
+        seconds = call.deadline.left - self._takes.usual("ending", ENDING * call.seconds)
+        if call.aim.timed and seconds <= 0.0:
+            self._takes.add("ending", 0.0)
             return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
-        better, reason, began = None, "nothing better was found", time.perf_counter()
+        better, reason, watch = None, "nothing better was found", Stopwatch(self._clock)
+        until = self._clock() + seconds
+        call.deadline.resume()
         try:
+            call.deadline.check()
             better = self._better(call, rest, seconds)
         except (InfeasibleError, SolverError, LimitError) as none:
             reason = str(none)
-        took = time.perf_counter() - began
-        self._shortest = min(self._shortest or took, took)
-        self._beyond = max(FORGETS * (self._beyond or 0.0), took - seconds, 0.0)
-        return better, took < seconds, reason
-
-    def _search_seconds(self, call: _Call) -> float:
-        reserve = RESERVE * call.seconds if self._beyond is None else 1.2 * self._beyond + ENDING * call.seconds
-        return call.budget.left - reserve
+        self._takes.add("ending", watch.seconds - seconds)
+        return better, self._clock() < until, reason
 
     def _better(self, call: _Call, rest: Trajectory | None, seconds: float) -> Better:
-        due = time.monotonic() + call.budget.left - ENDING * call.seconds
         splice, aim = call.splice, call.aim
-        task = replace(call.course.task, deadline=due, explained=False)
+        task = replace(call.course.task, deadline=call.deadline, explained=False)
         if call.course.outside:
             return search_back(self._part(task, None, None).task, aim, self._finish(splice), seconds)
         known = None if self._memory is None else self._memory.first_guess(splice, task.legs)
@@ -294,8 +306,7 @@ class Replanner:
         later = None if end is None else aim.after(end.left.duration)
         if end is None or later is None:
             return self._search(self._part(task, rest, guess), aim, self._finish(splice), seconds)
-        rest, guess = (None if one is None else legs_of(one, 1, one.legs) for one in (rest, guess))
-        part = self._part(task_after(task, end.after.state), rest, guess)
+        part = self._part(task_after(task, end.after.state), after_first_leg(rest), after_first_leg(guess))
         found = self._search(part, later, self._finish(end.after), seconds)
         starts = (start and start + end.left.duration for start in (found.limits_from, found.inside_from))
         return Better(end.before(found.curve), *starts)
@@ -379,6 +390,19 @@ def replan(
     """
     asked = {"durations": durations, "total_time": total_time, "began": began}
     return Replanner(**options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **asked)  # type: ignore[arg-type]
+
+
+_awake = threading.Event()
+
+
+def _wake() -> None:
+    """Replan once in a process, so that the first answer of a flight does not wait for modules and tables."""
+    if not _awake.is_set():
+        _awake.set()
+        points, limits = np.array([(0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (8.0, 1.0, 0.0)]), Limits(speed=2.0)
+        flown = plan(points, durations=[4.0, 4.0])
+        for corridor in (None, 1.0):
+            Replanner(limits, corridor, clock=lambda: 0.0).replan(flown, 0.5, points[1:], 1.0)
 
 
 def _check_half(degree: Any) -> int:

@@ -105,6 +105,7 @@ def search_ahead(task: Task, aim: Aim, finish: Finish, guess: Trajectory | None,
     """
     timing = aim.timing(seconds)
     timing.check()
+    task.deadline.check()
     if aim.timed and aim.limits is not None:
         found = as_timed(shortest_from(task, aim.limits, timing, finish, guessed_by(guess)), finish)
     else:

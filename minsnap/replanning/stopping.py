@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import chain, islice
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from minsnap.arrays import BoolArray, FloatArray
 from minsnap.corridors.constraint import Faces, Walls
 from minsnap.corridors.margins import nearest_wall
+from minsnap.deadline import NEVER, Deadline
 from minsnap.limits.compliance import keeps, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
@@ -125,10 +126,16 @@ class Stopping:
         found = (_family(piece, self._legs, self._bounds, durations) for durations in parts)
         return self._first_certified(chain.from_iterable(found))
 
-    def aside(self) -> Trajectory | None:
-        """Return a certified stop in the first leg, its end chosen by programmes; None where there is none."""
+    def aside(self, deadline: Deadline = NEVER) -> Trajectory | None:
+        """Return a certified stop in the first leg, its end chosen by programmes; None where there is none.
+
+        Raises
+        ------
+        LateError
+            If the deadline has passed before.
+        """
         speed, acceleration, unit = self._scales
-        piece = SinglePiece(start_state(self.task), acceleration)
+        piece = SinglePiece(start_state(self.task), acceleration, deadline)
         known = [*self._legs[0], *self._bounds]
         return self._first_certified(_programmes(piece, known, unit * PROGRAMMES, speed / acceleration))
 
@@ -178,6 +185,12 @@ def _family(
         yield Candidate(float(durations[index]), ends_to_points(piece.degree) @ ends[index], change)
 
 
+@cache
+def _basis(degree: int, order: int) -> FloatArray:
+    """Factors of end derivatives in a derivative at the instants."""
+    return end_basis(degree, order, INSTANTS)
+
+
 def _middle(possible: BoolArray) -> float:
     """Return the possible inner instant nearest to the middle: short polynomials lose digits."""
     instants = INSTANTS[1:-1][possible]
@@ -188,7 +201,7 @@ def _excess(piece: SinglePiece, conditions: Sequence[Condition], ends: FloatArra
     """Largest excess at every instant, moved inwards: (m, instants)."""
     worst = np.full((len(durations), len(INSTANTS)), -np.inf)
     for condition in conditions:
-        values = end_basis(piece.degree, condition.order, INSTANTS) @ ends
+        values = _basis(piece.degree, condition.order) @ ends
         values /= durations[:, None, None] ** condition.order
         worst = np.maximum(worst, condition.excess(values).max(axis=2))
     return worst + INWARDS * np.where(INSTANTS > 0.0, INSTANTS, -0.5)

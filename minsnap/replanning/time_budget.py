@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import defaultdict, deque
 from dataclasses import dataclass
 
+from minsnap.deadline import Clock
 from minsnap.errors import TimingError
 
-Clock = Callable[[], float]
-"""Reads a monotonic clock [s]."""
+ANSWERS = 50
+"""Answers whose times are remembered."""
+
+MARGIN = 1.25
+"""Factor on them for what is yet to come."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +40,27 @@ class TimeBudget:
     def took(self) -> float:
         """Seconds since it was asked for."""
         return self.clock() - self.called
+
+
+class Takes:
+    """How long parts of the last answers took [s]."""
+
+    def __init__(self) -> None:
+        self._known: defaultdict[str, deque[float]] = defaultdict(lambda: deque(maxlen=ANSWERS))
+
+    def add(self, part: str, seconds: float) -> None:
+        """Count one more; 0 where a part was left out, so that it is tried again after some answers."""
+        self._known[part].append(seconds)
+
+    def most(self, part: str, first: float = 0.0) -> float:
+        """Return what a part takes at most, as far as is known; ``first`` where nothing is."""
+        known = self._known[part]
+        return MARGIN * max(known) if known else first
+
+    def usual(self, part: str, first: float = 0.0) -> float:
+        """Return the same but for one answer in ten."""
+        known = sorted(self._known[part])
+        return MARGIN * known[9 * len(known) // 10] if known else first
 
 
 def budget_of(clock: Clock, now: float, seconds: float, began: float | None) -> TimeBudget:

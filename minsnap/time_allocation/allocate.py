@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_durations, refuse_repeated
+from minsnap.deadline import LateError
 from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
@@ -95,6 +96,8 @@ def _between(ways: Ways, timing: Timing, limits: Limits, finish: Finish) -> Time
 
     try:
         return _within_limits(replace(ways.task, explained=False), timing, limits, finish, None)
+    except LateError:
+        raise
     except (InfeasibleError, SolverError):
         return _within_limits(replace(ways.task, pieces=max(FINER, ways.task.pieces)), timing, limits, finish, None)
 

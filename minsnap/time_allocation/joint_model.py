@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
+from minsnap.deadline import NEVER
 from minsnap.native.joint_steps import Pull
 from minsnap.time_allocation.cone_programme import ACCURACY, ConeProgramme, ConeSolution, Rows, solve_programme
 from minsnap.time_allocation.curvature import Forces, positive_curvature
@@ -129,14 +130,17 @@ class JointModel:
         -------
         ndarray, shape (unknowns,), or None
         """
+        deadline = self.layout.task.deadline
+        deadline.check()
         if self.native is not None:
             regions = self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall)
             bounds = (caution.proximity, caution.reach, LONGEST, SHORTEST, penalties.limit, penalties.wall)
-            numbers = (*bounds, inwards.limit, inwards.wall, ACCURACY)
+            numbers = (*bounds, inwards.limit, inwards.wall, ACCURACY, deadline.left)
             terms, known = self.objective.terms(state), known_peaks(peaks, former)
             model = terms.linear, terms.hessian
             found = self.native.step(state, known, regions, self.lengths, numbers, model, self._pull)
-            if found is not None or np.isfinite(self.layout.task.deadline):
+            deadline.resume()
+            if found is not None or deadline is not NEVER:
                 return found
         return self._step_in_python(state, peaks, former, caution, penalties, inwards)
 

@@ -69,6 +69,7 @@ class JointProblem:
         """
         layout = self.layout(pieces)
         blocks = self.blocks(layout)
+        self.task.deadline.check()
         if turns and isinstance(self.heading, VelocityHeading) and self.limits.yaw_rate is not None:
             blocks.append(heading_block(self.limits.yaw_rate, self.heading, self.units, layout.pieces, layout.dim))
         return JointSearch(layout, blocks, told, ticked, objective)

@@ -29,6 +29,7 @@ class JointRegions:
             if int(waypoint) not in self.regions:
                 self.regions[int(waypoint)] = _box(task.lower[waypoint], task.upper[waypoint])
         self._widths = {waypoint: _width(region) for waypoint, region in self.regions.items()}
+        self._sides = {waypoint: _half_spaces(region) for waypoint, region in self.regions.items()}
 
     def excess(self, state: JointState) -> float:
         """Largest distance of a knot from its region, in widths of the region; at least -1."""
@@ -49,7 +50,7 @@ class JointRegions:
 
     def _rows_of(self, state: JointState, waypoint: int, region: KnotRegion, width: int, inwards: float) -> list[Rows]:
         size, offset, dim = self._widths[waypoint], self._offset(state, waypoint), self.layout.dim
-        normals, bounds = _half_spaces(region)
+        normals, bounds = self._sides[waypoint]
         sides = normals / size * self.length
         found = [
             self._rows_at(waypoint, sides[:, None], (bounds - normals @ offset)[:, None] / size - inwards, width, 0)

@@ -122,6 +122,7 @@ class CostSearch:
 
     def evaluate(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
         """Logarithm of what is minimised and its gradient, at logarithms of factors on the first durations."""
+        self.task.deadline.check()
         durations = self._durations(logarithms)
         try:
             times = self.task.piece_durations(durations)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from time import monotonic
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.deadline import LATE, LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -45,6 +45,9 @@ RAISES = 3
 """How often the penalties are raised where the search ends outside."""
 
 
+WARM_GAIN = 1e-3
+"""Relative gain of a step that counts as none in a search from a curve that is given, such as the plan being flown."""
+
 FirstGuess = Callable[[JointLayout], JointState | None]
 """Gives the state that a search begins from on a layout; None for the usual one."""
 
@@ -55,18 +58,8 @@ EASED, POLISHES, POLISHED = 1.03, 2, 2e-4
 """Factor on time from which a search with several pieces is repeated, how often, and the least gain that repeats it."""
 
 
-LATE = "time_limit has passed without a certified plan: give more time, or loosen a limit"
-
-ENDS = 2.0
-"""Steps of the search that the shortest certified end takes."""
-
-
 class OutOfTimeError(Exception):
     """The time allowed for a search is over."""
-
-
-class LateError(SolverError):
-    """The time allowed for a search was over before it had a plan that can be certified."""
 
 
 class LeastTime:
@@ -104,10 +97,12 @@ class LeastTime:
     ) -> None:
         self.task, self.limits, self.finish, self.refine, self.first = task, limits, finish, refine, first
         guess = stop_and_go_times(guessed_lengths(task), limits)
-        self.problem = JointProblem(task, limits, guess, self._heading(guess))
+        headed = isinstance(limits, VehicleLimits) or limits.yaw_rate is not None
+        self.problem = JointProblem(task, limits, guess, self._heading(guess) if headed else None)
         self.value_unit = self.problem.units.time
         self.log = Log(progress)
-        self.told, self.step = monotonic(), 0.0
+        self.clock = task.deadline.clock
+        self.told = self.clock()
         self.deadline = np.inf if time_limit is None else self.told + time_limit
         self.interrupted, self.best_on_interrupt = False, best_on_interrupt
         self.kept: Evaluated | None = None
@@ -124,7 +119,10 @@ class LeastTime:
         LimitError
             If nothing limits the time.
         """
+        check = self.task.deadline.check
+        check()
         first = search = self.problem.search(1, self._tell, self._tick)
+        check()
         found = self._settled(search, self._begin(search))
         for parts in DIVISIONS if self.refine else (self.task.pieces,):
             before = found.merit
@@ -135,21 +133,14 @@ class LeastTime:
                 break
         if self.refine:
             found = self._repeated(search, found)
-        self._refuse_late(self.task.deadline - ENDS * self.step)
         solved = self._turning(search, found, self._certified(search, found))
         if solved is None and not self.interrupted:
             solved = self._planned(search, found)
         if solved is None and self.interrupted and self.task.still:
             solved = CertifiedEnd(first, self.limits, self.finish).run(first.evaluate(self._guess(first)))
         if solved is None:
-            self._refuse_late(-np.inf if self.interrupted else self.task.deadline)
-            raise self._reason(search, found)
+            raise LateError(LATE) if self.interrupted else self._reason(search, found)
         return solved, Run(tuple(self.log.steps), self.interrupted)
-
-    def _refuse_late(self, deadline: float) -> None:
-        """Raise LateError where a deadline has passed without a plan."""
-        if monotonic() > deadline:
-            raise LateError(LATE)
 
     def _certified(self, search: JointSearch, found: Evaluated) -> SolvedTask | None:
         """Return the certified end of a search, or of the curve before the last division where that is shorter."""
@@ -170,6 +161,7 @@ class LeastTime:
         task = search.layout.task
         bounded = task.with_walls(self.limits.walls(task.waypoints))
         for reserve in RESERVES:
+            task.deadline.check()
             try:
                 solved = solve(bounded, found.state.durations * self.problem.units.time * (1.0 + reserve))
             except (InfeasibleRowsError, SolverError):
@@ -201,8 +193,8 @@ class LeastTime:
 
     def _tick(self) -> None:
         """Measure the step that has ended, and end the search if one more would be late."""
-        self.step, self.told = monotonic() - self.told, monotonic()
-        if self.told + self.step > self.deadline:
+        before, self.told = self.told, self.clock()
+        if 2.0 * self.told - before > self.deadline:
             raise OutOfTimeError
 
     def _guess(self, search: JointSearch) -> JointState:
@@ -245,7 +237,7 @@ class LeastTime:
 
     def _run(self, search: JointSearch, state: JointState) -> Evaluated:
         try:
-            return search.run(state)
+            return search.run(state, gain=None if self.first is None else WARM_GAIN)
         except (KeyboardInterrupt, OutOfTimeError) as end:
             if isinstance(end, KeyboardInterrupt) and not self.best_on_interrupt:
                 raise

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from time import monotonic
 
+from minsnap.deadline import LATE, LateError
 from minsnap.errors import InfeasibleError, SolverError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.time_allocation.least_time import LATE, FirstGuess, LateError, LeastTime
+from minsnap.time_allocation.least_time import FirstGuess, LeastTime
 from minsnap.time_allocation.recovery import start_state, start_use, way_back
 from minsnap.time_allocation.timing import Finish, Run, Timed, Timing, timed
 from minsnap.time_allocation.ways import FINER, TOUCHING, Recovered, end_on_limit, from_end, joined, no_way, ways_of
@@ -44,10 +44,10 @@ def shortest_from(
     LimitError
         If the start exceeds a limit, and no way back was found.
     """
-    began = monotonic()
+    began = task.deadline.clock()
     if end_on_limit(task, limits):
         ways = ways_of(task, limits, start=False)
-        found = shortest_from(ways.task, limits, _remaining(timing, began), finish, first)
+        found = shortest_from(ways.task, limits, _remaining(timing, task, began), finish, first)
         return ways.around(as_timed(found, finish), limits, finish)
     if start_use(task, limits) > (1.0 - TOUCHING if first is None else 1.0 + KEPT):
         return _brought_back(task, limits, timing, finish, None)
@@ -56,14 +56,14 @@ def shortest_from(
     except LateError:
         raise
     except (InfeasibleError, SolverError) as refused:
-        return _brought_back(task, limits, _remaining(timing, began), finish, refused)
+        return _brought_back(task, limits, _remaining(timing, task, began), finish, refused)
 
 
-def _remaining(timing: Timing, began: float) -> Timing:
+def _remaining(timing: Timing, task: Task, began: float) -> Timing:
     """Return the same with the time that is left of its limit."""
     if timing.time_limit is None:
         return timing
-    left = timing.time_limit - (monotonic() - began)
+    left = timing.time_limit - (task.deadline.clock() - began)
     if left <= 0.0:
         raise LateError(LATE)
     return replace(timing, time_limit=left)
@@ -73,6 +73,7 @@ def searched_from(
     task: Task, limits: Limits, timing: Timing, finish: Finish, first: FirstGuess | None = None
 ) -> tuple[SolvedTask, Run]:
     """Search for the shortest plan."""
+    task.deadline.check()
     search = LeastTime(
         task, limits, finish, timing.progress, timing.time_limit, timing.refine, timing.best_on_interrupt, first
     )
@@ -83,11 +84,9 @@ def _brought_back(
     task: Task, limits: Limits, timing: Timing, finish: Finish, refused: InfeasibleError | SolverError | None
 ) -> Recovered:
     """Go the shortest way back, and plan from its end; raise ``refused`` where that fails too."""
-    began = monotonic()
+    began = task.deadline.clock()
     way = way_back(start_state(task), task.walls, limits, task.deadline)
-    timing = _remaining(timing, began)
-    if way is None and monotonic() > task.deadline:
-        raise LateError(LATE)
+    timing = _remaining(timing, task, began)
     if way is None:
         raise refused or no_way(task, limits, 0)
     solved, run = _searched_from_end(from_end(task, way), limits, timing, finish, refused)
@@ -102,14 +101,14 @@ def _searched_from_end(
     task: Task, limits: Limits, timing: Timing, finish: Finish, refused: InfeasibleError | SolverError | None
 ) -> tuple[SolvedTask, Run]:
     """Search with the pieces asked for, then with more."""
-    began = monotonic()
+    began = task.deadline.clock()
     try:
         return searched_from(task, limits, timing, finish)
     except LateError:
         raise
     except (InfeasibleError, SolverError) as again:
         if task.pieces < FINER:
-            timing = _remaining(timing, began)
+            timing = _remaining(timing, task, began)
             return _searched_from_end(replace(task, pieces=FINER), limits, timing, finish, refused or again)
         raise refused or again from None
 

@@ -15,9 +15,8 @@ from minsnap.native.joint_steps import (
     Pull,
     WholeCones,
 )
-from minsnap.polynomials.bernstein import derivative_basis_map, ends_to_points
 from minsnap.time_allocation.cone_programme import Rows
-from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric
+from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric, ends_to_derivative
 from minsnap.time_allocation.joint_rows import Block, largest_metrics
 from minsnap.time_allocation.true_peaks import Peaks
 
@@ -36,7 +35,7 @@ def native_terms(layout: JointLayout, blocks: Sequence[Block]) -> JointTerms | N
     if not found or any(block is None for block in found) or layout.dim > MOST_AXES:
         return None
     degree = layout.degree
-    maps = [derivative_basis_map(degree, p) @ ends_to_points(degree) for p in range(min(ORDERS, degree + 1))]
+    maps = [ends_to_derivative(degree, p) for p in range(min(ORDERS, degree + 1))]
     return JointTerms((layout.pieces, 2 * layout.half, layout.dim), [b for b in found if b is not None], maps)
 
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from time import monotonic
 
 import numpy as np
 
 from minsnap.arrays import GRAVITY, BoolArray, FloatArray
 from minsnap.corridors.constraint import Walls
+from minsnap.deadline import NEVER, Deadline
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.problem import Task
@@ -92,9 +92,9 @@ def state_use(state: FloatArray, limits: Limits) -> float:
 
 
 def way_back(
-    state: FloatArray, walls: Sequence[Walls], limits: Limits, deadline: float = np.inf, leg: int = 0
+    state: FloatArray, walls: Sequence[Walls], limits: Limits, deadline: Deadline = NEVER, leg: int = 0
 ) -> Recovery | None:
-    """Return the shortest way back from a state; None where there is none, or none was found by the deadline.
+    """Return the shortest way back from a state; None where there is none.
 
     Parameters
     ----------
@@ -103,18 +103,18 @@ def way_back(
     walls : sequence of Walls
         Of the corridor; those of one leg are kept.
     limits : Limits
-    deadline : float
-        Value of ``time.monotonic()`` at which the search ends.
+    deadline : Deadline
+        At which the search ends.
     leg : int
         Which leg that is.
     """
     scales = typical(state, limits)
-    piece = SinglePiece(state, scales[1])
+    piece = SinglePiece(state, scales[1], deadline)
     moment = scales[0] / scales[1]
     known = conditions_of(walls, leg, state[0]) + conditions_of(limits.walls(np.zeros((2, len(state[0])))), 0, state[0])
     for lenience in LENIENCE:
         demands = [demand for condition in known for demand in _demands(condition, piece.state, moment, lenience)]
-        duration, answer = shortest(_Solves(piece, demands, deadline), SHORTEST * moment, LONGEST * moment, FINER)
+        duration, answer = shortest(_Solves(piece, demands), SHORTEST * moment, LONGEST * moment, FINER)
         if answer is not None:
             return Recovery(Trajectory(answer.points[None] + state[0], np.array([duration])))
     return None
@@ -122,15 +122,12 @@ def way_back(
 
 @dataclass(frozen=True, eq=False)
 class _Solves:
-    """The piece of a duration, if it keeps every hard demand and is found by the deadline."""
+    """The piece of a duration, if it keeps every hard demand."""
 
     piece: SinglePiece
     demands: list[Demand]
-    deadline: float
 
     def __call__(self, duration: float) -> PieceFound | None:
-        if monotonic() > self.deadline:
-            return None
         ends = self.piece.start_ends(duration)
         answer = self.piece.solve(duration, ends, range(self.piece.half), self.demands)
         return answer if answer is not None and answer.hard <= FEASIBLE else None

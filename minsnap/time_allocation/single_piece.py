@@ -16,8 +16,9 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Cones, Walls
+from minsnap.deadline import NEVER, Deadline
 from minsnap.polynomials.bernstein import ends_gram, ends_to_points
-from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_programme
+from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_natively, solve_programme
 from minsnap.time_allocation.joint_layout import Chain, end_basis
 
 SMOOTH = 1e-6
@@ -50,7 +51,10 @@ class Condition:
 
     def excess(self, values: FloatArray) -> FloatArray:
         """Excess in widths at values (..., dim) of the derivative: (..., r)."""
-        parts = np.einsum("rcd,...d->...rc", self.rows, values) + self.offset
+        count, cone, dim = self.rows.shape
+        parts = (values @ self.rows.reshape(-1, dim).T).reshape(*values.shape[:-1], count, cone) + self.offset
+        if cone == 1:
+            return np.asarray(-parts[..., 0])
         rest = parts[..., 1:]
         return np.asarray(np.sqrt((rest * rest).sum(axis=-1)) - parts[..., 0])
 
@@ -118,11 +122,13 @@ class SinglePiece:
         Derivatives 0 ... k - 1 at the start; the position is taken as the origin.
     acceleration : float
         One that counts as large here [m/s^2], positive.
+    deadline : Deadline
+        Before one, what the native core does not solve has no solution: the other solver takes too long.
     """
 
-    def __init__(self, state: FloatArray, acceleration: float) -> None:
+    def __init__(self, state: FloatArray, acceleration: float, deadline: Deadline = NEVER) -> None:
         self.half, self.dim = state.shape
-        self.state, self.acceleration = state.copy(), acceleration
+        self.state, self.acceleration, self.deadline = state.copy(), acceleration, deadline
         self.state[0] = 0.0
         self.degree = 2 * self.half - 1
 
@@ -153,7 +159,13 @@ class SinglePiece:
         free : sequence of int
             Orders of the derivatives at the end that are unknown.
         demands : sequence of Demand
+
+        Raises
+        ------
+        LateError
+            If the deadline would have passed by then.
         """
+        self.deadline.check()
         unit = self.acceleration * duration**2
         size = len(free) * self.dim + 2
         rows = [self._rows(demand, duration, ends, free, unit) for demand in demands]
@@ -161,7 +173,8 @@ class SinglePiece:
             bound = np.zeros((1, 1, size))
             bound[0, 0, slack] = -1.0
             rows.append(Rows(np.zeros(1, dtype=np.intp), bound, np.zeros((1, 1))))
-        solution = solve_programme(self._programme(ends / unit, free, rows))
+        solver = solve_programme if self.deadline is NEVER else solve_natively
+        solution = solver(self._programme(ends / unit, free, rows))
         if solution is None:
             return None
         moved = ends.copy()

@@ -104,6 +104,7 @@ class PeakFinder:
 
     def measure(self, state: JointState) -> Measured:
         """Find the peaks of a state and the largest excesses."""
+        self.layout.task.deadline.check()
         found = None if self.terms is None else self._measured_natively(state, self.terms)
         return self._measured(state) if found is None else found
 

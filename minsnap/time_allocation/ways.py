@@ -152,7 +152,8 @@ def on_limits(task: Task, limits: Limits) -> bool:
 def end_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the end of a task is on a limit."""
     fixed = bool((task.upper[-1] <= task.lower[-1]).all()) and not task.closed
-    return fixed and state_use(_end_state(task), limits) > 1.0 - TOUCHING
+    moving = any(value.any() for value in task.pins.get(task.legs, {}).values())
+    return fixed and moving and state_use(_end_state(task), limits) > 1.0 - TOUCHING
 
 
 def _end_state(task: Task) -> FloatArray:

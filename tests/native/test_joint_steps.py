@@ -8,13 +8,14 @@ from tasks import REFERENCE, random_legs
 
 import minsnap
 from minsnap.limits.limits import Limits
-from minsnap.native.joint_steps import ConditionBlock, JointTerms
+from minsnap.native.joint_steps import ConditionBlock, JointTerms, Pull
 from minsnap.native.library import core, using
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
 from minsnap.time_allocation.joint_layout import JointState
 from minsnap.time_allocation.joint_model import Caution, Penalties
 from minsnap.time_allocation.joint_problem import JointProblem
+from minsnap.time_allocation.native_steps import known_peaks
 from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 from minsnap.vehicle import BodyDrag, Quadrotor
@@ -120,3 +121,18 @@ def test_numbers_that_are_none_are_refused():
     assert terms().measure(np.zeros((1, 8, 3)), np.ones(1), 33) is not None
     assert terms().measure(np.full((1, 8, 3), np.nan), np.ones(1), 33) is None
     assert terms().measure(np.zeros((1, 8, 3)), np.zeros(1), 33) is None
+
+
+def test_no_iteration_begins_once_the_time_is_over():
+    found, state = search()
+    measured, native = found.finder.measure(state), found.native
+    known = known_peaks(measured.peaks, found.memory)
+    lengths, terms = np.ones(found.layout.pieces), found.objective.terms(state)
+
+    def step(seconds):
+        pull = Pull(np.zeros((found.layout.pieces, 2 * found.layout.half, found.layout.dim)), np.zeros(len(lengths)))
+        numbers = (1e-2, 0.2, 1.0, 0.6, 10.0, 10.0, 0.0, 0.0, 1e-6, seconds)
+        return native.step(state, known, [], lengths, numbers, (terms.linear, terms.hessian), pull)
+
+    assert step(np.inf) is not None
+    assert step(0.0) is None

@@ -1,18 +1,20 @@
 """What a budget ends: searches, ways back and certified ends stop at their deadline, and nothing is explained."""
 
 from dataclasses import replace
+from itertools import count
 from time import monotonic
 
 import numpy as np
 import pytest
 
 import minsnap
-from minsnap import Boxes, Limits
+from minsnap import Boxes, Limits, Replanner, TimingError, deadline
+from minsnap.deadline import Deadline, LateError
 from minsnap.errors import InfeasibleError
 from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.search import Aim, search_ahead
 from minsnap.replanning.splice import splice_of
-from minsnap.time_allocation.least_time import LateError
+from minsnap.replanning.time_budget import ANSWERS, MARGIN, Takes
 from minsnap.time_allocation.recovery import start_state, way_back
 
 POINTS = np.array([(0, 0, 1), (2, 0.5, 1), (4, 0, 1.2), (6, 1, 1)], dtype=float)
@@ -35,10 +37,11 @@ def through(width):
 
 
 def test_a_search_past_its_deadline_ends_without_a_way_back(flown):
-    task = task_of(flown, through(0.5), POINTS[1:], deadline=monotonic() - 1.0)
+    task = task_of(flown, through(0.5), POINTS[1:], deadline=Deadline(monotonic() - 1.0))
     with pytest.raises(LateError):
         search_ahead(task, Aim(LIMITS), lambda curve: curve, None, 10.0)
-    assert way_back(start_state(task), task.walls, Limits(speed=0.5), deadline=monotonic() - 1.0) is None
+    with pytest.raises(LateError):
+        way_back(start_state(task), task.walls, Limits(speed=0.5), task.deadline)
 
 
 def test_what_cannot_be_flown_is_refused_without_an_explanation(flown):
@@ -46,3 +49,50 @@ def test_what_cannot_be_flown_is_refused_without_an_explanation(flown):
     limited = task.with_walls(LIMITS.walls(task.waypoints))
     with pytest.raises(InfeasibleError, match="no curve keeps the walls and the limits in these durations"):
         search_ahead(limited, Aim(durations=[0.1, 0.1, 0.1]), lambda curve: curve, None, 10.0)
+
+
+def test_answers_come_by_their_budget_on_a_clock_that_runs_with_every_reading(flown, monkeypatch):
+    ticks = count()
+
+    def running():
+        return 1e-3 * next(ticks)
+
+    monkeypatch.setattr(deadline, "thread_time", running)
+    found = []
+    for budget in (0.03, 0.06, 0.12, 0.25, 0.5):
+        replanner = Replanner(Limits(speed=4.0, acceleration=9.0), 0.5, clock=running)
+        for moved in (0.0, 0.02, -0.02):
+            change = replanner.replan(flown, 0.3, POINTS[1:] + [0.0, moved, 0.0], budget)
+            assert change.took <= budget
+            found.append(change.kept)
+    assert any(found) and not all(found)
+
+
+def test_the_times_of_the_last_answers_are_known():
+    takes = Takes()
+    assert takes.most("stop", 3.0) == 3.0 and takes.usual("stop") == 0.0
+    for seconds in (*np.linspace(0.1, 0.9, 49), 5.0):
+        takes.add("stop", seconds)
+    assert takes.most("stop") == MARGIN * 5.0
+    assert 0.7 < takes.usual("stop") / MARGIN <= 0.9
+    for _ in range(ANSWERS):
+        takes.add("stop", 0.0)
+    assert takes.most("stop") == 0.0
+
+
+def test_budgets_below_what_answers_took_are_refused_at_once_and_tried_again_later(flown, monkeypatch):
+    ticks = count()
+    monkeypatch.setattr(deadline, "thread_time", lambda: 1e-3 * next(ticks))
+    replanner = Replanner(LIMITS, 0.5, clock=deadline.thread_time)
+    replanner.replan(flown, 0.3, POINTS[1:], 1.0)
+    readings, refused = [], 0
+    for _ in range(2 * ANSWERS):
+        before = next(ticks)
+        try:
+            replanner.replan(flown, 0.3, POINTS[1:], 1e-3)
+        except TimingError as short:
+            refused += 1
+            assert "the budget is 0.001 s and a stop plan takes" in str(short)
+        readings.append(next(ticks) - before)
+    assert refused >= 1.8 * ANSWERS
+    assert min(readings) < max(readings)

@@ -68,6 +68,14 @@ def test_waypoints_that_have_moved_and_times_that_differ_are_planned_from_the_sp
     assert leg_end_of(splice_of(flown, 0.5, 0.1, 4)) is None
 
 
+def test_a_plan_whose_last_leg_ends_goes_on_to_waypoints_beyond_its_end():
+    flown = minsnap.plan(POINTS[:2], durations=[2.0])
+    change = Replanner(LIMITS, clock=still).replan(flown, 1.9, POINTS[1:], 0.05, **AMPLE)
+    assert not change.kept, change.reason
+    assert change.trajectory.legs == 3
+    check_no_jump(change.trajectory, flown, 1.95)
+
+
 def test_times_that_are_given_are_those_of_the_legs_after_the_one_flown_on():
     assert Aim(durations=[0.05, 1.0, 2.0]).after(0.05).durations == [1.0, 2.0]
     assert Aim(durations=[0.06, 1.0, 2.0]).after(0.05) is None

@@ -7,8 +7,8 @@ import pytest
 from tasks import REFERENCE, random_legs
 
 import minsnap
+from minsnap.deadline import NEVER
 from minsnap.limits.limits import Limits
-from minsnap.time_allocation import least_time
 from minsnap.time_allocation.joint_search import JointSearch
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
@@ -86,7 +86,7 @@ def test_a_leg_without_anything_to_vary_is_planned_in_silence(capfd):
 
 def test_a_search_ends_before_a_step_that_would_be_late_also_where_no_step_is_accepted(monkeypatch):
     ticks, steps = count(), []
-    monkeypatch.setattr(least_time, "monotonic", lambda: float(next(ticks)))
+    monkeypatch.setattr(NEVER, "clock", lambda: float(next(ticks)))
     monkeypatch.setattr(JointSearch, "_tried", lambda self, now, step, promised: steps.append(1) or (0.0, None))
     path = minsnap.plan(REFERENCE, limits=LIMITS, time_limit=10.0)
     assert path.report.interrupted and minsnap.certify(path, limits=LIMITS).ok

@@ -8,9 +8,11 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
 #include "arrow_matrix.hpp"
@@ -34,8 +36,10 @@ struct ChainProgramme {
 
 class InteriorPoint {
 public:
-    InteriorPoint(const ChainProgramme &programme, double tolerance, std::int64_t most)
-        : p_(programme), tolerance_(tolerance), most_(most) {}
+    // `seconds` from now on after which no iteration begins.
+    InteriorPoint(const ChainProgramme &programme, double tolerance, std::int64_t most,
+                  double seconds = std::numeric_limits<double>::infinity())
+        : p_(programme), tolerance_(tolerance), most_(most), seconds_(seconds) {}
 
     std::int64_t iterations() const { return iterations_; }
 
@@ -48,6 +52,7 @@ public:
         for (iterations_ = 0; iterations_ < most_; ++iterations_) {
             residuals();
             if (small()) return Status::done;
+            if (late()) break;
             if (!scale() || !form()) return close() ? Status::done : Status::no_progress;
             const double step = advance();
             if (!(step > 1e-10)) break;
@@ -59,6 +64,11 @@ public:
 private:
     using Vector = Buffer<double>;
     static constexpr double coarse = 1e-3;  // gap above which equations are not solved twice
+
+    bool late() const {
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began_;
+        return spent.count() >= seconds_;
+    }
 
     bool allocate() {
         const std::size_t n = p_.size, m = rows();
@@ -335,6 +345,8 @@ private:
     const ChainProgramme &p_;
     const double tolerance_;
     const std::int64_t most_;
+    const double seconds_;
+    const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
     std::int64_t iterations_ = 0;
     double *x_ = nullptr, *z_ = nullptr;
     double gap_ = 0.0, primal_ = 0.0, dual_ = 0.0, cost_ = 0.0;

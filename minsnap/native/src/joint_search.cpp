@@ -125,7 +125,7 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_measure(const std::int64_t *sizes, con
 }
 
 // One step: x (size) and the forces of its multipliers in and out. The objective is linear and quadratic (or null). `numbers`: proximity, reach, longest, shortest,
-// penalties (2), inwards (2), accuracy.
+// penalties (2), inwards (2), accuracy, seconds after which no iteration begins.
 MINSNAP_EXPORT std::int32_t minsnap_joint_step(
     const std::int64_t *sizes, const std::int64_t *table, const std::int64_t *condition_piece, const double *values,
     const double *maps, const double *ends, const double *durations, const std::int64_t *counts,
@@ -158,7 +158,7 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_step(
     }
     const ChainProgramme chain{count(0), count(1), terms.pieces, columns, programme.hessian(), programme.diagonal(),
                                programme.linear(), &programme.rows(), programme.bound()};
-    InteriorPoint method(chain, numbers[8], most);
+    InteriorPoint method(chain, numbers[8], most, numbers[9]);
     const Status status = method.solve(x, z.data());
     *iterations = method.iterations();
     if (status == Status::done) programme.take_forces(z.data());
