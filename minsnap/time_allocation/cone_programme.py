@@ -21,7 +21,7 @@ from minsnap.time_allocation.joint_layout import Chain
 ACCURACY = 1e-6
 """Gap and residuals, relative to the cost, at which the solver stops."""
 
-USABLE = ("SolvedTask", "AlmostSolved")
+USABLE = ("Solved", "AlmostSolved")
 
 
 @dataclass(frozen=True, eq=False)
