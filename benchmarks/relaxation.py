@@ -52,7 +52,7 @@ class Relaxation:
         q = np.eye(rows.shape[1])[-1]
         P = sparse.csc_matrix((len(q), len(q)))
         found = clarabel.DefaultSolver(P, q, sparse.csc_matrix(rows), bounds, cones, settings).solve()
-        return found.obj_val_dual if str(found.status) in ("SolvedTask", "AlmostSolved") else None
+        return found.obj_val_dual if str(found.status) in ("Solved", "AlmostSolved") else None
 
     def _solutions(self):
         """One solution of the equations, None where there is none, and an orthonormal basis of all others."""

@@ -65,6 +65,6 @@ def _axis(lower, upper, durations, start, end, degree, rows):
     settings.verbose = False
     cones = [clarabel.ZeroConeT(len(right)), clarabel.NonnegativeConeT(2 * len(high))]
     solution = clarabel.DefaultSolver(sparse.triu(P, format="csc"), np.zeros(size), A, b, cones, settings).solve()
-    if str(solution.status) != "SolvedTask":
+    if str(solution.status) != "Solved":
         raise RuntimeError(str(solution.status))
     return solution.obj_val

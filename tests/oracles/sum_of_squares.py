@@ -184,7 +184,7 @@ def _solve(base, typical, free, rows, bounds, constraints):
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-10
     settings.max_iter = 300
     found = clarabel.DefaultSolver(sparse.triu(quadratic).tocsc(), linear, A, b, cones, settings).solve()
-    if str(found.status) not in ("SolvedTask", "AlmostSolved"):
+    if str(found.status) not in ("Solved", "AlmostSolved"):
         raise ArithmeticError(f"the oracle found no optimum: {found.status}")
     z = np.array(found.x[:free])
     return base + 2.0 * typical * found.obj_val_dual, base + typical * z @ z
