@@ -72,6 +72,26 @@ def test_the_other_half_of_a_double_cone_is_outside(choice):
 
 
 @CORES
+@pytest.mark.parametrize("width", (1.0, 4.0))
+def test_a_distance_to_a_cone_is_verified_and_nothing_above_it(choice, width):
+    """Also deep inside of it, where the distance counts as its radius at the anchor."""
+    from minsnap.corridors.constraint import Balls
+
+    class Cone:
+        def walls(self, waypoints):
+            sides = np.eye(2, 3)[None]
+            return [Balls([0], sides, np.zeros((1, 3)), [0.5], slope=[[0.0, 0.0, 0.4]])]
+
+    curve = Trajectory([[[0.1 * width, 0.2 * width, 1.0], [0.1, -0.3, 2.0], [0.2, 0.1, 1.0]]], [1.0])
+    with using(choice):
+        certificate = minsnap.certify(curve, corridor=Cone())
+    assert certificate.ok and certificate.verify()
+    for off, holds in ((1e-9, False), (-1e-9, True)):
+        object.__setattr__(certificate, "corridor_margin", certificate.corridor_margin + off)
+        assert certificate.verify() is holds
+
+
+@CORES
 @pytest.mark.parametrize(("off", "ok"), ((0.0, True), (0.9e-8, True), (1.1e-8, False)))
 def test_waypoints_are_measured_by_the_extent_of_the_course(choice, off, ok):
     """What counts as met is 1e-9 of the distance from the first waypoint: here 8 m, so 8e-9 m."""

@@ -80,7 +80,7 @@ def _flat_slacks(traj: Trajectory, cones: Cones) -> Slacks:
 
 
 def _round_slacks(traj: Trajectory, cones: Cones) -> Slacks:
-    """Least distances to balls, radius - norm, or to cones, radius - sqrt(radius^2 + excess)."""
+    """Least distances to balls, radius - norm, or to cones, radius - sqrt(max(radius^2 + excess, 0))."""
     ball = not cones.slope.any()
     polynomials, row, piece = cones.squares(traj) if ball else cones.excess(traj)
     highest = maxima(polynomials.points, polynomials.errors)
@@ -100,7 +100,7 @@ def _ball_slacks(radius: FloatArray, squares: FloatArray) -> FloatArray:
 def _cone_slacks(radius: FloatArray, excess: FloatArray) -> FloatArray:
     square = radius**2 + excess + 4.0 * UNIT * (radius**2 + np.abs(excess))
     slacks = -excess / (radius + np.sqrt(np.maximum(square, 0.0)))
-    return np.asarray(slacks - 8.0 * UNIT * np.abs(slacks))
+    return np.minimum(slacks - 8.0 * UNIT * np.abs(slacks), radius)
 
 
 def _margin(traj: Trajectory, wall: Walls, found: native.Extremum) -> Margin:
