@@ -331,7 +331,7 @@ def placed_task(
     pinned = check_pins(pins, placement.start, placement.end, closed, half, points)
     lap = check_closing(closed, points)
     walls = [wall for constraint in constraints for wall in constraint.walls(points) if len(wall.leg)]
-    check_reach(placement, pinned, walls, lap)
+    check_reach(placement, pinned, walls)
     return Task(points, lower, upper, pinned, half, continuity, lap, pieces, walls, solver, placement.regions)
 
 

@@ -17,7 +17,7 @@ from minsnap.tolerances import ROUNDING
 Pins = Mapping[int, Mapping[int, FloatArray]]
 
 
-def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls], closed: bool = False) -> None:
+def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> None:
     """Raise unless every waypoint, with its box, and every pinned derivative can be inside the walls of its legs.
 
     Raises
@@ -39,7 +39,7 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls], closed
         _check_box(placement, places, waypoint)
     planes = [wall for wall in places if wall.flat]
     for waypoint in placement.regions if planes else ():
-        _check_crossing(placement, planes, waypoint, closed)
+        _check_crossing(placement, planes, waypoint)
 
 
 def nearest_excess(cones: Cones, point: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
@@ -188,13 +188,15 @@ def _distance(normals: FloatArray, bounds: FloatArray) -> float:
     return float(np.linalg.norm(residual[:-1] / residual[-1])) if abs(residual[-1]) > ROUNDING else np.inf
 
 
-def _check_crossing(placement: Placement, planes: Sequence[Cones], waypoint: int, closed: bool) -> None:
-    """Raise if the corridor after a gate is wholly behind it, or the corridor before it wholly beyond it."""
+def _check_crossing(placement: Placement, planes: Sequence[Cones], waypoint: int) -> None:
+    """Raise if the corridor after a gate is wholly behind it, or the corridor before it wholly beyond it.
+
+    The gate in which a closed lap begins and ends is its first waypoint and its last one.
+    """
     crossing, legs = placement.regions[waypoint].crossing, len(placement.points) - 1
     if crossing is None:
         return
-    before = waypoint - 1 if waypoint or not closed else legs - 1
-    for leg, side, where in ((waypoint % legs if closed else waypoint, 1.0, "behind"), (before, -1.0, "beyond")):
+    for leg, side, where in ((waypoint, 1.0, "behind"), (waypoint - 1, -1.0, "beyond")):
         if 0 <= leg < legs and _reach(planes, leg, side * crossing, placement.points[waypoint]) <= 0.0:
             raise CorridorError(
                 f"{placement.name(waypoint)} is crossed along {point_text(crossing)}, but all of leg {leg}'s corridor "

@@ -62,13 +62,11 @@ def ball_region(radius: float, dim: int) -> KnotRegion:
 
 def gate_region(gate: Gate) -> KnotRegion:
     """Return the opening of a gate; sides and planes along the axes are part of the box."""
-    offsets, dim = gate.corners - gate.centre, len(gate.centre)
+    offsets = gate.corners - gate.centre
     normals, bounds = gate.edges()
     slanted = np.flatnonzero((np.abs(normals) < 1.0).all(axis=1))
     flat = np.abs(gate.normal) == 1.0
     lower, upper = (np.where(flat, 0.0, side) for side in (offsets.min(axis=0), offsets.max(axis=0)))
     plane = None if flat.any() else gate.normal
     crossing = gate.crossing * gate.normal if gate.crossing else None
-    if dim == 2 and plane is None:
-        slanted = slanted[:0]
     return KnotRegion(lower, upper, np.inf, normals[slanted], bounds[slanted], plane, crossing, "gate")

@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.cli.app import exit_status
-from minsnap.corridors.constraint import Balls, Faces
+from minsnap.corridors.constraint import Balls, Faces, leg_scales
 from minsnap.errors import CorridorError
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -113,3 +113,8 @@ def test_bounds_on_a_derivative_that_cannot_hold_are_refused_in_a_sentence():
     with pytest.raises(minsnap.MinsnapError) as caught:
         minsnap.plan([(0, 0), (4, 0)], [1.0], corridor=SlowCorner(3.9))
     assert exit_status(caught.value) == 1
+
+
+def test_the_scale_of_a_leg_without_length_is_that_of_the_others():
+    assert leg_scales(np.array([(0.0, 0.0), (3.0, 4.0), (3.0, 4.0), (3.0, 8.0)])).tolist() == [5.0, 3.0, 4.0]
+    assert leg_scales(np.zeros((2, 2))).tolist() == [1.0]

@@ -247,3 +247,30 @@ def test_up_is_along_the_normal_to_a_billionth(off, along):
 @pytest.mark.parametrize(("off", "zero"), ((0.9e-12, True), (1.1e-12, False)))
 def test_components_of_a_normal_that_are_rounding_are_zero(off, zero):
     assert bool(Gate((0, 0), (1, off), 1.0).normal[1] == 0.0) is zero
+
+
+def test_an_opening_stands_upright_and_is_crossed_either_way_unless_told():
+    gate = Gate((1, 2, 3), (1, 1, 0), 2.0, 1.0)
+    assert gate.crossing == 0
+    assert sorted(gate.corners[:, 2].tolist()) == [2.5, 2.5, 3.5, 3.5]
+    assert (gate.corners - gate.centre) @ gate.normal == pytest.approx(np.zeros(4), abs=1e-12)
+
+
+def test_an_opening_in_the_plane_ends_at_its_corners():
+    region = gate_region(Gate((1, 1), (1, 1), 2.0))
+    along = np.array([1.0, -1.0]) / np.sqrt(2.0)
+    for share, excess in ((1.0, 0.0), (-1.0, 0.0), (1.5, 0.5), (-1.25, 0.25)):
+        assert max(region.excess(share * along), 0.0) == pytest.approx(excess, abs=1e-12)
+
+
+def test_a_wall_of_an_opening_along_the_axes_is_part_of_its_box():
+    region = gate_region(Gate((0.1, 0.2), (0, 1), 0.3))
+    assert not len(region.normals) and region.plane is None
+    assert region.upper == pytest.approx([0.15, 0.0]) and region.lower == pytest.approx([-0.15, 0.0])
+
+
+def test_what_is_no_polygon_in_space_or_no_list_of_radii_is_refused():
+    with pytest.raises(WaypointError, match="three corners of 3 coordinates"):
+        Gate.polygon([(0, 0), (1, 0), (0, 1)])
+    with pytest.raises(WaypointError, match="radius of a ball"):
+        Ball([[0.1], [0.2]])

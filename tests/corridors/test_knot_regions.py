@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap import Boxes
-from minsnap.corridors.knot_regions import place
+from minsnap.corridors.knot_regions import _apart, place
 from minsnap.errors import CorridorError, WaypointError
 
 PAIR = Boxes([[0, 0], [2, 0]], [[3, 1], [5, 1]])
@@ -80,3 +80,9 @@ def test_position_that_agrees_with_its_waypoint_is_welcome():
 def test_contradictions_and_gaps_are_named(arguments, error, message):
     with pytest.raises(error, match=message):
         minsnap.plan(**{"waypoints": None, "durations": [2, 2], **arguments})
+
+
+def test_nominal_points_that_coincide_are_moved_apart_within_their_overlap():
+    inside = np.array([(1.0, 1.0), (1.0, 1.0), (2.0, 2.0)])
+    upper = np.array([(1.0, 1.0), (3.0, 5.0), (2.0, 2.0)])
+    assert _apart(inside, upper).tolist() == [[1.0, 1.0], [1.5, 2.0], [2.0, 2.0]]

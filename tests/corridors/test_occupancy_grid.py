@@ -168,7 +168,7 @@ def test_cells_at_the_clearance_are_free_to_a_trillionth(monkeypatch, few_shifts
     assert grown(taken, 1.0 + excess, np.ones(2)).sum() == count
 
 
-@pytest.mark.parametrize(("largest", "side"), ((3.0 - 0.9e-9, 3.0), (3.0 - 1.1e-9, 2.0)))
+@pytest.mark.parametrize(("largest", "side"), ((3.0 - 0.9e-9, 1.5), (3.0 - 1.1e-9, 1.0)))
 def test_the_side_of_a_box_is_a_number_of_cells_to_a_billionth(largest, side):
-    boxes = corridor_from_grid(np.zeros((9, 9)), 1.0, [(0.5, 0.5), (8.5, 0.5)], largest=largest).boxes
+    boxes = corridor_from_grid(np.zeros((9, 9)), 0.5, [(0.2, 0.2), (4.2, 0.2)], largest=0.5 * largest).boxes
     assert (boxes.upper - boxes.lower).max() == side

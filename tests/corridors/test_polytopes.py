@@ -107,3 +107,10 @@ def test_a_polytope_has_an_interior_above_a_billionth_of_its_size(radius, flat):
             Polytopes([rows])
     else:
         Polytopes([rows])
+
+
+def test_a_single_polytope_has_no_passages_and_stays_as_it_is():
+    single = Polytopes([(np.concatenate((np.eye(2), -np.eye(2))), np.ones(4))])
+    assert [part.shape for part in single.passages()] == [(0, 2)] * 3
+    with pytest.raises(ValueError, match="read-only"):
+        single.half_spaces[0][1][0] = 2.0

@@ -133,3 +133,46 @@ def test_rounding_is_a_trillionth_of_a_metre_and_of_the_coordinate(excess, words
 @pytest.mark.parametrize(("metres", "found"), ((0.9e6, 0.9e6), (1.1e6, np.inf)))
 def test_a_set_more_than_a_thousand_kilometres_away_counts_as_empty(metres, found):
     assert _distance(np.array([[-1.0, 0.0]]), np.array([-metres])) == pytest.approx(found, rel=1e-3)
+
+
+class BallOfLeg:
+    """Leg so-and-so inside a ball of 1 m around the origin."""
+
+    def __init__(self, leg):
+        self.leg = leg
+
+    def walls(self, waypoints):
+        return [Balls([self.leg], np.eye(2)[None], np.zeros((1, 2)), np.ones(1), name="ball")]
+
+
+@pytest.mark.parametrize("leg", (0, 1))
+@pytest.mark.parametrize(("tolerance", "excess"), (((0.5, 0.0), 0.5), ((0.0, 0.5), 1.0), ((0.75, 0.75), 0.25)))
+def test_a_waypoint_box_outside_the_ball_before_or_after_it_is_refused(leg, tolerance, excess):
+    points, widths = [(0, 0), (2, 0), (0, 0), (0, 0.5)], np.zeros((4, 2))
+    widths[1] = tolerance
+    with refused(CorridorError, f"box around waypoint 1 at .* is {excess:g} m outside the ball of leg {leg}"):
+        minsnap.plan(points, [1, 1, 1], corridor=BallOfLeg(leg), waypoint_tolerance=widths)
+    minsnap.plan(points, [1, 1, 1], corridor=BallOfLeg(2), waypoint_tolerance=widths)
+
+
+@pytest.mark.parametrize("closed", (False, True))
+def test_a_gate_first_and_last_is_crossed_into_the_corridor(closed):
+    """The corridor of the first leg lies at x > 0, that of the last one at x < 0."""
+    boxes = Boxes([(0, -1), (0, -1), (-4, -1), (-4, -1)], [(4, 4), (4, 4), (4, 4), (0, 4)])
+    inner = [(2, 0), (2, 3), (-2, 3)]
+    for crossing in (1, -1):
+        gate = minsnap.Gate((0, 0), (1, 0), 1.0, crossing=crossing)
+        if crossing == 1:
+            minsnap.plan([gate, *inner, gate], [2] * 4, corridor=boxes, closed=closed)
+            continue
+        with refused(CorridorError, "leg 0's corridor lies behind it"):
+            minsnap.plan([gate, *inner, gate], [2] * 4, corridor=boxes, closed=closed)
+
+
+@pytest.mark.parametrize("closed", (False, True))
+def test_a_gate_first_and_last_is_crossed_out_of_the_corridor(closed):
+    """Both corridors lie at x > 0."""
+    boxes = Boxes([(0, -1), (0, -1), (0, -1)], [(4, 4), (4, 4), (4, 4)])
+    gate = minsnap.Gate((0, 0), (1, 0), 1.0, crossing=1)
+    with refused(CorridorError, "leg 2's corridor lies beyond it"):
+        minsnap.plan([gate, (2, 0), (2, 3), gate], [2] * 3, corridor=boxes, closed=closed)

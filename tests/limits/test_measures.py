@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, Extent, Motion
+from minsnap.limits.utilisation import measure_state
 from minsnap.trajectory.medium import Medium
 
 
@@ -19,3 +21,13 @@ def test_walls_of_the_tilt_begin_a_billionth_of_gravity_above_free_fall():
     """At free fall itself the tilt is that of no vector."""
     up, _ = MEASURES["tilt"].walls(Extent(1, 3), 0.5, "tilt", 2, "euclidean", 9.81)
     assert 0.9e-9 < up.lower[0] / 9.81 + 1.0 < 1.1e-9
+
+
+def test_a_thrust_without_a_vertical_part_is_at_a_right_angle():
+    motion = Motion(lambda order: np.array([[[1.0, 0.0, -1.0]]]), "euclidean", Medium(1.0))
+    assert MEASURES["tilt"].largest(motion, 2)[0] == np.pi / 2.0
+
+
+def test_derivatives_of_a_state_that_are_not_given_are_zero():
+    used = measure_state(Limits(speed=2.0, acceleration=1.0), {1: np.array([0.0, 3.0, 4.0])}, 3)
+    assert [entry.fraction for entry in used] == [2.5, 0.0]
