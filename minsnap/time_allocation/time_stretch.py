@@ -49,10 +49,29 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, 
     LimitError
         If the path uses none of the limits at any speed.
     """
-    from scipy.optimize import brentq
 
     def over(logarithm: float, exact: bool = False) -> float:
         return _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), exact) - 1.0
+
+    orders = [KIND[name].order for name in limits.given()]
+    root = _by_powers(limits, trajectory, orders) if all(orders) else _by_bracket(over, limits, guess, precision)
+    while over(root, True) > 0.0:
+        root += precision + abs(root) * 1e-12
+    return float(np.exp(root))
+
+
+def _by_powers(limits: Limits, trajectory: Trajectory, orders: Sequence[int]) -> float:
+    """Logarithm of the factor for limits on derivatives, of which the one of order p is divided by its p-th power."""
+    used = limits.utilisation(trajectory)
+    factor = max(entry.fraction ** (1.0 / order) for entry, order in zip(used, orders, strict=True))
+    if factor <= np.exp(-SLOWEST):
+        raise nothing_limits(list(limits.given()))
+    return float(np.log(factor))
+
+
+def _by_bracket(over: Callable[..., float], limits: Limits, guess: float, precision: float) -> float:
+    """Logarithm of the factor for any limits."""
+    from scipy.optimize import brentq
 
     low = high = float(np.log(guess))
     step = FIRST_STEP
@@ -65,9 +84,7 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, 
     root = float(brentq(over, low, high, xtol=precision, rtol=1e-13))
     if limits.min_thrust is not None:
         root = _first_crossing(lambda logarithm: over(logarithm, True), root, precision)
-    while over(root, True) > 0.0:
-        root += precision + abs(root) * 1e-12
-    return float(np.exp(root))
+    return root
 
 
 def nearby_factor(limits: Limits, trajectory: Trajectory) -> float | None:
