@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.errors import InputError
+
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 BoolArray = npt.NDArray[np.bool_]
@@ -17,8 +19,17 @@ GRAVITY = 9.80665
 
 
 def owned(values: npt.ArrayLike) -> FloatArray:
-    """Return a read-only float64 array: a copy, unless it is already one that nobody can write to."""
-    array = np.asarray(values, dtype=np.float64)
+    """Return a read-only float64 array: a copy, unless it is already one that nobody can write to.
+
+    Raises
+    ------
+    InputError
+        If the values are not numbers in rows of equal length.
+    """
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"numbers in rows of equal length were expected, not {values!r}") from None
     if array.flags.writeable or array.base is not None:
         array = array.copy()
         array.flags.writeable = False
@@ -29,7 +40,7 @@ def numbers(values: Any) -> FloatArray | None:
     """Return a read-only float64 copy in C order, or None of values that are not numbers in rows of equal length."""
     try:
         array = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return None
     array.flags.writeable = False
     return array

@@ -9,17 +9,20 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, numbers
-from minsnap.errors import CorridorError, DegreeError, MinsnapError, TimingError, WaypointError
+from minsnap.errors import CorridorError, DegreeError, InputError, MinsnapError, TimingError, WaypointError
 
 DERIVATIVES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")
 DEGREES = (3, 5, 7, 9, 11)
+LARGEST = float(np.finfo(np.float64).max)
 SAMPLES = 20
 """Instants per polynomial at which a sampled corridor holds unless the caller says otherwise."""
 
 
 def is_number(value: Any) -> bool:
     """Whether a value is a finite number: an integer or a float of Python or NumPy, not a bool."""
-    return isinstance(value, (int, float, np.number)) and not isinstance(value, bool) and bool(np.isfinite(value))
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        return False
+    return bool(-LARGEST <= value <= LARGEST)
 
 
 def is_whole(value: Any) -> bool:
@@ -64,6 +67,20 @@ def check_positive(what: str, value: Any, unit: str, error: type[MinsnapError]) 
     if not is_number(value) or value <= 0.0:
         raise error(f"{what} is {value!r}: it must be a positive number" + (f" [{unit}]" if unit else ""))
     return float(value)
+
+
+def check_words(**words: Any) -> None:
+    """Refuse options that are not text, by name."""
+    for name, word in words.items():
+        if not isinstance(word, str):
+            raise InputError(f"{name} is {word!r}: it is a word")
+
+
+def check_flag(name: str, value: Any) -> bool:
+    """Return a bool of Python or NumPy as Python's, or raise InputError."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name} is {value!r}: it is True or False")
+    return bool(value)
 
 
 def check_degree(degree: Any) -> int:
@@ -171,6 +188,8 @@ def check_pins(
     if closed and (start is not None or end is not None):
         raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
     collected: dict[int, dict[int, FloatArray]] = {}
+    if pins is not None and not isinstance(pins, Mapping):
+        raise WaypointError(f"pins must be a mapping such as {{1: {{'velocity': (1, 0, 0)}}}}, not {pins!r}")
     for index, state in (pins or {}).items():
         if not is_whole(index) or not 0 <= index <= last:
             raise WaypointError(f"pins name waypoint {index!r}: there are waypoints 0 to {last}")

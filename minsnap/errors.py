@@ -11,7 +11,8 @@ class MinsnapError(Exception):
     Parameters
     ----------
     message : str
-        One plain sentence: where, what arrived, what to do.
+        One plain sentence: where, what arrived, what to do. Values that it shows over several lines, as NumPy shows
+        arrays, are put on one; what is beyond 1,000 characters is left out in the middle.
     **evidence
         Values of the attributes that the class declares.
 
@@ -22,7 +23,8 @@ class MinsnapError(Exception):
     """
 
     def __init__(self, message: str, **evidence: Any) -> None:
-        super().__init__(message)
+        line = " ".join(part.strip() for part in message.splitlines())
+        super().__init__(line if len(line) <= 1000 else f"{line[:700]} … {line[-290:]}")
         for name, value in evidence.items():
             if not hasattr(type(self), name):
                 raise TypeError(f"{type(self).__name__} declares no attribute {name!r}")

@@ -20,10 +20,12 @@ from minsnap.checks import (
     check_closing,
     check_continuity,
     check_degree,
+    check_flag,
     check_jumps,
     check_pieces,
     check_pins,
     check_samples,
+    check_words,
 )
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate
@@ -175,6 +177,7 @@ def plan(
         If every solver failed on a problem that has a solution.
     """
     began = perf_counter()
+    check_words(solver=solver, split=split, corridor_method=corridor_method, on_interrupt=on_interrupt)
     if is_table(waypoints):
         table = read_columns(waypoints)
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw
@@ -188,6 +191,7 @@ def plan(
             return quick
     from minsnap.time_allocation.allocate import plan_timed
 
+    closed = check_flag("closed", closed)
     parts, refine = check_pieces(pieces)
     timing = Timing(durations, total_time, limits, split, time_weight, enforce, None, time_limit, refine, on_interrupt)
     timing.check()
@@ -272,11 +276,11 @@ def _in_tube(points: FloatArray, times: FloatArray, width: object, half: int, be
 def _half_widths(width: object, legs: int) -> FloatArray | None:
     """Return one half-width, or one per leg, as an array of its own; None for anything else."""
     if type(width) in (int, float):
-        return np.array(width, dtype=np.float64)
+        return numbers(width)
     if not isinstance(width, np.ndarray | list | tuple) or len(width) != legs:
         return None
     plain = width.dtype.kind in "fiu" if isinstance(width, np.ndarray) else {int, float}.issuperset(map(type, width))
-    widths = np.array(width, dtype=np.float64) if plain else None
+    widths = numbers(width) if plain else None
     return widths if widths is not None and widths.ndim == 1 else None
 
 

@@ -19,7 +19,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.arrays import FloatArray, IntArray, ReadOnly, numbers
 from minsnap.errors import CorridorError
 from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.trajectory.trajectory import Trajectory
@@ -218,8 +218,13 @@ def _own(walls: Any) -> None:
         value = getattr(walls, entry.name)
         if entry.name in ("order", "name") or value is None:
             continue
-        array = np.array(value, dtype=np.intp if entry.name == "leg" else np.float64)
-        if np.isnan(array).any():
+        array = numbers(value)
+        if array is None or np.isnan(array).any():
             raise CorridorError(f"the {entry.name} of a wall of the {walls.name} is not a number")
-        array.flags.writeable = False
-        object.__setattr__(walls, entry.name, array)
+        object.__setattr__(walls, entry.name, _whole(array) if entry.name == "leg" else array)
+
+
+def _whole(array: FloatArray) -> IntArray:
+    legs = array.astype(np.intp)
+    legs.flags.writeable = False
+    return legs

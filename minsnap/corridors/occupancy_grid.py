@@ -139,6 +139,8 @@ def boxes_along(
 
 
 def _as_grid(occupancy: npt.ArrayLike) -> BoolArray:
+    if numbers(occupancy) is None:
+        raise CorridorError("an occupancy grid has 2 or 3 axes of numbers, 0 where free, in rows of equal length")
     grid = np.asarray(occupancy)
     if grid.ndim not in (2, 3) or not grid.size or grid.dtype.kind not in "biuf":
         raise CorridorError(f"an occupancy grid has 2 or 3 axes of numbers, 0 where free, not shape {grid.shape}")

@@ -83,7 +83,7 @@ class Limits:
     gravity: float = GRAVITY
 
     def __post_init__(self) -> None:
-        if self.norm not in ("euclidean", "axis"):
+        if not isinstance(self.norm, str) or self.norm not in ("euclidean", "axis"):
             raise LimitError(f"the norm of the limits is {self.norm!r}: use 'euclidean' or 'axis'")
         for name, value in self.given().items():
             check_positive(f"the limit {name}", value, KIND[name].unit, LimitError)

@@ -40,7 +40,7 @@ class Reading:
     def __post_init__(self) -> None:
         if self.threshold is not None and not (is_number(self.threshold) and 0.0 < self.threshold <= 1.0):
             raise CorridorError(f"the threshold is {self.threshold!r}: it is a probability, above 0 and at most 1")
-        if self.unknown not in UNKNOWN:
+        if not isinstance(self.unknown, str) or self.unknown not in UNKNOWN:
             raise CorridorError(f"unknown cells count as 'occupied' or 'free', not as {shown(self.unknown)}")
 
     def occupied(self, values: npt.NDArray[Any], name: str = "the map") -> BoolArray:

@@ -92,7 +92,7 @@ class Timing:
         self._check_ignored(given)
 
     def _check_limits(self) -> None:
-        if self.enforce not in (None, "qp", "scaling"):
+        if not isinstance(self.enforce, (str, type(None))) or self.enforce not in (None, "qp", "scaling"):
             raise TimingError(f"enforce is {self.enforce!r}: use 'qp' or 'scaling'")
         if self.limits is None:
             return
