@@ -25,13 +25,24 @@ def native_split(task: Task, first: FloatArray, price: float | None) -> SplitFou
     """
     if core().library is None or task.solver != "auto":
         return None
-    if task.constrained:
-        question = _question(task, first)
-        found = None if question is None else best_corridor_split(question, first, task.pieces, price, GAP)
-    elif _is_free(task):
-        found = best_split(task.waypoints, first, task.half, price, {} if task.closed else task.pins, task.closed)
-    else:
+    if not task.constrained:
+        return _without_walls(task, first, price)
+    question = _question(task, first)
+    if question is None:
         return None
+    free = _without_walls(task, first, price) if price is None else None
+    for start in [first] if free is None else [free.durations, first]:
+        found = best_corridor_split(question, start, task.pieces, price, GAP)
+        if isinstance(found, SplitFound):
+            return found
+    return None
+
+
+def _without_walls(task: Task, first: FloatArray, price: float | None) -> SplitFound | None:
+    """Return the durations that cost least without the walls, where waypoints are fixed."""
+    if not _is_free(task):
+        return None
+    found = best_split(task.waypoints, first, task.half, price, {} if task.closed else task.pins, task.closed)
     return found if isinstance(found, SplitFound) else None
 
 

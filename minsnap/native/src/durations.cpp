@@ -158,8 +158,8 @@ public:
     Status evaluate(const double *durations, double &cost, double *slopes) {
         given_.durations = durations;
         Answer answer = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
-        Status status = solver_.solve(given_, answer, false, known_.data(), known_count_);
-        if (status != Status::done && known_count_ > 0) status = solver_.solve(given_, answer);
+        Status status = solver_.solve(given_, answer, Aim::measured, known_.data(), known_count_);
+        if (status != Status::done && known_count_ > 0) status = solver_.solve(given_, answer, Aim::measured);
         if (status != Status::done) return status;
         known_count_ = int(answer.rows);
         for (int k = 0; k < known_count_; ++k)

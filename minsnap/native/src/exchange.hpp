@@ -22,11 +22,11 @@ public:
         : chain(half), active(chain, walls_, balls_, factor_of_), contacts_(chain, walls_, balls_, active) {}
 
     // Solve one request after another; what is written holds if the status is ``done``. Contacts known from a similar
-    // request, if there are any, are where it begins. A rough answer is neither proved nor quite inside.
-    Status solve(const Request &given, Answer &answer, bool rough = false, const Contact *known = nullptr,
+    // request, if there are any, are where it begins.
+    Status solve(const Request &given, Answer &answer, Aim aim = Aim::proved, const Contact *known = nullptr,
                  int count = 0) {
-        given_ = &given, rough_ = rough;
-        share_ = rough ? rough_share : Real(0), pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0, infeasible_ = false;
+        given_ = &given, aim_ = aim;
+        share_ = aim == Aim::near ? near_share : Real(0), pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0, infeasible_ = false;
         Status status = prepare();
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = meet_equalities();
@@ -52,7 +52,7 @@ private:
     static constexpr double most_work = sizeof(Real) > 8 ? 1.5e8 : 8e8;
     static constexpr Real absurd = Real(1e6);        // times the cost of stops at all knots: rounding has taken over
     static constexpr Real most_inward = Real(1e-3);  // share of their widths by which walls move
-    static constexpr Real roughly = Real(1e-5), rough_share = Real(1e-4);  // of a rough answer: excess over walls moved inwards
+    static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);  // of Aim::near: excess, over walls moved so
 
     Status prepare() {
         if (!chain.allocate(given_->pieces, given_->dim, given_->closed)) return Status::no_memory;
@@ -142,7 +142,7 @@ private:
     Status iterate(double *points) {
         for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
             find_peaks();
-            if (rough_ && worst_ <= roughly) return Status::done;
+            if (aim_ != Aim::proved && worst_ <= (aim_ == Aim::near ? nearly : affordable() / 10)) return Status::done;
             if (share_ == 0 && worst_ <= affordable() / 2) {
                 if (!pressed() && peak_count_ == 0 && proved(points)) return Status::done;
                 share_ = Real(0.66) * affordable();
@@ -327,7 +327,7 @@ private:
 
     // The cost of the curve, and apart from it the bound that the multipliers prove; they must agree.
     Status finish(Answer &answer) {
-        const Real cost = chain.cost(), bound = dual_bound();
+        const Real cost = chain.cost(), bound = aim_ == Aim::proved ? dual_bound() : Real(0);
         answer.cost = double(cost), answer.bound = double(bound), answer.share = double(share_);
         answer.rows = active.count();
         for (int k = 0; k < active.count(); ++k) {
@@ -343,7 +343,7 @@ private:
                 answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
         if (!std::isfinite(answer.cost) || !std::isfinite(answer.bound)) return Status::not_proved;  // as doubles
         const Real proof = smallest(price_of_proof(), most_inward * cost);
-        return rough_ || std::fabs(cost - bound) <= Real(given_->gap) * cost + proof ? Status::done : Status::not_proved;
+        return aim_ != Aim::proved || std::fabs(cost - bound) <= Real(given_->gap) * cost + proof ? Status::done : Status::not_proved;
     }
 
     // What it costs that walls moved inwards by more than the gap allows, for the rounding of the proof.
@@ -387,8 +387,9 @@ private:
     Peak<Real> failures_[most_failures];
     Real free_cost_ = 0, share_ = 0, worst_ = 0, most_cost_ = 0;
     std::int64_t most_peaks_ = 0, peak_count_ = 0;
+    Aim aim_ = Aim::proved;
     int failure_count_ = 0, pause_ = 0, patience_ = 0, tries_ = 0;
-    bool infeasible_ = false, rough_ = false, moved_walls_ = false;
+    bool infeasible_ = false, moved_walls_ = false;
     int rounds_ = 0;
     double work_ = 0.0;
 };

@@ -12,9 +12,16 @@ struct Answer {
     double *knots;                   // (pieces + 1, k, dim)
     std::int64_t *wall;              // (pieces * k * dim + 2,): the active rows' walls,
     double *s, *multiplier;          // their instants, and by how much the cost falls for each unit of their bounds
-    double cost, bound, share;       // of the curve; a lower bound of any cost; share of the widths moved inwards
+    double cost, bound, share;       // of the curve; a lower bound of any cost, zero unless proved; share of the widths moved inwards
     std::int64_t rows, rounds;
     double *direction = nullptr;     // (rows, dim): of balls' tangent planes; or null
+};
+
+// What is asked of an answer.
+enum class Aim {
+    proved,    // inside every wall, the cost within the gap of a lower bound
+    near,      // inside walls moved inwards, but for little: where windows begin
+    measured,  // the cost to a tenth of the gap, for a search that compares many
 };
 
 template <class Real, int Half>
@@ -29,7 +36,7 @@ public:
     ~ExchangeSolver();
 
     // See Exchange::solve.
-    Status solve(const Request &given, Answer &answer, bool rough = false, const Contact *known = nullptr,
+    Status solve(const Request &given, Answer &answer, Aim aim = Aim::proved, const Contact *known = nullptr,
                  int count = 0);
 
 private:

@@ -128,7 +128,7 @@ private:
                               values_.data(), walls_.between(low, high), accuracy_ * given_->gap};
         Answer found = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
         const int known = rough ? 0 : gather(low, high);
-        Status status = exchange_.solve(part, found, rough, known_.data(), known);
+        Status status = exchange_.solve(part, found, rough ? Aim::near : Aim::proved, known_.data(), known);
         if (status != Status::done && known > 0) status = exchange_.solve(part, found);
         if (status != Status::done) return status;
         cost_ += found.cost;
