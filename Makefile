@@ -8,6 +8,7 @@
 # make figures  the pictures of the documentation, from the examples
 # make bench  the benchmarks
 # make clang  the native core's tests with a core compiled by clang
+# make mutate  the tests of polynomials, corridors, limits and certificates, on changed code; goes on where it was ended. MUTANTS='minsnap.limits.span*': a part
 # make sanitize  the native core's tests under the address and undefined-behaviour sanitizers
 
 PYTHON ?= python3
@@ -25,7 +26,7 @@ ifneq ($(COMPILER),)
 export MINSNAP_REQUIRE_NATIVE ?= 1
 endif
 
-.PHONY: demo test test-python test-interpreter lint docs figures bench clang sanitize clean
+.PHONY: demo test test-python test-interpreter lint docs figures bench clang mutate sanitize clean
 
 demo: $(VENV)/installed
 	mkdir -p out
@@ -59,6 +60,10 @@ sanitize: $(VENV)/developing
 		MINSNAP_LIBRARY=build/sanitized/_core.bin $(BIN)/python -m pytest -W error -p no:cacheprovider tests/native \
 		--ignore tests/native/test_build.py --ignore tests/native/test_wheel.py -m "not slow"
 
+mutate: $(VENV)/mutating
+	CI=true MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/mutmut run --max-children $(or $(JOBS),1) $(if $(MUTANTS),'$(MUTANTS)')
+	$(BIN)/mutmut results
+
 lint: $(VENV)/developing
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -74,7 +79,7 @@ bench: $(VENV)/benchmarking
 	for script in benchmarks/bench_*.py; do echo "# $$script"; $(BIN)/python $$script || exit 1; done
 
 clean:
-	rm -rf $(VENV) out docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) out mutants docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
@@ -93,4 +98,8 @@ $(VENV)/developing: $(VENV)/made pyproject.toml constraints.txt
 
 $(VENV)/benchmarking: $(VENV)/developing
 	$(PIP) --editable '.[bench]'
+	@touch $@
+
+$(VENV)/mutating: $(VENV)/developing
+	$(PIP) --editable '.[mutation]'
 	@touch $@

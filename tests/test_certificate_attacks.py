@@ -8,7 +8,7 @@ from scipy.interpolate import PPoly
 
 import minsnap
 from minsnap.certificate import continuity
-from minsnap.corridors.margins import nearest_wall
+from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.errors import MinsnapError
 from minsnap.native.library import core, using
 from minsnap.polynomials.rationals import is_never_negative
@@ -136,7 +136,7 @@ def test_a_waypoint_error_is_the_exact_one_rounded_upwards():
 @CORES
 @pytest.mark.parametrize(("backwards", "ok"), ((0.9e-9, True), (1.1e-9, False)))
 def test_a_gate_is_crossed_in_its_direction_to_a_billionth_of_the_speed(choice, backwards, ok):
-    line = Trajectory([[[-1.0, backwards], [0.0, 0.0]], [[0.0, 0.0], [1.0, -backwards]]], [1.0, 1.0])
+    line = Trajectory([[[-1.0, backwards], [0.0, 0.0]], [[0.0, 0.0], [1.0, -backwards]]], [0.5, 0.5])
     gate = minsnap.Gate((0.0, 0.0), (0.0, 1.0), 1.0, crossing=1)
     with using(choice):
         assert minsnap.certify(line, [(-1.0, backwards), gate, (1.0, -backwards)]).ok is ok
@@ -171,6 +171,25 @@ def test_a_limit_is_kept_to_a_billionth(choice, share, ok):
     speed = traj.max_norm(1)[0]
     with using(choice):
         assert minsnap.certify(traj, limits=minsnap.Limits(speed=speed / share)).ok is ok
+
+
+@CORES
+def test_limits_hold_from_the_first_instant_unless_told(choice):
+    """The speed falls from 4 to 0 m/s in 2 s."""
+    braking = Trajectory([[[0.0, 0.0], [4.0, 0.0], [4.0, 0.0]]], [2.0])
+    with using(choice):
+        for start, ok in ((None, False), (0.4, False), (0.6, True)):
+            since = {} if start is None else {"limits_from": start}
+            assert minsnap.certify(braking, limits=minsnap.Limits(speed=3.0), **since).ok is ok
+
+
+@CORES
+def test_walls_at_infinity_leave_any_margin(choice):
+    room = minsnap.Room((-np.inf,) * 2, (np.inf,) * 2)
+    with using(choice):
+        certificate = minsnap.certify(Trajectory([[[0.0, 0.0], [1.0, 0.0]]], [1.0]), corridor=room)
+    assert certificate.ok and certificate.verify()
+    assert certificate.nearest is None or certificate.nearest == Margin(np.inf, 0, 0.0, certificate.nearest.name)
 
 
 @CORES

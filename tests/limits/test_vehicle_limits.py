@@ -185,3 +185,10 @@ def test_without_spin_rotors_are_used_less_and_the_yaw_rate_not_at_all():
     assert rotors(limits, free)[0].fraction < 0.9 * rotors(limits, fixed)[0].fraction
     turn = next(used for used in limits.utilisation(free) if used.name == "yaw_rate")
     assert (turn.value, turn.method) == (0.0, "exact")
+
+
+def test_a_vehicle_that_just_flies_has_limits():
+    heavy = dataclasses.replace(
+        VEHICLES["f330"], mass=VEHICLES["f330"].mass * VEHICLES["f330"].max_thrust_to_weight / 1.5
+    )
+    assert Limits.of(heavy, 0.0).max_thrust == pytest.approx(1.5)

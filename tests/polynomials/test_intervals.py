@@ -65,3 +65,10 @@ def test_ranges_of_nothing_are_exact():
 def test_a_divisor_that_may_vanish_bounds_nothing():
     quotient = Interval(np.ones(1), np.ones(1)) / Interval(np.zeros(1), np.ones(1))
     assert (quotient.low, quotient.high) == (-np.inf, np.inf)
+
+
+def test_components_of_a_direction_are_within_one():
+    wide = Interval(np.array([-3.0]), np.array([3.0]))
+    short = Interval(np.array([1.0]), np.array([2.0]))
+    for vector in ((wide, short, wide), (short, wide, wide), (wide, wide, short)):
+        assert all(-1.0 <= part.low[0] <= part.high[0] <= 1.0 for part in along(vector))

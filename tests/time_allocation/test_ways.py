@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from tasks import task_of
 
 import minsnap
 from minsnap import Limits
 from minsnap.errors import InfeasibleError, LimitError
+from minsnap.time_allocation.ways import on_limits
+from minsnap.time_allocation.within_limits import check_pinned_limits
 
 POINTS = np.array([(0, 0, 1), (3, 0.5, 1), (6, 0, 1.2), (9, 1, 1)], dtype=float)
 FIRST, LAST = (step / np.linalg.norm(step) for step in (POINTS[1] - POINTS[0], POINTS[3] - POINTS[2]))
@@ -87,3 +90,20 @@ def test_legs_too_short_for_their_way_and_ends_outside_their_limits_are_refused(
     assert refused.value.leg == 0
     with pytest.raises(LimitError, match="speed 3.3, beyond its limit 3"):
         minsnap.plan(POINTS, durations=[2, 2, 2], limits=limits, end={"velocity": 3.3 * LAST})
+
+
+@pytest.mark.parametrize(("below", "on"), ((0.9e-5, True), (1.1e-5, False)))
+def test_an_end_is_on_a_limit_to_a_hundred_thousandth(below, on):
+    fast = {1: 2.0 * (1.0 - below) * FIRST, 2: np.zeros(3), 3: np.zeros(3)}
+    for waypoint in (0, 3):
+        assert on_limits(task_of(POINTS, pins={waypoint: fast}), Limits(speed=2.0)) is on
+
+
+@pytest.mark.parametrize(("below", "refused"), ((0.9e-6, True), (1.1e-6, False)))
+def test_a_state_pinned_on_the_way_is_at_a_limit_to_a_millionth(below, refused):
+    task = task_of(POINTS, pins={1: {1: 2.0 * (1.0 - below) * FIRST}})
+    if refused:
+        with pytest.raises(LimitError, match="waypoint 1 has speed 2, at its limit 2: raise .* at least 2.02"):
+            check_pinned_limits(task, Limits(speed=2.0))
+    else:
+        check_pinned_limits(task, Limits(speed=2.0))
