@@ -141,7 +141,7 @@ def _sampled(function: Callable[[Any], Any], duration: float) -> Heading:
     return PlannedHeading(powers)
 
 
-def smooth_yaw(angles: FloatArray, durations: FloatArray, closed: bool) -> Trajectory:
+def smooth_yaw(angles: FloatArray, durations: FloatArray, closed: bool, rate: float = 0.0) -> Trajectory:
     """Return the yaw through angles (n,) [rad] with the least integral of squared angular acceleration: a cubic spline.
 
     Parameters
@@ -151,10 +151,12 @@ def smooth_yaw(angles: FloatArray, durations: FloatArray, closed: bool) -> Traje
     durations : ndarray, shape (n - 1,)
         [s].
     closed : bool
-        Whether the yaw rate at the end equals that at the start; else both are zero.
+        Whether the yaw rate at the end equals that at the start; else it is zero.
+    rate : float
+        Yaw rate at the start, where it is not closed [rad/s].
     """
     column = angles[:, None]
-    ends = {} if closed else {0: {1: np.zeros(1)}, len(angles) - 1: {1: np.zeros(1)}}
+    ends = {} if closed else {0: {1: np.array([rate])}, len(angles) - 1: {1: np.zeros(1)}}
     zero = np.zeros(column.shape)
     return solve(Task(column, zero, zero, ends, 2, 1, closed, 1, (), "auto"), durations).trajectory
 

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.checks import check_degree, check_pieces, is_number, is_whole
+from minsnap.arrays import FloatArray
+from minsnap.checks import check_pieces, is_number
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import as_room
 from minsnap.corridors.tubes import as_constraints
 from minsnap.deadline import Clock, Deadline, LateError, Stopwatch
-from minsnap.errors import DegreeError, InfeasibleError, InputError, LimitError, SolverError, TimingError, YawError
+from minsnap.errors import InfeasibleError, InputError, LimitError, SolverError, TimingError
 from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.planner import plan
 from minsnap.replanning.change import Change
@@ -27,18 +27,22 @@ from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_ou
 from minsnap.replanning.horizon import Near, near
 from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within, task_after
 from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
+from minsnap.replanning.replan_options import (
+    all_limits,
+    check_distance,
+    check_half,
+    check_horizon,
+    chosen_heading,
+    waypoint_angles,
+)
 from minsnap.replanning.search import Aim, Better, search_ahead, search_back
 from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
-from minsnap.replanning.spliced_heading import spliced
-from minsnap.replanning.stopping import Stopping, inside
+from minsnap.replanning.spliced_heading import has_angles, spliced, through_angles
+from minsnap.replanning.stopping import Stopping, inside, within
 from minsnap.replanning.time_budget import Takes, TimeBudget, budget_of
 from minsnap.time_allocation.timing import Finish
-from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
-
-LEAST_HALF = 4
-"""Jerk is taken over at the splice, so that polynomials have degree 7 at least."""
 
 FULL = 1.0 - 2e-3
 """Use of a limit above which a plan counts as made for these limits."""
@@ -64,6 +68,7 @@ class _Call:
     seconds: float
     deadline: Deadline
     watch: Stopwatch
+    angles: FloatArray | None
 
 
 class Replanner:
@@ -80,7 +85,8 @@ class Replanner:
     vehicle : Quadrotor, optional
         Whose rotors' limits are kept too (``Limits.of``).
     yaw : float, "velocity", "tilt", optional
-        Heading of new plans, reached smoothly from the flown one; the flown heading at the splice is held unless given.
+        Heading of new plans, reached smoothly from the flown one; the flown heading at the splice is held unless given,
+        or one per waypoint to :meth:`replan`.
     recover : float
         Distance by which a start may be outside the walls of its leg [m]; the plan then flies back first.
     clearance : float
@@ -116,12 +122,12 @@ class Replanner:
         pieces: int = 1,
         clock: Clock = time.monotonic,
     ) -> None:
-        self._half, self._pieces = _check_half(degree), check_pieces(pieces)[0]
-        self._limits = _all_limits(limits, vehicle)
+        self._half, self._pieces = check_half(degree), check_pieces(pieces)[0]
+        self._limits = all_limits(limits, vehicle)
         self._corridor, self._room = corridor, as_room(room)
-        self._chosen = _chosen(yaw, self._limits)
-        self._recover, self._clearance = _check_distance(recover, "recover"), _check_distance(clearance, "clearance")
-        self._horizon = _check_horizon(horizon)
+        self._chosen = chosen_heading(yaw, self._limits)
+        self._recover, self._clearance = check_distance(recover, "recover"), check_distance(clearance, "clearance")
+        self._horizon = check_horizon(horizon)
         self._clock, self._lock = clock, threading.Lock()
         self._memory: Memory | None = None
         self._takes = Takes()
@@ -144,6 +150,7 @@ class Replanner:
         goal: npt.ArrayLike | None = None,
         durations: npt.ArrayLike | None = None,
         total_time: float | None = None,
+        yaw: npt.ArrayLike | None = None,
         began: float | None = None,
     ) -> Change:
         """Return what to fly from ``now + budget`` on, and how to stop from there.
@@ -168,6 +175,9 @@ class Replanner:
             Of the legs ahead [s]: least cost instead of least time.
         total_time : float, optional
             Of all legs ahead [s], divided for the least cost.
+        yaw : array_like, shape (n,), optional
+            Heading at each waypoint ahead [rad], of which whole turns do not count: a spline through them that begins
+            with the flown heading and its rate at the splice.
         began : float, optional
             Reading of the clock at time 0 of ``flown``: the answer is then due at ``began + now + budget``.
 
@@ -179,7 +189,7 @@ class Replanner:
         ------
         TimingError
             If ``now`` is beyond the flown plan, the splice has passed, or the budget is below what a stop plan takes.
-        WaypointError, CorridorError
+        WaypointError, CorridorError, YawError
             If what is ahead is malformed, outside its walls, or the start is further outside than ``recover``.
         InputError
             If another thread is inside this replanner.
@@ -195,7 +205,8 @@ class Replanner:
             aim = Aim(self._limits, durations, total_time)
             course = self._course(splice, waypoints, boxes, self._corridor if corridor is None else corridor, goal)
             deadline = self._deadline(budgeted, budget)
-            return self._answer(_Call(splice, budgeted, course, aim, float(budget), deadline, watch))
+            angles = waypoint_angles(yaw, course.task.legs)
+            return self._answer(_Call(splice, budgeted, course, aim, float(budget), deadline, watch, angles))
         finally:
             self._lock.release()
 
@@ -213,7 +224,7 @@ class Replanner:
         splice, task = call.splice, call.course.task
         stop, safe = self._stop(call), self._safe(call)
         rest = splice.rest if call.course.fits(splice.rest) else None
-        holds = rest is not None and safe
+        standing = self._with_angles(call, rest) if rest is not None and safe else None
         if stop is None:
             stop = splice.rest if safe and ends_at_rest(splice.flown) else self._stop_aside(call)
         known = self._takes.usual("stop")
@@ -222,9 +233,11 @@ class Replanner:
             self._refuse_short(call.seconds)
         legs = asked_of_legs(task)
         better, settled, reason = None, True, "nothing has changed"
-        if not (holds and rest is not None and self._unchanged(call, rest, legs)):
+        if standing is None or not self._unchanged(call, standing, legs):
             better, settled, reason = self._searched(call, rest)
-        chosen, reason = self._chosen_of(call, rest if holds else None, better, reason)
+        chosen, reason = self._chosen_of(call, standing, better, reason)
+        if chosen is None and standing is not None and standing is not rest:
+            chosen, reason = Better(standing), ""
         change = self._change(call, chosen, stop, safe, reason)
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, self._memory)
@@ -266,6 +279,13 @@ class Replanner:
             return False
         return rest_within(call.splice, self._limits) and inside(rest, task.walls)
 
+    def _with_angles(self, call: _Call, rest: Trajectory) -> Trajectory | None:
+        """Return a rest with the headings asked for at the waypoints; None where it does not keep the limits so."""
+        if has_angles(rest, call.angles):
+            return rest
+        turned = self._finish(call, call.splice)(rest)
+        return turned if within(turned, self._limits) else None
+
     def _unchanged(self, call: _Call, rest: Trajectory, legs: list[bytes]) -> bool:
         """Whether a certified rest was planned for the same: by memory, or by its durations or its use of limits."""
         if self._memory is not None and self._memory.answer is call.splice.flown:
@@ -300,14 +320,15 @@ class Replanner:
         splice, aim = call.splice, call.aim
         task = replace(call.course.task, deadline=call.deadline, explained=False)
         if call.course.outside:
-            return search_back(self._part(task, None, None).task, aim, self._finish(splice), seconds)
+            return search_back(self._part(task, None, None).task, aim, self._finish(call, splice), seconds)
         known = None if self._memory is None else self._memory.first_guess(splice, task.legs)
         guess, end = known or splice.rest, flown_on(splice, task, self._limits)
+        end = end if end is not None and has_angles(end.left, call.angles) else None
         later = None if end is None else aim.after(end.left.duration)
         if end is None or later is None:
-            return self._search(self._part(task, rest, guess), aim, self._finish(splice), seconds)
+            return self._search(self._part(task, rest, guess), aim, self._finish(call, splice), seconds)
         part = self._part(task_after(task, end.after.state), after_first_leg(rest), after_first_leg(guess))
-        found = self._search(part, later, self._finish(end.after), seconds)
+        found = self._search(part, later, self._finish(call, end.after, 1), seconds)
         starts = (start and start + end.left.duration for start in (found.limits_from, found.inside_from))
         return Better(end.before(found.curve), *starts)
 
@@ -320,9 +341,13 @@ class Replanner:
         found = search_ahead(part.task, aim, finish, part.guess, seconds)
         return replace(found, curve=part.whole(found.curve, finish))
 
-    def _finish(self, splice: Splice) -> Finish:
+    def _finish(self, call: _Call, splice: Splice, passed: int = 0) -> Finish:
+        """Return what gives a curve from a splice its heading; so many of the waypoints ahead are before it."""
+        flown, instant, chosen = splice.flown, splice.instant, self._chosen
         limit = None if self._limits is None else self._limits.yaw_rate
-        return lambda curve: curve.with_yaw(spliced(splice.flown, splice.instant, self._chosen, limit, curve))
+        if call.angles is not None:
+            chosen = through_angles(flown, instant, call.angles[passed:])
+        return lambda curve: curve.with_yaw(spliced(flown, instant, chosen, limit, curve))
 
     def _chosen_of(
         self, call: _Call, rest: Trajectory | None, better: Better | None, reason: str
@@ -376,6 +401,7 @@ def replan(
     goal: npt.ArrayLike | None = None,
     durations: npt.ArrayLike | None = None,
     total_time: float | None = None,
+    yaw: float | str | npt.ArrayLike | None = None,
     began: float | None = None,
     **options: Any,
 ) -> Change:
@@ -385,11 +411,14 @@ def replan(
     ----------
     flown, now, waypoints, budget, boxes, goal, durations, total_time, began
         As for :meth:`Replanner.replan`.
+    yaw : float, "velocity", "tilt", or array_like, shape (n,), optional
+        As for :class:`Replanner`, or one per waypoint ahead [rad].
     **options
         As for :class:`Replanner`, such as ``limits``, ``corridor``, ``room``, ``vehicle`` and ``recover``.
     """
-    asked = {"durations": durations, "total_time": total_time, "began": began}
-    return Replanner(**options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **asked)  # type: ignore[arg-type]
+    whole = yaw if isinstance(yaw, str) or np.ndim(yaw) == 0 else None  # type: ignore[arg-type]
+    asked = {"durations": durations, "total_time": total_time, "began": began, "yaw": None if whole is yaw else yaw}
+    return Replanner(yaw=whole, **options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **asked)  # type: ignore[arg-type]
 
 
 _awake = threading.Event()
@@ -403,40 +432,3 @@ def _wake() -> None:
         flown = plan(points, durations=[4.0, 4.0])
         for corridor in (None, 1.0):
             Replanner(limits, corridor, clock=lambda: 0.0).replan(flown, 0.5, points[1:], 1.0)
-
-
-def _check_half(degree: Any) -> int:
-    half = check_degree(degree)
-    if half < LEAST_HALF:
-        raise DegreeError(f"degree {degree} cannot take over the jerk at a splice: use 7, 9 or 11")
-    return half
-
-
-def _all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | None:
-    if limits is not None and not isinstance(limits, Limits):
-        raise LimitError(f"limits must be a Limits, not {type(limits).__name__}")
-    if vehicle is None:
-        return limits
-    others: dict[str, Any] = {} if limits is None else {**limits.given(), "norm": limits.norm}
-    return Limits.of(vehicle, **others)
-
-
-def _chosen(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
-    if yaw is None:
-        return None
-    if not isinstance(yaw, str) and not is_number(yaw):
-        raise YawError(f"yaw is {yaw!r}: give an angle [rad], 'velocity' or 'tilt', or nothing to hold it")
-    medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
-    return asked_heading(yaw, 1, False, medium, Held(None, None, turning))
-
-
-def _check_distance(value: Any, name: str) -> float:
-    if not is_number(value) or not 0.0 <= value < np.inf:
-        raise InputError(f"{name} is {value!r}: give a distance of 0 or more [m]")
-    return float(value)
-
-
-def _check_horizon(horizon: Any) -> int | None:
-    if horizon is not None and not (is_whole(horizon) and horizon >= 1):
-        raise InputError(f"horizon is {horizon!r}: give a number of legs, 1 or more")
-    return None if horizon is None else int(horizon)

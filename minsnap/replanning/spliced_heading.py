@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.optimisation.planned_yaw import ChosenHeading
-from minsnap.trajectory.heading import wrap
+from minsnap.optimisation.planned_yaw import ChosenHeading, smooth_yaw
+from minsnap.trajectory.heading import shortest_turns, wrap
 from minsnap.trajectory.path import ConstantHeading, Heading, check_order
+from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -22,6 +23,9 @@ SHORTEST = 0.5
 
 SAME = 1e-12
 """Difference of headings, or of their rates, that is rounding [rad], [rad/s]."""
+
+MET = 1e-9
+"""Difference from an angle asked for at which a heading has it [rad]."""
 
 STEEPEST = 1.875
 """Largest rate of the quintic 1 - 10 s^3 + 15 s^4 - 6 s^5."""
@@ -62,6 +66,34 @@ class SplicedHeading:
         """Quintic on [0, 1] with this value and slope at 0, no bend there, and all zero at 1."""
         a, b = self.gap, self.rate * self.span
         return np.array([a, b, 0.0, -10.0 * a - 6.0 * b, 15.0 * a + 8.0 * b, -6.0 * a - 3.0 * b])
+
+
+def through_angles(flown: Trajectory, instant: float, angles: FloatArray) -> ChosenHeading:
+    """Return what gives a curve a spline through one angle per waypoint, from a flown heading and its rate.
+
+    Parameters
+    ----------
+    flown : Trajectory
+    instant : float
+        Where the curve begins, on its clock [s].
+    angles : ndarray, shape (n,)
+        At the ends of the legs of the curve, which has n at most [rad].
+    """
+    at = min(instant, flown.duration)
+    start, rate = flown.yaw(at), float(flown.yaw(at, 1))
+
+    def heading(curve: Trajectory) -> Heading:
+        turned = shortest_turns(np.append(start, angles[: curve.legs]))
+        return PlannedHeading(smooth_yaw(turned, np.diff(curve.leg_breaks), False, rate))
+
+    return heading
+
+
+def has_angles(curve: Trajectory, angles: FloatArray | None) -> bool:
+    """Whether a curve has these headings at the ends of its legs, but for whole turns, or none are asked for."""
+    if angles is None:
+        return True
+    return bool(np.abs(wrap(curve.yaw(curve.leg_breaks[1:]) - angles[: curve.legs])).max() <= MET)
 
 
 def spliced(

@@ -1,0 +1,73 @@
+"""Checks of what a Replanner is asked for."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, numbers
+from minsnap.checks import check_degree, is_number, is_whole
+from minsnap.errors import DegreeError, InputError, LimitError, YawError
+from minsnap.limits.limits import Limits
+from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
+from minsnap.trajectory.medium import Medium
+from minsnap.vehicle import Quadrotor
+
+LEAST_HALF = 4
+"""Jerk is taken over at the splice, so that polynomials have degree 7 at least."""
+
+
+def check_half(degree: Any) -> int:
+    """Return k of a degree 2k - 1; DegreeError for one that cannot take over the jerk."""
+    half = check_degree(degree)
+    if half < LEAST_HALF:
+        raise DegreeError(f"degree {degree} cannot take over the jerk at a splice: use 7, 9 or 11")
+    return half
+
+
+def all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | None:
+    """Return limits with those of a vehicle."""
+    if limits is not None and not isinstance(limits, Limits):
+        raise LimitError(f"limits must be a Limits, not {type(limits).__name__}")
+    if vehicle is None:
+        return limits
+    others: dict[str, Any] = {} if limits is None else {**limits.given(), "norm": limits.norm}
+    return Limits.of(vehicle, **others)
+
+
+def chosen_heading(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
+    """Return what gives a curve the heading that was asked for; None where it is held."""
+    if yaw is None:
+        return None
+    if not isinstance(yaw, str) and not is_number(yaw):
+        raise YawError(f"yaw is {yaw!r}: give an angle [rad], 'velocity' or 'tilt', or nothing to hold it")
+    medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
+    return asked_heading(yaw, 1, False, medium, Held(None, None, turning))
+
+
+def waypoint_angles(yaw: Any, legs: int) -> FloatArray | None:
+    """Return one angle for each waypoint ahead (legs,) [rad]; None where none was given."""
+    if yaw is None:
+        return None
+    angles = numbers(yaw)
+    if angles is None or angles.shape != (legs,) or not np.isfinite(angles).all():
+        raise YawError(
+            f"yaw is {yaw!r}: give one finite angle [rad] for each of the {legs} waypoints ahead; the Replanner itself "
+            "takes an angle, 'velocity' or 'tilt'"
+        )
+    return angles
+
+
+def check_distance(value: Any, name: str) -> float:
+    """Return a distance of 0 or more [m]."""
+    if not is_number(value) or not 0.0 <= value < np.inf:
+        raise InputError(f"{name} is {value!r}: give a distance of 0 or more [m]")
+    return float(value)
+
+
+def check_horizon(horizon: Any) -> int | None:
+    """Return a number of legs, or None for all."""
+    if horizon is not None and not (is_whole(horizon) and horizon >= 1):
+        raise InputError(f"horizon is {horizon!r}: give a number of legs, 1 or more")
+    return None if horizon is None else int(horizon)
