@@ -12,6 +12,7 @@ import typer
 from minsnap.cli import options
 from minsnap.cli.app import app
 from minsnap.errors import InputError
+from minsnap.storage.text_columns import aligned, labelled
 
 if TYPE_CHECKING:
     from minsnap.files.consistency import AxisFigures, ConsistencyReport
@@ -126,21 +127,22 @@ def _as_text(
     report: ConsistencyReport, inside: Membership | None, proved: ExactProof | None, problems: list[str]
 ) -> str:
     lines = [
-        f"{'rows':<20}{report.rows}",
-        f"{'duration':<20}{report.duration:.6g} s at {report.rate:.6g} Hz",
-        f"{'at rest':<20}{_rests(report)}",
-        f"{'largest step':<20}{report.largest_jump:.4g} m, at {report.jump_time:.6g} s",
+        ("rows", str(report.rows)),
+        ("duration", f"{report.duration:.6g} s at {report.rate:.6g} Hz"),
+        ("at rest", _rests(report)),
+        ("largest step", f"{report.largest_jump:.4g} m, at {report.jump_time:.6g} s"),
     ]
     if report.feed_forward is not None:
-        lines.append(f"{'feed-forward':<20}up to {report.feed_forward:.4g} m/s^2 beside the acceleration")
+        lines.append(("feed-forward", f"up to {report.feed_forward:.4g} m/s^2 beside the acceleration"))
     if inside is not None:
-        lines.append(f"{'corridor margin':<20}{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s")
+        margin = f"{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s"
+        lines.append(("corridor margin", margin))
     if proved is not None:
         margin = "" if proved.corridor_margin is None else f", corridor margin {proved.corridor_margin:.3g} m"
-        lines.append(f"{'exact proof':<20}{'holds' if proved.holds else 'does not hold'}{margin}, at every instant")
-    lines += ["", *_table(report.axes)] if report.axes else []
+        lines.append(("exact proof", f"{'holds' if proved.holds else 'does not hold'}{margin}, at every instant"))
+    axes = ["", _table(report.axes)] if report.axes else []
     verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]
-    return "\n".join([*lines, "", *verdict])
+    return "\n".join([labelled(lines), *axes, "", *verdict])
 
 
 def _rests(report: ConsistencyReport) -> str:
@@ -148,12 +150,10 @@ def _rests(report: ConsistencyReport) -> str:
     return f"{words[report.starts_at_rest]} at the start, {words[report.ends_at_rest]} at the end"
 
 
-def _table(axes: tuple[AxisFigures, ...]) -> list[str]:
+def _table(axes: tuple[AxisFigures, ...]) -> str:
     """Return figures in a table: metres and seconds, radians for yaw."""
-    header = f"{'axis':<6}{'least':>11}{'greatest':>11}{'top rate':>11}{'top acceleration':>18}"
-    return [header, *(_axis_line(axis) for axis in axes)]
-
-
-def _axis_line(axis: AxisFigures) -> str:
-    hardest = "-" if axis.hardest is None else f"{axis.hardest:.4g}"
-    return f"{axis.name:<6}{axis.lowest:>11.4g}{axis.highest:>11.4g}{axis.fastest:>11.4g}{hardest:>18}"
+    rows = [["axis", "least", "greatest", "top rate", "top acceleration"]]
+    for axis in axes:
+        figures = (axis.lowest, axis.highest, axis.fastest, axis.hardest)
+        rows.append([axis.name, *("-" if figure is None else f"{figure:.4g}" for figure in figures)])
+    return aligned(rows)

@@ -13,6 +13,7 @@ from minsnap.cli.app import app
 from minsnap.cli.output import check_figure, on_terminal
 from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
 from minsnap.errors import InputError
+from minsnap.storage.text_columns import labelled
 
 if TYPE_CHECKING:
     from minsnap.simulation.flight_record import Flight
@@ -126,4 +127,4 @@ def _as_text(figures: dict[str, Any]) -> str:
     ]
     named = (("output", "written"), ("plot", "drawn"), ("animation", "animated"))
     lines += [(label, figures[name]) for name, label in named if figures[name]]
-    return "\n".join(f"{label:<20}{value}" for label, value in lines)
+    return labelled(lines)

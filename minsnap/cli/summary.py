@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from minsnap.limits.kinds import KIND
+from minsnap.storage.text_columns import labelled
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -83,7 +84,7 @@ def as_text(figures: Mapping[str, Any]) -> str:
     if figures["limits"]:
         what = ", ".join(KIND[name].label for name in figures["binding"]) or "none"
         lines.insert(_LIMITS_AFTER + len(figures["limits"]), ("limits that bind", what))
-    return "\n".join(f"{label:<19} {value}" for label, value in lines)
+    return labelled(lines)
 
 
 def _line(figures: Mapping[str, Any], name: str, form: str) -> str:

@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 from typing import Any
 
+from minsnap.storage.text_columns import aligned
 from minsnap.thesis.experiment import MEASURED, PUBLISHED_RMSE, Experiment, ExperimentRun
-from minsnap.tracking.comparison_table import aligned
 
 TITLES = {"line": "straight lines", "circle": "circular trajectories", "rect": "rectangular trajectories"}
 """What the tables of the thesis call the courses."""

@@ -1,9 +1,10 @@
-"""Comparisons as a text table, and the alignment of columns used by all reports."""
+"""Comparisons as a text table."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from minsnap.storage.text_columns import aligned
 from minsnap.tracking.comparison import Comparison
 
 
@@ -18,13 +19,3 @@ def comparison_text(found: Mapping[str, Comparison]) -> str:
         figures = [*one.rmse, one.rmse_3d, *path, one.delay, one.late_rmse_3d, one.path_rmse, one.time_rmse]
         rows.append([name, *(f"{value:.4f}" for value in figures)])
     return "\n".join(["Root mean squared error [m]", aligned(rows)])
-
-
-def aligned(rows: list[list[str]]) -> str:
-    """Return rows of text as aligned columns: the first column left-aligned, the others right-aligned."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = []
-    for row in rows:
-        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
-        lines.append("  ".join(cells).rstrip())
-    return "\n".join(lines)
