@@ -9,7 +9,7 @@ Lagrangian: what curves there is how end derivatives depend on durations.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,22 +39,28 @@ class Caution:
         Weight of the proximal term.
     reach : float
         By how much the relative changes of neighbouring durations may differ.
+    accuracy : float
+        Gap and residuals at which the native core may stop.
     """
 
     proximity: float = 1e-2
     reach: float = 0.2
+    accuracy: float = ACCURACY
 
     def after(self, share: float, good: bool) -> Caution:
         """Return what to allow after an accepted share of a step."""
         if share == 1.0:
-            return Caution(max(0.2 * self.proximity, 1e-7), min(1.6 * self.reach, 0.8)) if good else self
+            return self._with(max(0.2 * self.proximity, 1e-7), min(1.6 * self.reach, 0.8)) if good else self
         if share == 0.5:
-            return Caution(max(2.0 * self.proximity, 1e-5), max(0.7 * self.reach, 1e-3))
-        return Caution(max(5.0 * self.proximity, 1e-4), max(0.4 * self.reach, 1e-3))
+            return self._with(max(2.0 * self.proximity, 1e-5), max(0.7 * self.reach, 1e-3))
+        return self._with(max(5.0 * self.proximity, 1e-4), max(0.4 * self.reach, 1e-3))
 
     def failed(self) -> Caution:
         """Return what to allow after a step without descent."""
-        return Caution(max(10.0 * self.proximity, 1e-3), max(0.3 * self.reach, 1e-3))
+        return self._with(max(10.0 * self.proximity, 1e-3), max(0.3 * self.reach, 1e-3))
+
+    def _with(self, proximity: float, reach: float) -> Caution:
+        return replace(self, proximity=proximity, reach=reach)
 
 
 @dataclass(frozen=True)
@@ -135,7 +141,7 @@ class JointModel:
         if self.native is not None:
             regions = self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall)
             bounds = (caution.proximity, caution.reach, LONGEST, SHORTEST, penalties.limit, penalties.wall)
-            numbers = (*bounds, inwards.limit, inwards.wall, ACCURACY, deadline.left)
+            numbers = (*bounds, inwards.limit, inwards.wall, caution.accuracy, deadline.left)
             terms, known = self.objective.terms(state), known_peaks(peaks, former)
             model = terms.linear, terms.hessian
             found = self.native.step(state, known, regions, self.lengths, numbers, model, self._pull)
@@ -155,7 +161,7 @@ class JointModel:
     ) -> FloatArray | None:
         known = [found.joined(others) for found, others in zip(peaks, former, strict=True)]
         self._gradients = []
-        programme = self.programme(state, known, caution.proximity, caution.reach, penalties, inwards)
+        programme = self.programme(state, known, caution, penalties, inwards)
         solution = solve_programme(programme)
         if solution is None:
             return None
@@ -166,8 +172,7 @@ class JointModel:
         self,
         state: JointState,
         peaks: list[Peaks],
-        proximity: float,
-        reach: float,
+        caution: Caution,
         penalties: Penalties,
         inwards: Inwards = Inwards(),
     ) -> ConeProgramme:
@@ -177,10 +182,7 @@ class JointModel:
         ----------
         peaks : list of Peaks
             Where rows must stand, by block.
-        proximity : float
-            Weight of the proximal term.
-        reach : float
-            By how much the relative changes of neighbouring durations may differ.
+        caution : Caution
         penalties : Penalties
         inwards : Inwards
         """
@@ -188,18 +190,21 @@ class JointModel:
         self._state, self._ends = state, self.layout.ends(state)
         self._scales = self.layout.end_scales(state.durations)
         rows = [self._block_rows(block, found) for block, found in zip(self.blocks, peaks, strict=True)]
-        rows += [*self._step_rows(reach), *self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall)]
+        rows += [
+            *self._step_rows(caution.reach),
+            *self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall),
+        ]
         terms, diagonal = self.objective.terms(state), np.full(self._size, 1e-10)
         share = state.durations / state.total
         begin = self.layout.size
-        diagonal[begin:-SLACKS] += 0.1 * proximity * share
+        diagonal[begin:-SLACKS] += 0.1 * caution.proximity * share
         diagonal[-SLACKS:] = 1e-6
         linear = terms.linear.copy()
         linear[-SLACKS:] = penalties.limit, penalties.wall
         return ConeProgramme(
             self._size,
             self.layout.unknowns,
-            self._hessian(proximity * share) + (0.0 if terms.hessian is None else terms.hessian),
+            self._hessian(caution.proximity * share) + (0.0 if terms.hessian is None else terms.hessian),
             diagonal,
             linear,
             rows,

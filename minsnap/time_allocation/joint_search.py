@@ -55,10 +55,6 @@ Told = Callable[[Evaluated], None]
 """Called with every accepted state."""
 
 
-FIRST = Caution()
-"""How far the first step may go."""
-
-
 class JointSearch:
     """State of one search.
 
@@ -105,12 +101,12 @@ class JointSearch:
         price = self.penalties.limit * max(found.limit, 0.0) + self.penalties.wall * max(found.wall, 0.0)
         return Evaluated(state, found, self.objective.value(state) * (1.0 + price))
 
-    def run(self, state: JointState, caution: Caution = FIRST, gain: float | None = None) -> Evaluated:
+    def run(self, state: JointState, gain: float | None = None) -> Evaluated:
         """Descend from a state until steps gain nothing, as the objective counts it unless a share is given."""
         gain = self.objective.gain if gain is None else gain
         now, model = self.evaluate(state), self.model(state)
         self._best = now
-        idle, fails = 0, 0
+        caution, idle, fails, whole = Caution(accuracy=self.objective.accuracy), 0, 0, True
         for _ in range(ITERATIONS):
             if self.ticked is not None:
                 self.ticked()
@@ -118,13 +114,14 @@ class JointSearch:
             fails += 1
             if step is not None and self._done(now, promised, gain):
                 break
-            share, best = (0.0, None) if step is None else self._tried(now, step, promised)
+            share, best = (0.0, None) if step is None else self._tried(now, step, promised, whole)
             if best is None:
-                caution = caution.failed()
+                caution = caution if whole and step is not None else caution.failed()
+                whole = not whole
                 if fails > FAILURES:
                     break
                 continue
-            won, fails = now.merit - best.merit, 0
+            won, fails, whole = now.merit - best.merit, 0, True
             caution = caution.after(share, won > 0.6 * promised)
             now = self._best = best
             if self.told is not None:
@@ -155,10 +152,10 @@ class JointSearch:
         change = self.objective.terms(now.state).change(self.layout.unknowns, x)
         return now.merit - self.objective.value(now.state) * (1.0 + price + change), x
 
-    def _tried(self, now: Evaluated, step: FloatArray, promised: float) -> tuple[float, Evaluated | None]:
-        """Take the largest share of a step that descends enough; remember where the whole step failed."""
+    def _tried(self, now: Evaluated, step: FloatArray, promised: float, whole: bool) -> tuple[float, Evaluated | None]:
+        """Take the largest share of a step that descends enough, or only all of it; remember where that failed."""
         failed: Measured | None = None
-        for share in SHARES:
+        for share in SHARES[: 1 if whole else None]:
             trial = self.evaluate(self.layout.moved(now.state, step, share))
             if now.merit - trial.merit > max(0.1 * share * promised, 0.0):
                 self._remember(now.measured)

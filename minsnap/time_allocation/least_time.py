@@ -131,8 +131,6 @@ class LeastTime:
             search, found = self._finer(search, found, parts)
             if found.merit > before * (1.0 - WORTHWHILE):
                 break
-        if self.refine:
-            found = self._repeated(search, found)
         solved = self._turning(search, found, self._certified(search, found))
         if solved is None and not self.interrupted:
             solved = self._planned(search, found)
@@ -230,7 +228,7 @@ class LeastTime:
             if self.interrupted or max(found.measured.limit, found.measured.wall) <= OPEN:
                 break
             search.penalties = firmer(search.penalties)
-            found = self._run(search, found.state)
+            found = self._run(search, slowed(found.state, 1.0 + max(found.measured.limit, 0.0)))
         if found.state.total < VANISHING * state.total:
             raise nothing_limits(list(self.limits.given()))
         return found

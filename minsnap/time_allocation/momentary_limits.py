@@ -43,6 +43,9 @@ SLOWING = 2.0
 BAND, CONE_BAND = 0.35, 0.7
 """How far inside a limit rows stand, of single functions and of cones."""
 
+DIRECTED = 0.01
+"""Share of the weight below which thrust is taken to have no direction: there a small change turns it by any angle."""
+
 HELD_ROOM = 10.0
 """Allowance of a turn where a heading along the velocity is held, for rest; in units of the limit at typical speed."""
 
@@ -236,15 +239,17 @@ def heading_rate(limit: float, typical: float, held: float) -> Excess:
 def momentary_blocks(limits: Limits, units: Units, pieces: int) -> list[Block]:
     """Limits on thrust and on its direction that are not convex.
 
-    The least thrust is one where accelerations are bounded; elsewhere its vertical part alone ends the search.
+    The least thrust is one where accelerations are bounded; elsewhere its vertical part alone ends the search.  Where
+    only the direction is limited, there is a small least thrust besides.
     """
     medium = limits.medium
     share = 1.0 - MARGIN if medium.drags else 1.0
     first, gravity, found = medium.values, medium.gravity, list[MomentaryLimit]()
     bounded = limits.max_thrust is not None or limits.acceleration is not None
-    orders = orders_of(medium, 2)
-    if limits.min_thrust is not None and (bounded or medium.drags):
-        ratio = limits.min_thrust / share
+    orders, least = orders_of(medium, 2), limits.min_thrust
+    directed = least is None and (limits.tilt is not None or limits.body_rate is not None)
+    if directed or (least is not None and (bounded or medium.drags)):
+        ratio = DIRECTED if least is None else least / share
         kept = least_thrust(ratio, medium)
         found.append(MomentaryLimit(kept, orders, 1, gravity, LEAST_THRUST, (*first, ratio), "min_thrust"))
     if limits.max_thrust is not None and medium.drags:

@@ -17,6 +17,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.polynomials.bernstein import ends_to_highest, gram_root
+from minsnap.time_allocation.cone_programme import ACCURACY
 from minsnap.time_allocation.joint_layout import SLACKS, JointLayout, JointState
 
 
@@ -60,6 +61,8 @@ class Objective(Protocol):
     """Whether the time is always as short as the limits allow."""
     gain: float
     """Relative change of the merit that counts as none."""
+    accuracy: float
+    """Gap and residuals, relative to the value, at which a step is solved well enough."""
 
     def value(self, state: JointState) -> float:
         """Value at a state."""
@@ -78,7 +81,7 @@ class TotalTime:
     layout : JointLayout
     """
 
-    penalties, touches, gain = Penalties(), True, 1e-4
+    penalties, touches, gain, accuracy = Penalties(limit=1.2), True, 1e-4, 1e-3
 
     def __init__(self, layout: JointLayout) -> None:
         self.layout = layout
@@ -108,7 +111,7 @@ class PricedCost:
         Price of half the square of the distance to it.
     """
 
-    touches, gain = False, 3e-6
+    touches, gain, accuracy = False, 3e-6, ACCURACY
 
     def __init__(self, layout: JointLayout, price: float, total: float = 0.0, stiffness: float = 0.0) -> None:
         self.layout, self.price, self.total, self.stiffness = layout, price, total, stiffness

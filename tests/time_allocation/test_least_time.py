@@ -87,7 +87,7 @@ def test_a_leg_without_anything_to_vary_is_planned_in_silence(capfd):
 def test_a_search_ends_before_a_step_that_would_be_late_also_where_no_step_is_accepted(monkeypatch):
     ticks, steps = count(), []
     monkeypatch.setattr(NEVER, "clock", lambda: float(next(ticks)))
-    monkeypatch.setattr(JointSearch, "_tried", lambda self, now, step, promised: steps.append(1) or (0.0, None))
+    monkeypatch.setattr(JointSearch, "_tried", lambda self, now, step, promised, whole: steps.append(1) or (0.0, None))
     path = minsnap.plan(REFERENCE, limits=LIMITS, time_limit=10.0)
     assert path.report.interrupted and minsnap.certify(path, limits=LIMITS).ok
     assert 1 <= len(steps) <= 5
@@ -106,3 +106,13 @@ def test_the_rate_of_a_heading_is_searched_for_in_the_plane_too():
     limits = Limits(speed=6.0, acceleration=10.0, yaw_rate=1.0)
     flat, path = (minsnap.plan(REFERENCE[:, :dim], corridor=1.0, limits=limits, yaw="velocity") for dim in (2, 3))
     assert flat.duration == pytest.approx(path.duration, rel=2e-3)
+
+
+def test_thrust_keeps_a_direction_where_a_curve_falls_almost_freely():
+    """It came down to 0.0005 of the weight, where a small change turns it by any angle."""
+    points = [(0.0, 0.0, 0.0), (0.8, 1.0, 0.2), (1.4, 0.4, -0.7), (-1.1, -2.4, 1.3), (-1.6, -1.4, -2.8)]
+    limits = Limits(speed=6.0, acceleration=11.0, tilt=0.4)
+    path = minsnap.plan(points, limits=limits)
+    check_touching(path, limits, points)
+    thrust = path(np.linspace(0.0, path.duration, 10001), 2) + (0.0, 0.0, limits.gravity)
+    assert np.linalg.norm(thrust, axis=1).min() >= 0.009 * limits.gravity
