@@ -1,10 +1,10 @@
 r"""One search for a curve and its durations: the shortest time within walls and limits, by sequential cone programmes.
 
 Every step solves a convex model of the whole problem (``joint_model``) and is accepted only if the true merit, the time
-and the price of the largest true excesses, falls by a share of what the model promised; else less of the step is tried,
-the instants at which the model was wrong are remembered, and the next step is kept shorter.  This is the exact-penalty
-method of sequential programming (R. Fletcher, "Practical Methods of Optimization", 1987) with convex cones in place of
-tangents.
+and the price of the largest true excesses, falls by a share of what the model promised; else it is solved again with
+the instants at which the model was wrong, then less of it is tried, and the next step is kept shorter.  This is the
+exact-penalty method of sequential programming (R. Fletcher, "Practical Methods of Optimization", 1987) with convex
+cones in place of tangents.
 """
 
 from __future__ import annotations
