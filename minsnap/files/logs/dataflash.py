@@ -21,6 +21,9 @@ from minsnap.storage.reading import check_size, reading
 AXES = {"PSCN": "N", "PSCE": "E", "PSCD": "D"}
 """Messages of the position controller; their fields end in the axis (metres, ArduPilot's log messages)."""
 
+HEADER = 3
+"""Bytes before the fields of a message."""
+
 _TYPES = [*AXES, "XKF1", "ATT"]
 _INERTIAL = ["IMU", "CTUN"]
 
@@ -60,6 +63,8 @@ def read_dataflash(path: str | os.PathLike[str], inertial: bool = False) -> Flig
     class PythonReader(DFReader_binary):  # type: ignore[misc]
         """Searches messages in Python: the compiled search prints its complaints past ``sys.stderr``."""
 
+        formats: dict[int, Any]
+
         def __init__(self, name: str) -> None:
             try:
                 super().__init__(name)
@@ -69,6 +74,10 @@ def read_dataflash(path: str | os.PathLike[str], inertial: bool = False) -> Flig
 
         def init_arrays_fast(self, progress_callback: Any = None) -> None:
             self.init_arrays(progress_callback)
+
+        def init_arrays(self, progress_callback: Any = None) -> None:
+            self.formats = _Formats(self.formats)
+            super().init_arrays(progress_callback)
 
     complaints = io.StringIO()
     with contextlib.redirect_stderr(complaints), contextlib.redirect_stdout(complaints):
@@ -83,6 +92,15 @@ def read_dataflash(path: str | os.PathLike[str], inertial: bool = False) -> Flig
         raise FileError(f"{path} holds no positions (PSCN, PSCE, PSCD or XKF1)")
     with reading(path, "a dataflash log that makes sense"):
         return replace(result, inertial=_inertial_of(columns, result.start) if inertial else None)
+
+
+class _Formats(dict[int, Any]):
+    """Formats of messages by type, none shorter than its header: such a message would be read for ever."""
+
+    def __setitem__(self, key: int, value: Any) -> None:
+        if value.len < HEADER:
+            raise ValueError(f"messages of type {key} have a length of {value.len} bytes")
+        super().__setitem__(key, value)
 
 
 def _inertial_of(columns: dict[str, dict[str, FloatArray]], start: float) -> InertialLog | None:

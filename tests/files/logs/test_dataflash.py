@@ -92,6 +92,16 @@ def test_a_damaged_log_gives_what_there_is_and_says_so(tmp_path, log, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("length", [0, 1, 2])
+def test_a_message_shorter_than_its_header_is_refused(tmp_path, length):
+    """One of no length would be read again and again, until the memory is full."""
+    path = tmp_path / "flight.bin"
+    named = record(FMT, 0x95, length, b"NONE", b"", b"")
+    path.write_bytes(format_of(FMT) + named + b"\xa3\x95\x95" * 20)
+    with pytest.raises(FileError, match=f"type 149 have a length of {length} bytes"):
+        read_dataflash(path)
+
+
 def test_a_log_cut_short_is_read_to_its_end(tmp_path, log):
     path = tmp_path / "cut.bin"
     path.write_bytes(log.read_bytes()[:-1000])
