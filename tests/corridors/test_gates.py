@@ -239,9 +239,9 @@ def test_an_opening_is_level_to_a_billionth(cosine, width_along):
 def test_up_is_along_the_normal_to_a_billionth(off, along):
     if along:
         with pytest.raises(WaypointError, match="along its normal"):
-            Gate((0, 0, 0), (0, 1, 0), 1.0, up=(off, 1, 0))
+            Gate((0, 0, 0), (0, 1, 0), 1.0, up=(3.0 * off, 3.0, 0))
     else:
-        assert Gate((0, 0, 0), (0, 1, 0), 1.0, up=(off, 1, 0)).corners.shape == (4, 3)
+        assert Gate((0, 0, 0), (0, 1, 0), 1.0, up=(3.0 * off, 3.0, 0)).corners.shape == (4, 3)
 
 
 @pytest.mark.parametrize(("off", "zero"), ((0.9e-12, True), (1.1e-12, False)))

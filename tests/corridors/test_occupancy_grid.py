@@ -172,3 +172,15 @@ def test_cells_at_the_clearance_are_free_to_a_trillionth(monkeypatch, few_shifts
 def test_the_side_of_a_box_is_a_number_of_cells_to_a_billionth(largest, side):
     boxes = corridor_from_grid(np.zeros((9, 9)), 0.5, [(0.2, 0.2), (4.2, 0.2)], largest=0.5 * largest).boxes
     assert (boxes.upper - boxes.lower).max() == side
+
+
+@pytest.mark.parametrize("few_shifts", (0, 500))
+def test_cells_that_are_no_squares_grow_by_the_clearance(monkeypatch, few_shifts):
+    """Against the distances between all cells."""
+    monkeypatch.setattr("minsnap.corridors.grid_gaps.FEW_SHIFTS", few_shifts)
+    taken, size = np.zeros((9, 11), dtype=bool), np.array([2.0, 0.7])
+    taken[3, 4] = taken[8, 10] = True
+    cells = np.stack(np.indices(taken.shape), axis=-1)
+    apart = np.abs(cells[:, :, None] - np.argwhere(taken))
+    gap = np.linalg.norm(np.maximum(apart - 1, 0) * size, axis=-1).min(axis=-1)
+    assert np.array_equal(grown(taken, 2.5, size), taken | (gap < 2.5))
