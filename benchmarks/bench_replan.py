@@ -1,8 +1,9 @@
-"""Replanning in flight: how long a replan takes, cold and warm, and a course of 20 gates replanned at 100 Hz.
+"""Replanning in flight: how long a replan takes, cold and warm, a course of 20 gates replanned at 100 Hz, and budgets.
 
-``python benchmarks/bench_replan.py [REPLANS [SECONDS]]`` prints both parts; the course is flown again and again until
-so many replans were made, or so many seconds have passed. Its clock is simulated: every replan has 10 ms of flight, and
-its own time, of the wall and of the processor, is measured beside.
+``python benchmarks/bench_replan.py [REPLANS [SECONDS [ANSWERS]]]`` prints all parts; the course is flown again and
+again until so many replans were made, or so many seconds have passed. Its clock is simulated: every replan has 10 ms of
+flight, and its own time, of the wall and of the processor, is measured beside. For budgets the clock is the processor
+time of the thread, then that of the wall; each has so many answers.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def single_replans() -> None:
         shift = draw.uniform(-noise, noise, LOWER.shape)
         boxes = minsnap.Boxes(LOWER + shift, UPPER + shift)
         replanner = minsnap.Replanner(LIMITS, clock=still)
-        return replanner.replan(flown, 0.0, None, 0.05, boxes=boxes, goal=POINTS[-1])
+        return replanner.replan(flown, 0.0, None, 0.05, boxes=boxes, goal=POINTS[-1], began=10.0)
 
     rows.append(("warm, boxes shifted by 1 cm", warm))
     rows.append(("warm, limits raised by 1 %", lambda: _faster(flown)))
@@ -76,8 +77,9 @@ def single_replans() -> None:
 
 
 def _faster(flown):
-    limits = minsnap.Limits(speed=3.03, acceleration=6.06)
-    return minsnap.Replanner(limits, clock=still).replan(flown, 0.0, None, 0.05, boxes=BOXES, goal=POINTS[-1])
+    limits, ample = minsnap.Limits(speed=3.03, acceleration=6.06), 10.0
+    replanner = minsnap.Replanner(limits, clock=still)
+    return replanner.replan(flown, 0.0, None, 0.05, boxes=BOXES, goal=POINTS[-1], began=ample)
 
 
 @dataclass
@@ -147,14 +149,67 @@ def course(most: int, seconds: float) -> None:
         print(f"{name}: median {median:.2f} ms, p99 {high:.2f} ms, longest {highest:.2f} ms")
 
 
+@dataclass
+class Answers:
+    """What answers within one budget showed."""
+
+    late: list[float] = field(default_factory=list)
+    asked: int = 0
+    refused: int = 0
+    new: int = 0
+
+
+def budgeted(seed: int, budget: float, most: int, clock, found: Answers) -> None:
+    """Fly one course with waypoints moved, boxes shifted or made narrower before each replan, 20 a second of flight."""
+    points, draw = gates(seed), np.random.default_rng(seed)
+    lower, upper = np.minimum(points[:-1], points[1:]) - WIDE, np.maximum(points[:-1], points[1:]) + WIDE
+    flown = minsnap.plan(points, limits=LIMITS, corridor=minsnap.Boxes(lower + 2 * NOISE, upper - 2 * NOISE))
+    replanner = minsnap.Replanner(LIMITS, clearance=2 * NOISE, horizon=4, clock=clock)
+    done, now = 0, 0.05
+    while flown.duration > 3 * now + budget and found.asked < most:
+        splice = splice_of(flown, now, budget, 4)
+        done += splice.passed
+        kind, shape = draw.integers(3), (len(lower) - done, 3)
+        ahead = points[done + 1 :] + (kind == 0) * draw.uniform(-0.15, 0.15, shape)
+        shift, inwards = (kind == 1) * draw.uniform(-0.05, 0.05, shape), 0.3 * (kind == 2)
+        boxes = minsnap.Boxes(lower[done:] + shift + inwards, upper[done:] + shift - inwards)
+        found.asked += 1
+        try:
+            began = clock()
+            change = replanner.replan(flown, now, ahead, budget, boxes=boxes)
+            found.late.append(clock() - began - budget)
+            found.new += not change.kept
+            flown = change.trajectory
+        except minsnap.TimingError:
+            found.late.append(clock() - began - budget)
+            found.refused += 1
+            flown = splice.rest
+
+
+def budgets(most: int) -> None:
+    """Print how many answers were late, by budget and clock."""
+    print("\n| clock | budget | answers | late | by at most | refused as too short | new plans |")
+    print("|---|---|---|---|---|---|---|")
+    for name, clock in (("processor", time.thread_time), ("wall", time.monotonic)):
+        for budget in (0.002, 0.005, 0.01, 0.02):
+            found, seed = Answers(), 0
+            while found.asked < most:
+                budgeted(seed, budget, most, clock, found)
+                seed += 1
+            late = 1e3 * np.array(found.late)
+            print(f"| {name} | {1e3 * budget:g} ms | {found.asked} | {(late > 0.0).sum()} | ", end="")
+            print(f"{max(late.max(), 0.0):.2f} ms | {found.refused} | {found.new} |", flush=True)
+
+
 def main() -> None:
-    """Print both parts."""
+    """Print all parts."""
     most = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
     seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 3600.0
     for line in machine():
         print(line)
     single_replans()
     course(most, seconds)
+    budgets(int(sys.argv[3]) if len(sys.argv) > 3 else 2_000)
 
 
 if __name__ == "__main__":

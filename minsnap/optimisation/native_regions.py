@@ -15,6 +15,8 @@ from minsnap.optimisation.problem import Task
 def region_walls(task: Task) -> list[WallArrays]:
     """Sides of gates, balls, directions of crossing, as ``knot_blocks.region_blocks``; then slanted planes of gates."""
     at = task.own_regions
+    if not at:
+        return []
     sides = [k for k, region in at.items() if len(region.bounds)]
     balls = [k for k, region in at.items() if np.isfinite(region.radius)]
     crossings = [k for k, region in at.items() if region.crossing is not None]
@@ -53,6 +55,8 @@ def knot_planes(
 
 def joined(blocks: Sequence[WallArrays]) -> WallArrays:
     """Return all walls of some blocks, in their order."""
+    if len(blocks) == 1 and blocks[0].matrix is None:
+        return blocks[0]
     names = ("piece", "order", "normal", "anchor", "bound", "width")
     piece, order, *parts = (np.concatenate([getattr(block, name) for block in blocks]) for name in names)
     normal, anchor, bound, width = parts
