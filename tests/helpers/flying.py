@@ -66,7 +66,7 @@ class Flight:
         self._pool = ThreadPoolExecutor(1)
         self._future = self._pool.submit(self.streamer.run)
 
-    def result(self, timeout=30.0):
+    def result(self, timeout=120.0):
         """Return the report, or raise what the streamer raised."""
         return self._future.result(timeout)
 

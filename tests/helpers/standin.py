@@ -101,7 +101,7 @@ class StandIn:
         self._thread.join()
         self.link.close()
 
-    def until(self, condition, timeout=20.0):
+    def until(self, condition, timeout=120.0):
         """Wait in real time for something to be true of this autopilot."""
         deadline = time.monotonic() + timeout
         while not condition(self):

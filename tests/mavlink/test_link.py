@@ -82,7 +82,7 @@ def test_tcp_comes_back_after_the_other_end_was_gone():
     client = open_transport(f"tcp:127.0.0.1:{port}")
 
     def exchange(server):
-        deadline = time.monotonic() + 10
+        deadline = time.monotonic() + 120.0
         while time.monotonic() < deadline:
             client.receive()
             client.send(b"x")
@@ -109,7 +109,7 @@ def test_our_heartbeat_goes_out_every_second_and_not_in_bursts():
     began = clock.now()
     for _ in range(10):
         list(link.pump(clock.now() + 1.0))
-    time.sleep(0.25)
+    clock.skip(5.0)
     for _ in range(10):
         list(link.pump(clock.now()))
     took = clock.now() - began

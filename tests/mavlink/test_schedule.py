@@ -54,7 +54,7 @@ def test_the_clock_goes_forward_and_wakes_for_what_can_be_read():
     reader, writer = os.pipe()
     os.write(writer, b"x")
     began = time.monotonic()
-    clock.wait(clock.now() + 30.0, [reader])
-    assert time.monotonic() - began < 15.0
+    clock.wait(clock.now() + 300.0, [reader])
+    assert time.monotonic() - began < 200.0
     os.close(reader)
     os.close(writer)

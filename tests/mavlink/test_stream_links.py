@@ -47,7 +47,7 @@ def test_a_minute_arrives_whole_in_order_and_equal_to_float32(kind, rate):
         link = open_link(f"{end}:127.0.0.1:{vehicle.port}", clock)
         vehicle.enter()
         with Flight(vehicle, samples, clock, link, trigger="now", rules=LENIENT) as flight:
-            vehicle.until(lambda v: "holding the end" in flight.events, timeout=60.0)
+            vehicle.until(lambda v: "holding the end" in flight.events, timeout=300.0)
     rows, expected = received_rows(vehicle), float32_rows(samples)
     moving = int(np.argmax((rows != rows[0]).any(axis=1)))
     assert moving >= 2 * rate
@@ -67,7 +67,7 @@ def test_a_receiver_killed_and_restarted_meets_a_hold(kind):
         vehicle.enter()
         vehicle.until(lambda v: flight.statuses[-1].elapsed > 1.5)
     with flight:
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + 120.0
         while not any("silent" in event for event in flight.events) and time.monotonic() < deadline:
             time.sleep(0.01)
         with StandIn(f"{own}:127.0.0.1:{port}", clock=clock.now, body=body) as again:

@@ -42,7 +42,7 @@ class Receiver:
         self.mavsdk.destroy()
 
     def _subscribe(self):
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + 120.0
         while not (systems := self.mavsdk.get_systems()) and time.monotonic() < deadline:
             time.sleep(0.005)
         self.direct = MavlinkDirect(systems[0])
@@ -51,7 +51,7 @@ class Receiver:
     def _take(self, message, _):
         self.messages.append(json.loads(message.fields_json))
 
-    def until(self, condition, timeout=60.0):
+    def until(self, condition, timeout=300.0):
         deadline = time.monotonic() + timeout
         while not condition():
             assert time.monotonic() < deadline, f"{len(self.messages)} setpoints came"
