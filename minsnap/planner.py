@@ -289,7 +289,7 @@ def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits:
     if time_limit is None or (durations is None and limits is not None):
         return NEVER
     if durations is None:
-        raise TimingError("time_limit goes with durations or limits: a search for a split is ended by Ctrl-C")
+        raise TimingError("time_limit goes with durations or limits: end a search for a split with Ctrl-C")
     return Deadline(monotonic() + time_limit)
 
 

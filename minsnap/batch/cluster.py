@@ -148,14 +148,14 @@ def _named_failures(client: Any) -> Iterator[None]:
         yield
     except KilledWorker as error:
         raise BatchError(
-            f"workers died again and again while they wrote one file ({error}): give them memory"
+            f"workers ended several times while they wrote one file ({error}): give them more memory"
         ) from error
     except (CancelledError, CommClosedError, TimeoutError) as error:
         raise BatchError("the connection to the scheduler was lost") from error
     except (MinsnapError, KeyboardInterrupt, ImportError):
         raise
     except OSError as error:
-        raise BatchError(f"a worker could not go on: {error}") from error
+        raise BatchError(f"a worker stopped: {error}") from error
 
 
 @contextmanager

@@ -59,7 +59,7 @@ app = typer.Typer(
 @app.callback()
 def _root(
     context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print version and core, and leave.")] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print version and core, and exit.")] = False,
 ) -> None:
     """Plan minimum-snap quadrotor trajectories, certified inside their corridor at every instant.
 

@@ -31,7 +31,7 @@ def batch(
         float, typer.Option("--problem-timeout", metavar="S", help="Processor time of a problem that is too slow [s].")
     ] = 60.0,
     resume: Annotated[
-        bool, typer.Option("--resume/--no-resume", help="Go on in a folder that was begun, or refuse it.")
+        bool, typer.Option("--resume/--no-resume", help="Continue in a folder that has results, or refuse it.")
     ] = True,
 ) -> None:
     """Plan many problems, and write them as a Parquet dataset that can go on after it was killed.

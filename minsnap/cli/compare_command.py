@@ -28,7 +28,10 @@ def compare(
     ],
     align: Annotated[
         bool,
-        typer.Option("--align", help="For flights without setpoints: find the clocks' offset, and lose the lateness."),
+        typer.Option(
+            "--align",
+            help="For flights without setpoints: estimate the clocks' offset; the delay is then not measured.",
+        ),
     ] = False,
     max_delay: Annotated[float, typer.Option("--max-delay", metavar="S", help="Longest delay looked for [s].")] = 2.0,
     frame: options.ReadFrame = None,
@@ -37,7 +40,7 @@ def compare(
     ] = None,
     corridor: options.Corridor = None,
     max_speed: Annotated[
-        float | None, typer.Option("--max-speed", metavar="M/S", help="Compare speeds with it.")
+        float | None, typer.Option("--max-speed", metavar="M/S", help="Limit on speed to compare with.")
     ] = None,
     plot: options.Plot = None,
     view: options.View = None,
@@ -103,7 +106,7 @@ def _refuse_unknown_clock(path: Path, log: FlightLog | None, align: bool) -> Non
     if log is not None and log.flight is not None and not align:
         raise InputError(
             f"{path} holds no setpoints, so when the flight began is not known: log them, or give --align, "
-            "which takes the vehicle's lateness for a part of the clocks' offset"
+            "which counts the vehicle's delay as part of the clocks' offset"
         )
 
 

@@ -31,13 +31,13 @@ def experiment(
         str, typer.Option("--references", help="What the cascade follows: position, velocity or acceleration.")
     ] = "velocity",
     vehicle: Annotated[str, typer.Option("--vehicle", help=VEHICLE_HELP)] = "f330",
-    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints a second.")] = 20.0,
-    pose_rate: Annotated[float, typer.Option("--pose-rate", metavar="HZ", help="Poses a second.")] = 50.0,
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints per second.")] = 20.0,
+    pose_rate: Annotated[float, typer.Option("--pose-rate", metavar="HZ", help="Poses per second.")] = 50.0,
     delay: Annotated[float, typer.Option("--delay", metavar="S", help="Age of each pose, not compensated [s].")] = 0.0,
     noise: Annotated[float, typer.Option("--noise", metavar="M", help="Standard deviation of a pose [m].")] = 0.0,
     wind: Annotated[Triple, typer.Option("--wind", metavar="X Y Z", help="Mean wind [m/s].")] = (0.0, 0.0, 0.0),
     gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0,
-    seed: Annotated[int, typer.Option("--seed", help="Repeats the same noise and gusts.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed: the same number gives the same noise and gusts.")] = 0,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Write reference and flights as CSV there.")
     ] = None,

@@ -20,7 +20,7 @@ Output = Annotated[
         help="File to write, in the format of its ending: .csv, .json, .yaml, .npz, .traj; - is standard output.",
     ),
 ]
-Rate = Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints a second.")]
+Rate = Annotated[float, typer.Option("--rate", metavar="HZ", help="Setpoints per second.")]
 Frame = Annotated[str, typer.Option("--frame", help="Axes of the file: enu, ned, flu, frd or optitrack.")]
 Format = Annotated[
     str | None, typer.Option("--format", metavar="NAME", help="Format of the file, where its ending does not tell.")
@@ -45,7 +45,7 @@ OffsetVehicle = Annotated[
     Path | None, typer.Option("--vehicle", metavar="FILE", help="Vehicle YAML whose drag is offset instead.")
 ]
 Lead = Annotated[
-    float, typer.Option("--lead", metavar="S", help="Setpoints so much earlier: offsets the vehicle's delay.")
+    float, typer.Option("--lead", metavar="S", help="Send setpoints earlier by this: compensates the vehicle's delay.")
 ]
 
 Time = Annotated[float | None, typer.Option("--time", metavar="S", help="Duration of the whole [s].")]
@@ -108,7 +108,9 @@ Continuity = Annotated[int | None, typer.Option("--continuity", help="Derivative
 Pieces = Annotated[
     str | None,
     typer.Option(
-        "--pieces", metavar="N|auto", help="Polynomials per leg; 1 unless given. auto: within limits, as gain."
+        "--pieces",
+        metavar="N|auto",
+        help="Polynomials per leg; 1 unless given. auto: with limits, as many as shorten the flight.",
     ),
 ]
 TimeLimit = Annotated[

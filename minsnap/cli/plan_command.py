@@ -27,7 +27,10 @@ def plan(
     destination: Destination,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="x,y,z[,yaw][,duration] in CSV; YAML; .plan; a plan.")],
     closed: Annotated[
-        bool, typer.Option("--closed", help="A lap, at speed throughout: appends the first waypoint if need be.")
+        bool,
+        typer.Option(
+            "--closed", help="A closed lap without a stop; appends the first waypoint where the last is another."
+        ),
     ] = False,
     laps: Annotated[int | None, typer.Option("--laps", help="How often the course is flown.")] = None,
     takeoff: Annotated[bool, typer.Option("--takeoff", help="Climb from the ground below the first waypoint.")] = False,

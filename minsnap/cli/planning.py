@@ -27,7 +27,7 @@ RectangleCorridor = Annotated[
         "--corridor", metavar="M", help="Half-width around each side [m]; 0.3. One, or one per side with commas."
     ),
 ]
-NoCorridor = Annotated[bool, typer.Option("--no-corridor", help="Leave the sides free.")]
+NoCorridor = Annotated[bool, typer.Option("--no-corridor", help="Plan without a corridor.")]
 Ramp = Annotated[
     float | None,
     typer.Option("--ramp", metavar="DEG", help="Angle of spin-up and spin-down [degrees]; 90. 0 starts at speed."),

@@ -24,7 +24,7 @@ def relay(
         str, typer.Option("--message", help="vision (VISION_POSITION_ESTIMATE), odometry, odometry-mocap or mocap.")
     ] = "vision",
     frame: Annotated[str, typer.Option("--frame", help="Of the source: optitrack, flu, enu …")] = "optitrack",
-    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Poses a second at most.")] = 50.0,
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Poses per second at most.")] = 50.0,
     max_age: Annotated[float, typer.Option("--max-age", metavar="S", help="Older poses are not sent.")] = 0.1,
     body: Annotated[str | None, typer.Option("--body", help="Which body, where there are several.")] = None,
 ) -> int:

@@ -24,7 +24,7 @@ def rect(
     width: Annotated[float, typer.Option("--width", metavar="M", help="Side along x [m].")] = 6.0,
     length: Annotated[float, typer.Option("--length", metavar="M", help="Side along y [m].")] = 4.0,
     altitude: Altitude = 1.5,
-    laps: Annotated[int, typer.Option("--laps", help="Times round, without a stop between.")] = 1,
+    laps: Annotated[int, typer.Option("--laps", help="Number of laps, without a stop between them.")] = 1,
     start_corner: Annotated[int, typer.Option("--start-corner", help="0 to 3, from the least x and y.")] = 0,
     clockwise: Clockwise = False,
     center: Center = (0.0, 0.0),
@@ -83,7 +83,7 @@ def helix(
     turning: Climbing,
     destination: Destination,
     radius: Annotated[float, typer.Option("--radius", metavar="M", help="Radius [m].")] = 1.0,
-    pitch: Annotated[float, typer.Option("--pitch", metavar="M", help="Climb a lap [m].")] = 0.5,
+    pitch: Annotated[float, typer.Option("--pitch", metavar="M", help="Climb per lap [m].")] = 0.5,
     start_angle: StartAngle = 0.0,
 ) -> None:
     """Trace a helix from an altitude upwards, or downwards with a negative pitch."""

@@ -30,11 +30,11 @@ def simulate(
     compensate: Annotated[bool, typer.Option("--compensate", help="Offset the vehicle's own drag.")] = False,
     wind: Annotated[Triple, typer.Option("--wind", metavar="X Y Z", help="Mean wind [m/s].")] = (0.0, 0.0, 0.0),
     gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0,
-    seed: Annotated[int, typer.Option("--seed", help="Repeats the same gusts and noise.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed: the same number gives the same gusts and noise.")] = 0,
     noise: Annotated[float, typer.Option("--noise", metavar="M", help="Standard deviation of a pose [m].")] = 0.0,
     frame: options.ReadFrame = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="CSV of what was flown, 50 rows a second.")
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="CSV of what was flown, 50 rows per second.")
     ] = None,
     plot: options.Plot = None,
     view: options.View = None,

@@ -28,7 +28,7 @@ def stream(
     ],
     rate: Annotated[float | None, typer.Option("--rate", metavar="HZ", help="The file's own unless given.")] = None,
     fields: Annotated[
-        str | None, typer.Option("--fields", help="Of position,velocity,acceleration,yaw,yaw_rate: those to send.")
+        str | None, typer.Option("--fields", help="Fields to send, of position,velocity,acceleration,yaw,yaw_rate.")
     ] = None,
     frame: options.Frame = "enu",
     laps: Annotated[int, typer.Option("--laps", help="How often to fly it.")] = 1,
@@ -43,10 +43,20 @@ def stream(
         ),
     ] = "file",
     max_start_distance: Annotated[
-        float, typer.Option("--max-start-distance", metavar="M", help="Of the vehicle from the start; inf: blind.")
+        float,
+        typer.Option(
+            "--max-start-distance",
+            metavar="M",
+            help="Largest distance of the vehicle from the start; inf: not checked.",
+        ),
     ] = 1.0,
     abort_distance: Annotated[
-        float, typer.Option("--abort-distance", metavar="M", help="Of the vehicle from its setpoint: stop beyond.")
+        float,
+        typer.Option(
+            "--abort-distance",
+            metavar="M",
+            help="Largest distance of the vehicle from its setpoint; beyond it the flight stops.",
+        ),
     ] = 2.0,
     arm: Annotated[bool, typer.Option("--arm", help="Change the mode and arm. Never done without this.")] = False,
     land: Annotated[bool, typer.Option("--land", help="Land at the end instead of holding.")] = False,
@@ -66,7 +76,9 @@ def stream(
     drag: options.OffsetDrag = 0.0,
     vehicle: options.OffsetVehicle = None,
     lead: options.Lead = 0.0,
-    log: Annotated[Path | None, typer.Option("--log", metavar="FILE", help="CSV of all sent and heard.")] = None,
+    log: Annotated[
+        Path | None, typer.Option("--log", metavar="FILE", help="CSV of all messages sent and received.")
+    ] = None,
 ) -> int:
     """Fly a setpoint file over MAVLink, by PX4's offboard or ArduPilot's guided mode.
 

@@ -69,7 +69,7 @@ def connected(
         cell = joined[int(np.argmax(blocked))]
         place = f"{point_text(corner + size * (cell + 0.5))} m, cell {point_text(cell)},"
         if clearance == 0.0:
-            raise CorridorError(f"the path meets an occupied cell at {place} of the grid: lead it around")
+            raise CorridorError(f"the path meets an occupied cell at {place} of the grid: move the path around it")
         raise CorridorError(
             f"the path meets a cell at {place} that is nearer than {clearance:g} m to an occupied one: "
             f"leave {size.max():g} m, a cell, more than the clearance"

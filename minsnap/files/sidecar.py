@@ -99,7 +99,7 @@ def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
             found["origin"] = (latitude, longitude, altitude)
         checksum, units = int(facts["crc32"]), facts.get("units")
     if units != UNITS or checksum != _checksum(path):
-        raise FileError(f"{path} is not what {beside} was written for: write it again, or remove {beside}")
+        raise FileError(f"{path} is not the file that {beside} was written for: write it again, or remove {beside}")
     return found
 
 

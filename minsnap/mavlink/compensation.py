@@ -78,7 +78,7 @@ class FeedForward:
         if samples.feed_forward is not None:
             raise InputError("the file states its feed-forward already: leave the drag and the vehicle out")
         if samples.velocity is None:
-            raise InputError("the file has no velocity, so what drag does along it is not known")
+            raise InputError("the file has no velocity, so its drag is not known")
         extra = self.drag * samples.velocity if self.vehicle is None else drag_feed_forward(self.vehicle, samples)
         return replace(samples, feed_forward=np.asarray(extra))
 

@@ -90,7 +90,9 @@ class StreamOptions:
 
     def __post_init__(self) -> None:
         if not self.prestream >= 2.0:
-            raise TimingError(f"prestream is {self.prestream} s: the autopilots want the start for at least 2 s")
+            raise TimingError(
+                f"prestream is {self.prestream} s: autopilots need the first setpoint for at least 2 s before"
+            )
         if self.on_abort not in ON_ABORT:
             raise InputError(f"on_abort is {self.on_abort!r}: choose {', '.join(ON_ABORT[:-1])} or {ON_ABORT[-1]}")
         if not self.give_up > 0:

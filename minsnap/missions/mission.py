@@ -229,7 +229,7 @@ def _at_rest(place: FloatArray, duration: float) -> Trajectory:
 def _ground(curve: Trajectory, t: float, where: Any) -> FloatArray:
     """Return the point on the ground below an end of the course."""
     if curve.dim != 3:
-        raise WaypointError("a plane course has no altitude to take off to: give its waypoints three coordinates")
+        raise WaypointError("take-off and landing need waypoints of three coordinates, and these have two")
     above = curve(t)
     ground = np.array([above[0], above[1], 0.0 if where is True else where[2]])
     if not above[2] > ground[2]:

@@ -170,7 +170,7 @@ class Elastic:
                     found = self._attempt(group, solver, accuracy)
                     if found is not None:
                         return found
-        raise SolverError("no solver found by how much the walls must give way: change units or durations")
+        raise SolverError("no solver found how much wider the walls must be: change units or durations")
 
     def _groups(self) -> Iterator[AxisGroup]:
         """Coordinates of all axes together, dense ones first where the unknowns are few."""

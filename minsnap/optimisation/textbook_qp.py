@@ -202,5 +202,5 @@ def _cost(durations: FloatArray, dim: int, half: int) -> Any:
 
 def _instants(samples: Any) -> FloatArray:
     if not is_whole(samples) or samples < 0:
-        raise CorridorError(f"samples is {samples!r}: it must be a whole number of instants a leg, 0 or more")
+        raise CorridorError(f"samples is {samples!r}: it must be a whole number of instants per leg, 0 or more")
     return np.asarray(np.arange(1, samples + 1) / (samples + 1))

@@ -45,6 +45,6 @@ def _repeat(found: bytearray, back: int, length: int) -> None:
     """Append bytes from some way back; the repetition may run into itself."""
     start = len(found) - back
     if start < 0:
-        raise ValueError("a repetition of what is before the block")
+        raise ValueError("a reference to data before the block")
     piece = bytes(found[start : start + length])
     found += (piece * (length // len(piece) + 1))[:length]

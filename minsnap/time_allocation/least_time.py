@@ -264,7 +264,7 @@ class LeastTime:
     def _reason(self, search: JointSearch, found: Evaluated) -> MinsnapError:
         """Say why the search ended outside: the corridor alone, or which limit is exceeded where and by how much."""
         if not self.task.explained:
-            return SolverError("no plan that keeps the walls and the limits was found from there")
+            return SolverError("no plan that keeps the walls and the limits was found from this start")
         durations = found.state.durations * self.problem.units.time
         reason = explain(search.layout.task, durations)
         if not isinstance(reason, SolverError):

@@ -76,7 +76,9 @@ class FlightFit:
         """
         told = [axis for axis in self.axes[:2] if axis.linear is not None]
         if not told:
-            raise FitError("the flight tells no horizontal drag: fly along the body's x or y at several speeds")
+            raise FitError(
+                "this flight does not determine the horizontal drag: fly along the body's x or y at several speeds"
+            )
         sides = [axis if axis.linear is not None else told[0] for axis in self.axes[:2]]
         parts = [(_value(axis.linear), _value(axis.quadratic)) for axis in (*sides, self.axes[2])]
         linear, quadratic = np.maximum(np.array(parts).T, 0.0) * mass

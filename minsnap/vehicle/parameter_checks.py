@@ -62,6 +62,6 @@ def _check_body(matrix: FloatArray) -> None:
         raise VehicleError(f"the inertia is not positive definite: its smallest principal moment is {least:g} kg m^2")
     if most > (least + middle) * (1 + _SLACK):
         raise VehicleError(
-            f"the principal moments {least:g}, {middle:g} and {most:g} kg m^2 are those of no body: "
+            f"the principal moments {least:g}, {middle:g} and {most:g} kg m^2 cannot be those of a rigid body: "
             "the largest must not exceed the sum of the others"
         )

@@ -87,7 +87,7 @@ def _fit_square(name: str, speed: npt.ArrayLike, values: npt.ArrayLike) -> Coeff
     speeds, measured = columns(name, {"speed": speed, "value": values}, least=2).values()
     squares = speeds**2
     if not squares.any():
-        raise FitError(f"{name}: every speed is 0, which tells nothing of the coefficient")
+        raise FitError(f"{name}: every speed is 0, so the coefficient cannot be determined")
     value = float(squares @ measured / (squares @ squares))
     residuals = measured - value * squares
     scatter = float(residuals @ residuals) / (len(speeds) - 1)
@@ -111,7 +111,7 @@ def columns(name: str, given: dict[str, npt.ArrayLike], least: int) -> dict[str,
     arrays = {key: np.asarray(value, dtype=np.float64).reshape(-1) for key, value in given.items()}
     lengths = {key: len(array) for key, array in arrays.items()}
     if len(set(lengths.values())) > 1:
-        raise FitError(f"{name}: the columns differ in length ({lengths}): give one value a measurement in each")
+        raise FitError(f"{name}: the columns differ in length ({lengths}): give one value per measurement in each")
     for key, array in arrays.items():
         bad = np.flatnonzero(~np.isfinite(array))
         if bad.size:

@@ -55,7 +55,7 @@ def test_a_file_in_enu_has_no_note_and_removes_an_older_one(ned):
 
 def test_a_note_on_another_file_is_refused(ned):
     ned.write_text(ned.read_text().replace("0.05,", "0.050,"))
-    with pytest.raises(FileError, match="is not what .*ned.csv.meta was written for"):
+    with pytest.raises(FileError, match="is not the file that .*ned.csv.meta was written for"):
         minsnap.read_csv(ned)
 
 

@@ -138,7 +138,10 @@ def test_a_heading_along_the_velocity_is_that_of_the_whole():
         (lambda: Course(YARD, laps=0), "laps is 0"),
         (lambda: Stop((0, 0, 1), hold=-1.0), "hold of a waypoint is -1.0"),
         (lambda: Stop((0, 0, 1), straight=1.0), "only a gate with a crossing"),
-        (lambda: plan_mission(Course((Stop((0, 0)), Stop((1, 1))), takeoff=True)), "a plane course has no altitude"),
+        (
+            lambda: plan_mission(Course((Stop((0, 0)), Stop((1, 1))), takeoff=True)),
+            "need waypoints of three coordinates",
+        ),
         (
             lambda: plan_mission(Course(YARD[2:], takeoff=(0, 0, 9.0))),
             "the ground at 9 m is not below the course at 2 m",

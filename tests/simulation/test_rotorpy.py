@@ -150,7 +150,7 @@ def test_the_adapter_gives_the_path_and_holds_its_end() -> None:
 
 
 def test_what_cannot_be_taken_over_is_named() -> None:
-    with pytest.raises(VehicleError, match="those of no body"):
+    with pytest.raises(VehicleError, match="of a rigid body"):
         from_rotorpy(crazyflie)
     with pytest.raises(VehicleError, match="x layout"):
         from_rotorpy(changed(rotor_directions=np.array([1, 1, -1, -1])))

@@ -71,7 +71,7 @@ def test_mixing_there_and_back(layout: str) -> None:
         ("mass", math.nan, "mass.*finite"),
         ("mass", "heavy", "mass.*number"),
         ("inertia", [0.01, 0.01, -0.01], "not positive definite"),
-        ("inertia", [0.005, 0.005, 0.02], "no body"),
+        ("inertia", [0.005, 0.005, 0.02], "of a rigid body"),
         ("inertia", [[0.01, 0.001, 0], [0, 0.01, 0], [0, 0, 0.01]], "not symmetric"),
         ("inertia", [0.01, 0.01], "3 finite moments"),
         ("inertia", "none", "3 finite moments"),

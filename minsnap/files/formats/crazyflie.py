@@ -89,7 +89,7 @@ def read_crazyflie(path: str | os.PathLike[str]) -> Trajectory:
     """
     lines = read_text(path).rstrip().splitlines()
     if len(lines) < 2:
-        raise FileError(f"{path} has no pieces: a header and a row for each are wanted")
+        raise FileError(f"{path} has no pieces: it needs a header and a row for each piece")
     rows = np.array([_row(path, number, line) for number, line in enumerate(lines[1:], 2)])
     powers = rows[:, 1:].reshape(len(rows), 4, DEGREE + 1)
     with reading(path, "a Crazyflie file"):

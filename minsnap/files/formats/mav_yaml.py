@@ -93,7 +93,7 @@ def read_mav_yaml(path: str | os.PathLike[str]) -> Trajectory:
     read = [_read_segment(f"{path}, segment {number}", segment) for number, segment in enumerate(segments)]
     shapes = {piece.shape for _, piece in read}
     if len(shapes) > 1:
-        raise FileError(f"{path}: its segments differ in N or D, {sorted(shapes)}: they must not")
+        raise FileError(f"{path}: its segments differ in N or D, {sorted(shapes)}: these must be the same for all")
     durations, powers = np.array([time for time, _ in read]), np.array([piece for _, piece in read])
     yaw = powers[:, 3] if powers.shape[1] == 4 else None
     with reading(path, "a file of segments"):

@@ -45,7 +45,7 @@ def refit(samples: Samples, max_pieces: int | None = None, tolerance: float = TO
         error = _deviation(trajectory, samples)
         if error <= tolerance:
             return trajectory
-    raise FileError(f"{most} pieces come within {error:.3g} m of the samples, not {tolerance:g} m: fly it in parts")
+    raise FileError(f"{most} pieces are {error:.3g} m from the samples, more than {tolerance:g} m: fly it in parts")
 
 
 def _growing(most: int) -> list[int]:

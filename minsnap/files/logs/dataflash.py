@@ -58,7 +58,7 @@ def read_dataflash(path: str | os.PathLike[str], inertial: bool = False) -> Flig
     except ImportError:
         raise ImportError("reading dataflash logs needs pymavlink: pip install minsnap[logs]") from None
     if not check_size(path) or not Path(path).is_file():
-        raise FileError(f"{path} is not there, or empty")
+        raise FileError(f"{path} is missing or empty")
 
     class PythonReader(DFReader_binary):  # type: ignore[misc]
         """Searches messages in Python: the compiled search prints its complaints past ``sys.stderr``."""

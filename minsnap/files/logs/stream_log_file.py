@@ -61,7 +61,7 @@ def read_stream_log(path: str | os.PathLike[str]) -> FlightLog:
     try:
         return flight_log(_track(sent, True), _track(heard, False), None, frame)
     except ValueError:
-        raise FileError(f"{path} holds what is not a number") from None
+        raise FileError(f"{path} has an entry that is not a number") from None
 
 
 def _track(rows: Sequence[Row], heading: bool) -> Track | None:

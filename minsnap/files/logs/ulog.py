@@ -107,7 +107,7 @@ class _Patient(io.BytesIO):
         """Read until the bound on the number of reads is reached."""
         self.reads -= 1
         if self.reads < 0:
-            raise RuntimeError("its messages go round in circles")
+            raise RuntimeError("its message definitions contain each other")
         return super().read(size)
 
 
