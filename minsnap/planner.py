@@ -11,12 +11,9 @@ from dataclasses import dataclass, replace
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING
 
-import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
 from minsnap.checks import (
-    DEGREES,
     check_closing,
     check_continuity,
     check_degree,
@@ -36,15 +33,13 @@ from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import as_constraints
 from minsnap.deadline import NEVER, Deadline
 from minsnap.errors import CorridorError, TimingError
-from minsnap.native.free_optimum import resting_optimum
-from minsnap.native.tube import tube_optimum
 from minsnap.optimisation.planned_yaw import Held, Yaw, asked_heading
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.tube_report import TubeReport
 from minsnap.progress import ProgressLine, told
+from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.timing import Timed, Timing
 from minsnap.trajectory.medium import Medium
-from minsnap.trajectory.report import LinearSystem, Progress, Report
+from minsnap.trajectory.report import Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -183,10 +178,12 @@ def plan(
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw
         free = _all_none((durations, total_time, limits, time_weight))
         durations = table.durations if free else durations
-    further = total_time, limits, continuity, yaw, start, end, pins, time_weight, enforce, room
+    further = limits, continuity, yaw, start, end, pins, time_weight, enforce, room
     finer = waypoint_tolerance, samples, certify, time_limit, yaw_rate, hold_below
-    if _all_none(further) and _all_none(finer) and _usual(closed, solver, split, pieces, corridor_method):
-        quick = _at_rest(waypoints, durations, corridor, degree, began, dim)
+    followed = total_time is not None and (progress is not None or on_interrupt != "raise")
+    plain = not followed and _usual(closed, solver, split, pieces, corridor_method)
+    if plain and _all_none(further) and _all_none(finer):
+        quick = resting_plan(waypoints, durations, total_time, corridor, degree, dim)
         if quick is not None:
             return quick
     from minsnap.time_allocation.allocate import plan_timed
@@ -230,58 +227,6 @@ def _usual(closed: bool, solver: str, split: str, pieces: int | str, corridor_me
     """Whether these arguments have their defaults."""
     plain = closed is False and type(pieces) is int and pieces == 1
     return plain and solver == "auto" and split == "optimal" and corridor_method == "exact"
-
-
-def _at_rest(
-    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
-    durations: npt.ArrayLike | None,
-    corridor: object,
-    degree: int,
-    began: float,
-    dim: int | None,
-) -> Trajectory | None:
-    """Plan from rest to rest with given durations, free or in a tube, by the native core.
-
-    None where anything is unusual: the checks that follow name what is wrong, and the other ways solve the rest.
-    """
-    if type(degree) is not int or degree not in DEGREES or durations is None:
-        return None
-    points, times = numbers(waypoints), numbers(durations)
-    if points is None or times is None:
-        return None
-    if points.ndim != 2 or times.ndim != 1 or not 1 <= len(times) == len(points) - 1 or not points.shape[1]:
-        return None
-    if (dim is None and points.shape[1] > 3) or (dim is not None and dim != points.shape[1]):
-        return None
-    warn_magnitude(points)
-    if corridor is not None:
-        return _in_tube(points, times, corridor, (degree + 1) // 2, began)
-    found = resting_optimum(points, times, (degree + 1) // 2)
-    if not isinstance(found, tuple):
-        return None
-    return Trajectory.solved(found[0], times, found[1], LinearSystem(began, perf_counter(), "native"))
-
-
-def _in_tube(points: FloatArray, times: FloatArray, width: object, half: int, began: float) -> Trajectory | None:
-    widths = _half_widths(width, len(times))
-    found = None if widths is None or points.shape[1] == 1 else tube_optimum(points, times, widths, half)
-    if found is None or widths is None:
-        return None
-    points.setflags(write=False)
-    widths.setflags(write=False)
-    how = TubeReport(perf_counter() - began, found.figures, points, widths)
-    return Trajectory.solved(found.points, times, found.breaks, how)
-
-
-def _half_widths(width: object, legs: int) -> FloatArray | None:
-    """Return one half-width, or one per leg, as an array of its own; None for anything else."""
-    if type(width) in (int, float):
-        return numbers(width)
-    if not isinstance(width, np.ndarray | list | tuple) or len(width) != legs:
-        return None
-    plain = width.dtype.kind in "fiu" if isinstance(width, np.ndarray) else {int, float}.issuperset(map(type, width))
-    widths = numbers(width) if plain else None
-    return widths if widths is not None and widths.ndim == 1 else None
 
 
 def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits: Limits | None) -> Deadline:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from ctypes import c_double, c_int64, c_void_p
+from ctypes import c_double, c_int32, c_int64, c_void_p
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from minsnap.arrays import FloatArray
 from minsnap.native.corridor import WALL_TYPES, CorridorQuestion, wall_arguments
 from minsnap.native.library import Entry, address
 from minsnap.native.status import Status
+from minsnap.tolerances import GAP
 
 _CHAIN = (*[c_void_p] * 2, c_int64, *[c_void_p] * 3)
 """States at the ends; pins: how many, knots, masks, values."""
@@ -20,6 +21,9 @@ _GRADIENT = Entry("minsnap_cost_gradient", *[c_int64] * 4, *[c_void_p] * 2, *_CH
 _SPLIT = Entry("minsnap_best_split", *[c_int64] * 4, *[c_void_p] * 2, c_double, *_CHAIN, c_int64, *[c_void_p] * 3)
 _REQUEST = (*[c_int64] * 5, *[c_double] * 2, *[c_void_p] * 2, c_double, *[c_void_p] * 2, *WALL_TYPES)
 _CORRIDOR_SPLIT = Entry("minsnap_best_corridor_split", *_REQUEST, c_double, c_int64, *[c_void_p] * 3)
+_TUBE_SPLIT = Entry(
+    "minsnap_best_tube_split", *[c_void_p] * 3, c_int64, *[c_int32] * 3, c_double, c_int64, *[c_void_p] * 3
+)
 
 EVALUATIONS = 2000
 """Evaluations after which a search is given up."""
@@ -137,6 +141,31 @@ def best_corridor_split(
     status = call(
         *(q.half, len(first), pieces, q.positions.shape[1], q.closed, q.length, q.time, *where[:2], price or 0.0),
         *(*where[2:], *wall_arguments(q.walls), gap, EVALUATIONS, *found.addresses()),
+    )
+    return Status(status) if status else found.split()
+
+
+def best_tube_split(
+    points: FloatArray, first: FloatArray, widths: FloatArray, half: int, gap: float = GAP
+) -> SplitFound | Status | None:
+    """Durations of least cost from rest to rest in a tube, at the total of the first ones.
+
+    Parameters
+    ----------
+    points, first, half
+        As for ``best_split``.
+    widths : ndarray, shape () or (legs,)
+        Half-widths [m].
+    gap : float
+        As for ``best_corridor_split``.
+    """
+    call = _TUBE_SPLIT.function()
+    if call is None:
+        return None
+    points, first, found = _floats(points), _floats(first), _Found(len(first))
+    status = call(
+        *(address(points), address(first), address(widths), len(first), points.shape[1], half, widths.ndim == 0, gap),
+        *(EVALUATIONS, *found.addresses()),
     )
     return Status(status) if status else found.split()
 

@@ -8,7 +8,7 @@ from minsnap.arrays import FloatArray
 from minsnap.corridors.margins import margin_to
 from minsnap.corridors.tubes import Tube
 from minsnap.optimisation.solved_task import NATIVE
-from minsnap.trajectory.report import Report
+from minsnap.trajectory.report import Report, steps_of
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -26,15 +26,19 @@ class TubeReport:
         [m].
     widths : ndarray, shape () or (legs,)
         Half-widths of the tube [m].
+    history : ndarray, shape (evaluations, 2), or None
+        As for ``LinearSystem``.
     """
 
     seconds: float
     figures: FloatArray
     waypoints: FloatArray
     widths: FloatArray
+    history: FloatArray | None = None
 
     def report(self, curve: Trajectory) -> Report:
         """Return the report, with the proved distance of the curve to the tube."""
         margin = min(margin_to(curve, walls).value for walls in Tube(self.widths).walls(self.waypoints))
         rows, rounds = self.figures[2:].astype(int).tolist()
-        return Report(NATIVE, rounds, rows, curve.cost(), margin, 1e3 * self.seconds, core=NATIVE)
+        milliseconds, steps = 1e3 * self.seconds, steps_of(self.history)
+        return Report(NATIVE, rounds, rows, curve.cost(), margin, milliseconds, steps=steps, core=NATIVE)

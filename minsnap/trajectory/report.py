@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from minsnap.arrays import FloatArray
 from minsnap.cards import card, strip_svg
 
 
@@ -31,6 +32,14 @@ class Step:
     total_time: float
     value: float
     best: float
+
+
+def steps_of(history: FloatArray | None) -> tuple[Step, ...]:
+    """Return the steps of a search from total time and value, evaluation by evaluation, shape (evaluations, 2)."""
+    if history is None:
+        return ()
+    best = np.minimum.accumulate(history[:, 1]).tolist()
+    return tuple(Step(k + 1, total, value, best[k]) for k, (total, value) in enumerate(history.tolist()))
 
 
 Progress = Callable[[Step], None]
@@ -180,12 +189,16 @@ class LinearSystem:
         Readings of ``time.perf_counter`` around the plan [s].
     core : str
         Which core solved it.
+    history : ndarray, shape (evaluations, 2), or None
+        Of a search for durations: total time and what is minimised.
     """
 
     began: float
     ended: float
     core: str
+    history: FloatArray | None = None
 
     def report(self, curve: HasCost) -> Report:
         """Return the report of the plan."""
-        return Report("banded", 0, 0, curve.cost(), None, 1e3 * (self.ended - self.began), core=self.core)
+        milliseconds, steps = 1e3 * (self.ended - self.began), steps_of(self.history)
+        return Report("banded", 0, 0, curve.cost(), None, milliseconds, steps=steps, core=self.core)

@@ -9,6 +9,7 @@
 #include "export.hpp"
 #include "for_all.hpp"
 #include "quasi_newton.hpp"
+#include "tube.hpp"
 #include "unconstrained.hpp"
 
 namespace minsnap {
@@ -294,6 +295,16 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
     return status == Status::infeasible && last != Status::done ? last : status;
 }
 
+// The same for a request, whose durations are not read.
+Status split_in_corridor(const Request &given, Split split) {
+    CorridorCost corridor(given);
+    if (!corridor.allocate()) return Status::no_memory;
+    split.unit = given.length * given.length * std::pow(given.time, 1.0 - 2.0 * given.half);
+    return find_split(split, given.gap, [&](const double *pieces, double &cost, double *slopes) {
+        return corridor.evaluate(pieces, cost, slopes);
+    });
+}
+
 bool fill_pins(const ChainProblem &chain, int half, const std::uint32_t *masks, const double *values, Buffer<Pin> &pins) {
     if (!pins.allocate(std::size_t(chain.pin_count))) return false;
     for (Integer i = 0; i < chain.pin_count; ++i) {
@@ -401,11 +412,18 @@ MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(
                            pinned, values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, matrices}, gap};
     const Status checked = check_request(given);
     if (checked != Status::done) return int(checked);
-    CorridorCost corridor(given);
-    if (!corridor.allocate()) return int(Status::no_memory);
-    const double unit = length * length * std::pow(time, 1.0 - 2.0 * double(half));
-    const Split split = {legs, int(per_leg), first, price, unit, capacity, durations, history, figures};
-    return int(find_split(split, gap, [&](const double *pieces, double &cost, double *slopes) {
-        return corridor.evaluate(pieces, cost, slopes);
-    }));
+    return int(split_in_corridor(given, {legs, int(per_leg), first, price, 1.0, capacity, durations, history, figures}));
+}
+
+// The same for a total time in a tube, whose walls are made here: points (legs + 1, dim); half-widths as in tube.cpp.
+MINSNAP_EXPORT std::int32_t minsnap_best_tube_split(const double *points, const double *first, const double *widths,
+                                                    Integer legs, std::int32_t dim, std::int32_t half,
+                                                    std::int32_t shared, double gap, Integer capacity,
+                                                    double *durations, double *history, double *figures) {
+    if (capacity < 1 || legs > most_split_pieces) return int(Status::bad_size);
+    TubeWalls walls;
+    Request request = {};
+    const Status status = request_tube({points, first, widths, legs, dim, half, shared != 0}, gap, walls, request);
+    if (status != Status::done) return int(status);
+    return int(split_in_corridor(request, {legs, 1, first, 0.0, 1.0, capacity, durations, history, figures}));
 }

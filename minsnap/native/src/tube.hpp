@@ -110,15 +110,21 @@ private:
     Buffer<std::int64_t> wall_;
 };
 
+// Make the walls, and the request to stay inside of them from rest to rest; a status other than done if there is none.
+inline Status request_tube(const TubeProblem &given, double gap, TubeWalls &walls, Request &request) {
+    if (!corridor_sizes_fit(given.half, given.legs, given.dim, 2 * given.legs * given.dim)) return Status::bad_size;
+    const Status status = walls.make(given);
+    if (status != Status::done) return status;
+    request = {given.half, int(given.legs), given.dim, false,   walls.length,  walls.time,
+               given.points, given.durations, nullptr,   nullptr, walls.walls(), gap};
+    return check_request(request);
+}
+
 // Find the curve of least cost, proved to be inside; points (legs, 2k, dim).
 inline Status solve_tube(const TubeProblem &given, double gap, double *points, TubeWalls &walls, TubeAnswer &found) {
-    if (!corridor_sizes_fit(given.half, given.legs, given.dim, 2 * given.legs * given.dim)) return Status::bad_size;
-    Status status = walls.make(given);
+    Request request = {};
+    Status status = request_tube(given, gap, walls, request);
     if (status == Status::done && !found.allocate(given, points)) status = Status::no_memory;
-    if (status != Status::done) return status;
-    const Request request = {given.half, int(given.legs), given.dim, false,   walls.length,  walls.time,
-                             given.points, given.durations, nullptr,   nullptr, walls.walls(), gap};
-    status = check_request(request);
     std::int64_t attempts = 0;
     return status == Status::done ? solve_request(request, found.answer, attempts) : status;
 }

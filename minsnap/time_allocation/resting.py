@@ -1,0 +1,103 @@
+"""Plans from rest to rest, free or in a tube, for which nothing else is asked: a call or two of the native core."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from time import perf_counter
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.arrays import FloatArray, numbers
+from minsnap.checks import DEGREES
+from minsnap.corridors.gates import Gate
+from minsnap.corridors.given_waypoints import warn_magnitude
+from minsnap.native.durations import SplitFound, best_split, best_tube_split
+from minsnap.native.free_optimum import resting_optimum
+from minsnap.native.tube import tube_optimum
+from minsnap.optimisation.tube_report import TubeReport
+from minsnap.trajectory.report import LinearSystem
+from minsnap.trajectory.trajectory import Trajectory
+
+
+def resting_plan(
+    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
+    durations: npt.ArrayLike | None,
+    total: float | None,
+    corridor: object,
+    degree: int,
+    dim: int | None,
+) -> Trajectory | None:
+    """Plan for given durations, or for a total time and the split of it that costs least; arguments as of ``plan``.
+
+    None where anything is unusual: the checks of ``plan`` name what is wrong, and the other ways solve the rest.
+    """
+    began = perf_counter()
+    if type(degree) is not int or degree not in DEGREES or (durations is None) is (total is None):
+        return None
+    points = numbers(waypoints)
+    if points is None or points.ndim != 2 or len(points) < 2 or not points.shape[1]:
+        return None
+    if (dim is None and points.shape[1] > 3) or (dim is not None and dim != points.shape[1]):
+        return None
+    times = _split_by_distance(points, total) if durations is None else numbers(durations)
+    if times is None or times.shape != (len(points) - 1,):
+        return None
+    widths = None if corridor is None else _half_widths(corridor, len(times))
+    if corridor is not None and (widths is None or points.shape[1] == 1):
+        return None
+    warn_magnitude(points)
+    half, history = (degree + 1) // 2, None
+    if durations is None and len(times) > 1:
+        split = _best_split(points, times, widths, half)
+        if split is None:
+            return None
+        times, history = split
+    if widths is not None:
+        return _in_tube(points, times, widths, half, history, began)
+    found = resting_optimum(points, times, half)
+    if not isinstance(found, tuple):
+        return None
+    return Trajectory.solved(found[0], times, found[1], LinearSystem(began, perf_counter(), "native", history))
+
+
+def _split_by_distance(points: FloatArray, total: object) -> FloatArray | None:
+    """Durations in proportion to the legs; None unless the total is a positive number and every leg has a length."""
+    if not (type(total) in (int, float) and 0.0 < total < inf):  # type: ignore[operator]
+        return None
+    steps = points[1:] - points[:-1]
+    lengths = np.sqrt((steps * steps).sum(axis=1))
+    return np.asarray(total * lengths / lengths.sum()) if 0.0 < lengths.min() and lengths.max() < inf else None
+
+
+def _best_split(points: FloatArray, first: FloatArray, widths: FloatArray | None, half: int) -> SplitFound | None:
+    """Split of least cost, in a tube from the one without walls on, or from the one by distance."""
+    free = best_split(points, first, half, None, {})
+    if widths is None:
+        return free if isinstance(free, SplitFound) else None
+    starts = [free.durations] if isinstance(free, SplitFound) else []
+    found = (best_tube_split(points, start, widths, half) for start in [*starts, first])
+    return next((split for split in found if isinstance(split, SplitFound)), None)
+
+
+def _in_tube(
+    points: FloatArray, times: FloatArray, widths: FloatArray, half: int, history: FloatArray | None, began: float
+) -> Trajectory | None:
+    found = tube_optimum(points, times, widths, half)
+    if found is None:
+        return None
+    widths.setflags(write=False)
+    how = TubeReport(perf_counter() - began, found.figures, points, widths, history)
+    return Trajectory.solved(found.points, times, found.breaks, how)
+
+
+def _half_widths(width: object, legs: int) -> FloatArray | None:
+    """Return one half-width, or one per leg, as an array of its own; None for anything else."""
+    if type(width) in (int, float):
+        return np.array(width, dtype=np.float64)
+    if not isinstance(width, np.ndarray | list | tuple) or len(width) != legs:
+        return None
+    plain = width.dtype.kind in "fiu" if isinstance(width, np.ndarray) else {int, float}.issuperset(map(type, width))
+    widths = np.array(width, dtype=np.float64) if plain else None
+    return widths if widths is not None and widths.ndim == 1 else None
