@@ -18,7 +18,7 @@ _STEP = Entry("minsnap_joint_step", *[c_void_p] * 26, c_int64, *[c_void_p] * 4)
 ORDERS = 5
 """Derivatives that conditions may depend on: position to snap."""
 
-WALL, LEAST_THRUST, BODY_RATE, UNSPUN_ROTORS, YAWED_ROTORS, MOST_THRUST, TILT, HEADING_RATE = range(8)
+WALL, LEAST_THRUST, BODY_RATE, UNSPUN_ROTORS, YAWED_ROTORS, MOST_THRUST, TILT, HEADING_RATE, LOOK_RATE = range(9)
 """Kinds of conditions, as in ``src/momentary.hpp``."""
 
 ITERATIONS = 60

@@ -88,6 +88,8 @@ class JointModel:
         The same in the native core, which is asked first.
     objective : Objective, optional
         The time unless given.
+    least : ndarray, shape (pieces in all,), optional
+        Durations that no step goes below.
     """
 
     def __init__(
@@ -97,9 +99,11 @@ class JointModel:
         lengths: FloatArray,
         native: NativeSteps | None = None,
         objective: Objective | None = None,
+        least: FloatArray | None = None,
     ) -> None:
         self.layout, self.blocks, self.lengths, self.native = layout, blocks, lengths, native
         self.objective = TotalTime(layout) if objective is None else objective
+        self.least = least
         self._pull = Pull(np.zeros((layout.pieces, 2 * layout.half, layout.dim)), np.zeros(layout.pieces))
         self.regions = JointRegions(layout)
         self.grid = np.linspace(0.0, 1.0, instants(layout))
@@ -139,7 +143,7 @@ class JointModel:
         deadline = self.layout.task.deadline
         deadline.check()
         if self.native is not None:
-            regions = self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall)
+            regions = self._given_rows(state, inwards)
             bounds = (caution.proximity, caution.reach, LONGEST, SHORTEST, penalties.limit, penalties.wall)
             numbers = (*bounds, inwards.limit, inwards.wall, caution.accuracy, deadline.left)
             terms, known = self.objective.terms(state), known_peaks(peaks, former)
@@ -190,10 +194,7 @@ class JointModel:
         self._state, self._ends = state, self.layout.ends(state)
         self._scales = self.layout.end_scales(state.durations)
         rows = [self._block_rows(block, found) for block, found in zip(self.blocks, peaks, strict=True)]
-        rows += [
-            *self._step_rows(caution.reach),
-            *self.regions.rows(state, self.layout.unknowns.shape[1], inwards.wall),
-        ]
+        rows += [*self._step_rows(caution.reach), *self._given_rows(state, inwards)]
         terms, diagonal = self.objective.terms(state), np.full(self._size, 1e-10)
         share = state.durations / state.total
         begin = self.layout.size
@@ -210,6 +211,16 @@ class JointModel:
             rows,
             self.layout.chain,
         )
+
+    def _given_rows(self, state: JointState, inwards: Inwards) -> list[Rows]:
+        """Rows of knots in regions, and of least durations."""
+        width = self.layout.unknowns.shape[1]
+        rows = self.regions.rows(state, width, inwards.wall)
+        if self.least is not None:
+            matrix = np.zeros((self.layout.pieces, 1, width))
+            matrix[:, 0, width - SLACKS - 2] = -1.0
+            rows.append(Rows(np.arange(self.layout.pieces), matrix, (1.0 - self.least / state.durations)[:, None]))
+        return rows
 
     def _block_rows(self, block: Block, peaks: Peaks) -> Rows:
         """Cones of one block, at the instants of the grid near the limit and at peaks."""

@@ -12,9 +12,10 @@ from minsnap.optimisation.units import Units
 from minsnap.time_allocation.joint_layout import JointLayout
 from minsnap.time_allocation.joint_rows import Block, wall_blocks
 from minsnap.time_allocation.joint_search import JointSearch, Told
-from minsnap.time_allocation.momentary_limits import heading_block, momentary_blocks
+from minsnap.time_allocation.momentary_limits import heading_block, look_block, momentary_blocks
 from minsnap.time_allocation.objectives import Objective
 from minsnap.time_allocation.rotor_limits import rotor_block
+from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
@@ -55,6 +56,7 @@ class JointProblem:
         ticked: Callable[[], None] | None = None,
         turns: bool = False,
         objective: Objective | None = None,
+        least: FloatArray | None = None,
     ) -> JointSearch:
         """Return a search over curves of so many pieces a leg.
 
@@ -66,20 +68,22 @@ class JointProblem:
             Whether with the limit on the rate of a heading along the velocity.
         objective : Objective, optional
             On the layout of so many pieces; the time unless given.
+        least : ndarray, shape (pieces in all,), optional
+            Durations that no step goes below, normalised.
         """
         layout = self.layout(pieces)
         blocks = self.blocks(layout)
         self.task.deadline.check()
         if turns and isinstance(self.heading, VelocityHeading) and self.limits.yaw_rate is not None:
             blocks.append(heading_block(self.limits.yaw_rate, self.heading, self.units, layout.pieces, layout.dim))
-        return JointSearch(layout, blocks, told, ticked, objective)
+        return JointSearch(layout, blocks, told, ticked, objective, least)
 
     def layout(self, pieces: int) -> JointLayout:
         """Return the layout of so many pieces a leg."""
         return JointLayout(replace(self.task, pieces=pieces), self.units)
 
     def blocks(self, layout: JointLayout) -> list[Block]:
-        """Return all walls and limits on the pieces of a layout, but for the yaw rate."""
+        """Return walls and limits on the pieces of a layout; of yaw rates only that towards a point."""
         pieces, total, limits = layout.task.pieces, layout.pieces, self.limits
         momentary = momentary_blocks(limits, self.units, total)
         stricter = {block.name for block in momentary}
@@ -87,4 +91,6 @@ class JointProblem:
         blocks = wall_blocks([*self.task.walls, *convex], self.units, pieces, total) + momentary
         if isinstance(limits, VehicleLimits):
             blocks.append(rotor_block(limits.vehicle, limits.reserve, self.units, total, self.yaw))
+        if limits.yaw_rate is not None and isinstance(self.heading, LookAtHeading):
+            blocks.append(look_block(limits.yaw_rate, self.heading, self.units, total, layout.dim))
         return blocks

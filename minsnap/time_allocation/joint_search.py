@@ -69,6 +69,8 @@ class JointSearch:
         Called before every step, accepted or not; what it raises ends the search.
     objective : Objective, optional
         What is minimised; the time unless given.
+    least : ndarray, shape (pieces in all,), optional
+        Durations that no step goes below.
     """
 
     def __init__(
@@ -78,12 +80,13 @@ class JointSearch:
         told: Told | None = None,
         ticked: Callable[[], None] | None = None,
         objective: Objective | None = None,
+        least: FloatArray | None = None,
     ) -> None:
         self.layout, self.blocks, self.told, self.ticked = layout, blocks, told, ticked
         self.objective = TotalTime(layout) if objective is None else objective
         self.native = native_steps(layout, blocks)
         self.finder = PeakFinder(layout, blocks, None if self.native is None else self.native.terms)
-        self.penalties = self.objective.penalties
+        self.penalties, self.least = self.objective.penalties, least
         self.memory: list[list[Peaks]] = [[] for _ in blocks]
         self.iterations = 0
         self._best: Evaluated | None = None
@@ -136,7 +139,7 @@ class JointSearch:
         ends = self.layout.ends(state)
         lengths = np.sqrt(np.einsum("ijd,jk,ikd->i", ends, end_metric(self.layout.degree, 1), ends))
         typical = np.asarray(np.maximum(lengths, SHORT * np.median(lengths)))
-        return JointModel(self.layout, self.blocks, typical, self.native, self.objective)
+        return JointModel(self.layout, self.blocks, typical, self.native, self.objective, self.least)
 
     def _done(self, now: Evaluated, promised: float, gain: float) -> bool:
         excess = max(now.measured.limit, now.measured.wall)

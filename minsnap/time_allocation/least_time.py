@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.deadline import LATE, LateError
-from minsnap.errors import InfeasibleError, MinsnapError, SolverError
+from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -26,7 +26,9 @@ from minsnap.time_allocation.refinement import divided, slowed
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits
 from minsnap.time_allocation.timing import Finish, Run
+from minsnap.time_allocation.yaw_pace import paced
 from minsnap.trajectory.path import Heading
+from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Progress
 
 DIVISIONS = (3, 2)
@@ -169,17 +171,37 @@ class LeastTime:
         return None
 
     def _turning(self, search: JointSearch, found: Evaluated, solved: SolvedTask | None) -> SolvedTask | None:
-        """Search again with the limit on the yaw rate along the velocity, if to keep it the curve was slowed down.
+        """Search again with the limit on the yaw rate, if to keep it the curve was slowed down.
 
-        It begins from the slower curve: where all legs begin at rest the velocity has no direction to speak of.
+        It begins from a slower curve: where all legs begin at rest a velocity has no direction to speak of.  With a yaw
+        at the waypoints no piece becomes shorter than the turns on it take.
         """
         factor = 1.0 if solved is None else solved.trajectory.duration / (found.state.total * self.problem.units.time)
-        if self.interrupted or not self.problem.turns or (solved is not None and factor < 1.0 + OPEN):
+        turns, limit, least = self.problem.turns, self.limits.yaw_rate, None
+        if self.interrupted or limit is None or (solved is not None and factor < 1.0 + OPEN):
             return solved
-        again = self.problem.search(search.layout.task.pieces, self._tell, self._tick, True)
+        if not turns:
+            if isinstance(self.problem.heading, PlannedHeading):
+                least = paced(search.layout, found.state, self.finish, limit, factor * found.state.total)
+            if least is None:
+                return self._turned(solved, limit)
+            factor = float((least / found.state.durations).max())
+        again = self.problem.search(search.layout.task.pieces, self._tell, self._tick, turns, least=least)
         best = self._settled(again, slowed(found.state, factor))
         other = CertifiedEnd(again, self.limits, self.finish).run(best)
         return min((one for one in (solved, other) if one is not None), key=_duration, default=None)
+
+    def _turned(self, solved: SolvedTask | None, limit: float) -> SolvedTask | None:
+        """Return a plan whose yaw keeps the limit on its rate, or raise LimitError: functions of time do not slow."""
+        curve = None if solved is None else self.finish(solved.trajectory)
+        if curve is not None and not keeps(self.limits, curve):
+            used = most_used(self.limits, curve)
+            if used.name == "yaw_rate":
+                raise LimitError(
+                    f"the yaw turns at {used.value:.4g} rad/s at {used.instant:.4g} s, however slow the plan, and "
+                    f"{limit:g} rad/s are allowed: give one that turns more slowly"
+                )
+        return solved
 
     def _heading(self, guess: FloatArray) -> Heading:
         """Heading of the first guess."""

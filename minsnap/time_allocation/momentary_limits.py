@@ -21,6 +21,7 @@ from minsnap.native.joint_steps import (
     BODY_RATE,
     HEADING_RATE,
     LEAST_THRUST,
+    LOOK_RATE,
     MOST_THRUST,
     ORDERS,
     TILT,
@@ -28,6 +29,7 @@ from minsnap.native.joint_steps import (
 )
 from minsnap.optimisation.units import Units
 from minsnap.time_allocation.joint_rows import LIMIT, Block, Derivatives, Linearised, beyond
+from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.medium import Medium, inner, norm
 from minsnap.trajectory.velocity_heading import SLOW, SLOW_SHARE, VelocityHeading
 
@@ -48,6 +50,9 @@ DIRECTED = 0.01
 
 HELD_ROOM = 10.0
 """Allowance of a turn where a heading along the velocity is held, for rest; in units of the limit at typical speed."""
+
+LOOK_ROOM = 0.05
+"""Least distance from a point that is looked at, in those at which a typical speed turns past it at the limit."""
 
 Excess = Callable[[dict[int, FloatArray]], FloatArray]
 
@@ -236,6 +241,31 @@ def heading_rate(limit: float, typical: float, held: float) -> Excess:
     return excess
 
 
+def look_rate(limit: float, typical: float, point: FloatArray) -> Excess:
+    """Excess of the rate at which a point is passed, either way, times the distance, and how near it is.
+
+    A curve straight through the point has no rate, but for a jump.
+
+    Parameters
+    ----------
+    limit : float
+        [rad/s].
+    typical : float
+        A typical speed [m/s].
+    point : ndarray, shape (2,)
+        That is looked at, from where positions are counted [m].
+    """
+
+    def excess(x: dict[int, FloatArray]) -> FloatArray:
+        way, velocity = x[0][..., :2] - point, x[1]
+        distance = norm(way, TINY * (typical / limit) ** 2)
+        turn = (way[..., 0] * velocity[..., 1] - way[..., 1] * velocity[..., 0]) / (typical * distance)
+        allowed = limit / typical * distance
+        return np.stack((turn - allowed, -turn - allowed, LOOK_ROOM - allowed), axis=-1)
+
+    return excess
+
+
 def momentary_blocks(limits: Limits, units: Units, pieces: int) -> list[Block]:
     """Limits on thrust and on its direction that are not convex.
 
@@ -273,4 +303,13 @@ def heading_block(limit: float, heading: VelocityHeading, units: Units, pieces: 
     slow = min(SLOW, SLOW_SHARE * typical) if heading.hold_below is None else heading.hold_below
     kept, parameters = heading_rate(limit, typical, slow), (limit, typical, slow, HELD_ROOM)
     rate = MomentaryLimit(kept, (1, 2), 2, limit * typical, HEADING_RATE, parameters, "yaw_rate")
+    return Momentary(rate, units, pieces, dim)
+
+
+def look_block(limit: float, heading: LookAtHeading, units: Units, pieces: int, dim: int) -> Block:
+    """Limit on the rate of a heading towards a point [rad/s]."""
+    typical, point = units.of_order(1), heading.target.point[:2] - units.origin[:2]
+    kept, place = look_rate(limit, typical, point), (float(point[0]), float(point[1]))
+    parameters = (limit, typical, *place, LOOK_ROOM)
+    rate = MomentaryLimit(kept, (0, 1), 3, typical, LOOK_RATE, parameters, "yaw_rate")
     return Momentary(rate, units, pieces, dim)

@@ -58,6 +58,10 @@ CASES = {
     "three pieces": {"pieces": 3},
     "a constant yaw": {"heading": ConstantHeading(0.4)},
     "drag": {"limits": DRAGGED, "heading": VelocityHeading(minsnap.line(total_time=1.0))},
+    "a point to look at": {
+        "limits": Limits(speed=3.0, acceleration=6.0, yaw_rate=0.5),
+        "heading": minsnap.LookAt((2.0, 7.0)).heading(minsnap.line(total_time=1.0)),
+    },
     "a closed lap": {"closed": True, "limits": Limits(speed=3.0, acceleration=6.0, body_rate=4.0)},
     "degree 5": {"degree": 5, "limits": Limits(speed=3.0, acceleration=6.0)},
     "degree 9": {"degree": 9, "limits": Limits(speed=3.0, jerk=20.0, snap=90.0)},

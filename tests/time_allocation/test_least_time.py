@@ -8,6 +8,7 @@ from tasks import REFERENCE, random_legs
 
 import minsnap
 from minsnap.deadline import NEVER
+from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 from minsnap.time_allocation.joint_search import JointSearch
 
@@ -100,6 +101,29 @@ def test_the_rate_of_a_heading_along_the_velocity_is_searched_for():
         path = minsnap.plan(REFERENCE, corridor=1.0, limits=limits, yaw="velocity")
         check_touching(path, limits, REFERENCE, 1.0)
         assert path.duration <= most
+
+
+@pytest.mark.parametrize(
+    ("yaw", "rate", "most"),
+    [
+        (np.linspace(0.0, 2.0 * np.pi, 5), 0.8, 12.2),
+        (minsnap.LookAt((4.0, 2.0)), 0.6, 12.5),
+        (minsnap.LookAt((4.0, -1.0)), 0.5, 14.3),
+    ],
+    ids=["at the waypoints", "towards the centre", "past a point"],
+)
+def test_the_rate_of_other_headings_is_searched_for(yaw, rate, most):
+    """Slowed down alone they took 14.26, 38.39 and 38.98 s."""
+    limits = Limits(speed=3.0, acceleration=6.0, yaw_rate=rate)
+    path = minsnap.plan(REFERENCE, limits=limits, yaw=yaw)
+    check_touching(path, limits, REFERENCE)
+    assert path.duration <= most
+
+
+def test_a_yaw_that_turns_too_fast_at_any_speed_is_refused():
+    limits = Limits(speed=3.0, acceleration=6.0, yaw_rate=0.2)
+    with pytest.raises(LimitError, match="turns at 0.3 rad/s at 0 s, however slow the plan, and 0.2 rad/s are allowed"):
+        minsnap.plan(REFERENCE, limits=limits, yaw=lambda t: 0.3 * np.sin(t))
 
 
 def test_the_rate_of_a_heading_is_searched_for_in_the_plane_too():

@@ -38,14 +38,15 @@ JointTerms terms_of(const std::int64_t *sizes, const std::int64_t *table, const 
 // Whether a row of the table names conditions and values that are there.
 bool row_consistent(const std::int64_t *row, const std::int64_t *sizes) {
     const std::int64_t pieces = sizes[0], dim = sizes[2], conditions = row[4];
-    if (row[0] < 0 || row[0] > 7 || row[1] < 0 || row[2] < row[1] || row[2] >= static_cast<std::int64_t>(joint_orders)) return false;
+    if (row[0] < 0 || row[0] > 8 || row[1] < 0 || row[2] < row[1] || row[2] >= static_cast<std::int64_t>(joint_orders)) return false;
     if (row[3] < 1 || row[3] > static_cast<std::int64_t>(joint_parts) || conditions < 1 || row[5] < 0 || row[5] > 1) return false;
     if (row[6] < 0 || conditions > sizes[4] - row[6] || row[7] < 0 || row[7] > sizes[5] - 2) return false;
     const std::int64_t room = sizes[5] - row[7] - 2;
     if (row[0] == 0) return row[1] == row[2] && conditions <= room / (row[3] * (dim + 1));
     const Form form = form_of(static_cast<Kind>(row[0]));
     const auto values = static_cast<std::int64_t>(joint_orders + form.parameters);
-    return dim == 3 && row[3] == form.parts && conditions == form.functions * pieces && room >= values && row[1] >= 1;
+    const std::int64_t least = static_cast<Kind>(row[0]) == Kind::look_rate ? 0 : 1;
+    return dim == 3 && row[3] == form.parts && conditions == form.functions * pieces && room >= values && row[1] >= least && row[2] <= row[1] + 3;
 }
 
 bool consistent(const std::int64_t *sizes, const std::int64_t *table, const std::int64_t *condition_piece) {

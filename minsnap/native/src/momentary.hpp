@@ -1,4 +1,4 @@
-// Limits at an instant that are not convex: thrust and tilt with drag, body rate, rotors' thrusts, turns of the velocity.
+// Limits at an instant that are not convex: thrust and tilt with drag, body rate, rotors' thrusts, turns of the velocity and of a view.
 //
 // The thrust axis lies along f = a + g e_z + (linear + quadratic |v|) v / m where the drag is the same along the body's
 // two lateral axes (M. Faessler, A. Franchi and D. Scaramuzza, RA-L 2018); rates and torques follow as from D. Mellinger
@@ -23,6 +23,7 @@ enum class Kind : std::int64_t {
     most_thrust = 5,
     tilt = 6,
     heading_rate = 7,
+    look_rate = 8,
 };
 
 constexpr double tiny_share = 1e-12;
@@ -117,6 +118,19 @@ inline void heading_rate(const double *p, const Space<Real> *x, Real *out) {
     out[1] = -1.0 * turn - allowed;
 }
 
+// Parameters: limit, typical speed, point that is looked at, least allowance. Turns of the way to it to the left and right, and how near it is.
+template <class Real>
+inline void look_rate(const double *p, const Space<Real> *x, Real *out) {
+    const double limit = p[0], typical = p[1];
+    const Space<Real> way{x[0].x - p[2], x[0].y - p[3], Real(0.0)};
+    const Real distance = norm(way, tiny_share * (typical / limit) * (typical / limit));
+    const Real turn = (1.0 / typical) * ((way.x * x[1].y - way.y * x[1].x) / distance);
+    const Real allowed = (limit / typical) * distance;
+    out[0] = turn - allowed;
+    out[1] = -1.0 * turn - allowed;
+    out[2] = -1.0 * allowed + p[4];
+}
+
 // Parameters: medium, limit.
 template <class Real>
 inline void body_rate(const double *p, const Space<Real> *x, Real *out) {
@@ -199,6 +213,7 @@ inline Form form_of(Kind kind) {
         case Kind::most_thrust: return {1, 4, medium_values + 1};
         case Kind::tilt: return {1, 3, medium_values + 1};
         case Kind::heading_rate: return {2, 1, 4};
+        case Kind::look_rate: return {3, 1, 5};
         default: return {1, 1, medium_values + 1};
     }
 }
@@ -214,6 +229,7 @@ inline void momentary(Kind kind, const double *p, const Space<Real> *x, Real *ou
         case Kind::most_thrust: most_thrust(p, x, out); break;
         case Kind::tilt: tilt(p, x, out); break;
         case Kind::heading_rate: heading_rate(p, x, out); break;
+        case Kind::look_rate: look_rate(p, x, out); break;
         case Kind::wall: break;
     }
 }
