@@ -8,7 +8,7 @@
 # make figures  the pictures of the documentation, from the examples
 # make bench  the benchmarks
 # make clang  the native core's tests with a core compiled by clang
-# make mutate  the tests of polynomials, corridors, limits and certificates, on changed code; goes on where it was ended. MUTANTS='minsnap.limits.span*': a part
+# make mutate  the tests of polynomials, corridors, limits and certificates, on changed code; goes on where it was ended. MUTANTS='minsnap.limits.compliance*': a part
 # make sanitize  the native core's tests under the address and undefined-behaviour sanitizers
 
 PYTHON ?= python3
