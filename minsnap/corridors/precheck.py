@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.arrays import FloatArray, IntArray
 from minsnap.checks import DERIVATIVES, point_text
 from minsnap.corridors.constraint import Cones, Walls
 from minsnap.corridors.knot_regions import Placement
@@ -29,13 +29,12 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> Non
         If a pinned derivative is.
     """
     cones = [wall.cones for wall in walls]
-    for wall in cones:
-        if wall.order == 0:
-            _check_points(placement, wall)
-        else:
-            _check_pins(pins, wall)
     places = [wall for wall in cones if wall.order == 0]
-    for waypoint in _doubtful(placement, places):
+    outside = [_check_points(placement, wall) for wall in places]
+    for wall in cones:
+        if wall.order:
+            _check_pins(pins, wall)
+    for waypoint in np.unique(np.concatenate(outside)).tolist() if outside else ():
         _check_box(placement, places, waypoint)
     planes = [wall for wall in places if wall.flat]
     for waypoint in placement.regions if planes else ():
@@ -58,14 +57,17 @@ def nearest_excess(cones: Cones, point: FloatArray, lower: FloatArray, upper: Fl
     return -cones.slack(best[:, None, :])[:, 0]
 
 
-def _check_points(placement: Placement, wall: Cones) -> None:
+def _check_points(placement: Placement, wall: Cones) -> IntArray:
+    """Refuse waypoints that are outside a wall with their boxes; return free ones that are outside without."""
+    doubtful = []
     for waypoint in (wall.leg, wall.leg + 1):
-        low, high = placement.lower[waypoint], placement.upper[waypoint]
-        excess = nearest_excess(wall, placement.points[waypoint], low, high)
-        sure = wall.flat | ~(high > low).any(axis=1)
-        wrong = np.flatnonzero((excess > 0.0) & sure)
+        point, low, high = placement.points[waypoint], placement.lower[waypoint], placement.upper[waypoint]
+        excess, free = nearest_excess(wall, point, low, high), (high > low).any(axis=1)
+        wrong = np.flatnonzero((excess > 0.0) & (wall.flat | ~free))
         if len(wrong):
             _refuse(placement, wall, int(waypoint[wrong[0]]), int(wrong[0]), float(excess[wrong[0]]))
+        doubtful.append(waypoint[free][-wall.slack(point[:, None, :])[free, 0] > 0.0])
+    return np.concatenate(doubtful)
 
 
 def _refuse(placement: Placement, wall: Cones, waypoint: int, row: int, excess: float) -> None:
@@ -96,20 +98,6 @@ def _check_pins(pins: Pins, wall: Cones) -> None:
                 waypoint=waypoint,
                 leg=int(wall.leg[wrong[0]]),
             )
-
-
-def _doubtful(placement: Placement, walls: Sequence[Cones]) -> list[int]:
-    """Waypoints that are free within a box and whose nominal position is outside some wall."""
-    free: BoolArray = np.any(placement.upper > placement.lower, axis=1)
-    if not free.any():
-        return []
-    outside = np.zeros_like(free)
-    still = np.zeros_like(placement.points)
-    for wall in walls:
-        for waypoint in (wall.leg, wall.leg + 1):
-            excess = nearest_excess(wall, placement.points[waypoint], still[waypoint], still[waypoint])
-            outside[waypoint[excess > 0.0]] = True
-    return [int(waypoint) for waypoint in np.flatnonzero(free & outside)]
 
 
 def _check_box(placement: Placement, walls: Sequence[Cones], waypoint: int) -> None:

@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+import numpy as np
+
+from minsnap.arrays import numbers
 from minsnap.checks import check_positive, is_number
 from minsnap.errors import ShapeError, YawError
 from minsnap.shapes.phase import PhaseLaw, PhasePath
@@ -18,13 +21,10 @@ Turning = TypeVar("Turning", bound=PhasePath)
 
 def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ...]:
     """Return ``value`` as floats, or raise ShapeError unless it has the given number of finite entries."""
-    try:
-        point = tuple(value)
-    except TypeError:
-        point = ()
-    if len(point) != size or not all(is_number(c) for c in point):
+    point = numbers(value)
+    if point is None or point.shape != (size,) or not np.isfinite(point).all():
         raise ShapeError(f"the {name} is {value!r}: it must be {size} finite numbers [m]")
-    return tuple(float(c) for c in point)
+    return tuple(point.tolist())
 
 
 def check_finite(name: str, value: float, unit: str) -> float:
