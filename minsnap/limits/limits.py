@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from minsnap.arrays import GRAVITY, FloatArray
-from minsnap.checks import check_positive
+from minsnap.checks import check_positive, is_number
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.kinds import KIND, KINDS
@@ -131,7 +131,16 @@ class Limits:
         LimitError
             If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
         """
-        return limits_of(vehicle, reserve, **others)
+        if not (is_number(reserve) and 0.0 <= reserve < 1.0):
+            raise LimitError(f"the reserve is {reserve!r}: it must be at least 0 and below 1")
+        ratio = vehicle.max_thrust_to_weight
+        if ratio <= 1.0:
+            raise LimitError(f"the vehicle's rotors lift {ratio:.3f} of its weight: it cannot hover", smallest=1.0)
+        least = 4.0 * vehicle.rotor_thrust_limits[0] / vehicle.weight
+        thrusts = {"max_thrust": 1.0 + (1.0 - reserve) * (ratio - 1.0)}
+        if least > 0.0:
+            thrusts["min_thrust"] = 1.0 - (1.0 - reserve) * (1.0 - least)
+        return VehicleLimits(**{**thrusts, **others}, gravity=vehicle.gravity, vehicle=vehicle, reserve=float(reserve))
 
     @property
     def medium(self) -> Medium:
@@ -208,17 +217,3 @@ class VehicleLimits(Limits):
     def medium(self) -> Medium:
         """Gravity, and the drag of the vehicle that its limits include."""
         return medium_of(self.vehicle)
-
-
-def limits_of(vehicle: Quadrotor, reserve: float, **others: Any) -> VehicleLimits:
-    """Return the limits of a vehicle combined with others; see :meth:`Limits.of`."""
-    if not (np.isfinite(reserve) and 0.0 <= reserve < 1.0):
-        raise LimitError(f"the reserve is {reserve}: it must be at least 0 and below 1")
-    ratio = vehicle.max_thrust_to_weight
-    if ratio <= 1.0:
-        raise LimitError(f"the vehicle's rotors lift {ratio:.3f} of its weight: it cannot hover", smallest=1.0)
-    least = 4.0 * vehicle.rotor_thrust_limits[0] / vehicle.weight
-    thrusts = {"max_thrust": 1.0 + (1.0 - reserve) * (ratio - 1.0)}
-    if least > 0.0:
-        thrusts["min_thrust"] = 1.0 - (1.0 - reserve) * (1.0 - least)
-    return VehicleLimits(**{**thrusts, **others}, gravity=vehicle.gravity, vehicle=vehicle, reserve=float(reserve))
