@@ -267,6 +267,8 @@ def test_a_wall_of_an_opening_along_the_axes_is_part_of_its_box():
     region = gate_region(Gate((0.1, 0.2), (0, 1), 0.3))
     assert not len(region.normals) and region.plane is None
     assert region.upper == pytest.approx([0.15, 0.0]) and region.lower == pytest.approx([-0.15, 0.0])
+    upright = gate_region(Gate((0, 0, 1), (1, 0, 0), 1.0, 0.6))
+    assert upright.upper == pytest.approx([0.0, 0.5, 0.3]) and upright.lower == pytest.approx([0.0, -0.5, -0.3])
 
 
 def test_what_is_no_polygon_in_space_or_no_list_of_radii_is_refused():

@@ -86,6 +86,7 @@ def test_nominal_points_that_coincide_are_moved_apart_within_their_overlap():
     inside = np.array([(1.0, 1.0), (1.0, 1.0), (2.0, 2.0)])
     upper = np.array([(1.0, 1.0), (3.0, 5.0), (2.0, 2.0)])
     assert _apart(inside, upper).tolist() == [[1.0, 1.0], [1.5, 2.0], [2.0, 2.0]]
+    assert _apart(inside, upper[[1, 1, 2]]).tolist() == [[1.5, 2.0], [1.0, 1.0], [2.0, 2.0]]
 
 
 def test_states_at_the_ends_are_kept_without_their_positions():

@@ -184,3 +184,7 @@ def test_cells_that_are_no_squares_grow_by_the_clearance(monkeypatch, few_shifts
     apart = np.abs(cells[:, :, None] - np.argwhere(taken))
     gap = np.linalg.norm(np.maximum(apart - 1, 0) * size, axis=-1).min(axis=-1)
     assert np.array_equal(grown(taken, 2.5, size), taken | (gap < 2.5))
+
+
+def test_a_path_to_the_far_border_ends_in_the_last_cell():
+    assert visited(np.array([3, 2]), np.array([(0.5, 0.5), (3.0, 2.0)]), np.ones(2), np.zeros(2))[-1].tolist() == [2, 1]

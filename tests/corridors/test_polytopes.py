@@ -114,3 +114,10 @@ def test_a_single_polytope_has_no_passages_and_stays_as_it_is():
     assert [part.shape for part in single.passages()] == [(0, 2)] * 3
     with pytest.raises(ValueError, match="read-only"):
         single.half_spaces[0][1][0] = 2.0
+
+
+def test_boxes_around_polytopes_far_from_the_origin():
+    sides = np.concatenate((np.eye(2), -np.eye(2)))
+    lower, upper = bounding_boxes([(sides, np.array([-5.0, -1.0, 70.0, 30.0])), (sides, np.array([70.0, 30, -5, -1]))])
+    assert lower == pytest.approx(np.array([(-70.0, -30.0), (5.0, 1.0)]))
+    assert upper == pytest.approx(np.array([(-5.0, -1.0), (70.0, 30.0)]))

@@ -90,3 +90,13 @@ def test_room_cuts_the_overlaps_of_boxes():
 def test_bad_bounds_are_refused(make, message):
     with pytest.raises(CorridorError, match=message):
         make()
+
+
+def test_a_room_owns_its_corners():
+    upper = np.ones(2)
+    room = minsnap.Room((0, 0), upper)
+    upper[:] = 9.0
+    for corner, value in ((room.lower, 0.0), (room.upper, 1.0)):
+        assert (corner == value).all()
+        with pytest.raises(ValueError, match="read-only"):
+            corner[0] = 5.0

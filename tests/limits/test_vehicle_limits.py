@@ -9,8 +9,9 @@ from tasks import REFERENCE, random_legs, spinless
 import minsnap
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
+from minsnap.limits.measures import sampled_motion
 from minsnap.time_allocation.time_stretch import most_used
-from minsnap.vehicle import BodyDrag, Quadrotor, flatness_of
+from minsnap.vehicle import BodyDrag, Quadrotor, flat_states, flatness_of
 
 VEHICLES = {"f330": Quadrotor.dji_f330(), "crazyflie": Quadrotor.crazyflie()}
 
@@ -192,3 +193,11 @@ def test_a_vehicle_that_just_flies_has_limits():
         VEHICLES["f330"], mass=VEHICLES["f330"].mass * VEHICLES["f330"].max_thrust_to_weight / 1.5
     )
     assert Limits.of(heavy, 0.0).max_thrust == pytest.approx(1.5)
+
+
+def test_sampled_thrust_counts_drag_along_the_thrust_axis():
+    body = dataclasses.replace(VEHICLES["f330"], drag=BodyDrag((0.3, 0.3, 0.1), (0.02, 0.02, 0.05)))
+    samples = minsnap.plan(*random_legs(2, 3)).sample(20.0)
+    force = sampled_motion(samples, "euclidean", Limits.of(body, 0.0).medium).thrust()
+    expected = flat_states(body, samples.velocity, samples.acceleration, samples.jerk, samples.snap, drag=body.drag)
+    assert np.linalg.norm(force, axis=1) == pytest.approx(expected.thrust / body.weight, rel=1e-9)

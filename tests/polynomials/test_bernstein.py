@@ -143,3 +143,14 @@ def test_parts_of_a_curve_are_the_curve(degree):
     for curve, part in np.ndindex(3, 3):
         inside = polynomial.basis(degree, begins[curve, part] + s * shares[curve, part]) @ points[curve]
         assert polynomial.basis(degree, s) @ parts[curve, part].astype(float) == pytest.approx(inside, abs=1e-13)
+
+
+def test_small_differences_of_large_numbers_are_rounded_once():
+    points = 1e6 + np.random.default_rng(0).normal(size=(50, 8, 2)) * 10.0 ** np.arange(-7, 1)[:, None]
+    for order in range(1, 6):
+        found = polynomial.careful_differences(points, order)
+        for curve, values in zip(points, found, strict=True):
+            exact = [[Fraction(value) for value in row] for row in curve.tolist()]
+            for _ in range(order):
+                exact = [[b - a for a, b in zip(*pair, strict=True)] for pair in zip(exact, exact[1:], strict=False)]
+            assert values == pytest.approx(np.array([[float(v) for v in row] for row in exact]), rel=1e-15, abs=1e-25)
