@@ -101,7 +101,8 @@ def plan(
         Half-width of a ``Tube`` around each leg [m], one for all legs or one per leg; or constraints, which all hold.
     continuity : int, optional
         Derivatives continuous at the knots; k - 1 unless given (3 for degree 7), at most 2k - 2; k - 2 with one
-        polynomial per leg between given waypoints.
+        polynomial per leg between given waypoints. Above k - 1 shortest times are not searched for: the plan is made at
+        the durations found for k - 1, or longer ones.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
     yaw : float, array_like of shape (n,), "velocity", "tilt", LookAt, callable, optional

@@ -34,6 +34,9 @@ from minsnap.time_allocation.timing import (
 from minsnap.time_allocation.ways import end_on_limit
 from minsnap.trajectory.report import Utilisation
 
+CLOSE = 0.02
+"""How near the least reserve of time for a smoother plan is found."""
+
 TOUCHING, ROOM = 1e-6, 1e-2
 """How near to a limit a pinned state counts as at it, and the share of room that it should be left."""
 
@@ -71,19 +74,34 @@ def _leg_durations(solved: SolvedTask) -> FloatArray:
 
 
 def _smoother(task: Task, fastest: SolvedTask, limits: Limits, finish: Finish, search: Run) -> Timed:
-    """Plan with more derivatives continuous than a piece of the search shares, at durations barely longer."""
-    durations = task.piece_durations(_leg_durations(fastest))
-    for reserve in RESERVES:
-        try:
-            solved = solve(task, durations * (1.0 + reserve))
-        except InfeasibleRowsError:
-            continue
-        trajectory = finish(solved.trajectory)
-        if task.still:
-            return timed(solved, finish, search, touching_factor(limits, trajectory))
-        if keeps(limits, trajectory):
-            return timed(solved, finish, search)
-    raise explain(task, durations)
+    """Plan with more derivatives continuous than a piece of the search shares, at its durations and little longer."""
+    durations = fastest.trajectory.durations
+    low, found = 0.0, None
+    for high in RESERVES:
+        found = _smooth(task, durations * (1.0 + high), limits, finish, search)
+        if found is not None:
+            break
+        low = high
+    if found is None:
+        raise explain(task, durations)
+    while high - low > CLOSE:
+        middle = (low + high) / 2.0
+        shorter = _smooth(task, durations * (1.0 + middle), limits, finish, search)
+        low, high = (middle, high) if shorter is None else (low, middle)
+        found = min(found, shorter or found, key=lambda one: one.trajectory.duration)
+    return found
+
+
+def _smooth(task: Task, durations: FloatArray, limits: Limits, finish: Finish, search: Run) -> Timed | None:
+    """Plan for durations within limits; None where there is none, or it is not certified."""
+    try:
+        solved = solve(task, durations)
+    except InfeasibleRowsError:
+        return None
+    trajectory = finish(solved.trajectory)
+    if task.still:
+        return timed(solved, finish, search, touching_factor(limits, trajectory))
+    return timed(solved, finish, search) if keeps(limits, trajectory) else None
 
 
 def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
