@@ -251,7 +251,7 @@ class Replanner:
         """Raise TimingError for a budget below the processor time that a stop plan takes, as far as is known."""
         takes = self._takes.usual("stop")
         if takes > seconds:
-            self._takes.add("stop", 0.0)
+            self._takes.skip("stop")
             raise TimingError(
                 f"the budget is {seconds:.3g} s and a stop plan takes {takes:.3g} s here: give at least "
                 f"{2.0 * takes:.2g} s"
@@ -303,7 +303,7 @@ class Replanner:
         """Search in the time that is left; what was found, whether the search ended by itself, and why nothing."""
         seconds = call.deadline.left - self._takes.usual("ending", ENDING * call.seconds)
         if call.aim.timed and seconds <= 0.0:
-            self._takes.add("ending", 0.0)
+            self._takes.skip("ending")
             return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
         better, reason, watch = None, "nothing better was found", Stopwatch(self._clock)
         until = self._clock() + seconds

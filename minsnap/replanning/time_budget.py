@@ -11,6 +11,9 @@ from minsnap.errors import TimingError
 ANSWERS = 50
 """Answers whose times are remembered."""
 
+SKIPS = 25
+"""Answers in a row for which a part is left out because of them."""
+
 MARGIN = 1.25
 """Factor on them for what is yet to come."""
 
@@ -47,10 +50,19 @@ class Takes:
 
     def __init__(self) -> None:
         self._known: defaultdict[str, deque[float]] = defaultdict(lambda: deque(maxlen=ANSWERS))
+        self._skipped: defaultdict[str, int] = defaultdict(int)
 
     def add(self, part: str, seconds: float) -> None:
-        """Count one more; 0 where a part was left out, so that it is tried again after some answers."""
+        """Count one more."""
         self._known[part].append(seconds)
+        self._skipped[part] = 0
+
+    def skip(self, part: str) -> None:
+        """Count an answer without a part; after some in a row what is known is forgotten, so that it is tried again."""
+        self._skipped[part] += 1
+        if self._skipped[part] >= SKIPS:
+            self._known[part].clear()
+            self._skipped[part] = 0
 
     def most(self, part: str, first: float = 0.0) -> float:
         """Return what a part takes at most, as far as is known; ``first`` where nothing is."""
