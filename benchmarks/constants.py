@@ -44,7 +44,6 @@ CONSTANTS = (
     (high_precision, "DIGITS"),
     (least_distance, "KEPT"),
     (least_distance, "RESCALINGS"),
-    (elastic, "TRACE"),
     (elastic, "ACCURACY"),
     (elastic, "ROUNDS"),
     (infeasibility, "NOTICEABLE"),
@@ -63,7 +62,7 @@ def scaled(module, name, factor):
     value = getattr(module, name)
     changed = value * factor if isinstance(value, float) else max(1, round(value * factor))
     homes = [m for k, m in sys.modules.items() if k.startswith("minsnap.") and vars(m).get(name) == value]
-    takers = {"GAP": [solve.solve, fallbacks.first_attempt], "TRACE": [elastic.Elastic.__init__]}.get(name, [])
+    takers = {"GAP": [solve.solve, fallbacks.first_attempt]}.get(name, [])
     takers += [elastic.Elastic.__init__] if module is elastic and name == "ACCURACY" else []
     defaults = [taker.__defaults__ for taker in takers]
     for home in homes:

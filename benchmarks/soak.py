@@ -202,8 +202,10 @@ def _wider(asked, error, factor):
 def _changed(widths, asked, width, leg, everywhere):
     if everywhere or np.ndim(widths) == 0:
         return width
-    changed = np.array(widths)
-    changed[leg] *= width / changed[leg].max()
+    changed, points = np.array(widths), np.asarray(asked["waypoints"], dtype=float)
+    crossing = np.diff(points, axis=0)[leg] / np.linalg.norm(np.diff(points, axis=0)[leg])
+    walled = np.abs(crossing) < 1.0 if changed[leg].ndim else ()  # a leg along an axis has no walls across that axis
+    changed[leg] *= width / changed[leg][walled].max()
     return changed
 
 

@@ -205,14 +205,15 @@ class InfeasibleError(InputError):
     instant : float or None
         When it fails, from the start of the trajectory [s].
     smallest_width : float or None
-        The smallest half-width of that leg's corridor that has a solution [m].
+        The smallest half-width of that leg's corridor that has a solution [m]: of its widest walls, where they differ,
+        with the others wider by the same factor.
     shortest : float or None
         The shortest total time found that has a solution [s].
     stretch : float or None
         Factor on all durations that has a solution.
     contradiction : minsnap.optimisation.contradiction.Contradiction or None
-        Walls at instants, with multipliers, that no curve satisfies together at the durations given; None where none
-        was found, as for closed laps and free waypoints.
+        Walls at instants, with multipliers, that no curve satisfies together at the durations given; None where
+        durations were searched.
     """
 
     leg: int | None = None
@@ -223,7 +224,7 @@ class InfeasibleError(InputError):
     contradiction: Any = None
 
     def verify(self) -> bool:
-        """Prove in exact rational arithmetic that there is no such trajectory, by ``contradiction``; slow.
+        """Prove in exact rational arithmetic that there is no such trajectory, by ``contradiction``.
 
         False means that there is no proof, not that a trajectory exists.
         """

@@ -74,7 +74,10 @@ class Spheres:
         """Tangent planes in the direction of the value."""
         mapped = np.einsum("rqd,rd->rq", self.matrix[index], value) + self.offset[index]
         norm = np.linalg.norm(mapped, axis=1, keepdims=True)
-        direction = mapped / np.where(norm > 0.0, norm, 1.0)
+        return self.tangents(index, mapped / np.where(norm > 0.0, norm, 1.0))
+
+    def tangents(self, index: IntArray, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Tangent planes in directions (r, q) of length 1 at most."""
         normal = np.einsum("rq,rqd->rd", direction, self.matrix[index]) - self.slope[index]
         return normal, self.radius[index] - (direction * self.offset[index]).sum(axis=1)
 

@@ -4,72 +4,88 @@ Rows :math:`a_i^\top x^{(p)}(t_i) \le b_i` at chosen instants have no common sol
 :math:`\lambda_i \ge 0` with which their sum does not depend on the curve and reads :math:`0 \le -1` (J. Farkas,
 "Theorie der einfachen Ungleichungen", Journal für die reine und angewandte Mathematik 124, 1902).  A curve is all
 derivatives at its knots, of which the pinned ones are known.  Continuity above the k - 1 derivatives that pieces share
-is a row with a multiplier of any sign.  A tangent plane of a ball or a cone, along a direction u of length at most 1,
-is a row too: :math:`u^\top A (x - a) \le \rho + s^\top (x - a)`.
+and the plane of a gate are rows with a multiplier of any sign.  A tangent plane of a ball or a cone, along a direction
+u of length at most 1, is a row too: :math:`u^\top A (x - a) + n^\top (x - a) \le \rho`.
+
+Multipliers are numbers of finite length, so that the sum of the rows depends on the curve a little.  What is left,
+computed exactly, is bounded for all curves that are not larger than a billion legs; for them the sum must be below 0.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cache, cached_property
 from math import comb, perm
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.corridors.constraint import Cones
-from minsnap.optimisation.axis_group import AxisGroup, axis_group
-from minsnap.optimisation.exact_equations import Equation, solution
-from minsnap.optimisation.normalised_constraints import Compiled, WallRows
+from minsnap.optimisation.elastic import Relaxed
+from minsnap.optimisation.native_solve import native_walls
+from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.rows import RowSet
-from minsnap.polynomials.rationals import derivative, value_at
-from minsnap.tolerances import EXACT
+from minsnap.tolerances import EXACT, ROUNDING
+
+if TYPE_CHECKING:
+    from minsnap.native.corridor import WallArrays
 
 Unknown = tuple[int, int, int]
 """Knot, slot and axis of a free derivative."""
 
+Joint = tuple[int, int, int]
+
+Row = tuple[dict[Unknown, Fraction], Fraction]
+"""Coefficients of free derivatives, and the bound of their sum."""
+
 
 @dataclass(frozen=True, eq=False)
 class PressedRow:
-    """A wall at an instant.
+    """A wall at an instant: norm of M x + n . x <= bound, with x the derivative minus the anchor.
 
     Parameters
     ----------
-    walls : Cones
-        The block of walls that it belongs to.
-    wall : int
-        Which of them.
     piece : int
     s : float
         Where on the piece, in [0, 1].
+    order : int
+        Derivative that is bounded.
+    normal, anchor : ndarray, shape (dim,)
+    bound : float
+    matrix : ndarray, shape (q, dim)
+        M; q is 0 for a plane.
     direction : ndarray, shape (q,)
-        Of the tangent plane, no longer than 1; q is 0 for a plane.
-    multiplier : float
-        Positive; rounded.
+        Of the tangent plane, no longer than 1.
+    multiplier : Fraction
+    equal : bool
+        Whether it is a plane on which the curve lies, with a multiplier of any sign.
     """
 
-    walls: Cones
-    wall: int
     piece: int
     s: float
+    order: int
+    normal: FloatArray
+    anchor: FloatArray
+    bound: float
+    matrix: FloatArray
     direction: FloatArray
-    multiplier: float
+    multiplier: Fraction = Fraction(1)
+    equal: bool = False
 
     def exact(self) -> tuple[list[Fraction], Fraction]:
         """Return normal and bound of the row, without rounding."""
-        u = [Fraction(value) for value in self.direction.tolist()]
-        matrix = [[Fraction(value) for value in row] for row in self.walls.matrix[self.wall].tolist()]
-        slope = [Fraction(value) for value in self.walls.slope[self.wall].tolist()]
-        normal = [sum((a * row[j] for a, row in zip(u, matrix, strict=True)), -s) for j, s in enumerate(slope)]
-        anchor = [Fraction(value) for value in self.walls.anchor[self.wall].tolist()]
-        return normal, Fraction(float(self.walls.radius[self.wall])) + _dot(normal, anchor)
+        u = _fractions(self.direction)
+        matrix = [_fractions(row) for row in self.matrix]
+        own = _fractions(self.normal)
+        normal = [n + sum(a * row[j] for a, row in zip(u, matrix, strict=True)) for j, n in enumerate(own)]
+        return normal, Fraction(self.bound) + _dot(normal, _fractions(self.anchor))
 
 
 @dataclass(frozen=True, eq=False)
 class Contradiction:
-    """Walls at instants that no curve satisfies together, with the multipliers that show it.
+    """Walls at instants that no curve satisfies together: multipliers show it.
 
     Parameters
     ----------
@@ -78,14 +94,15 @@ class Contradiction:
     durations : ndarray, shape (pieces,)
         [s].
     rows : tuple of PressedRow
-    joints : tuple of (int, int, int)
-        Piece, order and axis of the continuity rows that take part, above order k - 1 at the end of the piece.
+    joints : tuple of ((int, int, int), Fraction)
+        Piece, order and axis of the continuity rows that take part, above order k - 1 at the end of the piece, and
+        their multipliers.
     """
 
     task: Task
     durations: FloatArray
     rows: tuple[PressedRow, ...]
-    joints: tuple[tuple[int, int, int], ...] = ()
+    joints: tuple[tuple[Joint, Fraction], ...] = ()
 
     @property
     def legs(self) -> tuple[int, ...]:
@@ -99,24 +116,86 @@ class Contradiction:
         return np.array([breaks[row.piece] + row.s * self.durations[row.piece] for row in self.rows])
 
     def verify(self) -> bool:
-        """Prove the contradiction in exact rational arithmetic on the stored numbers; slow, up to some seconds."""
-        if any(_dot(u, u) > 1 for u in ([Fraction(v) for v in row.direction.tolist()] for row in self.rows)):
+        """Prove the contradiction in exact rational arithmetic on the stored numbers."""
+        if any(_dot(u, u) > 1 for u in (_fractions(row.direction) for row in self.rows)):
             return False
-        walls, joints = [self._wall(row) for row in self.rows], [self._joint(*joint) for joint in self.joints]
-        multipliers = solution([*walls, *joints], Fraction(-1))
-        return multipliers is not None and all(value >= 0 for value in multipliers[: len(walls)])
+        if any(row.multiplier < 0 and not row.equal for row in self.rows):
+            return False
+        left, side = self._sum()
+        return side + sum(abs(value) * self._largest(place) for place, value in left.items()) < 0
 
-    def _wall(self, row: PressedRow) -> Equation:
+    def _sum(self) -> Row:
+        """Return what is left of the sum of all rows: coefficients, and the bound."""
+        left: dict[Unknown, Fraction] = {}
+        side = Fraction(0)
+        for (row, bound), multiplier in zip(self._all_rows, self._multipliers, strict=True):
+            side += multiplier * bound
+            for place, value in row.items():
+                left[place] = left.get(place, Fraction(0)) + multiplier * value
+        return left, side
+
+    def refined(self) -> Contradiction:
+        """Return it with multipliers of which less is left, by least squares relative to them."""
+        left, now = self._sum()[0], self._multipliers
+        places = {place: i for i, place in enumerate(sorted({name for row, _ in self._all_rows for name in row}))}
+        largest = np.array([float(self._largest(place)) for place in places])
+        matrix, right = np.zeros((len(places), len(now))), np.zeros(len(places))
+        for column, (row, _) in enumerate(self._all_rows):
+            for place, value in row.items():
+                matrix[places[place], column] = float(value)
+        for place, value in left.items():
+            right[places[place]] = -float(value)
+        weights = np.abs([float(value) for value in now])
+        matrix *= largest[:, None]
+        sizes = np.linalg.norm(matrix, axis=0)
+        most = (weights * sizes).max()
+        free = np.array([*(row.equal for row in self.rows), *(True for _ in self.joints)])
+        weights[free] = most / sizes[free]
+        matrix *= weights
+        change = weights * np.linalg.lstsq(matrix, largest * right, rcond=ROUNDING**1.25)[0]
+        sums = [value + Fraction(float(more)) for value, more in zip(now, change, strict=True)]
+        return self._with([m if f else max(m, Fraction(0)) for m, f in zip(sums, free, strict=True)])
+
+    @property
+    def _multipliers(self) -> list[Fraction]:
+        return [*(row.multiplier for row in self.rows), *(multiplier for _, multiplier in self.joints)]
+
+    def _with(self, multipliers: list[Fraction]) -> Contradiction:
+        count = len(self.rows)
+        rows = tuple(replace(row, multiplier=m) for row, m in zip(self.rows, multipliers[:count], strict=True))
+        joints = tuple((joint, m) for (joint, _), m in zip(self.joints, multipliers[count:], strict=True))
+        found = replace(self, rows=rows, joints=joints)
+        found.__dict__["_all_rows"] = self._all_rows
+        return found
+
+    def _with_least_rows(self) -> Contradiction:
+        """Return it without rows that have no part in it."""
+        rows = tuple(row for row in self.rows if row.multiplier)
+        return replace(self, rows=rows, joints=tuple((joint, m) for joint, m in self.joints if m))
+
+    @cached_property
+    def _all_rows(self) -> list[Row]:
+        return [*(self._wall(row) for row in self.rows), *(self._joint(*joint) for joint, _ in self.joints)]
+
+    def _largest(self, place: Unknown) -> Fraction:
+        """Largest value of a free derivative of the curves that are ruled out."""
+        knot, slot, _ = place
+        slots, T = self.task.slots, self.durations
+        order = int(np.flatnonzero((slots.start == slot) | (slots.end == slot))[0])
+        longest = max(float(T[max(knot - 1, 0)]), float(T[min(knot, len(T) - 1)]))
+        return Fraction(self.task.length / EXACT) * perm(2 * self.task.half - 1, order) / Fraction(longest) ** order
+
+    def _wall(self, row: PressedRow) -> Row:
         normal, bound = row.exact()
         found = _Functional(self.task, self.durations)
         for axis, factor in enumerate(normal):
-            found.add(row.piece, Fraction(row.s), row.walls.order, axis, factor)
+            found.add(row.piece, Fraction(row.s), row.order, axis, factor)
         return found.unknowns, bound - found.known
 
-    def _joint(self, piece: int, order: int, axis: int) -> Equation:
+    def _joint(self, piece: int, order: int, axis: int) -> Row:
         found = _Functional(self.task, self.durations)
         found.add(piece, Fraction(1), order, axis, Fraction(1))
-        found.add(piece + 1, Fraction(0), order, axis, Fraction(-1))
+        found.add((piece + 1) % len(self.durations), Fraction(0), order, axis, Fraction(-1))
         return found.unknowns, -found.known
 
 
@@ -135,8 +214,10 @@ class _Functional:
             return
         duration, slots, half = Fraction(float(self.durations[piece])), self.task.slots, self.task.half
         for j, weight in enumerate(_weights(half, duration, s, order)):
-            own = slots.start if j < half else slots.end
-            self._take((piece + j // half, int(own[j % half]), axis), factor * weight)
+            own, knot = (slots.start if j < half else slots.end), piece + j // half
+            if self.task.closed:
+                knot %= len(self.durations)
+            self._take((knot, int(own[j % half]), axis), factor * weight)
 
     def _take(self, place: Unknown, factor: Fraction) -> None:
         if self.task.free[place]:
@@ -155,81 +236,94 @@ def pinned_values(task: Task) -> FloatArray:
     return values
 
 
+@cache
 def _weights(half: int, duration: Fraction, s: Fraction, order: int) -> list[Fraction]:
     """Return the derivative at s of the curves with one end derivative 1 and the others 0, those at the start first."""
-    degree, found = 2 * half - 1, []
-    for j in range(half):
-        unit = [comb(i, j) * Fraction(duration) ** j / perm(degree, j) for i in range(half)]
-        found.append([*unit, *[Fraction(0)] * half])
-    found += [[(-1) ** j * value for value in points[::-1]] for j, points in enumerate(found)]
-    return [value_at(derivative([points], duration, order)[0], s) for points in found]
+    degree, low = 2 * half - 1, 2 * half - 1 - order
+    own = [comb(low, i) * s**i * (1 - s) ** (low - i) for i in range(low + 1)]
+    for _ in range(order):
+        own = [before - after for before, after in zip([Fraction(0), *own], [*own, Fraction(0)], strict=True)]
+    scale = perm(degree, order) / duration**order
+    found = []
+    for sign, points in ((1, own), (-1, own[::-1])):
+        for j in range(half):
+            total = sum((comb(i, j) * points[i] for i in range(j, half)), Fraction(0))
+            found.append(sign**j * total * scale * duration**j / perm(degree, j))
+    return found
+
+
+def _fractions(values: FloatArray) -> list[Fraction]:
+    return [Fraction(value) for value in values.tolist()]
 
 
 def _dot(left: list[Fraction], right: list[Fraction]) -> Fraction:
     return sum((a * b for a, b in zip(left, right, strict=True)), Fraction(0))
 
 
-def find_contradiction(
-    task: Task, durations: FloatArray, problem: Problem, base: FloatArray, compiled: Compiled, rows: RowSet
-) -> Contradiction | None:
-    """Find multipliers for rows of a task's walls by a linear programme; None where it has no solution.
-
-    Closed laps and waypoints that are free are left out: there it is None.
+def find_contradiction(task: Task, durations: FloatArray, problem: Problem, found: Relaxed) -> Contradiction | None:
+    """Find rows of an elastic solve that contradict each other, and prove it; None where that fails.
 
     Parameters
     ----------
+    task : Task
+        Without what follows where waypoints lie on walls (``touching``).
     durations : ndarray, shape (pieces,)
         [s].
-    base : ndarray, shape (knots, slots, dim)
-        Values from which the rows' bounds are measured.
     """
-    if task.closed or task.held.any():
+    rows = found.rows
+    if rows is None or not found.evidence.any():
         return None
-    group = axis_group(problem, base, np.ones(problem.dim, dtype=bool), False)
-    multipliers, used = _multipliers(group, rows)
-    if not multipliers.any():
+    walls, pressed = native_walls(task), np.flatnonzero(found.evidence)
+    chosen = [_pressed(walls, rows.source, int(i), float(found.evidence[i])) for i in pressed]
+    when = np.zeros(0) if walls.when is None else walls.when
+    chosen += [_plane(walls, int(i), float(when[i] - 2)) for i in np.flatnonzero(when >= 2)]
+    joints = tuple((joint, Fraction(0)) for joint in _joints(problem))
+    proof = Contradiction(task, durations, tuple(chosen), joints)
+    for _ in range(3):
+        proof = proof.refined()
+        if proof.verify():
+            return proof._with_least_rows()
+    return None
+
+
+def contradicting_joint(task: Task, durations: FloatArray, problem: Problem) -> Contradiction | None:
+    """Return the continuity that pinned derivatives alone break furthest; None where something is free."""
+    one = Fraction(1)
+    proof = Contradiction(task, durations, (), tuple((joint, one) for joint in _joints(problem)))
+    broken = {joint: side for (joint, _), (row, side) in zip(proof.joints, proof._all_rows, strict=True) if not row}
+    if not broken:
         return None
-    pressed = np.flatnonzero(multipliers)
-    return Contradiction(
-        task,
-        durations,
-        tuple(_pressed(task, compiled, rows.source, int(i), float(multipliers[i])) for i in pressed),
-        tuple(joint for joint, taken in zip(_joints(problem), used, strict=True) if taken),
-    )
+    worst = max(broken, key=lambda joint: abs(broken[joint]))
+    return replace(proof, joints=((worst, Fraction(-1 if broken[worst] > 0 else 1)),)) if broken[worst] else None
 
 
-def _multipliers(group: AxisGroup, rows: RowSet) -> tuple[FloatArray, list[bool]]:
-    """Least multipliers, and which equality rows take part; zeros where no combination contradicts itself."""
-    from scipy.optimize import linprog
-    from scipy.sparse import csc_matrix, hstack, vstack
-
-    G, h, norms = group.matrix(rows, np.arange(len(rows)), 0.0)
-    A, b = group.equality_rows()
-    count = 0 if b is None else len(b)
-    columns = [csc_matrix(G).T] + ([] if A is None else [csc_matrix(A).T])
-    sides = csc_matrix(np.concatenate([h, np.zeros(0) if b is None else b])[None] / (np.abs(h).max() or 1.0))
-    equations = vstack([hstack(columns), sides])
-    limits = [(0.0, None)] * len(rows) + [(None, None)] * count
-    cost = np.append(np.ones(len(rows)), np.zeros(count))
-    right = np.append(np.zeros(equations.shape[0] - 1), -1.0)
-    found = linprog(cost, A_eq=equations, b_eq=right, bounds=limits, method="highs-ds")
-    if not found.success:
-        return np.zeros(len(rows)), [False] * count
-    x = np.where(np.abs(found.x) > EXACT * np.abs(found.x).max(), found.x, 0.0)
-    return x[: len(rows)] / norms, (x[len(rows) :] != 0.0).tolist()
-
-
-def _joints(problem: Problem) -> list[tuple[int, int, int]]:
-    """Piece, order and axis of the equality rows, in the order of :func:`jump_rows`."""
-    inner = range(len(problem.durations) - 1)
+def _joints(problem: Problem) -> list[Joint]:
+    """Piece, order and axis of the continuity rows, in the order of :func:`jump_rows`."""
+    inner = range(len(problem.durations) - (not problem.closed))
     return [(piece, order, axis) for order in problem.jumps for axis in range(problem.dim) for piece in inner]
 
 
-def _pressed(task: Task, compiled: Compiled, rows: WallRows, index: int, multiplier: float) -> PressedRow:
-    block = int(np.searchsorted(compiled.first, rows.wall[index], side="right")) - 1
-    walls = task.walls[block].cones
-    wall = int(rows.wall[index] - compiled.first[block]) // task.pieces
-    tangent = rows.normal[index] + walls.slope[wall]
-    direction = np.linalg.lstsq(walls.matrix[wall].T, tangent, rcond=None)[0] if not walls.flat else np.zeros(0)
-    direction = direction / max(float(np.linalg.norm(direction)) * (1.0 + EXACT), EXACT)
-    return PressedRow(walls, wall, int(rows.piece[index]), float(rows.s[index]), direction, multiplier)
+def _pressed(walls: WallArrays, rows: WallRows, index: int, multiplier: float) -> PressedRow:
+    wall = int(rows.wall[index])
+    normal, tangent = walls.normal[wall], rows.normal[index]
+    matrix, direction = np.zeros((0, len(normal))), np.zeros(0)
+    ball = -1 if walls.ball is None else int(walls.ball[wall])
+    if walls.matrix is not None and ball >= 0:
+        matrix = walls.matrix[ball]
+        direction = np.linalg.lstsq(matrix.T, tangent - normal, rcond=None)[0]
+        direction = direction / max(float(np.linalg.norm(direction)) * (1.0 + EXACT), EXACT)
+    return _row(walls, wall, float(rows.s[index]), matrix, direction, multiplier)
+
+
+def _plane(walls: WallArrays, wall: int, s: float) -> PressedRow:
+    none = np.zeros((0, walls.normal.shape[1])), np.zeros(0)
+    return replace(_row(walls, wall, s, *none, 0.0), equal=True)
+
+
+def _row(
+    walls: WallArrays, wall: int, s: float, matrix: FloatArray, direction: FloatArray, multiplier: float
+) -> PressedRow:
+    place, anchor = (int(walls.piece[wall]), s, int(walls.order[wall])), walls.anchor[wall]
+    return PressedRow(
+        *place, walls.normal[wall], anchor, float(walls.bound[wall]), matrix, direction, Fraction(multiplier)
+    )

@@ -1,42 +1,43 @@
 r"""Elastic problems: constraints relaxed by slacks, to find the least relaxation at which a solution exists.
 
 Each group of walls gets a slack: :math:`g(z) \le b + \sigma\,\text{width}\,\text{weight}`.  The sum of the slacks is
-minimised (plus a small weight on the snap cost, so that the curve is unique), over all time by the same exchange of
-rows. One slack for all limits measures how far given durations are from feasible; one slack per leg shows which leg is
-too narrow.
+minimised over all time by the same exchange of rows.  One slack for all limits measures how far given durations are
+from feasible; one slack per leg shows which leg is too narrow; a slack below zero gives a curve with room to all walls.
+
+The cost of the curve has no part in it, and neither have its coordinates: an unknown is a derivative times a power of
+the longer of its two pieces' durations, so that it is a difference of control points there.  Where that does not
+suffice, the coordinates are those in which the rows to begin with have orthonormal columns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from math import perm
 from typing import Any
 
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
-from minsnap.optimisation.axis_group import AxisGroup, axis_group
+from minsnap.optimisation.equalities import joined as joined_equalities
+from minsnap.optimisation.equalities import jump_rows, plane_rows
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.qp import ACCURACY as SOLVED
-from minsnap.optimisation.qp import DENSE, Programme, solve_qp
+from minsnap.optimisation.qp import DENSE, TOLERANCES
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, rows_in_unknowns, rows_outside
+from minsnap.optimisation.rows import Curve, RowSet, all_walls_rows, rows_in_unknowns, rows_outside
 from minsnap.polynomials.extrema import maxima
-
-TRACE = 1e-5
-"""Weight of the scaled snap cost beside the slacks, unless another is given."""
+from minsnap.tolerances import ROUNDING
 
 ACCURACY = 3e-4
 """Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
 
 ROUNDS = 30
 
-ACCEPTED = (SOLVED, 1e-4)
-"""Relative duality gaps of a solution that are accepted in turn: multipliers of 1e6 leave a larger one."""
-
-DENSELY, SPARSELY = ("daqp", "nnls", "piqp", "clarabel"), ("piqp", "clarabel")
-"""Solvers to try in turn, by coordinates."""
+ACCEPTED = (SOLVED, ACCURACY)
+"""Duality gaps of a solution that are accepted in turn, as shares of one width and the slacks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +70,14 @@ class Relaxed:
     ----------
     knots : ndarray, shape (knots, slots, dim)
     slacks : ndarray, shape (slacks,)
-    rows : RowSet
+    rows : RowSet or None
+        None where nothing is free.
     multipliers : ndarray, shape (r,)
         Rate of the sum of slacks with each row's bound.
     rounds : int
+    evidence : ndarray, shape (r,)
+        Multipliers with which the same rows contradict each other without slacks; empty where that was not asked for
+        or not found.
     """
 
     knots: FloatArray
@@ -80,6 +85,84 @@ class Relaxed:
     rows: RowSet | None
     multipliers: FloatArray
     rounds: int
+    evidence: FloatArray
+
+
+class LinearRows:
+    """Matrices of rows and equations in the unknowns, which are differences of control points of the longer pieces."""
+
+    def __init__(self, problem: Problem, base: FloatArray) -> None:
+        self.problem = problem
+        self.size = problem.size
+        axes, local = np.ones(problem.dim, dtype=bool), np.arange(problem.size + 1)
+        self.equations = joined_equalities(
+            [jump_rows(problem, base, axes, local), plane_rows(problem, base, axes, local)], problem.size
+        )
+
+    @cached_property
+    def scale(self) -> FloatArray:
+        """Value of each unknown in its own unit, and a zero: (size + 1,)."""
+        problem, T = self.problem, self.problem.durations
+        before, after = np.append(T[-1] if problem.closed else 0.0, T), np.append(T, T[0] if problem.closed else 0.0)
+        order = np.zeros(problem.slots.count, dtype=np.intp)
+        for slots in (problem.slots.start, problem.slots.end):
+            order[slots] = np.arange(problem.half)
+        factors = np.array([perm(problem.degree, int(p)) for p in order])
+        values = factors / np.maximum(before, after)[:, None] ** order
+        scale = np.zeros(self.size + 1)
+        scale[problem.columns] = values[:, :, None]
+        scale[-1] = 0.0
+        return scale
+
+    def matrix(self, columns: IntArray, values: FloatArray) -> Any:
+        """Sparse rows (r, size), from columns that are -1 or ``size`` for none."""
+        from scipy.sparse import csr_matrix
+
+        places = np.where(columns < 0, self.size, columns)
+        row = np.broadcast_to(np.arange(len(columns))[:, None], columns.shape)
+        scaled = values * self.scale[places]
+        used = scaled != 0.0
+        return csr_matrix((scaled[used], (row[used], places[used])), shape=(len(columns), self.size))
+
+    def equality_rows(self) -> tuple[Any, FloatArray]:
+        """Equations with rows of unit length, and their right-hand sides."""
+        from scipy.sparse import csr_matrix, diags
+
+        if self.equations is None:
+            return csr_matrix((0, self.size)), np.zeros(0)
+        matrix = self.matrix(self.equations.columns, self.equations.values)
+        norms = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).reshape(-1))
+        norms[norms == 0.0] = 1.0
+        return diags(1.0 / norms) @ matrix, self.equations.sides / norms
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Coordinates x of the unknowns u = origin + basis x, with what is left of the equations.
+
+    Parameters
+    ----------
+    origin : ndarray, shape (size,)
+    basis : ndarray or None
+        (size, n); None for the identity.
+    A : csr_matrix, shape (e, n)
+    b : ndarray, shape (e,)
+    """
+
+    origin: FloatArray
+    basis: FloatArray | None
+    A: Any
+    b: FloatArray
+
+    def rows(self, matrix: Any) -> Any:
+        """Rows in these coordinates."""
+        from scipy.sparse import csr_matrix
+
+        return matrix if self.basis is None else csr_matrix(matrix @ self.basis)
+
+    def unknowns(self, x: FloatArray) -> FloatArray:
+        """Return u."""
+        return x if self.basis is None else np.asarray(self.origin + self.basis @ x)
 
 
 class Elastic:
@@ -88,28 +171,23 @@ class Elastic:
     def __init__(
         self,
         problem: Problem,
-        base: FloatArray,
         compiled: Compiled,
-        solver: str,
         give: Give,
         seed: WallRows | None = None,
-        trace: float = TRACE,
         accuracy: float = ACCURACY,
+        evident: bool = False,
     ) -> None:
-        self.problem, self.base, self.compiled, self.give = problem, base, compiled, give
-        self.trace, self.accuracy = trace, accuracy
-        self.solver = solver
-        self._made: dict[bool, AxisGroup] = {}
-        self.rows: RowSet | None = None
-        self.ends = problem.plain_ends(base)
+        self.problem, self.base, self.compiled, self.give = problem, problem.values, compiled, give
+        self.accuracy, self.evident = accuracy, evident
+        self.linear = LinearRows(problem, self.base)
+        self.ends = problem.plain_ends(self.base)
         self.multipliers = np.zeros(0)
-        for rows in (*momentary_rows(Curve(problem, compiled, base)), *([] if seed is None else [seed])):
-            self._add([rows] if len(rows.s) else [])
+        begin = all_walls_rows(Curve(problem, compiled, self.base)) + ([] if seed is None else [seed])
+        self.rows = self._expressed(begin)
+        self._made: dict[bool, Coordinates] = {}
 
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
-
-        If the base satisfies them with every slack at its lower bound, no solve is needed and there are no rows.
 
         Raises
         ------
@@ -117,21 +195,40 @@ class Elastic:
             If no solver answers.
         """
         if not self.problem.size and self.give.lowest == 0.0:
-            return Relaxed(self.base, self._least_slacks(), None, self.multipliers, 0)
-        knots, slacks, rounds = self.base, np.full(self.give.slacks, self.give.lowest), 0
-        if self.rows is not None:
-            knots, slacks = self._solve()
-            rounds = 1
+            return Relaxed(self.base, self._least_slacks(), None, self.multipliers, 0, np.zeros(0))
+        knots, slacks = self._solve()
+        rounds = 1
         while rounds < ROUNDS:
             given = self._amounts(slacks)
             curve = Curve(self.problem, self.compiled.relaxed(given), knots)
             found, _ = rows_outside(curve, self.rows, self.multipliers, self.accuracy)
             if not found:
                 break
-            self._add([self._unrelaxed(rows, given) for rows in found])
+            self.rows = self.rows.joined(self._expressed([self._unrelaxed(rows, given) for rows in found]))
             knots, slacks = self._solve()
             rounds += 1
-        return Relaxed(knots, slacks, self.rows, self.multipliers, rounds)
+        evidence = self._evidence() if self.evident and slacks.max() > self.accuracy else np.zeros(0)
+        return Relaxed(knots, slacks, self.rows, self.multipliers, rounds, evidence)
+
+    def _evidence(self) -> FloatArray:
+        """Multipliers of rows that contradict each other, by non-negative least squares; empty where none are found."""
+        from scipy.optimize import nnls
+
+        coordinates = list(self._coordinates())[-1]
+        matrix, bound = self._in_widths
+        chosen = np.arange(len(bound))
+        if coordinates.basis is None:
+            chosen = np.flatnonzero(self.multipliers > ROUNDING * self.multipliers.max())
+        rows, right = coordinates.rows(matrix)[chosen], (bound - matrix @ coordinates.origin)[chosen]
+        touched = np.flatnonzero(np.abs(rows).sum(axis=0))
+        system = np.vstack((rows[:, touched].toarray().T, right / (np.abs(right).max() or 1.0)))
+        try:
+            found = nnls(system, np.append(np.zeros(len(touched)), -1.0))[0]
+        except RuntimeError:
+            return np.zeros(0)
+        evidence = np.zeros(len(bound))
+        evidence[chosen] = found / self.compiled.widths[self.rows.source.wall[chosen]]
+        return evidence
 
     def _least_slacks(self) -> FloatArray:
         """Least slacks for a curve without unknowns."""
@@ -147,82 +244,103 @@ class Elastic:
         """Widths by which every wall moves outwards."""
         return np.asarray(np.append(slacks, 0.0)[self.give.group] * self.give.weight)
 
-    def _add(self, found: list[WallRows]) -> None:
-        for rows in found:
-            fresh = rows_in_unknowns(self.problem, self.ends, self.compiled, rows)
-            self.rows = fresh if self.rows is None else self.rows.joined(fresh)
+    def _expressed(self, found: list[WallRows]) -> RowSet:
+        return rows_in_unknowns(self.problem, self.ends, self.compiled, reduce(WallRows.joined, found))
 
     def _unrelaxed(self, rows: WallRows, given: FloatArray) -> WallRows:
         """Rows of the walls without relaxation."""
         return replace(rows, bound=rows.bound - given[rows.wall] * self.compiled.widths[rows.wall])
 
     @property
-    def _known(self) -> RowSet:
-        if self.rows is None:
-            raise SolverError("the elastic problem has no rows")
-        return self.rows
+    def _in_widths(self) -> tuple[Any, FloatArray]:
+        """Rows, and their bounds, in widths."""
+        from scipy.sparse import diags
+
+        widths = self.compiled.widths[self.rows.source.wall]
+        return diags(1.0 / widths) @ self.linear.matrix(self.rows.columns, self.rows.values), self.rows.bound / widths
 
     def _solve(self) -> tuple[FloatArray, FloatArray]:
-        for accuracy in ACCEPTED:
-            for group in self._groups():
-                usual = DENSELY if group.whitened else SPARSELY
-                for solver in (*(() if self.solver == "auto" else (self.solver,)), *usual):
-                    found = self._attempt(group, solver, accuracy)
-                    if found is not None:
-                        return found
-        raise SolverError("no solver found how much wider the walls must be: change units or durations")
+        for gap in ACCEPTED:
+            for coordinates in self._coordinates():
+                found = self._attempt(coordinates, gap)
+                if found is not None:
+                    return found
+        raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")
 
-    def _groups(self) -> Iterator[AxisGroup]:
-        """Coordinates of all axes together, dense ones first where the unknowns are few."""
-        if self.problem.size <= DENSE:
-            yield self._coordinates(True)
-        yield self._coordinates(False)
+    def _coordinates(self) -> Iterator[Coordinates]:
+        """Sparse coordinates, then dense ones where the unknowns are few."""
+        if False not in self._made:
+            self._made[False] = Coordinates(np.zeros(self.linear.size), None, *self.linear.equality_rows())
+        yield self._made[False]
+        if self.linear.size <= 2 * DENSE:
+            if True not in self._made:
+                self._made[True] = orthonormal(self._in_widths[0], *self.linear.equality_rows())
+            yield self._made[True]
 
-    def _coordinates(self, whitened: bool) -> AxisGroup:
-        if whitened not in self._made:
-            axes = np.ones(self.problem.dim, dtype=bool)
-            self._made[whitened] = axis_group(self.problem, self.base, axes, whitened)
-        return self._made[whitened]
+    def _attempt(self, coordinates: Coordinates, gap: float) -> tuple[FloatArray, FloatArray] | None:
+        from scipy.sparse import bmat, coo_matrix, csc_matrix, identity
 
-    def _attempt(self, group: AxisGroup, solver: str, accuracy: float) -> tuple[FloatArray, FloatArray] | None:
-        rows = self._known
-        G, bound, norms = group.matrix(rows, np.arange(len(rows)), 0.0)
-        size = max(float(-bound.min()), 1e-3)
-        moves = self.give.weight[rows.source.wall] * self.compiled.widths[rows.source.wall] / norms / size
-        unit = 1.0 / float(moves[self.give.group[rows.source.wall] >= 0].max(initial=0.0) or 1.0)
-        asked, weight = self._programme(group, G, bound / size, moves * unit, unit, size)
-        found = solve_qp(asked, solver, 1.0, weight=weight, accuracy=accuracy)
+        matrix, bound = self._in_widths
+        rows, right = coordinates.rows(matrix), bound - matrix @ coordinates.origin
+        n, m = rows.shape[1], self.give.slacks
+        wall = self.rows.source.wall
+        gives = np.flatnonzero(self.give.group[wall] >= 0)
+        moves = self.give.weight[wall[gives]]
+        moved = coo_matrix((-moves, (gives, self.give.group[wall[gives]])), shape=(len(right), m))
+        parts = [[coordinates.A, None], [rows, moved], [csc_matrix((m, n)), -identity(m)]]
+        sides = np.concatenate((coordinates.b, right, np.full(m, -self.give.lowest)))
+        found = _least_sum(bmat(parts, format="csc"), sides, len(coordinates.b), m)
         if found is None:
             return None
-        n = len(group.columns)
-        self.multipliers = found.multipliers[: len(rows)] * unit / norms / size
-        unknowns = np.zeros(self.problem.size)
-        unknowns[group.columns] = group.unknowns(size * found.x[:n])
-        return self.problem.add(self.base, unknowns), found.x[n:] * unit
-
-    def _programme(
-        self, group: AxisGroup, G: Any, h: FloatArray, moves: FloatArray, unit: float, size: float
-    ) -> tuple[Programme, float]:
-        """Return the QP with the slacks, in that unit, as further unknowns, and the weight of the snap cost in it."""
-        from scipy.sparse import coo_matrix, csc_matrix, identity
-
-        n, m, weight = len(group.columns), self.give.slacks, self.trace
-        slack_of = self.give.group[self._known.source.wall]
-        gives = np.flatnonzero(slack_of >= 0)
-        moved = coo_matrix((-moves[gives], (gives, slack_of[gives])), shape=(len(h), m))
-        P = _blocks([[weight * csc_matrix(group.space.hessian), None], [None, weight * identity(m)]])
-        G = _blocks([[csc_matrix(G), moved], [csc_matrix((m, n)), -identity(m)]])
-        h = np.concatenate((h, np.full(m, -self.give.lowest / unit)))
-        A, b = group.equality_rows()
-        A, b = (
-            (None, None) if A is None or b is None else (_blocks([[csc_matrix(A), csc_matrix((len(b), m))]]), b / size)
-        )
-        if group.whitened:
-            P, G, A = (None if matrix is None else matrix.toarray() for matrix in (P, G, A))
-        return Programme(P, np.concatenate((np.zeros(n), np.ones(m))), G, h, A, b), weight
+        x, multipliers, broken, lost = found
+        size = 1.0 + max(0.0, float(x[n:].max()))
+        if broken > 0.1 * self.accuracy * size or lost > gap * size:
+            return None
+        self.multipliers = multipliers[len(coordinates.b) :][: len(wall)] / self.compiled.widths[wall]
+        return self.problem.add(self.base, coordinates.unknowns(x[:n]) * self.linear.scale[:-1]), x[n:]
 
 
-def _blocks(parts: list[list[Any]]) -> Any:
-    from scipy.sparse import bmat
+def _least_sum(rows: Any, sides: FloatArray, equal: int, m: int) -> tuple[FloatArray, FloatArray, float, float] | None:
+    """Minimise the sum of the last m unknowns; rows are at most their sides, the first ones equal to them.
 
-    return bmat(parts, format="csc")
+    Returns
+    -------
+    tuple or None
+        Unknowns, multipliers, the largest violation of a row, and what all residuals may add to the sum; None where
+        they are not finite.
+    """
+    import clarabel
+    from scipy.sparse import csc_matrix
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose, settings.max_threads = False, 1
+    settings.tol_feas = settings.tol_gap_rel = settings.tol_gap_abs = TOLERANCES["clarabel"]["tol_feas"]
+    count = rows.shape[1]
+    cones = [clarabel.ZeroConeT(equal), clarabel.NonnegativeConeT(len(sides) - equal)]
+    linear = np.append(np.zeros(count - m), np.ones(m))
+    nothing = csc_matrix((count, count))
+    found = clarabel.DefaultSolver(nothing, linear, rows, sides, cones[not equal :], settings).solve()
+    x, z = np.array(found.x), np.array(found.z)
+    if not (np.isfinite(x).all() and np.isfinite(z).all()):
+        return None
+    out = rows @ x - sides
+    broken = max(float(np.abs(out[:equal]).max(initial=0.0)), float(out[equal:].max(initial=0.0)))
+    lost = np.abs(rows.T @ z + linear) @ np.abs(x) + np.abs(out) @ np.abs(z)
+    return x, z, broken, float(lost)
+
+
+def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:
+    """Coordinates of all solutions of A u = b in which rows (r, size) have orthonormal columns.
+
+    Directions in which no row says anything are kept short.
+    """
+    from scipy.linalg import null_space, solve_triangular
+
+    dense, origin, free = A.toarray(), np.zeros(rows.shape[1]), np.eye(rows.shape[1])
+    if len(b):
+        origin, free = np.linalg.lstsq(dense, b, rcond=None)[0], null_space(dense)
+    seen = rows @ free
+    ridge = ROUNDING * (np.linalg.norm(seen, 2) or 1.0) * np.eye(seen.shape[1])
+    factor = np.linalg.qr(np.vstack((seen, ridge)), mode="r")
+    basis = free @ solve_triangular(factor, np.eye(len(factor)))
+    return Coordinates(origin, basis, A[:0] @ basis, b[:0])

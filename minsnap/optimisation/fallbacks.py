@@ -16,13 +16,15 @@ from minsnap.arrays import FloatArray
 from minsnap.deadline import NEVER, Deadline
 from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import floating
+from minsnap.optimisation.elastic import Elastic, Give
 from minsnap.optimisation.exchange import NEAR, Proof, State, Trouble, begun, exchange, solved_once
 from minsnap.optimisation.master_qp import MasterQP, axis_masks, master_qp
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
-from minsnap.optimisation.qp import DENSE
+from minsnap.optimisation.qp import ACCURACY, DENSE
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.stop_and_go import least_share, straight_inside
+from minsnap.optimisation.rows import Curve
+from minsnap.optimisation.stop_and_go import least_share, straight, straight_inside
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.tolerances import EXACT, GAP
 
@@ -192,20 +194,37 @@ def _moved_inwards(last: Attempt) -> Attempt:
 
 
 def _blended(last: Attempt) -> Attempt:
-    """Blend the curve with the least violation with stop-and-go, by the least share that brings it inside.
+    """Blend the curve with the least violation with one that has room to all walls.
 
-    Walls are convex and stop-and-go has all free values zero, so the blend is a scaling of the knot values.
+    Walls are convex, so that the least share that brings it inside follows from both curves' extrema.
     """
+    inner = straight(last.state.curve) if straight_inside(last.state.curve) else _centred(last)
+    if inner is None:
+        return last
     nearest = last.state.nearest
-    share = least_share(nearest)
+    share = least_share(nearest, inner)
     while True:
-        curve = replace(nearest, knots=nearest.knots * (1.0 - share))
+        curve = replace(nearest, knots=nearest.knots * (1.0 - share) + share * inner.knots)
         state = replace(last.state, curve=curve)
         if last.proof is None or last.proof(state):
             return replace(last, state=state, trouble=None)
         if share == 1.0:
             return replace(last, state=state, trouble=OUTSIDE)
         share = min(1.0, 2.0 * share + EXACT)
+
+
+def _centred(last: Attempt) -> Curve | None:
+    """Return the curve with most room to all walls in widths, at most ``NEAR``; None where none has any."""
+    compiled = last.master.compiled
+    count = len(compiled.widths)
+    if not count:
+        return None
+    give = Give(np.zeros(count, dtype=np.intp), np.ones(count), 1, -NEAR)
+    try:
+        found = Elastic(last.problem, compiled, give, accuracy=ACCURACY).run()
+    except SolverError:
+        return None
+    return Curve(last.problem, compiled, found.knots) if found.slacks[0] < 0.0 else None
 
 
 UNSOLVED, STALLED, OUTSIDE, LATE = Trouble.UNSOLVED, Trouble.STALLED, Trouble.OUTSIDE, Trouble.LATE
@@ -232,7 +251,12 @@ LADDER = (
         _moved_inwards,
         repeats=True,
     ),
-    Rung("blend", (UNSOLVED, STALLED, OUTSIDE, LATE), lambda last: straight_inside(last.state.curve), _blended),
+    Rung(
+        "blend",
+        (UNSOLVED, STALLED, OUTSIDE, LATE),
+        lambda last: straight_inside(last.state.curve) or (last.proof is not None and last.trouble is not LATE),
+        _blended,
+    ),
 )
 """All fallbacks, in the order in which they are tried."""
 

@@ -9,14 +9,13 @@ from functools import reduce
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.errors import InfeasibleError
+from minsnap.errors import InfeasibleError, SolverError
 from minsnap.optimisation.contradiction import find_contradiction
 from minsnap.optimisation.elastic import Elastic, Give, Relaxed
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, rows_in_unknowns, rows_outside
-from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
 
 NOTICEABLE = 1e-6
@@ -26,45 +25,51 @@ ROOM = 1e-4
 """Share added to a smallest width so that it does."""
 
 
-def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | None:
+UNPROVED = "no curve was found that keeps all walls, and it could not be proved that there is none: "
+
+
+def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | SolverError | None:
     """Find whether the walls on positions alone are infeasible at piece durations (pieces in all,) [s], and why.
 
     Returns
     -------
-    InfeasibleError or None
-        With ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; None where the walls on
-        positions leave a curve inside.
+    InfeasibleError, SolverError or None
+        With ``leg``, ``instant``, ``smallest_width`` and its proof where a corridor is too narrow; a SolverError where
+        that has no proof; None where the walls on positions leave a curve inside.
     """
     corridor = replace(task, walls=[wall for wall in task.walls if wall.order == 0], touching=False)
-    problem, units, compiled, base = normalised(corridor, durations)
+    problem, units, compiled = normalised(corridor, durations)
     if not compiled.blocks:
         return None
     groups, names = _leg_groups(corridor, compiled)
-    found = _relax(task, problem, base, compiled, groups, len(names))
+    give = Give(groups, np.ones(len(groups)), len(names))
+    found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True).run()
     if found.slacks.max() <= NOTICEABLE:
         return None
     if found.rows is None:
-        found = _outside(problem, base, compiled, found)
+        found = _outside(problem, compiled, found)
     error = _too_narrow(corridor, problem, units, compiled, found, groups, names)
-    if found.rows is not None:
-        error.contradiction = find_contradiction(corridor, durations, problem, base, compiled, found.rows)
+    error.contradiction = find_contradiction(corridor, durations, problem, found)
+    if error.contradiction is None:
+        return SolverError(f"{UNPROVED}widen the corridor of leg {error.leg}, or change durations that differ much")
     return error
 
 
-def _outside(problem: Problem, base: FloatArray, compiled: Compiled, found: Relaxed) -> Relaxed:
+def _outside(problem: Problem, compiled: Compiled, found: Relaxed) -> Relaxed:
     """Add the rows that a curve without unknowns breaks, each pressed by as much."""
-    rows, _ = rows_outside(Curve(problem, compiled, base), None, np.zeros(0))
+    rows, _ = rows_outside(Curve(problem, compiled, problem.values), None, np.zeros(0))
     if not rows:
         return found
-    known = rows_in_unknowns(problem, problem.plain_ends(base), compiled, reduce(WallRows.joined, rows))
-    return replace(found, rows=known, multipliers=np.maximum(-known.bound, 0.0))
+    known = rows_in_unknowns(problem, problem.plain_ends(problem.values), compiled, reduce(WallRows.joined, rows))
+    pressed = np.maximum(-known.bound, 0.0)
+    return replace(found, rows=known, multipliers=pressed, evidence=pressed)
 
 
-def normalised(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compiled, FloatArray]:
-    """Return a task's problem at piece durations, its units, its walls, and its optimum without them."""
+def normalised(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compiled]:
+    """Return a task's problem at piece durations, its units and its walls."""
     units = task.units(durations)
     problem = task.problem(durations, units)
-    return problem, units, compile_walls(task, problem, units), unbounded_optimum(problem)
+    return problem, units, compile_walls(task, problem, units)
 
 
 def _leg_groups(task: Task, compiled: Compiled) -> tuple[IntArray, list[int | None]]:
@@ -75,13 +80,6 @@ def _leg_groups(task: Task, compiled: Compiled) -> tuple[IntArray, list[int | No
     if len(width) and np.ptp(width) <= 1e-9 * width.max():
         return np.where(stands, -1, 0), [None]
     return np.where(stands, -1, leg), list(range(task.legs))
-
-
-def _relax(
-    task: Task, problem: Problem, base: FloatArray, compiled: Compiled, groups: IntArray, slacks: int
-) -> Relaxed:
-    give = Give(groups, np.ones(len(groups)), slacks)
-    return Elastic(problem, base, compiled, task.solver, give, trace=NOTICEABLE, accuracy=NOTICEABLE).run()
 
 
 def _too_narrow(

@@ -11,7 +11,7 @@ from minsnap.errors import CorridorError, SolverError
 from minsnap.optimisation.exchange import State, Trouble
 from minsnap.optimisation.fallbacks import Attempt, climb, first_attempt, optimum
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
-from minsnap.optimisation.optimum import Optimum
+from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve
@@ -56,10 +56,8 @@ def _sampled(problem: Problem, base: FloatArray, compiled: Compiled, instants: i
     return reduce(WallRows.joined, rows)
 
 
-def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError:
-    """Return the error: where the straight leg itself touches a wall, or else that all solvers failed."""
+def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError | InfeasibleRowsError:
+    """Return the error: where the straight leg itself touches a wall, or else that no curve was found."""
     if last.trouble is Trouble.LATE:
         return SolverError("time_limit has passed without a certified plan: give more time, or widen the corridor")
-    return leg_on_wall(task, last.state.curve) or SolverError(
-        "the solvers found no curve inside the walls to working precision: widen them or change units"
-    )
+    return leg_on_wall(task, last.state.curve) or InfeasibleRowsError()

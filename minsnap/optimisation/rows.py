@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.optimisation.constraint_blocks import KnotBalls, KnotBounds
+from minsnap.optimisation.constraint_blocks import AT_KNOTS, KnotBalls, KnotBounds, Spheres
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.extrema import maxima
@@ -148,6 +148,35 @@ def spread_rows(curve: Curve) -> list[WallRows]:
         moving = np.flatnonzero(values.max(axis=1) > values.min(axis=1))
         if len(moving):
             found.append(curve.rows(number, np.repeat(moving, SPREAD), np.tile(s, len(moving))))
+    return found
+
+
+def all_walls_rows(curve: Curve) -> list[WallRows]:
+    """Rows of every wall: at its knot, or at as many Chebyshev points as a piece has control points.
+
+    Balls and cones have the tangent planes of both directions of every row of their matrix there.
+    """
+    count = curve.problem.degree + 1
+    s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    found = []
+    for number, block in enumerate(curve.compiled.blocks):
+        walls = np.arange(len(block.piece))
+        if isinstance(block, AT_KNOTS):
+            index, places = walls, block.s
+        else:
+            index, places = np.repeat(walls, count), np.tile(s, len(walls))
+        found += _both_directions(curve, number, index, places)
+    return found
+
+
+def _both_directions(curve: Curve, number: int, index: IntArray, s: FloatArray) -> list[WallRows]:
+    block = curve.compiled.blocks[number]
+    if not isinstance(block, Spheres):
+        return [curve.rows(number, index, s)]
+    found, orders = [], np.full(len(s), block.order)
+    for direction in np.vstack((np.eye(block.matrix.shape[1]), -np.eye(block.matrix.shape[1]))):
+        cuts = block.tangents(index, np.broadcast_to(direction, (len(s), len(direction))))
+        found.append(WallRows(curve.compiled.first[number] + index, block.piece[index], s, orders, *cuts))
     return found
 
 

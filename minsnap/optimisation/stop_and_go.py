@@ -19,9 +19,14 @@ def straight_inside(curve: Curve) -> bool:
     return not bounded and all((heights < 0.0).all() for heights in straight_heights(curve))
 
 
+def straight(curve: Curve) -> Curve:
+    """Return stop-and-go between the same walls."""
+    return Curve(curve.problem, curve.compiled, np.zeros_like(curve.knots))
+
+
 def straight_heights(curve: Curve) -> list[FloatArray]:
     """Largest excess of stop-and-go over each wall of a curve, in widths, block by block."""
-    return heights(Curve(curve.problem, curve.compiled, np.zeros_like(curve.knots)))
+    return heights(straight(curve))
 
 
 def heights(curve: Curve) -> list[FloatArray]:
@@ -29,10 +34,10 @@ def heights(curve: Curve) -> list[FloatArray]:
     return [maxima(points).values for points in curve.excess]
 
 
-def least_share(curve: Curve) -> float:
-    """Least share of stop-and-go that brings every exact extremum inside, up to rounding."""
+def least_share(curve: Curve, inner: Curve) -> float:
+    """Least share of a curve with room to all walls that brings every exact extremum inside, up to rounding."""
     share = 0.0
-    for bent, straight in zip(heights(curve), straight_heights(curve), strict=True):
+    for bent, straight in zip(heights(curve), heights(inner), strict=True):
         out = bent > 0.0
         share = max(share, float((bent[out] / (bent[out] - straight[out])).max(initial=0.0)))
     return min(1.0, share)

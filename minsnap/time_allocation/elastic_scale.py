@@ -16,7 +16,6 @@ from minsnap.optimisation.gradient import row_slopes
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.time_allocation.least_cost import leg_sums
 from minsnap.time_allocation.time_stretch import nothing_limits
 
@@ -96,8 +95,7 @@ class ElasticScale:
 
     def _relaxed(self, problem: Problem) -> Relaxed:
         compiled = compile_walls(self.task, problem, self.units)
-        base = unbounded_optimum(problem)
-        return Elastic(problem, base, compiled, self.task.solver, give_limits(compiled), self.seed).run()
+        return Elastic(problem, compiled, give_limits(compiled), self.seed).run()
 
 
 def give_limits(compiled: Compiled) -> Give:

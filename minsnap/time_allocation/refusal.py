@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
+from minsnap.optimisation.contradiction import contradicting_joint, find_contradiction
 from minsnap.optimisation.elastic import Elastic
-from minsnap.optimisation.infeasibility import explain_corridor, hardest_pressed, normalised
+from minsnap.optimisation.infeasibility import NOTICEABLE, UNPROVED, explain_corridor, hardest_pressed, normalised
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.stop_and_go import leg_on_wall
@@ -22,37 +25,43 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
     Returns
     -------
     InfeasibleError
-        With ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; with ``stretch`` where the
-        corridor would do but limits would not.
+        With a proof; with ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; with ``stretch``
+        where the corridor would do but limits would not.
     CorridorError
         With ``leg``, where waypoints lie on a wall.
     SolverError
-        If nothing explains it: the solvers failed on a problem that has a solution.
+        If there is no proof: the solvers failed on a problem that may have a solution.
     """
     refused = explain_corridor(task, durations)
     if refused is not None:
         return refused
     if not any(wall.order for wall in task.walls):
-        problem, _, compiled, base = normalised(task, durations)
+        problem, _, compiled = normalised(task, durations)
         if problem.jumps and not problem.size:
+            broken = contradicting_joint(task, durations, problem)
             return InfeasibleError(
                 f"the pins leave nothing free, and their curve does not have continuity={task.continuity}: lower it "
-                "or pin fewer derivatives"
+                "or pin fewer derivatives",
+                contradiction=broken,
             )
-        return leg_on_wall(task, Curve(problem, compiled, base)) or SolverError(
+        return leg_on_wall(task, Curve(problem, compiled, problem.values)) or SolverError(
             "the solvers failed on a problem that has a solution: try another solver="
         )
     return _too_fast(task, durations)
 
 
-def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError:
+def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverError:
     """Say by how much limits must give way where the corridor would do, and where they press hardest."""
-    problem, units, compiled, base = normalised(task, durations)
-    found = Elastic(problem, base, compiled, task.solver, give_limits(compiled)).run()
+    task = replace(task, touching=False)
+    problem, units, compiled = normalised(task, durations)
+    found = Elastic(problem, compiled, give_limits(compiled), accuracy=NOTICEABLE, evident=True).run()
+    proof = find_contradiction(task, durations, problem, found)
+    if proof is None:
+        return SolverError(f"{UNPROVED}give more time, or loosen the limits")
     leg, instant = hardest_pressed(task, problem, units, found)
     stretch = ElasticScale(task, leg_sums(durations, task.pieces)).factor()
     message = (
         f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s; "
         f"{stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"
     )
-    return InfeasibleError(message, leg=leg, instant=instant, stretch=stretch)
+    return InfeasibleError(message, leg=leg, instant=instant, stretch=stretch, contradiction=proof)

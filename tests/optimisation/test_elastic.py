@@ -11,7 +11,6 @@ from minsnap.optimisation.elastic import Elastic, Give
 from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.normalised_constraints import compile_walls
 from minsnap.optimisation.solve import solve
-from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.time_allocation.elastic_scale import give_limits
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -21,7 +20,7 @@ def relaxed(task, durations, **options):
     problem = task.problem(durations, units)
     compiled = compile_walls(task, problem, units)
     give = options.pop("give", None) or give_limits(compiled)
-    return Elastic(problem, unbounded_optimum(problem), compiled, "auto", give, **options).run()
+    return Elastic(problem, compiled, give, **options).run()
 
 
 def can_be_flown(task, durations):
@@ -46,7 +45,7 @@ def test_one_slack_for_all_widths_is_the_least_that_does(seed):
     points, durations = random_legs(seed, 4)
     task = task_of(points, Tube(1e-3), continuity=5)
     walls = sum(2 * len(wall.leg) for wall in task.walls)
-    found = relaxed(task, durations, give=Give(np.zeros(walls, int), np.ones(walls), 1), trace=1e-6, accuracy=1e-6)
+    found = relaxed(task, durations, give=Give(np.zeros(walls, int), np.ones(walls), 1), accuracy=1e-6)
 
     def fits(width):
         return can_be_flown(task_of(points, Tube(width), continuity=5), durations)

@@ -8,7 +8,7 @@ from tasks import REFERENCE, random_legs
 
 import minsnap
 from minsnap.cli.app import exit_status
-from minsnap.errors import InfeasibleError
+from minsnap.errors import InfeasibleError, SolverError
 from minsnap.optimisation import elastic
 
 TIMES = np.array([4.0, 2.0, 4.0, 2.0])
@@ -24,7 +24,7 @@ def refusal(*given, **options):
 def fits(*given, **options):
     try:
         minsnap.plan(*given, **options)
-    except InfeasibleError:
+    except (InfeasibleError, SolverError):  # within rounding of the least width there is neither a plan nor a proof
         return False
     return True
 
@@ -71,19 +71,17 @@ def test_smallest_radius_where_nothing_is_free_is_that_of_samples(speed):
     assert not fits(points, durations, corridor=minsnap.RoundTube(0.99 * reach), **asked)
 
 
-def test_a_larger_gap_is_accepted_where_no_solver_reaches_the_usual_one(monkeypatch):
+def test_dense_coordinates_name_the_same_width_as_sparse_ones(monkeypatch):
     asked = {"corridor": minsnap.RoundTube(0.2), "start": {"velocity": (0.0, 2.0, 0.0)}, "pieces": 2}
 
     def width():
-        with pytest.raises(InfeasibleError) as refused:
-            minsnap.plan([(0, 0, 0), (5, 0, 0), (5, 4, 0)], [2.0, 2.0], **asked)
-        return refused.value.smallest_width
+        return refusal([(0, 0, 0), (5, 0, 0), (5, 4, 0)], [2.0, 2.0], **asked).smallest_width
 
-    usual, solve_qp = width(), elastic.solve_qp
+    usual, attempt = width(), elastic.Elastic._attempt
     monkeypatch.setattr(
-        elastic, "solve_qp", lambda *asked, **how: None if how["accuracy"] < 1e-5 else solve_qp(*asked, **how)
+        elastic.Elastic, "_attempt", lambda run, x, gap: None if x.basis is None else attempt(run, x, gap)
     )
-    assert width() == pytest.approx(usual, rel=1e-3)
+    assert width() == pytest.approx(usual, rel=1e-5)
 
 
 def test_pins_that_leave_nothing_free_to_join_a_derivative_are_refused():

@@ -21,6 +21,23 @@ def test_questions_are_solved_or_refused_rightly(kind):
     assert set(outcomes.values()) <= set(soak.RIGHT), outcomes
 
 
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [
+        ("tolerances", 1635),  # no solver found by how much the walls must give way
+        ("tolerances", 15669),  # the solvers failed on a problem that has a solution
+        ("tolerances", 7621),  # less than the width named did
+        ("further tubes", 1274),  # half-widths that differ by axis
+        ("further tubes", 5046),
+        ("round tubes", 2815),
+        ("polytopes", 1276),
+        ("boxes", 6962),
+    ],
+)
+def test_questions_that_were_refused_wrongly_are_not(kind, seed):
+    assert soak.ask(kind, seed)[1] in soak.RIGHT
+
+
 def test_a_curve_outside_is_noticed():
     asked = question("tubes", 0)[1]
     free = minsnap.plan(asked["waypoints"], asked["durations"])
