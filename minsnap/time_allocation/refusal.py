@@ -8,7 +8,7 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.contradiction import contradicting_joint, find_contradiction
 from minsnap.optimisation.elastic import Elastic
-from minsnap.optimisation.infeasibility import NOTICEABLE, UNPROVED, explain_corridor, hardest_pressed, normalised
+from minsnap.optimisation.infeasibility import UNPROVED, explain_corridor, hardest_pressed, normalised
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.stop_and_go import leg_on_wall
@@ -54,7 +54,7 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverErro
     """Say by how much limits must give way where the corridor would do, and where they press hardest."""
     task = replace(task, touching=False)
     problem, units, compiled = normalised(task, durations)
-    found = Elastic(problem, compiled, give_limits(compiled), accuracy=NOTICEABLE, evident=True).run()
+    found = Elastic(problem, compiled, give_limits(compiled), evident=True).run()
     proof = find_contradiction(task, durations, problem, found)
     if proof is None:
         return SolverError(f"{UNPROVED}give more time, or loosen the limits")
