@@ -30,7 +30,6 @@ def test_questions_are_solved_or_refused_rightly(kind):
         ("further tubes", 1274),  # half-widths that differ by axis
         ("further tubes", 5046),
         ("round tubes", 2815),
-        ("polytopes", 1276),
         ("boxes", 6962),
     ],
 )
