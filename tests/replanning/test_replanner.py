@@ -9,6 +9,8 @@ import pytest
 import minsnap
 from minsnap import Boxes, Limits, Replanner, TimingError, Tube
 from minsnap.errors import CorridorError, DegreeError, InputError, LimitError, WaypointError, YawError
+from minsnap.replanning import replanner as replanner_module
+from minsnap.replanning.search import Better
 from minsnap.replanning.splice import splice_of
 from minsnap.vehicle import Quadrotor
 
@@ -83,6 +85,30 @@ def test_larger_limits_give_a_shorter_plan_and_never_a_longer_one(flown):
     assert not change.kept
     assert change.trajectory.duration < flown.duration - change.splice
     assert minsnap.certify(change.trajectory, np.vstack((change.trajectory(0.0), points)), boxes, faster).ok
+
+
+def test_what_is_found_is_taken_only_if_it_is_better_than_the_rest(flown, monkeypatch):
+    _, points, boxes = ahead(flown, 0.6)
+    rest, faster = splice_of(flown, 0.1, 0.5, 4).rest, Limits(speed=4.0, acceleration=9.0)
+    for factor, kept in ((1.01, True), (1.0, True), (0.99, False)):
+        curve = minsnap.Trajectory(rest.control_points, factor * rest.durations, rest.yaw)
+        monkeypatch.setattr(replanner_module, "search_ahead", lambda *_, found=curve: Better(found))
+        change = Replanner(faster, boxes, clock=still).replan(flown, 0.1, points, 0.5, **AMPLE)
+        assert change.kept is kept
+        assert change.reason == ("nothing better was found" if kept else "")
+
+
+def test_a_rest_that_leaves_the_walls_as_they_are_now_is_not_certified(flown):
+    passed, points, boxes = ahead(flown, 0.5)
+    t = np.linspace(flown.leg_breaks[-2], flown.duration, 500)
+    aside = np.abs(flown(t)[:, 1] - 1.0).max()
+    for share, certified in ((1.01, True), (0.99, False)):
+        lower, upper = boxes.lower.copy(), boxes.upper.copy()
+        lower[-1, 1], upper[-1, 1] = 1.0 - share * aside, 1.0 + share * aside
+        ticks = count()
+        replanner = Replanner(LIMITS, Boxes(lower, upper), clock=lambda ticks=ticks: 10.0 * next(ticks))
+        change = replanner.replan(flown, 0.1, points, 0.4)
+        assert change.kept and change.certified is certified and change.stop is not None
 
 
 def test_given_durations_and_totals_are_split_for_the_least_cost():
