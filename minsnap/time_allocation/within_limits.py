@@ -221,6 +221,8 @@ def kept(found: Timed, limits: Limits, stretchable: bool = False) -> Timed:
         return found
     task, total = found.solved.task, found.trajectory.duration
     where = f"on leg {used.leg} at {used.instant:.4g} s"
+    if limits.medium.drags:
+        where += " with the vehicle's drag, which only plans that choose the durations themselves foresee"
     message = f"{used.name} cannot be kept in {total:.6g} s: it reaches {used.value:.6g} {where}"
     if not task.still:
         raise InfeasibleError(f"{message}; give more time", leg=used.leg, instant=used.instant)
