@@ -236,14 +236,14 @@ def test_two_threads_are_refused(flown):
 
     def clock():
         inside.set()
-        leave.wait(20.0)
+        leave.wait(120.0)
         return 0.0
 
     replanner = Replanner(LIMITS, boxes, clock=clock)
     other = threading.Thread(target=replanner.replan, args=(flown, 0.1, points, 0.4))
     other.start()
     try:
-        assert inside.wait(20.0)
+        assert inside.wait(120.0)
         with pytest.raises(InputError, match="at work for another thread"):
             replanner.replan(flown, 0.1, points, 0.4)
     finally:
