@@ -71,7 +71,7 @@ def test_where_a_lap_begins_does_not_matter(turn):
     one = solve_corridor(tube_question(points, durations, widths, closed=True))
     turned = np.concatenate((points[turn:-1], points[: turn + 1]))
     other = solve_corridor(tube_question(turned, np.roll(durations, -turn), np.roll(widths, -turn), closed=True))
-    assert other.cost == pytest.approx(one.cost, rel=1e-6)
+    assert other.cost == pytest.approx(one.cost, rel=1.5e-6)
     assert other.points == pytest.approx(np.roll(one.points, -turn, axis=0), abs=1e-3)
 
 
@@ -95,7 +95,7 @@ def test_free_waypoints_cost_what_they_cost_the_python_core(monkeypatch, kind, c
     with library.using("python"):
         others = {"waypoint_tolerance": tolerance} if tolerance != 0.0 else {}
         slow = minsnap.plan(waypoints, **asked, **others)
-    assert fast.cost() == pytest.approx(slow.cost(), rel=1e-6)
+    assert fast.cost() == pytest.approx(slow.cost(), rel=1.5e-6)
 
 
 @pytest.mark.parametrize("kind", ["fixed", "box", "gates"])
