@@ -13,16 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
-from math import perm
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
-from minsnap.optimisation.equalities import joined as joined_equalities
-from minsnap.optimisation.equalities import jump_rows, plane_rows
+from minsnap.optimisation.linear_rows import LinearRows
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.qp import ACCURACY as SOLVED
 from minsnap.optimisation.qp import DENSE, TOLERANCES
@@ -86,54 +84,6 @@ class Relaxed:
     multipliers: FloatArray
     rounds: int
     evidence: FloatArray
-
-
-class LinearRows:
-    """Matrices of rows and equations in the unknowns, which are differences of control points of the longer pieces."""
-
-    def __init__(self, problem: Problem, base: FloatArray) -> None:
-        self.problem = problem
-        self.size = problem.size
-        axes, local = np.ones(problem.dim, dtype=bool), np.arange(problem.size + 1)
-        self.equations = joined_equalities(
-            [jump_rows(problem, base, axes, local), plane_rows(problem, base, axes, local)], problem.size
-        )
-
-    @cached_property
-    def scale(self) -> FloatArray:
-        """Value of each unknown in its own unit, and a zero: (size + 1,)."""
-        problem, T = self.problem, self.problem.durations
-        before, after = np.append(T[-1] if problem.closed else 0.0, T), np.append(T, T[0] if problem.closed else 0.0)
-        order = np.zeros(problem.slots.count, dtype=np.intp)
-        for slots in (problem.slots.start, problem.slots.end):
-            order[slots] = np.arange(problem.half)
-        factors = np.array([perm(problem.degree, int(p)) for p in order])
-        values = factors / np.maximum(before, after)[:, None] ** order
-        scale = np.zeros(self.size + 1)
-        scale[problem.columns] = values[:, :, None]
-        scale[-1] = 0.0
-        return scale
-
-    def matrix(self, columns: IntArray, values: FloatArray) -> Any:
-        """Sparse rows (r, size), from columns that are -1 or ``size`` for none."""
-        from scipy.sparse import csr_matrix
-
-        places = np.where(columns < 0, self.size, columns)
-        row = np.broadcast_to(np.arange(len(columns))[:, None], columns.shape)
-        scaled = values * self.scale[places]
-        used = scaled != 0.0
-        return csr_matrix((scaled[used], (row[used], places[used])), shape=(len(columns), self.size))
-
-    def equality_rows(self) -> tuple[Any, FloatArray]:
-        """Equations with rows of unit length, and their right-hand sides."""
-        from scipy.sparse import csr_matrix, diags
-
-        if self.equations is None:
-            return csr_matrix((0, self.size)), np.zeros(0)
-        matrix = self.matrix(self.equations.columns, self.equations.values)
-        norms = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).reshape(-1))
-        norms[norms == 0.0] = 1.0
-        return diags(1.0 / norms) @ matrix, self.equations.sides / norms
 
 
 @dataclass(frozen=True, eq=False)
@@ -333,12 +283,21 @@ def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:
     """Coordinates of all solutions of A u = b in which rows (r, size) have orthonormal columns.
 
     Directions in which no row says anything are kept short.
+
+    Raises
+    ------
+    SolverError
+        If the equations have no solution.
     """
     from scipy.linalg import null_space, solve_triangular
 
     dense, origin, free = A.toarray(), np.zeros(rows.shape[1]), np.eye(rows.shape[1])
     if len(b):
         origin, free = np.linalg.lstsq(dense, b, rcond=None)[0], null_space(dense)
+        if np.abs(dense @ origin - b).max() > ACCURACY * np.abs(b).max():
+            raise SolverError(
+                "pins and continuity ask for more than the polynomials have free: lower continuity=, or pin less"
+            )
     seen = rows @ free
     ridge = ROUNDING * (np.linalg.norm(seen, 2) or 1.0) * np.eye(seen.shape[1])
     factor = np.linalg.qr(np.vstack((seen, ridge)), mode="r")

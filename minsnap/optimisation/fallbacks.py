@@ -18,6 +18,7 @@ from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import floating
 from minsnap.optimisation.elastic import Elastic, Give
 from minsnap.optimisation.exchange import NEAR, Proof, State, Trouble, begun, exchange, solved_once
+from minsnap.optimisation.linear_rows import joined_exactly
 from minsnap.optimisation.master_qp import MasterQP, axis_masks, master_qp
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
@@ -201,7 +202,8 @@ def _blended(last: Attempt) -> Attempt:
     inner = straight(last.state.curve) if straight_inside(last.state.curve) else _centred(last)
     if inner is None:
         return last
-    nearest = last.state.nearest
+    nearest, problem = last.state.nearest, last.problem
+    inner, nearest = (replace(curve, knots=joined_exactly(problem, curve.knots)) for curve in (inner, nearest))
     share = least_share(nearest, inner)
     while True:
         curve = replace(nearest, knots=nearest.knots * (1.0 - share) + share * inner.knots)

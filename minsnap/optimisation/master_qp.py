@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.optimisation.axis_group import AxisGroup, axis_group, programme, split_axes
+from minsnap.optimisation.linear_rows import joined_exactly
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.qp import DENSE, solve_qp
@@ -102,7 +103,7 @@ class MasterQP:
     def curve(self, answer: Answer) -> Curve:
         """Return the curve of an answer."""
         unknowns = self._joined(answer.parts)[:-1]
-        return Curve(self.problem, self.compiled, self.problem.add(self.base, unknowns))
+        return Curve(self.problem, self.compiled, joined_exactly(self.problem, self.problem.add(self.base, unknowns)))
 
     def _joined(self, parts: Sequence[GroupAnswer]) -> FloatArray:
         """All unknowns and a zero, (size + 1,)."""

@@ -31,10 +31,17 @@ def test_questions_are_solved_or_refused_rightly(kind):
         ("further tubes", 5046),
         ("round tubes", 2815),
         ("boxes", 6962),
+        ("boxes", 10673),  # continuity above k - 1 was short
     ],
 )
 def test_questions_that_were_refused_wrongly_are_not(kind, seed):
     assert soak.ask(kind, seed)[1] in soak.RIGHT
+
+
+def test_pins_that_leave_too_little_free_for_a_continuity_are_refused():
+    asked = question("half-spaces", 21722)[1]
+    with pytest.raises(minsnap.MinsnapError, match="pins and continuity ask for more than the polynomials have free"):
+        minsnap.plan(**asked)
 
 
 def test_a_curve_outside_is_noticed():
