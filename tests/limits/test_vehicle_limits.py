@@ -10,6 +10,7 @@ import minsnap
 from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import sampled_motion
+from minsnap.limits.vehicle_drag import lateral_alike
 from minsnap.time_allocation.time_stretch import most_used
 from minsnap.vehicle import BodyDrag, Quadrotor, flat_states, flatness_of
 
@@ -215,3 +216,9 @@ def test_sampled_thrust_counts_drag_along_the_thrust_axis():
     force = sampled_motion(samples, "euclidean", Limits.of(body, 0.0).medium).thrust()
     expected = flat_states(body, samples.velocity, samples.acceleration, samples.jerk, samples.snap, drag=body.drag)
     assert np.linalg.norm(force, axis=1) == pytest.approx(expected.thrust / body.weight, rel=1e-9)
+
+
+@pytest.mark.parametrize(("linear", "quadratic", "alike"), [(0.3, 0.02, True), (0.1, 0.02, False), (0.3, 0.01, False)])
+def test_drag_is_the_same_sideways_if_all_of_it_is(linear, quadratic, alike):
+    body = dataclasses.replace(VEHICLES["f330"], drag=BodyDrag((0.3, linear, 0.1), (0.02, quadratic, 0.05)))
+    assert lateral_alike(body) is alike

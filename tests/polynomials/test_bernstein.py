@@ -146,7 +146,9 @@ def test_parts_of_a_curve_are_the_curve(degree):
 
 
 def test_small_differences_of_large_numbers_are_rounded_once():
-    points = 1e6 + np.random.default_rng(0).normal(size=(50, 8, 2)) * 10.0 ** np.arange(-7, 1)[:, None]
+    random = np.random.default_rng(0)
+    points = 1e6 + random.normal(size=(50, 8, 2)) * 10.0 ** np.arange(-7, 1)[:, None]
+    points[25:] = random.normal(size=(25, 8, 2)) * 10.0 ** random.uniform(-6.0, 6.0, (25, 8, 2))
     for order in range(1, 6):
         found = polynomial.careful_differences(points, order)
         for curve, values in zip(points, found, strict=True):
