@@ -2,9 +2,10 @@ r"""The rotors' thrusts as conditions of the joint search.
 
 With f along the thrust axis (:mod:`minsnap.trajectory.medium`) and :math:`c = \|f\|`, without spin about that axis the
 angular acceleration is :math:`\|w\| / c` with :math:`w = \ddot f_\perp - 2 \dot c\, \dot f_\perp / c`, wherever the
-body points about that axis; the rotor that has most to do has at most the mean thrust and the largest arm's share of
-the torque.  With a yaw the body axes follow from it (D. Mellinger and V. Kumar, ICRA 2011), as do rates and
-accelerations, by differentiating :math:`x \cdot f = y \cdot f = y \cdot h = 0`.
+body points about that axis; the rotor that has most to do has at most the mean thrust, the largest arm's share of the
+torque, and its share of that about the axis, which unequal inertias ask for. With a yaw the body axes follow from it
+(D. Mellinger and V. Kumar, ICRA 2011), as do rates and accelerations, by differentiating :math:`x \cdot f = y \cdot f =
+y \cdot h = 0`.
 """
 
 from __future__ import annotations
@@ -49,11 +50,16 @@ class RotorRange:
 def rotor_block(vehicle: Quadrotor, reserve: float, units: Units, pieces: int, yaw: float | None) -> Momentary:
     """Conditions on the rotors' thrusts for a constant yaw, or for none: without spin, however the body is turned."""
     allowed, medium = RotorRange.of(vehicle, reserve), medium_of(vehicle)
-    leverage = _leverage(vehicle)
+    leverage, gyration = _leverage(vehicle), _gyration(vehicle)
     scale = 0.25 * allowed.most / leverage * vehicle.gravity
     common = (*medium.values, vehicle.mass, allowed.least, allowed.most)
     if yaw is None:
-        excess, count, kind, parameters = unspun(vehicle, medium, allowed), 2, UNSPUN_ROTORS, (*common, leverage)
+        excess, count, kind, parameters = (
+            unspun(vehicle, medium, allowed),
+            2,
+            UNSPUN_ROTORS,
+            (*common, leverage, gyration),
+        )
     else:
         excess, count, kind = with_yaw(vehicle, medium, allowed, yaw), 8, YAWED_ROTORS
         body = (*vehicle.inertia.reshape(-1), *vehicle.inverse_mixer.reshape(-1))
@@ -69,9 +75,15 @@ def _leverage(vehicle: Quadrotor) -> float:
     return float(np.linalg.norm(vehicle.inverse_mixer[:, 1:3] @ vehicle.inertia[:2, :2], axis=1).max())
 
 
+def _gyration(vehicle: Quadrotor) -> float:
+    """Most thrust of a rotor for a turn at a rate of one, whose torque comes from unequal inertias [N s^2]."""
+    (first, mixed), (_, second) = vehicle.inertia[:2, :2]
+    return float(np.abs(vehicle.inverse_mixer[:, 3]).max() * np.hypot((second - first) / 2.0, mixed))
+
+
 def unspun(vehicle: Quadrotor, medium: Medium, allowed: RotorRange) -> Excess:
     """Excess above the most and below the least thrust, the latter times the thrust per mass."""
-    share, mass, gravity = _leverage(vehicle), vehicle.mass, vehicle.gravity
+    share, gyration, mass, gravity = _leverage(vehicle), _gyration(vehicle), vehicle.mass, vehicle.gravity
 
     def excess(x: dict[int, FloatArray]) -> FloatArray:
         force, change, bend = lift_of(medium, x, 2)
@@ -82,6 +94,7 @@ def unspun(vehicle: Quadrotor, medium: Medium, allowed: RotorRange) -> Excess:
         turn = bend - axis * inner(axis, bend)[..., None] - 2.0 * across * (pull / thrust)[..., None]
         mean = mass * thrust_of(medium, force, x) / 4.0
         push = share * norm(turn, TINY * (allowed.most * gravity / share) ** 2)
+        push = push + gyration * inner(across, across) / thrust
         above = (mean + push / thrust - allowed.most) / allowed.most
         below = (push - (mean - allowed.least) * thrust) / (allowed.most * 2.0 * gravity)
         return np.stack((above, below), axis=-1)

@@ -143,7 +143,7 @@ inline void body_rate(const double *p, const Space<Real> *x, Real *out) {
     out[0] = (0.5 / unit) * (norm(across, tiny_share * unit * unit) - limit * thrust);
 }
 
-// Parameters: medium, mass, least and most thrust of a rotor, its most thrust for an angular acceleration of one.
+// Parameters: medium, mass, least and most thrust of a rotor, its most thrust for an angular acceleration and for a rate of one.
 template <class Real>
 inline void unspun_rotors(const double *p, const Space<Real> *x, Real *out) {
     const Medium m = medium_of(p);
@@ -156,7 +156,7 @@ inline void unspun_rotors(const double *p, const Space<Real> *x, Real *out) {
     const Space<Real> across = f.change - pull * axis;
     const Space<Real> turn = f.bend - inner(axis, f.bend) * axis - (2.0 * (pull / size)) * across;
     const double unit = most * m.gravity / share;
-    const Real push = share * norm(turn, tiny_share * unit * unit);
+    const Real push = share * norm(turn, tiny_share * unit * unit) + rest[4] * (inner(across, across) / size);
     const Real mean = (0.25 * mass) * thrust_of(m, f, size, x[1]);
     out[0] = (1.0 / most) * (mean + push / size - most);
     out[1] = (0.5 / (most * m.gravity)) * (push - (mean - least) * size);
@@ -208,7 +208,7 @@ struct Form {
 
 inline Form form_of(Kind kind) {
     switch (kind) {
-        case Kind::unspun_rotors: return {2, 1, medium_values + 4};
+        case Kind::unspun_rotors: return {2, 1, medium_values + 5};
         case Kind::yawed_rotors: return {8, 1, medium_values + 30};
         case Kind::most_thrust: return {1, 4, medium_values + 1};
         case Kind::tilt: return {1, 3, medium_values + 1};
