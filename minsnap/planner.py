@@ -181,12 +181,11 @@ def plan(
         durations = table.durations if free else durations
     further = limits, continuity, yaw, start, end, pins, time_weight, enforce, room
     finer = waypoint_tolerance, samples, certify, time_limit, yaw_rate, hold_below
-    followed = total_time is not None and (progress is not None or on_interrupt != "raise")
-    plain = not followed and _usual(closed, solver, split, pieces, corridor_method)
-    if plain and _all_none(further) and _all_none(finer):
+    usual = _usual(closed, solver, split, pieces, corridor_method) and on_interrupt in ("raise", "return")
+    if usual and _all_none(further) and _all_none(finer):
         quick = resting_plan(waypoints, durations, total_time, corridor, degree, dim)
         if quick is not None:
-            return quick
+            return quick if progress is None else _shown(quick, progress, on_interrupt)
     from minsnap.time_allocation.allocate import plan_timed
 
     closed = check_flag("closed", closed)
@@ -204,15 +203,29 @@ def plan(
     task = task if deadline is NEVER else replace(task, deadline=deadline)
     medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, medium, Held(yaw_rate, hold_below, turning))
-    hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
-    with told(progress, "searching", lambda line: _steps_in(line, hint)) as watch:
+    with told(progress, "searching", lambda line: _steps_in(line, on_interrupt)) as watch:
         watched = replace(timing, progress=watch)
         timed = plan_timed(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.reported_by(_Plan(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
 
 
-def _steps_in(line: ProgressLine, hint: str) -> Progress:
+def _shown(found: Trajectory, progress: Progress | bool, on_interrupt: str) -> Trajectory:
+    """Show the steps of a search that was too quick to be watched."""
+    steps = () if found.report is None else found.report.steps
+    with told(progress, "searching", lambda line: _steps_in(line, on_interrupt)) as watch:
+        try:
+            for step in steps:
+                if watch is not None:
+                    watch(step)
+        except KeyboardInterrupt:
+            if on_interrupt != "return":
+                raise
+    return found
+
+
+def _steps_in(line: ProgressLine, on_interrupt: str) -> Progress:
     """Return what shows every step of a search in a line."""
+    hint = " (Ctrl-C takes the best)" if on_interrupt == "return" else ""
     return lambda step: line.show(None, f"{step.evaluation} plans, {step.total_time:.4g} s{hint}")
 
 

@@ -34,7 +34,7 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> Non
     for wall in cones:
         if wall.order:
             _check_pins(pins, wall)
-    for waypoint in np.unique(np.concatenate(outside)).tolist() if outside else ():
+    for waypoint in sorted({waypoint for found in outside for waypoint in found.tolist()}):
         _check_box(placement, places, waypoint)
     planes = [wall for wall in places if wall.flat]
     for waypoint in placement.regions if planes else ():

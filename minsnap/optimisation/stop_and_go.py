@@ -39,8 +39,10 @@ def least_share(curve: Curve, inner: Curve) -> float:
     share = 0.0
     for bent, straight in zip(heights(curve), heights(inner), strict=True):
         out = bent > 0.0
+        if (straight[out] >= 0.0).any():
+            return 1.0
         share = max(share, float((bent[out] / (bent[out] - straight[out])).max(initial=0.0)))
-    return min(1.0, share)
+    return share
 
 
 def leg_on_wall(task: Task, curve: Curve) -> CorridorError | None:

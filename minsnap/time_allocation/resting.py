@@ -87,7 +87,6 @@ def _in_tube(
     found = tube_optimum(points, times, widths, half)
     if found is None:
         return None
-    widths.setflags(write=False)
     how = TubeReport(perf_counter() - began, found.figures, points, widths, history)
     return Trajectory.solved(found.points, times, found.breaks, how)
 
@@ -95,9 +94,9 @@ def _in_tube(
 def _half_widths(width: object, legs: int) -> FloatArray | None:
     """Return one half-width, or one per leg, as an array of its own; None for anything else."""
     if type(width) in (int, float):
-        return np.array(width, dtype=np.float64)
+        return numbers(width)
     if not isinstance(width, np.ndarray | list | tuple) or len(width) != legs:
         return None
     plain = width.dtype.kind in "fiu" if isinstance(width, np.ndarray) else {int, float}.issuperset(map(type, width))
-    widths = np.array(width, dtype=np.float64) if plain else None
+    widths = numbers(width) if plain else None
     return widths if widths is not None and widths.ndim == 1 else None

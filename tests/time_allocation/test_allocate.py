@@ -213,7 +213,7 @@ class Patience:
 @pytest.mark.parametrize(
     "asked",
     [
-        {"total_time": 12.0, "corridor": 0.3},
+        {"total_time": 12.0, "corridor": 0.3, "room": ((-1, -1, 0), (9, 5, 3))},
         {"time_weight": 10.0},
         {"limits": LIMITS, "corridor": 0.3},
         {"limits": LIMITS, "enforce": "scaling"},
@@ -227,8 +227,19 @@ def test_an_interrupted_search_gives_the_best_certified_plan_and_says_so(asked):
     assert certificate.ok
     if "total_time" in asked:
         assert path.duration == pytest.approx(asked["total_time"])
-    if set(asked) == {"total_time", "corridor"}:
+    if "room" in asked:
         assert path.cost() <= path.report.steps[-1].best * (1.0 + 1e-5)
+
+
+@pytest.mark.parametrize("asked", [{}, {"corridor": 0.3}])
+def test_a_search_by_one_call_is_the_same_whether_it_is_watched_or_not(asked):
+    plain = minsnap.plan(REFERENCE, total_time=12.0, **asked)
+    steps = []
+    watched = minsnap.plan(REFERENCE, total_time=12.0, progress=steps.append, **asked)
+    kept = minsnap.plan(REFERENCE, total_time=12.0, progress=Patience(2), on_interrupt="return", **asked)
+    for path in (watched, kept):
+        assert (path.control_points == plain.control_points).all() and (path.breaks == plain.breaks).all()
+    assert steps == list(plain.report.steps) and len(steps) > 2
 
 
 @pytest.mark.parametrize(
