@@ -298,6 +298,8 @@ def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:
             raise SolverError(
                 "pins and continuity ask for more than the polynomials have free: lower continuity=, or pin less"
             )
+    if not free.shape[1]:
+        return Coordinates(origin, free, A[:0] @ free, b[:0])
     seen = rows @ free
     ridge = ROUNDING * (np.linalg.norm(seen, 2) or 1.0) * np.eye(seen.shape[1])
     factor = np.linalg.qr(np.vstack((seen, ridge)), mode="r")
