@@ -122,7 +122,7 @@ def fly(seed: int, most: int, until: float, tally: Tally) -> None:
     lower, upper = np.minimum(points[:-1], points[1:]) - WIDE, np.maximum(points[:-1], points[1:]) + WIDE
     inner = minsnap.Boxes(lower + 2 * NOISE, upper - 2 * NOISE)
     flown = minsnap.plan(points, limits=LIMITS, corridor=inner)
-    replanner = minsnap.Replanner(LIMITS, clearance=2 * NOISE, horizon=4, clock=still)
+    replanner = minsnap.Replanner(LIMITS, clearance=2 * NOISE, horizon=4, clock=time.thread_time)
     done = 0
     while flown.duration > 5 * PERIOD and len(tally.walls) < most and time.perf_counter() < until:
         done += splice_of(flown, 0.0, PERIOD, 4).passed
