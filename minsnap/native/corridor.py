@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.native.library import Entry, address
+from minsnap.native.library import Entry, address, optional_address
 from minsnap.native.status import Status
 from minsnap.tolerances import GAP
 
@@ -142,7 +142,7 @@ def solve_corridor(question: CorridorQuestion, gap: float = GAP) -> CorridorAnsw
     wall, rows, figures = np.empty(most, dtype=np.int64), np.empty((2, most)), np.zeros(6)
     status = function(
         *(half, pieces, dim, question.closed, question.length, question.time),
-        *map(_pointer, (question.positions, question.durations, question.pinned, question.values)),
+        *map(optional_address, (question.positions, question.durations, question.pinned, question.values)),
         *wall_arguments(question.walls),
         *(gap, *map(address, (points, knots, wall, rows[0], rows[1], figures))),
     )
@@ -178,7 +178,7 @@ def walls_kept(points: FloatArray, durations: FloatArray, walls: WallArrays) -> 
         return None
     pieces, count, dim = points.shape
     kept = np.zeros(len(walls.piece), dtype=np.uint8)
-    known = (_pointer(points), _pointer(durations), *wall_arguments(walls), address(kept))
+    known = (address(points), address(durations), *wall_arguments(walls), address(kept))
     status = Status(function(count // 2, pieces, dim, *known))
     if status is not Status.DONE:
         raise ValueError(f"the walls cannot be checked: {status.reason}")
@@ -189,8 +189,4 @@ def wall_arguments(walls: WallArrays) -> tuple[object, ...]:
     """Return the walls as entry points take them."""
     arrays = (walls.piece, walls.order, walls.normal, walls.anchor, walls.bound, walls.width, walls.when, walls.ball)
     balls = 0 if walls.matrix is None else len(walls.matrix)
-    return (len(walls.piece), *map(_pointer, arrays), balls, _pointer(walls.matrix))
-
-
-def _pointer(array: FloatArray | IntArray | BoolArray | None) -> object:
-    return None if array is None else address(array)
+    return (len(walls.piece), *map(optional_address, arrays), balls, optional_address(walls.matrix))

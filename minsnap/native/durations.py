@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.native.corridor import WALL_TYPES, CorridorQuestion, wall_arguments
-from minsnap.native.library import Entry, address
+from minsnap.native.library import Entry, address, optional_address
 from minsnap.native.status import Status
 from minsnap.tolerances import GAP
 
@@ -137,7 +137,7 @@ def best_corridor_split(
     q, first = question, _floats(first)
     found = _Found(len(first))
     arrays = [None if a is None else np.ascontiguousarray(a) for a in (q.positions, first, q.pinned, q.values)]
-    where = [None if a is None else address(a) for a in arrays]
+    where = [optional_address(array) for array in arrays]
     status = call(
         *(q.half, len(first), pieces, q.positions.shape[1], q.closed, q.length, q.time, *where[:2], price or 0.0),
         *(*where[2:], *wall_arguments(q.walls), gap, EVALUATIONS, *found.addresses()),
@@ -191,7 +191,7 @@ def _chain(legs: int, dim: int, half: int, pins: Pins) -> tuple[list[Any], tuple
     masks = np.array([sum(1 << order for order in pins[knot]) for knot in inner], dtype=np.uint32)
     values = np.array([_state(pins[knot], half, dim) for knot in inner]).reshape(len(inner), half - 1, dim)
     kept = [*ends, knots, masks, values]
-    where = [None if array is None else address(array) for array in kept]
+    where = [optional_address(array) for array in kept]
     return kept, (*where[:2], len(inner), *where[2:])
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.native.library import Entry, address
+from minsnap.native.library import Entry, address, optional_address
 from minsnap.native.status import Status
 
 _MEASURE = Entry("minsnap_joint_measure", *[c_void_p] * 7, c_int64, c_int64, *[c_void_p] * 6)
@@ -237,7 +237,7 @@ class JointTerms:
         )
         found = (pull.ends, pull.own, x, iterations)
         linear, quadratic = (None if part is None else np.ascontiguousarray(part) for part in objective)
-        model = (None if part is None else address(part) for part in (linear, quadratic))
+        model = optional_address(linear), optional_address(quadratic)
         places = (address(part) for part in found)
         status = step(*self._given, *(address(part) for part in given), *model, ITERATIONS, *places)
         if Status(status) is not Status.DONE:

@@ -194,6 +194,11 @@ def address(array: Any) -> Any:
     return array.ctypes.data
 
 
+def optional_address(array: Any) -> Any:
+    """Return the same, or None for no array."""
+    return None if array is None else address(array)
+
+
 def describe() -> str:
     """Say in one line which core runs and, if it is the Python one, why and how to get the faster one."""
     now = core()

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.native.library import Entry, address
+from minsnap.native.library import Entry, address, optional_address
 from minsnap.tolerances import GAP
 
 _SOLVE = Entry(
@@ -146,7 +146,7 @@ def many_gradients(
     count, dim = len(offsets) - 1, points.shape[1]
     costs, statuses = np.zeros(count), np.zeros(count, dtype=np.int32)
     slopes = ManySlopes(np.empty(len(durations)), np.empty((len(durations), dim)), None)
-    states = [None if state is None else address(state) for state in ends]
+    states = [optional_address(state) for state in ends]
     solve(
         *(address(points), address(durations), address(offsets), count, dim, half, *states, threads),
         *map(address, (costs, slopes.durations, slopes.displacements, statuses)),
@@ -192,7 +192,7 @@ def many_optima(
     count, dim = len(offsets) - 1, points.shape[1]
     found, breaks = np.empty((len(durations), 2 * half, dim)), np.empty(len(points))
     statuses = np.zeros(count, dtype=np.int32)
-    states = [None if state is None else address(state) for state in ends]
+    states = [optional_address(state) for state in ends]
     solve(
         *(address(points), address(durations), address(offsets), count, dim, half, *states, threads),
         *(address(found), address(breaks), address(statuses)),

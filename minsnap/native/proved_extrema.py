@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.native.library import Entry, address
+from minsnap.native.library import Entry, address, optional_address
 from minsnap.native.status import Status
 
 _MAXIMA = Entry("minsnap_maxima", *[c_int64] * 3, *[c_void_p] * 4)
@@ -62,7 +62,7 @@ def maxima(
     call = _MAXIMA.function()
     if call is None:
         return None
-    points, known = _floats(points), None if errors is None else address(_floats(errors))
+    points, known = _floats(points), optional_address(None if errors is None else _floats(errors))
     values, rows = np.empty((groups, 3)), np.empty(groups, dtype=np.int64)
     count = len(points) // groups
     if call(groups, count, points.shape[1] - 1, address(points), known, address(values), address(rows)):
