@@ -46,6 +46,12 @@ def numbers(values: Any) -> FloatArray | None:
     return array
 
 
+def lengths_of(points: FloatArray) -> FloatArray:
+    """Return the straight lengths between points (m, dim), shape (m - 1,) [m]."""
+    steps = points[1:] - points[:-1]
+    return np.asarray(np.sqrt((steps * steps).sum(axis=1)))
+
+
 def own_arrays(value: Any) -> None:
     """Replace every array field of a frozen dataclass by a read-only copy; called from ``__post_init__``."""
     for field in fields(value):

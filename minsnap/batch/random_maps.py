@@ -119,9 +119,3 @@ def _back(steps: IntArray, end: IntArray) -> IntArray:
         inside = near[((near >= 0) & (near < steps.shape)).all(axis=1)]
         way.append(next(cell for cell in inside if steps[tuple(cell)] == wanted))
     return np.array(way[::-1])
-
-
-def lengths_of(points: FloatArray) -> FloatArray:
-    """Return the straight lengths between points (m, dim), shape (m - 1,) [m]."""
-    steps = np.diff(points, axis=0)
-    return np.asarray(np.sqrt((steps * steps).sum(axis=1)))

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, lengths_of
 from minsnap.batch.problem_table import read_cells
-from minsnap.batch.random_maps import boxes, lengths_of
+from minsnap.batch.random_maps import boxes
 from minsnap.batch.ranges import Range, draws_of, seed_of
 from minsnap.batch.spec import DRAWN, LIMITS, Spec
 from minsnap.corridors.gates import Gate

@@ -19,7 +19,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly, numbers
+from minsnap.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
 from minsnap.errors import CorridorError
 from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.trajectory.trajectory import Trajectory
@@ -207,10 +207,9 @@ class Constraint(Protocol):
 
 def leg_scales(waypoints: FloatArray) -> FloatArray:
     """Length of each leg, the mean length if it is zero: the scale of an excess over a single plane [m]."""
-    steps = np.diff(waypoints, axis=0)
-    lengths = np.sqrt((steps * steps).sum(axis=1))
+    lengths = lengths_of(waypoints)
     lengths[lengths == 0.0] = lengths.mean() or 1.0
-    return np.asarray(lengths)
+    return lengths
 
 
 def _own(walls: Any) -> None:

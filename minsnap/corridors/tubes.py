@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly, numbers
+from minsnap.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
 from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
 from minsnap.errors import CorridorError
 from minsnap.tolerances import ROUNDING
@@ -22,8 +22,7 @@ def leg_projections(waypoints: FloatArray) -> FloatArray:
     CorridorError
         If a leg has no length and so no direction.
     """
-    steps = waypoints[1:] - waypoints[:-1]
-    lengths = np.sqrt((steps * steps).sum(axis=1))
+    steps, lengths = waypoints[1:] - waypoints[:-1], lengths_of(waypoints)
     if not lengths.all():
         leg = int(np.flatnonzero(lengths == 0.0)[0])
         raise CorridorError(

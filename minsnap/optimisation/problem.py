@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray
+from minsnap.arrays import BoolArray, FloatArray, lengths_of
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.regions import KnotRegion
 from minsnap.deadline import NEVER, Deadline
@@ -82,8 +82,7 @@ class Task:
     @cached_property
     def lengths(self) -> FloatArray:
         """Straight lengths of the legs, shape (legs,) [m]."""
-        steps = np.diff(self.waypoints, axis=0)
-        return np.asarray(np.sqrt((steps * steps).sum(axis=1)))
+        return lengths_of(self.waypoints)
 
     @cached_property
     def length(self) -> float:

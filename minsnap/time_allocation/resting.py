@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.arrays import FloatArray, lengths_of, numbers
 from minsnap.checks import DEGREES
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.given_waypoints import warn_magnitude
@@ -62,12 +63,11 @@ def resting_plan(
     return Trajectory.solved(found[0], times, found[1], LinearSystem(began, perf_counter(), "native", history))
 
 
-def _split_by_distance(points: FloatArray, total: object) -> FloatArray | None:
+def _split_by_distance(points: FloatArray, total: Any) -> FloatArray | None:
     """Durations in proportion to the legs; None unless the total is a positive number and every leg has a length."""
-    if not (type(total) in (int, float) and 0.0 < total < inf):  # type: ignore[operator]
+    if not (type(total) in (int, float) and 0.0 < total < inf):
         return None
-    steps = points[1:] - points[:-1]
-    lengths = np.sqrt((steps * steps).sum(axis=1))
+    lengths = lengths_of(points)
     return np.asarray(total * lengths / lengths.sum()) if 0.0 < lengths.min() and lengths.max() < inf else None
 
 
