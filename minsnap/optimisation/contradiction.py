@@ -13,9 +13,10 @@ computed exactly, is bounded for all curves that are not larger than a billion l
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cache, cached_property
+from functools import cache
 from math import comb, perm
 from typing import TYPE_CHECKING
 
@@ -121,61 +122,77 @@ class Contradiction:
             return False
         if any(row.multiplier < 0 and not row.equal for row in self.rows):
             return False
-        left, side = self._sum()
-        return side + sum(abs(value) * self._largest(place) for place, value in left.items()) < 0
-
-    def _sum(self) -> Row:
-        """Return what is left of the sum of all rows: coefficients, and the bound."""
-        left: dict[Unknown, Fraction] = {}
-        side = Fraction(0)
-        for (row, bound), multiplier in zip(self._all_rows, self._multipliers, strict=True):
-            side += multiplier * bound
-            for place, value in row.items():
-                left[place] = left.get(place, Fraction(0)) + multiplier * value
-        return left, side
-
-    def refined(self) -> Contradiction:
-        """Return it with multipliers of which less is left, by least squares relative to them."""
-        left, now = self._sum()[0], self._multipliers
-        places = {place: i for i, place in enumerate(sorted({name for row, _ in self._all_rows for name in row}))}
-        largest = np.array([float(self._largest(place)) for place in places])
-        matrix, right = np.zeros((len(places), len(now))), np.zeros(len(places))
-        for column, (row, _) in enumerate(self._all_rows):
-            for place, value in row.items():
-                matrix[places[place], column] = float(value)
-        for place, value in left.items():
-            right[places[place]] = -float(value)
-        weights = np.abs([float(value) for value in now])
-        matrix *= largest[:, None]
-        sizes = np.linalg.norm(matrix, axis=0)
-        most = (weights * sizes).max()
-        free = np.array([*(row.equal for row in self.rows), *(True for _ in self.joints)])
-        weights[free] = most / sizes[free]
-        matrix *= weights
-        change = weights * np.linalg.lstsq(matrix, largest * right, rcond=ROUNDING**1.25)[0]
-        sums = [value + Fraction(float(more)) for value, more in zip(now, change, strict=True)]
-        return self._with([m if f else max(m, Fraction(0)) for m, f in zip(sums, free, strict=True)])
+        return ExactRows(self.task, self.durations, self.rows, self.joints).contradict(self._multipliers)
 
     @property
     def _multipliers(self) -> list[Fraction]:
         return [*(row.multiplier for row in self.rows), *(multiplier for _, multiplier in self.joints)]
 
-    def _with(self, multipliers: list[Fraction]) -> Contradiction:
+    def with_multipliers(self, multipliers: list[Fraction]) -> Contradiction:
+        """Return it with other multipliers, those of the joints last, without rows that have no part in it then."""
         count = len(self.rows)
-        rows = tuple(replace(row, multiplier=m) for row, m in zip(self.rows, multipliers[:count], strict=True))
-        joints = tuple((joint, m) for (joint, _), m in zip(self.joints, multipliers[count:], strict=True))
-        found = replace(self, rows=rows, joints=joints)
-        found.__dict__["_all_rows"] = self._all_rows
-        return found
+        rows = tuple(replace(row, multiplier=m) for row, m in zip(self.rows, multipliers[:count], strict=True) if m)
+        joints = tuple((joint, m) for (joint, _), m in zip(self.joints, multipliers[count:], strict=True) if m)
+        return replace(self, rows=rows, joints=joints)
 
-    def _with_least_rows(self) -> Contradiction:
-        """Return it without rows that have no part in it."""
-        rows = tuple(row for row in self.rows if row.multiplier)
-        return replace(self, rows=rows, joints=tuple((joint, m) for joint, m in self.joints if m))
+    def refined(self) -> Contradiction | None:
+        """Return it with multipliers of which less is left, with which it verifies; None where three steps fail."""
+        exact, multipliers = ExactRows(self.task, self.durations, self.rows, self.joints), self._multipliers
+        for _ in range(3):
+            multipliers = exact.refined(multipliers)
+            if exact.contradict(multipliers):
+                return self.with_multipliers(multipliers)
+        return None
 
-    @cached_property
-    def _all_rows(self) -> list[Row]:
-        return [*(self._wall(row) for row in self.rows), *(self._joint(*joint) for joint, _ in self.joints)]
+
+class ExactRows:
+    """Rows of a contradiction over the free derivatives without rounding, those of the joints last."""
+
+    def __init__(
+        self,
+        task: Task,
+        durations: FloatArray,
+        rows: Sequence[PressedRow],
+        joints: Sequence[tuple[Joint, Fraction]],
+    ) -> None:
+        self.task, self.durations = task, durations
+        self.rows = [*(self._wall(row) for row in rows), *(self._joint(*joint) for joint, _ in joints)]
+        self.free = np.array([*(row.equal for row in rows), *(True for _ in joints)])
+        self.places = sorted({place for row, _ in self.rows for place in row})
+
+    def contradict(self, multipliers: list[Fraction]) -> bool:
+        """Whether the sum of the rows is below 0 for every curve that is ruled out."""
+        left, side = self._sum(multipliers)
+        return side + sum(abs(value) * self._largest(place) for place, value in left.items()) < 0
+
+    def refined(self, multipliers: list[Fraction]) -> list[Fraction]:
+        """Return multipliers of which less is left, by least squares relative to them."""
+        index = {place: i for i, place in enumerate(self.places)}
+        largest = np.array([float(self._largest(place)) for place in self.places])
+        matrix, right = np.zeros((len(index), len(multipliers))), np.zeros(len(index))
+        for column, (row, _) in enumerate(self.rows):
+            for place, value in row.items():
+                matrix[index[place], column] = float(value)
+        for place, value in self._sum(multipliers)[0].items():
+            right[index[place]] = -float(value)
+        weights = np.abs([float(value) for value in multipliers])
+        matrix *= largest[:, None]
+        sizes = np.linalg.norm(matrix, axis=0)
+        weights[self.free] = (weights * sizes).max() / sizes[self.free]
+        matrix *= weights
+        change = weights * np.linalg.lstsq(matrix, largest * right, rcond=ROUNDING**1.25)[0]
+        sums = [value + Fraction(float(more)) for value, more in zip(multipliers, change, strict=True)]
+        return [m if free else max(m, Fraction(0)) for m, free in zip(sums, self.free, strict=True)]
+
+    def _sum(self, multipliers: list[Fraction]) -> Row:
+        """Return what is left of the sum of all rows: coefficients, and the bound."""
+        left: dict[Unknown, Fraction] = {}
+        side = Fraction(0)
+        for (row, bound), multiplier in zip(self.rows, multipliers, strict=True):
+            side += multiplier * bound
+            for place, value in row.items():
+                left[place] = left.get(place, Fraction(0)) + multiplier * value
+        return left, side
 
     def _largest(self, place: Unknown) -> Fraction:
         """Largest value of a free derivative of the curves that are ruled out."""
@@ -278,23 +295,18 @@ def find_contradiction(task: Task, durations: FloatArray, problem: Problem, foun
     when = np.zeros(0) if walls.when is None else walls.when
     chosen += [_plane(walls, int(i), float(when[i] - 2)) for i in np.flatnonzero(when >= 2)]
     joints = tuple((joint, Fraction(0)) for joint in _joints(problem))
-    proof = Contradiction(task, durations, tuple(chosen), joints)
-    for _ in range(3):
-        proof = proof.refined()
-        if proof.verify():
-            return proof._with_least_rows()
-    return None
+    return Contradiction(task, durations, tuple(chosen), joints).refined()
 
 
 def contradicting_joint(task: Task, durations: FloatArray, problem: Problem) -> Contradiction | None:
     """Return the continuity that pinned derivatives alone break furthest; None where something is free."""
-    one = Fraction(1)
-    proof = Contradiction(task, durations, (), tuple((joint, one) for joint in _joints(problem)))
-    broken = {joint: side for (joint, _), (row, side) in zip(proof.joints, proof._all_rows, strict=True) if not row}
-    if not broken:
+    joints = [(joint, Fraction(1)) for joint in _joints(problem)]
+    rows = ExactRows(task, durations, (), joints).rows
+    broken = {joint: side for (joint, _), (row, side) in zip(joints, rows, strict=True) if not row}
+    worst = max(broken, key=lambda joint: abs(broken[joint]), default=None)
+    if worst is None or not broken[worst]:
         return None
-    worst = max(broken, key=lambda joint: abs(broken[joint]))
-    return replace(proof, joints=((worst, Fraction(-1 if broken[worst] > 0 else 1)),)) if broken[worst] else None
+    return Contradiction(task, durations, (), ((worst, Fraction(-1 if broken[worst] > 0 else 1)),))
 
 
 def _joints(problem: Problem) -> list[Joint]:

@@ -210,18 +210,17 @@ class Trajectory(ReadOnly, Path):
 
     def with_yaw(self, yaw: Heading) -> Trajectory:
         """Return the same curve with another yaw and without a report."""
-        return self._twin(yaw=yaw, report=None)
+        return self._twin(yaw=yaw, report=None, _how=None)
 
     def reported_by(self, how: ReportMaker) -> Trajectory:
         """Return the same curve with a report that is made when it is asked for."""
-        twin = self._twin(_how=how)
-        twin.__dict__.pop("report", None)
-        return twin
+        return self._twin(_how=how, report=None)
 
     def _twin(self, **fields: Any) -> Trajectory:
-        """Return a copy that shares the read-only arrays, whose checks need no repetition."""
+        """Return a copy that shares the read-only arrays, whose checks need no repetition; a None is left out."""
         twin = object.__new__(type(self))
-        twin.__dict__.update(self.__dict__, **fields)
+        state = {**self.__dict__, **fields}
+        twin.__dict__.update((name, value) for name, value in state.items() if value is not None)
         return twin
 
     def derivative(self, order: int = 1) -> Trajectory:

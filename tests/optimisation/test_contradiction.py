@@ -10,6 +10,7 @@ from tasks import REFERENCE, random_legs
 import minsnap
 from minsnap.errors import InfeasibleError
 from minsnap.optimisation import infeasibility
+from minsnap.optimisation.contradiction import ExactRows
 
 SIDEWAYS = {"velocity": (0.0, 3.0, 0.0)}
 LEG = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)]
@@ -105,7 +106,8 @@ def test_another_programme_finds_no_curve_either_but_one_where_the_walls_are_wid
 
 def by_part(proof):
     """Rows, those with the largest part in the sum first."""
-    parts = [abs(proof._wall(row)[1] * row.multiplier) for row in proof.rows]
+    exact = ExactRows(proof.task, proof.durations, proof.rows, ())
+    parts = [abs(bound * row.multiplier) for (_, bound), row in zip(exact.rows, proof.rows, strict=True)]
     return [proof.rows[i] for i in sorted(range(len(parts)), key=parts.__getitem__, reverse=True)]
 
 
