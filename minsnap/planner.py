@@ -204,7 +204,7 @@ def plan(
     medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
     heading = asked_heading(yaw, task.legs, task.closed, medium, Held(yaw_rate, hold_below, turning))
     with told(progress, "searching", lambda line: _steps_in(line, on_interrupt)) as watch:
-        watched = replace(timing, progress=watch)
+        watched = timing if watch is None else replace(timing, progress=watch)
         timed = plan_timed(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.reported_by(_Plan(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
 

@@ -57,6 +57,16 @@ def test_nothing_passed_in_is_changed_or_kept():
     assert (traj(traj.breaks) == CORNERS).all()
 
 
+@pytest.mark.parametrize("core_name", ("auto", "python"))
+@pytest.mark.parametrize("start", (None, {"velocity": (0.3, 0.1, 0.0)}))
+def test_durations_are_those_given_to_the_last_bit(start, core_name):
+    given = np.array([3.3, 3.7, 2.6, 3.1])
+    with using(core_name):
+        for corridor in (None, 0.3):
+            traj = minsnap.plan(CORNERS, given, corridor=corridor, start=start)
+            assert traj.durations.tolist() == given.tolist()
+
+
 @pytest.mark.parametrize("dim", (1, 2, 3, 4, 7))
 def test_any_dimension(dim):
     points = np.random.default_rng(0).normal(size=(5, dim))

@@ -60,7 +60,10 @@ def nearest_excess(cones: Cones, point: FloatArray, lower: FloatArray, upper: Fl
 def _check_points(placement: Placement, wall: Cones) -> IntArray:
     """Refuse waypoints that are outside a wall with their boxes; return free ones that are outside without."""
     doubtful = []
-    for waypoint in (wall.leg, wall.leg + 1):
+    ends = wall.leg[:, None] + np.array([0, 1])
+    if (wall.slack(placement.points[ends]) >= 0.0).all():
+        return np.zeros(0, dtype=np.intp)
+    for waypoint in ends.T:
         point, low, high = placement.points[waypoint], placement.lower[waypoint], placement.upper[waypoint]
         excess, free = nearest_excess(wall, point, low, high), (high > low).any(axis=1)
         wrong = np.flatnonzero((excess > 0.0) & (wall.flat | ~free))

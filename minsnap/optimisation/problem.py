@@ -89,6 +89,11 @@ class Task:
         """A typical length of a leg [m]."""
         return float(self.lengths.mean()) or 1.0
 
+    @property
+    def jumps(self) -> tuple[int, ...]:
+        """Orders above k - 1 that are continuous too."""
+        return tuple(range(self.half, self.continuity + 1))
+
     @cached_property
     def slots(self) -> Slots:
         """Layout of a knot's derivatives."""
@@ -159,8 +164,7 @@ class Task:
         values = np.zeros(self.free.shape)
         for knot, slot, order, value in self._pinned_slots():
             values[knot, slot] = value / units.of_order(order)
-        jumps = tuple(range(self.half, self.continuity + 1))
-        known = (self.nominal, values, self.free, self.held, self.closed, jumps)
+        known = (self.nominal, values, self.free, self.held, self.closed, self.jumps)
         return Problem(self.slots, durations / units.time, *known, planes=self._planes)
 
     @cached_property

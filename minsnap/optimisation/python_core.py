@@ -23,7 +23,7 @@ from minsnap.optimisation.units import Units
 
 def solved_in_python(
     task: Task,
-    problem: Problem,
+    durations: FloatArray,
     units: Units,
     samples: int | None,
     seed: WallRows | None,
@@ -31,15 +31,16 @@ def solved_in_python(
     prove: bool,
 ) -> SolvedTask:
     """Solve with the Python core; the arguments are those of ``solve``."""
+    problem = task.problem(durations, units)
     base = unbounded_optimum(problem)
     compiled = compile_walls(task, problem, units)
     once = samples is not None
     seed = seed if samples is None else _sampled(problem, base, compiled, samples)
-    proof = (lambda state: SolvedTask(task, problem, units, _bare(state)).inside) if prove else None
+    proof = (lambda state: SolvedTask(task, durations, units, _bare(state), problem).inside) if prove else None
     last, rungs = climb(first_attempt(problem, base, compiled, task.solver, seed, proof, gap, task.deadline, once))
     if last.trouble is not None:
         raise _no_room(task, last)
-    return SolvedTask(task, last.problem, units, optimum(last, rungs))
+    return SolvedTask(task, durations, units, optimum(last, rungs), last.problem)
 
 
 def _bare(state: State) -> Optimum:

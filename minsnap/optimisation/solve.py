@@ -12,7 +12,6 @@ from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.native_solve import solve_natively, solve_without_walls
 from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.problem import Task
-from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.units import Units
 from minsnap.tolerances import GAP
@@ -53,39 +52,37 @@ def solve(
         If none was found.
     """
     units = units or task.units(durations)
-    problem = task.problem(durations, units)
-    if not task.constrained and not (problem.jumps and task.pins):
-        return _solved_without_walls(task, problem, units, durations)
+    if not task.constrained and not (task.jumps and task.pins):
+        return _solved_without_walls(task, units, durations)
     if samples is not None:
-        return _solved_in_python(task, problem, units, samples, seed, gap, prove)
-    native = _solved_natively(task, problem, units, durations, gap, prove)
+        return _solved_in_python(task, durations, units, samples, seed, gap, prove)
+    native = _solved_natively(task, units, durations, gap, prove)
     if isinstance(native, SolvedTask):
         return native
-    found = _solved_in_python(task, problem, units, samples, seed, gap, prove)
+    found = _solved_in_python(task, durations, units, samples, seed, gap, prove)
     return replace(found, optimum=replace(found.optimum, handed_over=native))
 
 
-def _solved_natively(
-    task: Task, problem: Problem, units: Units, durations: FloatArray, gap: float, prove: bool
-) -> SolvedTask | str:
+def _solved_natively(task: Task, units: Units, durations: FloatArray, gap: float, prove: bool) -> SolvedTask | str:
     """Return the answer of the native core, or the reason why there is none that the certificate agrees to."""
     answer = solve_natively(task, durations, units, gap)
     if isinstance(answer, str):
         return answer
-    solved = SolvedTask(task, problem, units, _native_outcome(answer))
+    solved = SolvedTask(task, durations, units, _native_outcome(answer))
     refused = prove and not solved.inside
     return "the certificate finds the native core's answer outside of a wall" if refused else solved
 
 
-def _solved_without_walls(task: Task, problem: Problem, units: Units, durations: FloatArray) -> SolvedTask:
+def _solved_without_walls(task: Task, units: Units, durations: FloatArray) -> SolvedTask:
     found = solve_without_walls(task, durations, units)
     if isinstance(found, str):
         from minsnap.optimisation.unconstrained import unbounded_optimum
 
+        problem = task.problem(durations, units)
         optimum = Optimum(unbounded_optimum(problem), None, np.zeros(0), 0, "banded", handed_over=found)
-    else:
-        optimum = Optimum(found[1], None, np.zeros(0), 0, "banded", core=NATIVE, points=found[0])
-    return SolvedTask(task, problem, units, optimum)
+        return SolvedTask(task, durations, units, optimum, problem)
+    optimum = Optimum(found[1], None, np.zeros(0), 0, "banded", core=NATIVE, points=found[0])
+    return SolvedTask(task, durations, units, optimum)
 
 
 def _native_outcome(answer: CorridorAnswer) -> Optimum:
@@ -95,7 +92,7 @@ def _native_outcome(answer: CorridorAnswer) -> Optimum:
 
 def _solved_in_python(
     task: Task,
-    problem: Problem,
+    durations: FloatArray,
     units: Units,
     samples: int | None,
     seed: WallRows | None,
@@ -104,4 +101,4 @@ def _solved_in_python(
 ) -> SolvedTask:
     from minsnap.optimisation.python_core import solved_in_python
 
-    return solved_in_python(task, problem, units, samples, seed, gap, prove)
+    return solved_in_python(task, durations, units, samples, seed, gap, prove)

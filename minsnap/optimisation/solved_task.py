@@ -31,15 +31,24 @@ class SolvedTask:
     Parameters
     ----------
     task : Task
-    problem : Problem
+    durations : ndarray, shape (pieces in all,)
+        [s].
     units : Units
     optimum : Optimum
+    reduced : Problem or None
+        As which it was solved; None where the native core solved it as it is.
     """
 
     task: Task
-    problem: Problem
+    durations: FloatArray
     units: Units
     optimum: Optimum
+    reduced: Problem | None = None
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The reduced problem."""
+        return self.reduced or self.task.problem(self.durations, self.units)
 
     @property
     def cost(self) -> float:
@@ -54,8 +63,7 @@ class SolvedTask:
         if points is None:
             points = self.problem.control_points(self.optimum.knots, self.task.positions, self.units.length)
         points.flags.writeable = False
-        durations = self.problem.durations * self.units.time
-        return Trajectory(points, durations, pieces=self.task.pieces)
+        return Trajectory(points, self.durations, pieces=self.task.pieces)
 
     @cached_property
     def margins(self) -> list[Margin]:

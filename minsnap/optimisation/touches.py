@@ -36,11 +36,12 @@ def touched_walls(waypoints: FloatArray, pinned: BoolArray, walls: Sequence[Wall
     """
     touched = np.zeros((2, 2, *waypoints.shape), dtype=bool)
     for cones in (wall.cones for wall in walls if wall.order == 0 and wall.cones.flat):
-        for side, waypoint in ((Side.AFTER, cones.leg), (Side.BEFORE, cones.leg + 1)):
-            slack = cones.slack(waypoints[waypoint][:, None])[:, 0]
-            row = np.flatnonzero(slack <= ROUNDING * cones.width)
-            if not len(row):
-                continue
+        ends = cones.leg[:, None] + np.array([0, 1])
+        near = cones.slack(waypoints[ends]) <= ROUNDING * cones.width[:, None]
+        if not near.any():
+            continue
+        for side, end in ((Side.AFTER, 0), (Side.BEFORE, 1)):
+            row, waypoint = np.flatnonzero(near[:, end]), ends[:, end]
             along = cones.slope[row] != 0.0
             row, along = row[along.sum(axis=1) == 1], along[along.sum(axis=1) == 1]
             axis = along.argmax(axis=1)

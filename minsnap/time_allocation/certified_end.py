@@ -51,11 +51,10 @@ Finish = Callable[[Trajectory], Trajectory]
 
 def solved_state(layout: JointLayout, state: JointState, iterations: int) -> SolvedTask:
     """Wrap a state as a solved task."""
-    problem = layout.task.problem(state.durations * layout.units.time, layout.units)
     name = core().name
     solver = "clarabel" if name == "python" else "interior point"
     optimum = Optimum(layout.knots(state), None, np.zeros(0), iterations, solver, core=name)
-    return SolvedTask(layout.task, problem, layout.units, optimum)
+    return SolvedTask(layout.task, state.durations * layout.units.time, layout.units, optimum)
 
 
 class CertifiedEnd:
