@@ -82,6 +82,7 @@ class JointModel:
     ----------
     layout : JointLayout
     blocks : sequence of Block
+    regions : JointRegions
     lengths : ndarray, shape (pieces in all,)
         Typical length of each piece, normalised.
     native : NativeSteps, optional
@@ -96,16 +97,16 @@ class JointModel:
         self,
         layout: JointLayout,
         blocks: Sequence[Block],
+        regions: JointRegions,
         lengths: FloatArray,
         native: NativeSteps | None = None,
         objective: Objective | None = None,
         least: FloatArray | None = None,
     ) -> None:
-        self.layout, self.blocks, self.lengths, self.native = layout, blocks, lengths, native
+        self.layout, self.blocks, self.regions, self.lengths, self.native = layout, blocks, regions, lengths, native
         self.objective = TotalTime(layout) if objective is None else objective
         self.least = least
         self._pull = Pull(np.zeros((layout.pieces, 2 * layout.half, layout.dim)), np.zeros(layout.pieces))
-        self.regions = JointRegions(layout)
         self.grid = np.linspace(0.0, 1.0, instants(layout))
         self.orders = 1 + max(order for block in blocks for order in block.orders)
         self._gradients: list[tuple[IntArray, FloatArray, FloatArray]] = []
@@ -215,7 +216,7 @@ class JointModel:
     def _given_rows(self, state: JointState, inwards: Inwards) -> list[Rows]:
         """Rows of knots in regions, and of least durations."""
         width = self.layout.unknowns.shape[1]
-        rows = self.regions.rows(state, width, inwards.wall)
+        rows = self.regions.rows(state, inwards.wall)
         if self.least is not None:
             matrix = np.zeros((self.layout.pieces, 1, width))
             matrix[:, 0, width - SLACKS - 2] = -1.0

@@ -2,15 +2,50 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.regions import KnotRegion
 from minsnap.time_allocation.cone_programme import Rows
 from minsnap.time_allocation.joint_layout import SLACKS, JointLayout, JointState
+from minsnap.time_allocation.joint_rows import beyond
 
 PROJECTIONS = 50
 """Rounds in which a point is brought back into a region of several sides."""
+
+
+@dataclass(frozen=True, eq=False)
+class _KnotCones:
+    """Cones of one size that hold derivatives of one order at knots.
+
+    Parameters
+    ----------
+    order : int
+    knot, piece : ndarray of int, shape (n,)
+        Which knots, and a piece that each belongs to.
+    matrix : ndarray, shape (n, c, dim)
+        In scaled derivatives.
+    whole : ndarray, shape (n, c, width)
+        The same in the unknowns of the piece.
+    bound : ndarray, shape (n, c)
+        Of the scaled derivatives themselves.
+    """
+
+    order: int
+    knot: IntArray
+    piece: IntArray
+    matrix: FloatArray
+    whole: FloatArray
+    bound: FloatArray
+
+    def left(self, state: JointState, inwards: float = 0.0) -> FloatArray:
+        """Return what a state leaves of the bounds, (n, c)."""
+        left = self.bound - np.einsum("ncd,nd->nc", self.matrix, state.scaled[self.knot, self.order])
+        if self.order == 0:
+            left[:, 0] -= inwards
+        return np.asarray(left)
 
 
 class JointRegions:
@@ -28,54 +63,40 @@ class JointRegions:
         for waypoint in np.flatnonzero((task.upper > task.lower).any(axis=1)):
             if int(waypoint) not in self.regions:
                 self.regions[int(waypoint)] = _box(task.lower[waypoint], task.upper[waypoint])
-        self._widths = {waypoint: _width(region) for waypoint, region in self.regions.items()}
-        self._sides = {waypoint: _half_spaces(region) for waypoint, region in self.regions.items()}
+        parts = [part for waypoint, region in self.regions.items() for part in self._cones_of(waypoint, region)]
+        kinds = sorted({(part.order, part.bound.shape[1]) for part in parts if len(part.bound)})
+        self._cones = [_joined([part for part in parts if (part.order, part.bound.shape[1]) == kind]) for kind in kinds]
 
     def excess(self, state: JointState) -> float:
         """Largest distance of a knot from its region, in widths of the region; at least -1."""
-        found = -1.0
-        for waypoint, region in self.regions.items():
-            found = max(found, region.excess(self._offset(state, waypoint)) / self._widths[waypoint])
-        return found
+        return max((float(beyond(cones.left(state)).max()) for cones in self._cones if cones.order == 0), default=-1.0)
 
-    def _offset(self, state: JointState, waypoint: int) -> FloatArray:
-        return np.asarray(state.scaled[waypoint * self.layout.task.pieces, 0] * self.length)
-
-    def rows(self, state: JointState, width: int, inwards: float) -> list[Rows]:
+    def rows(self, state: JointState, inwards: float) -> list[Rows]:
         """Rows of all regions, in the unknowns of a piece that the knot belongs to."""
-        found = []
-        for waypoint, region in self.regions.items():
-            found += self._rows_of(state, waypoint, region, width, inwards)
-        return _joined(found)
+        return [Rows(cones.piece, cones.whole, cones.left(state, inwards)) for cones in self._cones]
 
-    def _rows_of(self, state: JointState, waypoint: int, region: KnotRegion, width: int, inwards: float) -> list[Rows]:
-        size, offset, dim = self._widths[waypoint], self._offset(state, waypoint), self.layout.dim
-        normals, bounds = self._sides[waypoint]
-        sides = normals / size * self.length
-        found = [
-            self._rows_at(waypoint, sides[:, None], (bounds - normals @ offset)[:, None] / size - inwards, width, 0)
-        ]
+    def _cones_of(self, waypoint: int, region: KnotRegion) -> list[_KnotCones]:
+        """Half-spaces, ball and crossing of a region, in widths of it."""
+        size, dim = _width(region), self.layout.dim
+        normals, bounds = _half_spaces(region)
+        found = [self._cones_at(waypoint, 0, normals[:, None] / size * self.length, bounds[:, None] / size)]
         if np.isfinite(region.radius):
             matrix = np.concatenate((np.zeros((1, dim)), -np.eye(dim) * self.length / region.radius))
-            bound = np.concatenate(([1.0 - inwards], offset / region.radius))
-            found.append(self._rows_at(waypoint, matrix[None], bound[None], width, 0))
+            found.append(self._cones_at(waypoint, 0, matrix[None], np.eye(1, dim + 1)))
         if region.crossing is not None:
-            speed = state.scaled[waypoint * self.layout.task.pieces, 1]
-            found.append(
-                self._rows_at(waypoint, -region.crossing[None, None], region.crossing[None] @ speed[:, None], width, 1)
-            )
+            found.append(self._cones_at(waypoint, 1, -region.crossing[None, None], np.zeros((1, 1))))
         return found
 
-    def _rows_at(self, waypoint: int, matrix: FloatArray, bound: FloatArray, width: int, order: int) -> Rows:
-        """Rows on a derivative at a knot from their matrix (n, c, dim)."""
-        layout = self.layout
+    def _cones_at(self, waypoint: int, order: int, matrix: FloatArray, bound: FloatArray) -> _KnotCones:
+        """Cones on a derivative at a waypoint from their matrix (n, c, dim)."""
+        layout, pieces = self.layout, self.layout.task.pieces
         last = waypoint == layout.task.legs
         begin = (order + (layout.half if last else 0)) * layout.dim
-        whole = np.zeros((*matrix.shape[:2], width))
+        whole = np.zeros((*matrix.shape[:2], layout.unknowns.shape[1]))
         whole[:, :, begin : begin + layout.dim] = matrix
-        whole[:, 0, width - SLACKS + 1] = -1.0
-        piece = waypoint * layout.task.pieces - (1 if last else 0)
-        return Rows(np.full(len(matrix), piece), whole, bound)
+        whole[:, 0, 1 - SLACKS] = -1.0
+        knot = np.full(len(matrix), waypoint * pieces)
+        return _KnotCones(order, knot, knot - (1 if last else 0), matrix, whole, bound)
 
     def clipped(self, state: JointState) -> JointState:
         """Put every knot into its region, as near as rounding allows."""
@@ -126,11 +147,7 @@ def _projected(region: KnotRegion, offset: FloatArray) -> FloatArray:
     return offset
 
 
-def _joined(rows: list[Rows]) -> list[Rows]:
-    """Join rows whose cones have as many components."""
-    found = []
-    for size in sorted({part.bound.shape[1] for part in rows if len(part.bound)}):
-        same = [part for part in rows if part.bound.shape[1] == size and len(part.bound)]
-        joined = (np.concatenate([getattr(part, name) for part in same]) for name in ("piece", "matrix", "bound"))
-        found.append(Rows(*joined))
-    return found
+def _joined(parts: list[_KnotCones]) -> _KnotCones:
+    """Join cones of one size and order."""
+    names = ("knot", "piece", "matrix", "whole", "bound")
+    return _KnotCones(parts[0].order, *(np.concatenate([getattr(part, name) for part in parts]) for name in names))

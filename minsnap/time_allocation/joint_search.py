@@ -27,7 +27,7 @@ SHARES = (1.0, 0.5, 0.25, 0.1)
 """Of a step that are tried."""
 
 PATIENCE = 2
-"""Steps in a row that gain nothing that end the search."""
+"""Steps in a row that gain nothing that end the search; one is enough where the gain is given."""
 
 FAILURES = 6
 """Steps in a row without descent that end the search."""
@@ -105,8 +105,8 @@ class JointSearch:
         return Evaluated(state, found, self.objective.value(state) * (1.0 + price))
 
     def run(self, state: JointState, gain: float | None = None) -> Evaluated:
-        """Descend from a state until steps gain nothing, as the objective counts it unless a share is given."""
-        gain = self.objective.gain if gain is None else gain
+        """Descend from a state until steps gain nothing, as the objective counts it, or one gains less than a share."""
+        gain, patience = (self.objective.gain, PATIENCE) if gain is None else (gain, 1)
         now, model = self.evaluate(state), self.model(state)
         self._best = now
         caution, idle, fails, whole = Caution(accuracy=self.objective.accuracy), 0, 0, True
@@ -130,7 +130,7 @@ class JointSearch:
             if self.told is not None:
                 self.told(now)
             idle = idle + 1 if won < gain * now.merit else 0
-            if idle >= PATIENCE or now.state.total < VANISHING * state.total:
+            if idle >= patience or now.state.total < VANISHING * state.total:
                 break
         return now
 
@@ -139,7 +139,8 @@ class JointSearch:
         ends = self.layout.ends(state)
         lengths = np.sqrt(np.einsum("ijd,jk,ikd->i", ends, end_metric(self.layout.degree, 1), ends))
         typical = np.asarray(np.maximum(lengths, SHORT * np.median(lengths)))
-        return JointModel(self.layout, self.blocks, typical, self.native, self.objective, self.least)
+        given = self.layout, self.blocks, self.finder.regions
+        return JointModel(*given, typical, self.native, self.objective, self.least)
 
     def _done(self, now: Evaluated, promised: float, gain: float) -> bool:
         excess = max(now.measured.limit, now.measured.wall)

@@ -101,15 +101,15 @@ def native_steps(layout: JointLayout, blocks: Sequence[Block]) -> NativeSteps | 
 
 def known_peaks(peaks: Sequence[Peaks], former: Sequence[Sequence[Peaks]]) -> KnownPeaks:
     """Join the present peaks of every block and those remembered."""
-    index, s, own, block = [], [], [], []
-    for number, (present, others) in enumerate(zip(peaks, former, strict=True)):
-        for k, found in enumerate((present, *others)):
-            index.append(found.index)
-            s.append(found.s)
-            own.append(np.full(len(found.s), k == 0, dtype=np.int64))
-            block.append(np.full(len(found.s), number, dtype=np.int64))
-    joined = [np.concatenate(parts) for parts in (block, index, own, s)]
-    return KnownPeaks(*(np.ascontiguousarray(part) for part in joined))  # type: ignore[arg-type]
+    sets = [
+        (number, k == 0, found)
+        for number, (present, others) in enumerate(zip(peaks, former, strict=True))
+        for k, found in enumerate((present, *others))
+    ]
+    index, s = (np.concatenate([getattr(found, name) for _, _, found in sets]) for name in ("index", "s"))
+    marks = np.array([(number, own) for number, own, _ in sets], dtype=np.int64)
+    block, own = marks.repeat([len(found.s) for _, _, found in sets], axis=0).T.copy()
+    return KnownPeaks(block, index, own, s)
 
 
 def whole_cones(rows: Sequence[Rows], width: int) -> WholeCones:

@@ -97,6 +97,7 @@ class PeakFinder:
         self.layout, self.blocks, self.regions, self.terms = layout, blocks, JointRegions(layout), terms
         self.grid = np.linspace(0.0, 1.0, GRID)
         self.orders = 1 + max(order for block in blocks for order in block.orders)
+        self._walls = np.array([block.slack == WALL for block in blocks])
 
     def refine(self, instants: int) -> None:
         """Look at so many instants a piece from now on."""
@@ -142,12 +143,11 @@ class PeakFinder:
     def _summary(
         self, tops: FloatArray, peaks: list[Peaks], places: list[tuple[int, float]], outside: float
     ) -> Measured:
-        wall = np.array([block.slack == WALL for block in self.blocks])
-        limits = np.where(wall, -2.0, tops)
+        limits = np.where(self._walls, -2.0, tops)
         worst = int(limits.argmax())
         return Measured(
             float(max(limits.max(), -1.0)),
-            float(max(np.where(wall, tops, -1.0).max(), outside)),
+            float(max(np.where(self._walls, tops, -1.0).max(), outside)),
             peaks,
             (worst, *places[worst]),
         )

@@ -11,6 +11,9 @@ import minsnap
 from minsnap.deadline import NEVER
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
+from minsnap.planner import placed_task
+from minsnap.time_allocation.initial_guess import stop_and_go
+from minsnap.time_allocation.joint_problem import JointProblem
 from minsnap.time_allocation.joint_search import JointSearch
 from minsnap.vehicle import BodyDrag, Quadrotor
 
@@ -94,6 +97,15 @@ def test_a_search_ends_before_a_step_that_would_be_late_also_where_no_step_is_ac
     path = minsnap.plan(REFERENCE, limits=LIMITS, time_limit=10.0)
     assert path.report.interrupted and minsnap.certify(path, limits=LIMITS).ok
     assert 1 <= len(steps) <= 5
+
+
+def test_a_search_with_a_gain_ends_at_the_first_step_that_gains_less():
+    task = placed_task(REFERENCE, None, None, None, None, False, None, [minsnap.Tube(0.3)], 4, 3, 1, "auto")
+    for gain, least, most in ((1.0, 1, 1), (None, 4, 80)):
+        told = []
+        search = JointProblem(task, Limits(speed=3.0, acceleration=6.0), np.full(task.legs, 3.0)).search(1, told.append)
+        search.run(stop_and_go(search.layout, np.ones(search.layout.pieces)), gain)
+        assert least <= len(told) <= most
 
 
 def test_the_rate_of_a_heading_along_the_velocity_is_searched_for():
