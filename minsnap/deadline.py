@@ -22,6 +22,11 @@ class Stopwatch:
     ----------
     clock : callable
         Reads a monotonic clock [s].
+
+    Attributes
+    ----------
+    began : float
+        Its reading at the start [s].
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -30,12 +35,23 @@ class Stopwatch:
 
     def restart(self) -> None:
         """Start again."""
-        self._began, self._processor = self._clock(), thread_time()
+        self.began, self._processor = self._clock(), thread_time()
+
+    def lap(self) -> float:
+        """Return the seconds since the start, and start again."""
+        began, processor = self.began, self._processor
+        self.restart()
+        return min(self.began - began, self._processor - processor)
 
     @property
     def seconds(self) -> float:
         """Seconds since the start."""
-        return min(self._clock() - self._began, thread_time() - self._processor)
+        return min(self.on_clock, thread_time() - self._processor)
+
+    @property
+    def on_clock(self) -> float:
+        """The same with what other programs took."""
+        return self._clock() - self.began
 
 
 class LateError(SolverError):
@@ -86,9 +102,8 @@ class Deadline:
         """Raise LateError if the work until the next check would be late, judged by the longest between two so far."""
         if self.due == inf:
             return
-        self.longest = max(self.longest, self.since)
-        self._watch.restart()
-        if self.clock() + max(self.longest, self.expected) > self.due:
+        self.longest = max(self.longest, self._watch.lap())
+        if self._watch.began + max(self.longest, self.expected) > self.due:
             raise LateError(LATE)
 
 

@@ -30,7 +30,9 @@ def test_what_other_programs_take_is_left_out(clock):
     assert watch.seconds == 2.0
     watch.restart()
     wall.now, clock.now = 8.0, 5.0
-    assert watch.seconds == 1.0
+    assert (watch.seconds, watch.on_clock, watch.lap()) == (1.0, 1.0, 1.0)
+    wall.now, clock.now = 9.5, 5.2
+    assert (watch.began, watch.on_clock, watch.lap()) == (8.0, 1.5, pytest.approx(0.2))
 
 
 def test_work_that_would_be_late_judged_by_the_longest_so_far_does_not_begin(clock):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from ctypes import c_double, c_int32, c_int64, c_void_p
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,9 +19,11 @@ _CHAIN = (*[c_void_p] * 2, c_int64, *[c_void_p] * 3)
 """States at the ends; pins: how many, knots, masks, values."""
 
 _GRADIENT = Entry("minsnap_cost_gradient", *[c_int64] * 4, *[c_void_p] * 2, *_CHAIN, *[c_void_p] * 3)
-_SPLIT = Entry("minsnap_best_split", *[c_int64] * 4, *[c_void_p] * 2, c_double, *_CHAIN, c_int64, *[c_void_p] * 3)
+_SPLIT = Entry(
+    "minsnap_best_split", *[c_int64] * 4, *[c_void_p] * 2, c_double, *_CHAIN, c_double, c_int64, *[c_void_p] * 3
+)
 _REQUEST = (*[c_int64] * 5, *[c_double] * 2, *[c_void_p] * 2, c_double, *[c_void_p] * 2, *WALL_TYPES)
-_CORRIDOR_SPLIT = Entry("minsnap_best_corridor_split", *_REQUEST, c_double, c_int64, *[c_void_p] * 3)
+_CORRIDOR_SPLIT = Entry("minsnap_best_corridor_split", *_REQUEST, *[c_double] * 2, c_int64, *[c_void_p] * 3)
 _TUBE_SPLIT = Entry(
     "minsnap_best_tube_split", *[c_void_p] * 3, c_int64, *[c_int32] * 3, c_double, c_int64, *[c_void_p] * 3
 )
@@ -88,7 +91,13 @@ def cost_gradient(
 
 
 def best_split(
-    points: FloatArray, first: FloatArray, half: int, price: float | None, pins: Pins, closed: bool = False
+    points: FloatArray,
+    first: FloatArray,
+    half: int,
+    price: float | None,
+    pins: Pins,
+    closed: bool = False,
+    seconds: float = inf,
 ) -> SplitFound | Status | None:
     """Durations of least cost without walls, at the total of the first ones or at a price of a second.
 
@@ -100,6 +109,8 @@ def best_split(
         Durations to begin with [s].
     price : float or None
         Cost of a second; None for a fixed total.
+    seconds : float
+        After which the best so far is returned, an evaluation earlier.
     """
     call = _SPLIT.function()
     if call is None:
@@ -109,14 +120,14 @@ def best_split(
     found = _Found(len(first))
     status = call(
         *(half, len(first), points.shape[1], closed, address(points), address(first), price or 0.0),
-        *(*chain, EVALUATIONS, *found.addresses()),
+        *(*chain, seconds, EVALUATIONS, *found.addresses()),
     )
     del kept
     return Status(status) if status else found.split()
 
 
 def best_corridor_split(
-    question: CorridorQuestion, first: FloatArray, pieces: int, price: float | None, gap: float
+    question: CorridorQuestion, first: FloatArray, pieces: int, price: float | None, gap: float, seconds: float = inf
 ) -> SplitFound | Status | None:
     """Durations of least cost inside walls.
 
@@ -130,6 +141,8 @@ def best_corridor_split(
         Cost of a second; None for a fixed total.
     gap : float
         Share of the cost that an evaluation may give away, and fall of the cost at which the search ends.
+    seconds : float
+        As for ``best_split``.
     """
     call = _CORRIDOR_SPLIT.function()
     if call is None:
@@ -140,7 +153,7 @@ def best_corridor_split(
     where = [optional_address(array) for array in arrays]
     status = call(
         *(q.half, len(first), pieces, q.positions.shape[1], q.closed, q.length, q.time, *where[:2], price or 0.0),
-        *(*where[2:], *wall_arguments(q.walls), gap, EVALUATIONS, *found.addresses()),
+        *(*where[2:], *wall_arguments(q.walls), gap, seconds, EVALUATIONS, *found.addresses()),
     )
     return Status(status) if status else found.split()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_pieces, is_number
+from minsnap.checks import check_pieces
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import as_room
 from minsnap.corridors.tubes import as_constraints
@@ -39,7 +40,7 @@ from minsnap.replanning.search import Aim, Better, search_ahead, search_back
 from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
 from minsnap.replanning.spliced_heading import has_angles, spliced, through_angles
 from minsnap.replanning.stopping import Stopping, inside, within
-from minsnap.replanning.time_budget import Takes, TimeBudget, budget_of
+from minsnap.replanning.time_budget import Takes, due_of
 from minsnap.time_allocation.timing import Finish
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
@@ -56,13 +57,17 @@ SPLIT_GAIN = 1e-2
 ENDING, CLOSING = 0.2, 0.1
 """Shares of the budget left to the certified end and to what follows it, until it is known how long they take."""
 
+NO_STOP = "no way to hover inside leg 0 and the limits was found from this state"
+LATE_STOP = "the time was over before a way to hover was found"
+"""Why there is no stop."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Call:
     """One call, checked."""
 
     splice: Splice
-    budget: TimeBudget
+    due: float
     course: CourseAhead
     aim: Aim
     seconds: float
@@ -198,15 +203,14 @@ class Replanner:
             raise InputError("this Replanner is at work for another thread: use one per thread, or one after the other")
         try:
             watch = Stopwatch(self._clock)
-            budgeted = budget_of(self._clock, now, budget, began) if is_number(now) and is_number(budget) else None
             splice = splice_of(flown, now, budget, self._half)
-            assert budgeted is not None
+            due = due_of(watch.began, now, budget, began)
             self._refuse_short(float(budget))
             aim = Aim(self._limits, durations, total_time)
             course = self._course(splice, waypoints, boxes, self._corridor if corridor is None else corridor, goal)
-            deadline = self._deadline(budgeted, budget)
             angles = waypoint_angles(yaw, course.task.legs)
-            return self._answer(_Call(splice, budgeted, course, aim, float(budget), deadline, watch, angles))
+            deadline = self._deadline(due, budget)
+            return self._answer(_Call(splice, due, course, aim, float(budget), deadline, watch, angles))
         finally:
             self._lock.release()
 
@@ -222,28 +226,35 @@ class Replanner:
         if call.aim.timed and self._limits is None:
             raise TimingError("nothing says how fast to fly: give limits to the Replanner, or durations or total_time")
         splice, task = call.splice, call.course.task
-        stop, safe = self._stop(call), self._safe(call)
+        stopping = Stopping(task, self._limits, call.deadline)
+        (stop, no_stop), safe = self._stop(call, stopping.braking), self._safe(call)
         rest = splice.rest if call.course.fits(splice.rest) else None
         standing = self._with_angles(call, rest) if rest is not None and safe else None
-        if stop is None:
-            stop = splice.rest if safe and ends_at_rest(splice.flown) else self._stop_aside(call)
+        if stop is None and safe and ends_at_rest(splice.flown):
+            stop = splice.rest
+        late = stop is None and no_stop is LATE_STOP
+        if stop is None and not late:
+            stop, no_stop = self._stop(call, stopping.aside)
         known = self._takes.usual("stop")
         self._takes.add("stop", call.watch.seconds)
-        if not known:
+        if late or not known:
             self._refuse_short(call.seconds)
+        if late:
+            raise TimingError(f"the budget of {call.seconds:.3g} s was over before a stop plan was found: replan again")
         legs = asked_of_legs(task)
         better, settled, reason = None, True, "nothing has changed"
-        if standing is None or not self._unchanged(call, standing, legs):
+        searching = standing is None or not self._unchanged(call, standing, legs)
+        if searching:
             better, settled, reason = self._searched(call, rest)
         chosen, reason = self._chosen_of(call, standing, better, reason)
         if chosen is None and standing is not None and standing is not rest:
             chosen, reason = Better(standing), ""
-        change = self._change(call, chosen, stop, safe, reason)
+        change = self._change(call, chosen, (stop, no_stop), safe, reason)
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, self._memory)
         self._memory = Memory(change.trajectory, start, legs, settled, guess)
-        if call.deadline.longest:
-            self._takes.add("check", call.deadline.longest)
+        self._takes.add("check", call.deadline.longest)
+        if searching:
             self._takes.add("closing", call.deadline.since)
         return change
 
@@ -257,20 +268,17 @@ class Replanner:
                 f"{2.0 * takes:.2g} s"
             )
 
-    def _stop(self, call: _Call) -> Trajectory | None:
-        return self._held(call, Stopping(call.course.task, self._limits).braking())
-
-    def _stop_aside(self, call: _Call) -> Trajectory | None:
+    def _stop(self, call: _Call, found: Callable[[], Trajectory | None]) -> tuple[Trajectory | None, str]:
+        """Return a stop with the heading at the splice, or None and why there is none."""
+        splice = call.splice
         call.deadline.resume()
         try:
-            return self._held(call, Stopping(call.course.task, self._limits).aside(call.deadline))
+            stop = found()
         except LateError:
-            return None
-
-    def _held(self, call: _Call, stop: Trajectory | None) -> Trajectory | None:
-        """Give a stop the heading at the splice."""
-        splice = call.splice
-        return None if stop is None else stop.with_yaw(spliced(splice.flown, splice.instant, None, None, stop))
+            return None, LATE_STOP
+        if stop is None:
+            return None, NO_STOP
+        return stop.with_yaw(spliced(splice.flown, splice.instant, None, None, stop)), ""
 
     def _safe(self, call: _Call) -> bool:
         """Whether the rest is inside all walls ahead, leg by leg, and keeps the limits, wherever the waypoints are."""
@@ -294,20 +302,20 @@ class Replanner:
             return call.aim.durations is not None and call.aim.compares(rest)
         return largest_use(self._limits, call.splice.flown) >= FULL
 
-    def _deadline(self, budget: TimeBudget, seconds: float) -> Deadline:
-        """Return when a search must have ended."""
+    def _deadline(self, due: float, seconds: float) -> Deadline:
+        """Return when stop and search must have ended."""
         closing = self._takes.most("closing", CLOSING * seconds)
-        return Deadline(budget.due - closing, self._clock, self._takes.most("check"))
+        return Deadline(due - closing, self._clock, self._takes.most("check"))
 
     def _searched(self, call: _Call, rest: Trajectory | None) -> tuple[Better | None, bool, str]:
         """Search in the time that is left; what was found, whether the search ended by itself, and why nothing."""
+        call.deadline.resume()
         seconds = call.deadline.left - self._takes.usual("ending", ENDING * call.seconds)
         if call.aim.timed and seconds <= 0.0:
             self._takes.skip("ending")
             return None, False, f"the budget of {call.seconds:g} s leaves no time to search"
         better, reason, watch = None, "nothing better was found", Stopwatch(self._clock)
         until = self._clock() + seconds
-        call.deadline.resume()
         try:
             call.deadline.check()
             better = self._better(call, rest, seconds)
@@ -355,8 +363,9 @@ class Replanner:
         """Return what to fly instead of the rest, or None and why."""
         if better is None:
             return None, reason
-        if call.budget.left < 0.0:
-            return None, f"a plan was found {-call.budget.left:.3g} s late"
+        late = self._clock() - call.due
+        if late > 0.0:
+            return None, f"a plan was found {late:.3g} s late"
         if rest is not None and call.aim.compares(rest):
             if call.aim.value(better.curve) >= (1.0 - self._gain(call)) * call.aim.value(rest):
                 return None, "nothing better was found"
@@ -367,8 +376,10 @@ class Replanner:
         known = self._memory is not None and self._memory.answer is call.splice.flown
         return GAIN if known or call.aim.total_time is None else SPLIT_GAIN
 
-    def _change(self, call: _Call, chosen: Better | None, stop: Trajectory | None, safe: bool, reason: str) -> Change:
-        splice = call.splice
+    def _change(
+        self, call: _Call, chosen: Better | None, stops: tuple[Trajectory | None, str], safe: bool, reason: str
+    ) -> Change:
+        splice, (stop, no_stop) = call.splice, stops
         found = splice.rest if chosen is None else chosen.curve
         if found is None:
             raise TimingError(f"the flown plan is over at {splice.instant:.6g} s, and no plan was found: {reason}")
@@ -376,7 +387,6 @@ class Replanner:
         if stop is None and certified and ends_at_rest(found):
             stop = found
         times = (0.0, 0.0) if chosen is None else (chosen.limits_from, chosen.inside_from)
-        no_stop = "" if stop is not None else "no way to hover inside leg 0 and the limits was found from this state"
         return Change(
             found,
             splice.instant,
@@ -384,9 +394,9 @@ class Replanner:
             chosen is None,
             certified,
             reason,
-            no_stop,
+            no_stop if stop is None else "",
             *times,
-            call.budget.took,
+            call.watch.on_clock,
             splice.passed,
         )
 

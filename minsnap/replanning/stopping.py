@@ -89,10 +89,13 @@ class Stopping:
     task : Task
         Its first legs are those to stop in.
     limits : Limits or None
+    deadline : Deadline
+        After which no stop is looked for: LateError where none was found before.
     """
 
     task: Task
     limits: Limits | None
+    deadline: Deadline = NEVER
 
     @cached_property
     def _walls(self) -> list[Walls]:
@@ -119,29 +122,34 @@ class Stopping:
         return speed, acceleration, max(moving / acceleration, BRIEFEST)
 
     def braking(self) -> Trajectory | None:
-        """Return a certified member of the closed family; None where there is none."""
-        _, acceleration, unit = self._scales
-        piece = SinglePiece(start_state(self.task), acceleration)
-        parts = (unit * DURATIONS[first : first + TOGETHER] for first in range(0, len(DURATIONS), TOGETHER))
-        found = (_family(piece, self._legs, self._bounds, durations) for durations in parts)
-        return self._first_certified(chain.from_iterable(found))
-
-    def aside(self, deadline: Deadline = NEVER) -> Trajectory | None:
-        """Return a certified stop in the first leg, its end chosen by programmes; None where there is none.
+        """Return a certified member of the closed family; None where there is none.
 
         Raises
         ------
         LateError
-            If the deadline has passed before.
+            If the deadline would pass before that is known.
         """
+        _, acceleration, unit = self._scales
+        piece = SinglePiece(start_state(self.task), acceleration)
+        parts = (unit * DURATIONS[first : first + TOGETHER] for first in range(0, len(DURATIONS), TOGETHER))
+        found = (self._family(piece, durations) for durations in parts)
+        return self._first_certified(chain.from_iterable(found))
+
+    def aside(self) -> Trajectory | None:
+        """Return a certified stop in the first leg, its end chosen by programmes; None, and LateError, as braking."""
         speed, acceleration, unit = self._scales
-        piece = SinglePiece(start_state(self.task), acceleration, deadline)
+        piece = SinglePiece(start_state(self.task), acceleration, self.deadline)
         known = [*self._legs[0], *self._bounds]
         return self._first_certified(_programmes(piece, known, unit * PROGRAMMES, speed / acceleration))
+
+    def _family(self, piece: SinglePiece, durations: FloatArray) -> Iterator[Candidate]:
+        self.deadline.check()
+        return _family(piece, self._legs, self._bounds, durations)
 
     def _first_certified(self, candidates: Iterator[Candidate]) -> Trajectory | None:
         origin = self.task.waypoints[0]
         for curve in islice((candidate.curve(origin) for candidate in candidates), EXACT_TRIES):
+            self.deadline.check()
             if inside(curve, self._walls) and back_within(curve, self.limits):
                 return curve
         return None

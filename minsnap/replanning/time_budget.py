@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import defaultdict, deque
-from dataclasses import dataclass
 
-from minsnap.deadline import Clock
-from minsnap.errors import TimingError
+import numpy as np
+
+from minsnap.checks import is_number
+from minsnap.errors import InputError, TimingError
 
 ANSWERS = 50
 """Answers whose times are remembered."""
@@ -16,33 +17,6 @@ SKIPS = 25
 
 MARGIN = 1.25
 """Factor on them for what is yet to come."""
-
-
-@dataclass(frozen=True, eq=False)
-class TimeBudget:
-    """When an answer is due.
-
-    Parameters
-    ----------
-    clock : callable
-        Reads the clock [s].
-    called, due : float
-        Readings when the answer was asked for, and at which it is due [s].
-    """
-
-    clock: Clock
-    called: float
-    due: float
-
-    @property
-    def left(self) -> float:
-        """Seconds until the answer is due; negative once it is late."""
-        return self.due - self.clock()
-
-    @property
-    def took(self) -> float:
-        """Seconds since it was asked for."""
-        return self.clock() - self.called
 
 
 class Takes:
@@ -75,28 +49,32 @@ class Takes:
         return MARGIN * known[9 * len(known) // 10] if known else first
 
 
-def budget_of(clock: Clock, now: float, seconds: float, began: float | None) -> TimeBudget:
-    """Return when an answer is due: ``seconds`` after this call, or at the splice where the flight's clock is known.
+def due_of(called: float, now: float, seconds: float, began: float | None) -> float:
+    """Return when an answer is due: ``seconds`` after its call, or at the splice where the flight's clock is known.
 
     Parameters
     ----------
-    clock : callable
+    called : float
+        Reading of the clock at the call [s].
     now, seconds : float
         Instant on the flown plan's clock, and the budget [s].
     began : float or None
-        Reading of ``clock`` at time 0 of the flown plan [s].
+        Reading of the clock at time 0 of the flown plan [s].
 
     Raises
     ------
+    InputError
+        If ``began`` is no number.
     TimingError
         If the splice has passed already.
     """
-    called = clock()
     if began is None:
-        return TimeBudget(clock, called, called + seconds)
-    late = called - (began + now + seconds)
-    if late >= 0.0:
+        return called + seconds
+    if not is_number(began) or not np.isfinite(began):
+        raise InputError(f"began is {began!r}: give a number of seconds")
+    due = began + now + seconds
+    if called >= due:
         raise TimingError(
-            f"the splice at {now + seconds:.6g} s of the flown plan passed {late:.4g} s ago: replan earlier"
+            f"the splice at {now + seconds:.6g} s of the flown plan passed {called - due:.4g} s ago: replan earlier"
         )
-    return TimeBudget(clock, called, began + now + seconds)
+    return due

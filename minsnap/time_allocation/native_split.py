@@ -16,6 +16,8 @@ from minsnap.tolerances import GAP
 def native_split(task: Task, first: FloatArray, price: float | None) -> SplitFound | None:
     """Return the durations of legs that cost least, from first ones (legs,) [s]; None where Python has to search.
 
+    Before a deadline they are the best found in time; LateError where nothing was.
+
     Parameters
     ----------
     task : Task
@@ -32,7 +34,9 @@ def native_split(task: Task, first: FloatArray, price: float | None) -> SplitFou
         return None
     free = _without_walls(task, first, price) if price is None else None
     for start in [first] if free is None else [free.durations, first]:
-        found = best_corridor_split(question, start, task.pieces, price, GAP)
+        task.deadline.check()
+        found = best_corridor_split(question, start, task.pieces, price, GAP, task.deadline.left)
+        task.deadline.resume()
         if isinstance(found, SplitFound):
             return found
     return None
@@ -42,7 +46,9 @@ def _without_walls(task: Task, first: FloatArray, price: float | None) -> SplitF
     """Return the durations that cost least without the walls, where waypoints are fixed."""
     if not _is_free(task):
         return None
-    found = best_split(task.waypoints, first, task.half, price, {} if task.closed else task.pins, task.closed)
+    chain = {} if task.closed else task.pins, task.closed
+    found = best_split(task.waypoints, first, task.half, price, *chain, task.deadline.left)
+    task.deadline.resume()
     return found if isinstance(found, SplitFound) else None
 
 

@@ -10,6 +10,7 @@ from oracles.exact import Spline
 from tasks import REFERENCE, random_legs, task_of
 
 import minsnap
+from minsnap.deadline import Deadline, LateError
 from minsnap.native import durations as native
 from minsnap.native.library import core, using
 from minsnap.native.status import Status
@@ -139,6 +140,20 @@ def test_the_gradient_of_durations_far_apart_obeys_euler(half, ratio):
     durations[1] = durations[0] / ratio
     found = native.cost_gradient(points, durations, half)
     assert durations @ found.durations == pytest.approx((1 - 2 * half) * found.cost, rel=1e-6)
+
+
+@pytest.mark.parametrize("corridor", (None, minsnap.Tube(0.3)))
+def test_once_the_time_is_over_the_best_so_far_is_returned(corridor):
+    points, durations = random_legs(0)
+    task = task_of(points, *([] if corridor is None else [corridor]))
+    whole = native_split(task, durations, 2.0)
+    late = native_split(replace(task, deadline=Deadline(0.0, lambda: 0.0)), durations, 2.0)
+    assert len(late.history) == 1 < len(whole.history)
+    assert late.durations == pytest.approx(durations)
+    assert whole.history[:, 1].min() < late.history[0, 1]
+    if corridor is not None:
+        with pytest.raises(LateError):
+            native_split(replace(task, deadline=Deadline(-1.0, lambda: 0.0)), durations, 2.0)
 
 
 def test_every_status_of_a_split():

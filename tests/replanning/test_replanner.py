@@ -8,7 +8,7 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, Limits, Replanner, TimingError, Tube
-from minsnap.errors import CorridorError, DegreeError, InputError, LimitError, WaypointError, YawError
+from minsnap.errors import CorridorError, DegreeError, InputError, LimitError, SolverError, WaypointError, YawError
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.search import Better
 from minsnap.replanning.splice import splice_of
@@ -98,16 +98,19 @@ def test_what_is_found_is_taken_only_if_it_is_better_than_the_rest(flown, monkey
         assert change.reason == ("nothing better was found" if kept else "")
 
 
-def test_a_rest_that_leaves_the_walls_as_they_are_now_is_not_certified(flown):
+def found_none(*_):
+    raise SolverError("none")
+
+
+def test_a_rest_that_leaves_the_walls_as_they_are_now_is_not_certified(flown, monkeypatch):
+    monkeypatch.setattr(replanner_module, "search_ahead", found_none)
     passed, points, boxes = ahead(flown, 0.5)
     t = np.linspace(flown.leg_breaks[-2], flown.duration, 500)
     aside = np.abs(flown(t)[:, 1] - 1.0).max()
     for share, certified in ((1.01, True), (0.99, False)):
         lower, upper = boxes.lower.copy(), boxes.upper.copy()
         lower[-1, 1], upper[-1, 1] = 1.0 - share * aside, 1.0 + share * aside
-        ticks = count()
-        replanner = Replanner(LIMITS, Boxes(lower, upper), clock=lambda ticks=ticks: 10.0 * next(ticks))
-        change = replanner.replan(flown, 0.1, points, 0.4)
+        change = Replanner(LIMITS, Boxes(lower, upper), clock=still).replan(flown, 0.1, points, 0.4, **AMPLE)
         assert change.kept and change.certified is certified and change.stop is not None
 
 
@@ -184,9 +187,10 @@ def test_what_is_late_is_not_flown(flown):
     change = Replanner(LIMITS, boxes, clock=lambda: 10.0 * next(ticks)).replan(flown, 0.1, points + 0.01, 0.4)
     assert change.kept and change.certified
     assert "no time to search" in change.reason
+    assert change.stop is change.trajectory
     slower = Limits(speed=2.0, acceleration=6.0)
-    change = Replanner(slower, boxes, clock=lambda: 10.0 * next(ticks)).replan(flown, 0.1, points, 0.4)
-    assert change.kept and not change.certified
+    with pytest.raises(TimingError, match=r"the budget of 0.4 s was over before a stop plan was found: replan again"):
+        Replanner(slower, boxes, clock=lambda: 10.0 * next(ticks)).replan(flown, 0.1, points, 0.4)
     with pytest.raises(TimingError, match=r"the splice at 0.5 s of the flown plan passed 0.25 s ago: replan earlier"):
         Replanner(LIMITS, boxes, clock=lambda: 50.75).replan(flown, 0.1, points, 0.4, began=50.0)
 
@@ -195,6 +199,13 @@ def test_the_clock_of_the_flight_says_when_the_answer_is_due(flown):
     _, points, boxes = ahead(flown, 0.5)
     change = Replanner(LIMITS, boxes, clock=lambda: 50.2).replan(flown, 0.1, points, 0.4, began=50.0)
     assert change.kept and change.splice == 0.5
+
+
+def test_the_time_at_which_the_flight_began_is_a_number(flown):
+    _, points, boxes = ahead(flown, 0.5)
+    for began in ("now", np.nan):
+        with pytest.raises(InputError, match="began is .*: give a number of seconds"):
+            Replanner(LIMITS, boxes).replan(flown, 0.1, points, 0.4, began=began)
 
 
 def test_budgets_below_what_a_stop_takes_are_refused(flown):

@@ -1,10 +1,13 @@
 """Stop plans, judged by dense samples: from the state to rest, inside the boxes of two legs or the tube, and limits."""
 
+from itertools import count
+
 import numpy as np
 import pytest
 
 import minsnap
 from minsnap import Boxes, Limits, RoundTube, Tube
+from minsnap.deadline import Deadline, LateError
 from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.splice import splice_of
 from minsnap.replanning.stopping import Stopping
@@ -95,3 +98,21 @@ def test_a_vehicle_at_rest_stays():
     course = course_ahead(splice, [(6.0, 1.0, 1.0)], None, splice.leg_start, [Tube(0.5)], 1)
     stop = Stopping(course.task, LIMITS).braking()
     assert stop(stop.duration) == pytest.approx(POINTS[-1], abs=1e-9)
+
+
+def test_no_stop_is_looked_for_once_the_time_is_over(flown):
+    """On a clock that stands still until it jumps at a reading; every later jump lets more be done."""
+    _, found = stopping(flown, 0.41 * flown.duration, None)
+    whole, ended = found.braking(), []
+    for after in range(40):
+        readings = count()
+        deadline = Deadline(1.0, lambda readings=readings, after=after: 2.0 * (next(readings) > after))
+        try:
+            stop = Stopping(found.task, LIMITS, deadline).braking()
+            assert stop.duration == whole.duration
+            ended.append(True)
+        except LateError:
+            ended.append(False)
+    assert not ended[0] and ended[-1] and ended == sorted(ended)
+    with pytest.raises(LateError):
+        Stopping(found.task, LIMITS, Deadline(-1.0, lambda: 0.0)).aside()

@@ -1,7 +1,9 @@
 // Durations: the optimal cost and its exact gradient, and the split of a total time, or at a price of time, that costs
 // least; without walls by one elimination an evaluation, with walls by the certified exchange.
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "cost_slopes.hpp"
 #include "dispatch.hpp"
@@ -230,6 +232,26 @@ private:
     int known_count_ = 0;
 };
 
+// Whether time is left for one more evaluation and for one like it after the search, judged by the longest so far.
+class TimeLeft {
+public:
+    explicit TimeLeft(double seconds) : seconds_(seconds) {}
+
+    bool over() {
+        const double now = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+        longest_ = now - last_ > longest_ ? now - last_ : longest_;
+        last_ = now;
+        return ended_ = ended_ || now + 2.0 * longest_ > seconds_;
+    }
+    bool ended() const { return ended_; }
+
+private:
+    const double seconds_;
+    const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+    double last_ = 0.0, longest_ = 0.0;
+    bool ended_ = false;
+};
+
 // What a search for durations starts from and leaves.
 struct Split {
     Integer legs;
@@ -237,6 +259,7 @@ struct Split {
     const double *first;  // (legs,) [s]
     double price;         // cost of a second; zero where the total is that of `first`
     double unit;          // what the cost is worth
+    double seconds;       // from now on, after which the best so far is returned
     Integer capacity;     // evaluations at most
     double *durations;    // (legs,)
     double *history;      // (capacity, 2): total time and what is minimised, evaluation by evaluation
@@ -256,6 +279,7 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
     double total = 0.0, best = 0.0;
     Integer evaluations = 0;
     Status last = Status::done;
+    TimeLeft left(split.seconds);
     for (Integer i = 0; i < legs; ++i) total += split.first[i];
     auto function = [&](const double *x, double *gradient, double &value) {
         double sum = 0.0, cost = 0.0, all = 0.0;
@@ -265,7 +289,7 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
             gradient[i] *= share;
             for (int p = 0; p < split.per_leg; ++p) times[std::size_t(i * split.per_leg + p)] = gradient[i] / split.per_leg;
         }
-        if (evaluations == split.capacity) return false;
+        if (evaluations == split.capacity || (evaluations > 0 && left.over())) return false;
         last = evaluate(times.data(), cost, slopes.data());
         if (last != Status::done || !(cost > 0.0)) return false;
         cost *= split.unit;
@@ -292,6 +316,7 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
     stopping.evaluations = int(split.capacity);
     const Status status = search.minimise(stopping, function);
     split.figures[0] = double(evaluations);
+    if (left.ended()) return Status::done;
     return status == Status::infeasible && last != Status::done ? last : status;
 }
 
@@ -380,7 +405,8 @@ MINSNAP_EXPORT std::int32_t minsnap_best_split(Integer half, Integer legs, Integ
                                                const double *points, const double *first, double price,
                                                const double *start, const double *end, Integer pins,
                                                const Integer *knots, const std::uint32_t *masks, const double *values,
-                                               Integer capacity, double *durations, double *history, double *figures) {
+                                               double seconds, Integer capacity, double *durations, double *history,
+                                               double *figures) {
     if (!well_sized(half, legs, dim, pins) || capacity < 1) return int(Status::bad_size);
     ChainProblem chain;
     chain.points = points, chain.durations = first, chain.legs = legs, chain.stride = int(dim);
@@ -389,7 +415,7 @@ MINSNAP_EXPORT std::int32_t minsnap_best_split(Integer half, Integer legs, Integ
     if (!fill_pins(chain, int(half), masks, values, room)) return int(Status::no_memory);
     chain.pins = room.data();
     FreeCost free(chain, int(half), closed != 0);
-    const Split split = {legs, 1, first, price, 1.0, capacity, durations, history, figures};
+    const Split split = {legs, 1, first, price, 1.0, seconds, capacity, durations, history, figures};
     return int(find_split(split, 1e-10, [&](const double *times, double &cost, double *slopes) {
         return free.evaluate(times, cost, slopes, nullptr);
     }));
@@ -402,7 +428,8 @@ MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(
     const double *positions, const double *first, double price, const std::uint8_t *pinned, const double *values,
     Integer walls, const Integer *piece, const Integer *order, const double *normal, const double *anchor,
     const double *bound, const double *width, const Integer *when, const Integer *ball, Integer matrices,
-    const double *matrix, double gap, Integer capacity, double *durations, double *history, double *figures) {
+    const double *matrix, double gap, double seconds, Integer capacity, double *durations, double *history,
+    double *figures) {
     if (half < least_half || half > most_half || legs < 1 || per_leg < 1 || capacity < 1) return int(Status::bad_size);
     if (per_leg > most_split_pieces || legs > most_split_pieces / per_leg) return int(Status::unsupported);
     Buffer<double> times;
@@ -412,7 +439,7 @@ MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(
                            pinned, values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, matrices}, gap};
     const Status checked = check_request(given);
     if (checked != Status::done) return int(checked);
-    return int(split_in_corridor(given, {legs, int(per_leg), first, price, 1.0, capacity, durations, history, figures}));
+    return int(split_in_corridor(given, {legs, int(per_leg), first, price, 1.0, seconds, capacity, durations, history, figures}));
 }
 
 // The same for a total time in a tube, whose walls are made here: points (legs + 1, dim); half-widths as in tube.cpp.
@@ -425,5 +452,6 @@ MINSNAP_EXPORT std::int32_t minsnap_best_tube_split(const double *points, const 
     Request request = {};
     const Status status = request_tube({points, first, widths, legs, dim, half, shared != 0}, gap, walls, request);
     if (status != Status::done) return int(status);
-    return int(split_in_corridor(request, {legs, 1, first, 0.0, 1.0, capacity, durations, history, figures}));
+    const double never = std::numeric_limits<double>::infinity();
+    return int(split_in_corridor(request, {legs, 1, first, 0.0, 1.0, never, capacity, durations, history, figures}));
 }
