@@ -74,7 +74,7 @@ struct Jet {
 
 // Value and derivatives at s, by de Casteljau's algorithm stopped two steps early.
 template <class Real>
-inline Jet<Real> jet_at(const Real *points, int degree, Real s) {
+inline Jet<Real> jet_of_degree(const Real *points, const int degree, Real s) {
     Real row[max_products];
     for (int j = 0; j <= degree; ++j) row[j] = points[j];
     for (int m = degree; m > 2; --m)
@@ -84,6 +84,11 @@ inline Jet<Real> jet_at(const Real *points, int degree, Real s) {
     const Real first = row[0] + s * (row[1] - row[0]), second = row[1] + s * (row[2] - row[1]);
     const Real bend = degree * (degree - 1) * (row[2] - 2 * row[1] + row[0]);
     return {first + s * (second - first), degree * (second - first), bend};
+}
+
+template <class Real>
+inline Jet<Real> jet_at(const Real *points, int degree, Real s) {
+    return degree == 7 ? jet_of_degree(points, 7, s) : jet_of_degree(points, degree, s);  // loops of the usual one unrolled
 }
 
 // Control points of the parts before and after s.

@@ -271,9 +271,9 @@ private:
 
     // Whether every peak that matters lies near an active row.
     bool near_rows() const {
-        if (active.count() == 0 || worst_ >= Real(0.5)) return false;
+        if (active.count() == 0 || worst_ >= Real(0.1)) return false;
         for (int i = 0; i < peak_count_; ++i) {
-            if (peaks_[i].excess < Real(0.3) * worst_) continue;
+            if (peaks_[i].excess < Real(0.1) * worst_) continue;
             bool near = false;
             for (int k = 0; k < active.count() && !near; ++k) {
                 const Row<Real> &row = active.row(k);

@@ -27,6 +27,7 @@ struct Layout {
     int dim = 0, entries = 0, pieces = 0;
     int offset[max_dim + 1] = {};
     Buffer<int> begin;  // (dim, pieces)
+    unsigned all() const { return (1U << dim) - 1U; }  // bits of the coordinates
     int first(int axis, int piece) const { return begin[std::size_t(axis) * pieces + piece]; }
 };
 
@@ -47,18 +48,16 @@ public:
     Real inner(const Real *x, Reach a, const Real *y, Reach b) const {
         const int piece = a.piece > b.piece ? a.piece : b.piece;
         Real sum = 0;
-        for (int axis = 0; axis < layout_->dim; ++axis) {
-            if (!((a.axes & b.axes) >> axis & 1U)) continue;
-            const int from = layout_->first(axis, piece);
+        for (unsigned left = a.axes & b.axes & layout_->all(); left != 0; left &= left - 1) {
+            const int axis = __builtin_ctz(left), from = layout_->first(axis, piece);
             sum += dot(x + from, y + from, layout_->offset[axis + 1] - from);
         }
         return sum;
     }
 
     void add(Real *x, Real factor, const Real *y, Reach b) const {
-        for (int axis = 0; axis < layout_->dim; ++axis) {
-            if (!(b.axes >> axis & 1U)) continue;
-            const int from = layout_->first(axis, b.piece);
+        for (unsigned left = b.axes & layout_->all(); left != 0; left &= left - 1) {
+            const int axis = __builtin_ctz(left), from = layout_->first(axis, b.piece);
             add_multiple(x + from, factor, y + from, layout_->offset[axis + 1] - from);
         }
     }

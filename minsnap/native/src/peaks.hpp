@@ -38,21 +38,21 @@ const Grid<Real> &grid() {
     return made;
 }
 
-// Newton's method for the maximum of a polynomial near s, kept within a cell to both sides.
+// Newton's method for the maximum of a polynomial near s, kept within a cell to both sides: s moves there; its value.
 template <class Real>
-inline Real climb(const Real *points, int degree, Real s) {
+inline Real climb(const Real *points, int degree, Real &s) {
     const Real low = s - Real(1) / cells, high = s + Real(1) / cells;
     const Real least = low > 0 ? low : Real(0), most = high < 1 ? high : Real(1);
     for (int step = 0; step < 5; ++step) {
         const Jet<Real> jet = jet_at(points, degree, s);
-        if (!(jet.curvature < 0)) break;
-        Real next = s - jet.slope / jet.curvature;
-        next = next < least ? least : next > most ? most : next;
-        const bool settled = std::fabs(next - s) < Real(1e-10);
-        s = next;
-        if (settled) break;
+        if (!(jet.curvature < 0)) return jet.value;
+        const Real next = s - jet.slope / jet.curvature, inside = next < least ? least : next > most ? most : next;
+        const Real change = inside - s;
+        s = inside;
+        if (std::fabs(change) < Real(1e-5))  // the next one would be about its square, what Taylor leaves out its cube
+            return jet.value + change * (jet.slope + change * jet.curvature / 2);
     }
-    return s;
+    return jet_at(points, degree, s).value;
 }
 
 // From control points of the excess over a wall to those over the wall moved inwards by a share of its width.
@@ -81,7 +81,10 @@ inline void peaks_of(const Real *points, int degree, Real floor, Take take) {
     for (int i = 0; i <= cells; ++i) {
         const bool rises = i == 0 || values[i] >= values[i - 1], falls = i == cells || values[i] > values[i + 1];
         if (!(rises && falls && values[i] > near)) continue;
-        const Real s = climb(points, degree, Real(i) / cells), value = jet_at(points, degree, s).value;
+        const Real bend = i > 0 && i < cells ? 2 * values[i] - values[i - 1] - values[i + 1] : Real(0);
+        const Real guess = bend > 0 ? i + (values[i + 1] - values[i - 1]) / (2 * bend) : Real(i);  // of the parabola
+        Real s = guess / cells;
+        const Real value = climb(points, degree, s);
         if (value > floor) take(s, value);
     }
 }
