@@ -98,6 +98,35 @@ def test_a_vehicle_at_rest_stays():
     course = course_ahead(splice, [(6.0, 1.0, 1.0)], None, splice.leg_start, [Tube(0.5)], 1)
     stop = Stopping(course.task, LIMITS).braking()
     assert stop(stop.duration) == pytest.approx(POINTS[-1], abs=1e-9)
+    assert stop.duration >= 0.01, "a shorter one has derivatives of rounding alone"
+    assert max(stop.max_norm(order)[0] for order in (1, 2, 3)) < 1e-6
+
+
+def straight_on(speed, acceleration=0.0):
+    """Return a motion along x from the origin, 1 s long."""
+    return minsnap.Trajectory(np.array([[(0, 0, 1), (speed / 2, 0, 1), (speed + acceleration / 2, 0, 1)]]), np.ones(1))
+
+
+@pytest.mark.parametrize("share", (1.0, 1.0 + 1e-9))
+def test_a_start_on_its_limit_or_above_it_by_rounding_brakes(share):
+    splice = splice_of(straight_on(3.0 * share), 0.0, 1e-9, 4)
+    course = course_ahead(splice, [(5.0, 0.0, 1.0)], None, np.array([0.0, 0.0, 1.0]), [Tube(0.5)], 1)
+    stop = Stopping(course.task, LIMITS).braking()
+    assert stop is not None and np.abs(stop(stop.duration, 1)).max() < 1e-7
+
+
+def test_a_curve_that_leaves_the_box_between_the_instants_looked_at_is_no_stop():
+    """Up to a summit and down again: the walls are 0 to 0.2 mm below the summit of the shortest stop."""
+    flown = minsnap.Trajectory(np.array([[(0.0, 0.0, 1.0), (1.0, 0.3, 1.0), (2.0, -0.3, 1.0)]]), np.ones(1))
+    splice, summit = splice_of(flown, 0.0, 1e-9, 4), None
+    for wall in (0.1, *np.linspace(0.09311, 0.09331, 5)):
+        box = Boxes([(-0.5, -0.35, 0.5)], [(6.0, wall, 1.5)])
+        course = course_ahead(splice, [(5.0, -0.3, 1.0)], None, np.array([0.0, 0.0, 1.0]), [box], 1)
+        stop = Stopping(course.task, Limits(speed=4.0, acceleration=6.0)).braking()
+        if summit is None:
+            summit = stop(np.linspace(0.0, stop.duration, 2001))[:, 1].max()
+            assert summit == pytest.approx(0.09331, abs=1e-6)
+        assert stop is None or stop.extent((0.0, 1.0, 0.0))[1] <= wall
 
 
 def test_no_stop_is_looked_for_once_the_time_is_over(flown):
