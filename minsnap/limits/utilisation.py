@@ -10,19 +10,10 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.limits.kinds import KIND, Kind
 from minsnap.limits.measures import MEASURES, Motion, exact_motion
-from minsnap.trajectory.heading import ConstantHeading, RemappedHeading
-from minsnap.trajectory.look_at import LookAtHeading
+from minsnap.limits.yaw_rate import largest_yaw_rate
 from minsnap.trajectory.medium import Medium
-from minsnap.trajectory.path import Heading
-from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Utilisation
-from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.turn_rates import largest_heading_rate, largest_look_rate
-from minsnap.trajectory.velocity_heading import VelocityHeading
-
-YAW_RATE = 200
-"""Samples per leg of a yaw rate that is not a polynomial."""
 
 
 class Given(Protocol):
@@ -66,7 +57,7 @@ def _measured(limits: Given, traj: Trajectory, motion: Motion, but: Collection[s
         if name in but:
             continue
         if kind.measure == "yaw_rate":
-            used.append(used_at(traj, name, limit, *_largest_yaw_rate(traj)))
+            used.append(used_at(traj, name, limit, *largest_yaw_rate(traj)))
             continue
         value, piece, s = MEASURES[kind.measure].largest(motion, kind.order)
         instant = float(traj.breaks[piece] + s * traj.durations[piece])
@@ -79,33 +70,6 @@ def used_at(
 ) -> Utilisation:
     """Return the utilisation of a limit by a value that is reached at an instant [s]."""
     return Utilisation(name, value, limit, _share(KIND[name], value, limit), leg_at(traj, instant), instant, method)
-
-
-def _largest_yaw_rate(traj: Trajectory) -> tuple[float, float, str]:
-    """Largest yaw rate [rad/s], its instant [s], and how it was found."""
-    heading: Heading = traj.yaw
-    rate = 1.0
-    while isinstance(heading, RemappedHeading) and heading.start == 0.0:
-        rate *= heading.rate
-        heading = heading.heading
-    if isinstance(heading, (ConstantHeading, TiltHeading)):
-        value, instant = 0.0, 0.0
-    elif isinstance(heading, PlannedHeading):
-        value, instant = heading.trajectory.max_norm(1)
-    elif isinstance(heading, VelocityHeading) and isinstance(heading.path, Trajectory):
-        value, instant = largest_heading_rate(heading, heading.path)
-    elif isinstance(heading, LookAtHeading) and isinstance(heading.path, Trajectory):
-        value, instant = largest_look_rate(heading, heading.path)
-    else:
-        return _sampled_yaw_rate(traj)
-    return value * abs(rate), instant / rate, "exact"
-
-
-def _sampled_yaw_rate(traj: Trajectory) -> tuple[float, float, str]:
-    grid = traj.breaks[:-1, None] + traj.durations[:, None] * np.linspace(0.0, 1.0, YAW_RATE)
-    instants = np.minimum(grid.reshape(-1), traj.duration)
-    rates = np.abs(traj.yaw(instants, 1))
-    return float(rates.max()), float(instants[rates.argmax()]), "sampled"
 
 
 def leg_at(traj: Trajectory, instant: float) -> int:

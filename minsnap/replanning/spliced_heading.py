@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
 from minsnap.optimisation.planned_yaw import ChosenHeading, smooth_yaw
+from minsnap.polynomials.bernstein import powers_to_points
 from minsnap.trajectory.heading import shortest_turns, wrap
 from minsnap.trajectory.path import ConstantHeading, Heading, check_order
 from minsnap.trajectory.planned_heading import PlannedHeading
@@ -54,18 +55,14 @@ class SplicedHeading:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
         instants = np.asarray(t, dtype=np.float64)
         s = np.clip(instants / self.span, 0.0, 1.0)
-        offset = np.polynomial.Polynomial(self._powers).deriv(check_order(order))(s) if order else self._offset(s)
+        offset = np.polynomial.Polynomial(quintic(self.gap, self.rate * self.span)).deriv(check_order(order))(s)
         inside = instants < self.span
         return np.asarray(self.heading(t, order) + np.where(inside, offset / self.span**order, 0.0))
 
-    def _offset(self, s: FloatArray) -> FloatArray:
-        return np.asarray(np.polynomial.Polynomial(self._powers)(s))
 
-    @property
-    def _powers(self) -> FloatArray:
-        """Quintic on [0, 1] with this value and slope at 0, no bend there, and all zero at 1."""
-        a, b = self.gap, self.rate * self.span
-        return np.array([a, b, 0.0, -10.0 * a - 6.0 * b, 15.0 * a + 8.0 * b, -6.0 * a - 3.0 * b])
+def quintic(a: float, b: float) -> FloatArray:
+    """Coefficients of 1, s, s^2, ... of the quintic with value a and slope b at 0, no bend there, and all zero at 1."""
+    return np.array([a, b, 0.0, -10.0 * a - 6.0 * b, 15.0 * a + 8.0 * b, -6.0 * a - 3.0 * b])
 
 
 def through_angles(flown: Trajectory, instant: float, angles: FloatArray) -> ChosenHeading:
@@ -122,4 +119,15 @@ def spliced(
     if abs(gap) <= SAME and abs(excess) <= SAME:
         return base
     span = max(SHORTEST, STEEPEST * abs(gap) / (RATE if limit is None else 0.5 * limit))
+    if isinstance(base, ConstantHeading):
+        return _turned_away(base.angle, gap, excess, span, curve.duration)
     return SplicedHeading(base, gap, excess, span)
+
+
+def _turned_away(angle: float, gap: float, rate: float, span: float, duration: float) -> PlannedHeading:
+    """Return a constant heading plus a difference as a polynomial yaw, whose largest rate is exact."""
+    turn = angle + powers_to_points(5) @ quintic(gap, rate * span)
+    turn[3:] = angle
+    points = np.stack((turn, np.full(6, angle)))[:, :, None]
+    whole = Trajectory(points, np.array([span, max(duration - span, span)]))
+    return PlannedHeading(whole.between(0.0, duration))

@@ -112,14 +112,24 @@ class Turns:
         Of an angle [rad]; those of a piece that follows the velocity say the angle where it begins, ``c_0``.
     follows : ndarray of bool, shape (m,)
         Which pieces follow the velocity.
-    largest : tuple of float
-        Largest rate of all pieces that do not [rad/s], and where [s].
     """
 
     starts: FloatArray
     coefficients: FloatArray
     follows: BoolArray
-    largest: tuple[float, float]
+
+    def largest(self, start: float, end: float) -> tuple[float, float]:
+        """Largest rate between two instants of all pieces that do not follow [rad/s], exact, and where [s]."""
+        low = np.clip(self.starts, start, end)
+        high = np.clip(np.append(self.starts[1:], end), start, end)
+        own = ~self.follows & (low < high)
+        began, low, high, (_, c1, c2, c3) = self.starts[own], low[own], high[own], self.coefficients[own].T
+        top = began - c2 / np.where(c3 == 0.0, np.inf, 3.0 * c3)
+        t = np.stack((low, np.clip(top, low, high), high))
+        s = t - began
+        rate = np.abs(c1 + s * (2.0 * c2 + 3.0 * s * c3))
+        at = np.unravel_index(rate.argmax(), rate.shape) if rate.size else None
+        return (0.0, start) if at is None else (float(rate[at]), float(t[at]))
 
     def piece(self, t: FloatArray) -> FloatArray:
         """Index of the piece at instants, shape (m,)."""
@@ -144,7 +154,7 @@ def turns_of(table: HeadingTable, most: float) -> Turns:
         builder.hold(first, last)
         if last < size:
             builder.follow(last)
-    return Turns(np.array(builder.starts), np.array(builder.rows), np.array(builder.follows), builder.largest)
+    return Turns(np.array(builder.starts), np.array(builder.rows), np.array(builder.follows))
 
 
 class _Builder:
@@ -155,7 +165,6 @@ class _Builder:
         self.starts: list[float] = []
         self.rows: list[tuple[float, ...]] = []
         self.follows: list[bool] = []
-        self.largest = (0.0, 0.0)
         self.angle: float | None = None
         self.since = 0
 
@@ -170,14 +179,12 @@ class _Builder:
         if first < 0 or last >= len(self.table.t):
             self._open_hold(first, last)
             return
-        t, rate = self.table.t, self.table.rate
+        t = self.table.t
         ease, middle, angle = (float(value) for value in self.table.turn(np.array(first), np.array(last)))
         self._slow_down(first, ease)
         self._add(float(t[first]) + ease, self.angle, 0.0, 3.0 * angle / middle**2, -2.0 * angle / middle**3)
-        self._note(1.5 * abs(angle) / middle, float(t[first]) + ease + 0.5 * middle)
         self.angle = (self.angle or 0.0) + angle
         self._speed_up(last, ease)
-        self._note(abs(float(rate[last])), float(t[last]))
 
     def _open_hold(self, first: int, last: int) -> None:
         """Hold the heading from the beginning, to the end, or both."""
@@ -200,7 +207,6 @@ class _Builder:
         self.angle = (self.angle or 0.0) + float(self.table.angle[first] - self.table.angle[self.since])
         if ease > 0.0:
             self._add(t, self.angle, rate, -rate / (2.0 * ease))
-        self._note(abs(rate), t)
         self.angle += 0.5 * rate * ease
 
     def _speed_up(self, last: int, ease: float) -> None:
@@ -208,13 +214,9 @@ class _Builder:
         t, rate = float(self.table.t[last]), float(self.table.rate[last])
         if ease > 0.0:
             self._add(t - ease, self.angle, 0.0, rate / (2.0 * ease))
-        self._note(abs(rate), t)
         self.angle = (self.angle or 0.0) + 0.5 * rate * ease
 
     def _add(self, start: float, angle: float | None, *rates: float, follows: bool = False) -> None:
         self.starts.append(start)
         self.rows.append((angle or 0.0, *rates, *(0.0,) * (3 - len(rates))))
         self.follows.append(follows)
-
-    def _note(self, rate: float, instant: float) -> None:
-        self.largest = max(self.largest, (rate, instant))

@@ -6,7 +6,7 @@ with a :math:`w` that does not vanish, and :math:`\dot\psi` is the same quotient
 
 from __future__ import annotations
 
-from math import comb
+from math import comb, inf
 
 import numpy as np
 
@@ -46,14 +46,18 @@ def largest_turn_rate(traj: Trajectory) -> tuple[float, float]:
     return best
 
 
-def largest_heading_rate(heading: VelocityHeading, traj: Trajectory) -> tuple[float, float]:
-    """Largest rate of a heading along the velocity of a trajectory, over all time.
+def largest_heading_rate(
+    heading: VelocityHeading, traj: Trajectory, start: float = 0.0, end: float = inf
+) -> tuple[float, float]:
+    """Largest rate of a heading along the velocity of a trajectory, over all time or between two instants.
 
     Parameters
     ----------
     heading : VelocityHeading
     traj : Trajectory
         That it follows.
+    start, end : float
+        [s].
 
     Returns
     -------
@@ -62,17 +66,19 @@ def largest_heading_rate(heading: VelocityHeading, traj: Trajectory) -> tuple[fl
     instant : float
         When [s].
     """
-    best = heading.held_rate
-    for start, end in heading.followed:
-        if end <= start:
-            continue
-        value, instant = largest_turn_rate(_cut(traj, float(start), float(end)))
-        best = max(best, (value, float(start) + instant))
+    start, end = max(start, 0.0), min(end, traj.duration)
+    best = heading.held_rate(start, end)
+    for first, last in heading.followed.clip(start, end).tolist():
+        if first < last:
+            value, instant = largest_turn_rate(_cut(traj, first, last))
+            best = max(best, (value, first + instant))
     return best
 
 
-def largest_look_rate(heading: LookAtHeading, traj: Trajectory) -> tuple[float, float]:
-    """Largest rate of a heading towards a point along a trajectory, over all time.
+def largest_look_rate(
+    heading: LookAtHeading, traj: Trajectory, start: float = 0.0, end: float = inf
+) -> tuple[float, float]:
+    """Largest rate of a heading towards a point along a trajectory, over all time or between two instants.
 
     The rate is that at which the vector to the point turns: the same quotient as for the velocity.
 
@@ -81,6 +87,8 @@ def largest_look_rate(heading: LookAtHeading, traj: Trajectory) -> tuple[float, 
     heading : LookAtHeading
     traj : Trajectory
         Along which it looks.
+    start, end : float
+        [s].
 
     Returns
     -------
@@ -89,9 +97,10 @@ def largest_look_rate(heading: LookAtHeading, traj: Trajectory) -> tuple[float, 
     instant : float
         When [s].
     """
-    spokes = heading.target.point[:2] - traj.control_points[..., :2]
-    value, piece, s = _fastest_turn(spokes, traj.durations)
-    return value, float(traj.breaks[piece] + s * traj.durations[piece])
+    start, part = max(start, 0.0), _cut(traj, max(start, 0.0), min(end, traj.duration))
+    spokes = heading.target.point[:2] - part.control_points[..., :2]
+    value, piece, s = _fastest_turn(spokes, part.durations)
+    return value, start + float(part.breaks[piece] + s * part.durations[piece])
 
 
 def _cut(traj: Trajectory, start: float, end: float) -> Trajectory:

@@ -77,10 +77,9 @@ class VelocityHeading:
         rate = self._rate(self._grid, np.where(self._fast[:, None], self.path(self._grid, 1)[:, :2], 1.0))
         return turns_of(HeadingTable(self._grid, self._angle, rate, self._fast), self.yaw_rate)
 
-    @property
-    def held_rate(self) -> tuple[float, float]:
-        """Largest rate where the heading does not follow the velocity [rad/s], exact, and where it is reached [s]."""
-        return self._turns.largest
+    def held_rate(self, start: float, end: float) -> tuple[float, float]:
+        """Largest rate between two instants where the heading does not follow the velocity [rad/s], and where [s]."""
+        return self._turns.largest(start, end)
 
     @property
     def followed(self) -> FloatArray:

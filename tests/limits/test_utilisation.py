@@ -151,12 +151,48 @@ def test_rate_of_a_yaw_towards_a_point_is_exact():
     assert abs(path.yaw(used.instant, 1)) == pytest.approx(used.value, rel=1e-6)
 
 
-def test_rate_of_any_other_yaw_is_sampled_and_says_so():
-    """Of a part of a path that does not begin with its yaw."""
-    path = minsnap.plan(CORNERS, [4, 2, 4, 2], yaw=[0.0, 1.5, 3.0, 4.0, 6.0]).between(1.0, 11.0)
+TURNING = {
+    "planned": [0.0, 1.5, 3.0, 4.0, 6.0],
+    "along the velocity": "velocity",
+    "towards a point": minsnap.LookAt((4.0, 2.0, 0.0)),
+    "constant": 0.7,
+}
+CUT = {
+    "cut": lambda path: path.between(1.0, 11.0),
+    "cut twice": lambda path: path.between(1.0, 11.0).between(0.5, 7.0),
+    "the end": lambda path: path.between(11.5, 12.0),
+    "reversed": lambda path: path.reversed(),
+    "stretched after a cut": lambda path: path.between(2.0, 9.0).stretched(1.5),
+    "joined": lambda path: path.between(0.0, 5.0).then(path.between(5.0, 10.0)),
+}
+
+
+@pytest.mark.parametrize("yaw", TURNING)
+@pytest.mark.parametrize("cut", CUT)
+def test_rate_of_a_part_is_exact(yaw, cut):
+    path = CUT[cut](minsnap.plan(CORNERS, [4, 2, 4, 2], yaw=TURNING[yaw]))
     used = Limits(yaw_rate=1.0).utilisation(path)[0]
-    rates = np.abs(path.yaw(np.linspace(0.0, path.duration, 20001), 1))
-    assert used.method == "sampled" and used.value == pytest.approx(rates.max(), rel=1e-3)
+    rates = np.abs(path.yaw(np.linspace(0.0, path.duration, 20001), 1)).max()
+    assert used.method == "exact" and rates * (1.0 - 1e-9) <= used.value <= rates * (1.0 + 1e-3) + 1e-12
+    assert abs(path.yaw(used.instant, 1)) == pytest.approx(used.value, rel=1e-4, abs=1e-9)
+
+
+@pytest.mark.parametrize("left", (1e-3, 1e-6, 1e-9))
+def test_rate_of_what_little_is_left_of_a_planned_yaw_has_its_digits(left):
+    path = minsnap.plan(CORNERS, [4, 2, 4, 2], yaw=[0.0, 1.5, 3.0, 4.0, 6.0])
+    part = path.between(4.0 - left, 4.0)
+    assert Limits(yaw_rate=1.0).utilisation(part)[0].value == pytest.approx(
+        abs(path.yaw(4.0, 1)), rel=2e3 * left + 1e-9
+    )
+
+
+def test_rate_of_any_other_yaw_is_sampled_and_says_so():
+    def turning(t, order=0):
+        return np.sin(np.asarray(t) + order * np.pi / 2.0)
+
+    path = minsnap.plan(CORNERS, [4, 2, 4, 2]).with_yaw(turning)
+    used = Limits(yaw_rate=1.0).utilisation(path)[0]
+    assert used.method == "sampled" and used.value == pytest.approx(1.0, rel=1e-3)
     assert abs(path.yaw(used.instant, 1)) == pytest.approx(used.value) and used.limit == 1.0
 
 

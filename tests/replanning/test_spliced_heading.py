@@ -33,8 +33,7 @@ def test_angle_and_rate_are_those_of_the_flown_plan(flown_yaw, next_yaw):
 def test_the_difference_is_gone_after_its_span():
     flown, curve = flown_and_next(0.7)
     heading = spliced(flown, 0.6, asked_heading(1.2, 1, False), None, curve)
-    assert isinstance(heading, SplicedHeading)
-    after = np.linspace(heading.span, curve.duration, 9)
+    after = np.linspace(1.875 * 0.5, curve.duration, 9)
     assert wrap(heading(after) - 1.2) == pytest.approx(np.zeros(9), abs=1e-12)
     assert heading(after, 1) == pytest.approx(np.zeros(9), abs=1e-12)
 
@@ -50,7 +49,22 @@ def test_derivatives_are_those_of_the_angle(order):
 def test_a_yaw_rate_limit_bounds_the_turn():
     flown, curve = flown_and_next(0.0)
     heading = spliced(flown, 0.6, asked_heading(1.0, 1, False), 0.9, curve)
-    assert np.abs(heading(np.linspace(0.0, curve.duration, 400), 1)).max() <= 0.9
+    used = minsnap.Limits(yaw_rate=0.9).utilisation(curve.with_yaw(heading))[0]
+    assert used.method == "exact" and used.fraction <= 1.0
+    rates = np.abs(heading(np.linspace(0.0, curve.duration, 4001), 1)).max()
+    assert rates <= used.value <= rates * (1.0 + 1e-5)
+
+
+@pytest.mark.parametrize("duration", (0.2, 0.5, 3.0))
+def test_a_constant_heading_is_reached_as_the_quintic_reaches_it_also_where_the_curve_ends_before(duration):
+    flown, curve = flown_and_next([0.0, 1.0, 2.0, 3.5])
+    part = minsnap.plan(POINTS[:2], durations=[duration])
+    heading = spliced(flown, 0.6, asked_heading(0.2, 1, False), None, part)
+    gap, rate = float(flown.yaw(0.6)) - 0.2, float(flown.yaw(0.6, 1))
+    quintic = SplicedHeading(ConstantHeading(0.2), gap, rate, max(0.5, 1.875 * abs(gap)))
+    t = np.linspace(0.0, duration, 57)
+    for order in range(3):
+        assert heading(t, order) == pytest.approx(quintic(t, order), abs=1e-9)
 
 
 def test_a_heading_from_the_tilt_goes_on_as_it_is_turned():

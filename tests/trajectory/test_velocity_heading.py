@@ -33,7 +33,7 @@ def test_a_heading_is_continuous_with_the_rate_that_is_reported_exactly(name):
     assert traj.yaw(middles, 1) == pytest.approx(rates, abs=2e-3 * max(largest, 1.0))
     used = Limits(yaw_rate=1.0).utilisation(traj)[0]
     assert used.method == "exact" and largest <= used.value * (1.0 + 1e-9) <= largest * (1.0 + 1e-3) + 1e-9
-    assert traj.yaw.held_rate[0] <= 1.5
+    assert traj.yaw.held_rate(0.0, traj.duration)[0] <= 1.5
 
 
 @pytest.mark.parametrize("name", COURSES)
