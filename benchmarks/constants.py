@@ -18,6 +18,7 @@ import minsnap
 from minsnap import tolerances
 from minsnap.errors import MinsnapError
 from minsnap.optimisation import (
+    effort,
     elastic,
     exchange,
     fallbacks,
@@ -41,6 +42,8 @@ CONSTANTS = (
     (qp, "ACCURACY"),
     (fallbacks, "MIDDLE"),
     (fallbacks, "NOISE"),
+    (effort, "MOST"),
+    (effort, "AT_ONCE"),
     (high_precision, "DIGITS"),
     (least_distance, "KEPT"),
     (least_distance, "RESCALINGS"),

@@ -4,14 +4,14 @@ Each group of walls gets a slack: :math:`g(z) \le b + \sigma\,\text{width}\,\tex
 minimised over all time by the same exchange of rows.  One slack for all limits measures how far given durations are
 from feasible; one slack per leg shows which leg is too narrow; a slack below zero gives a curve with room to all walls.
 
-The cost of the curve has no part in it, and neither have its coordinates: an unknown is a derivative times a power of
-the longer of its two pieces' durations, so that it is a difference of control points there.  Where that does not
-suffice, the coordinates are those in which the rows to begin with have orthonormal columns.
+The cost of the curve has no part in it, and neither have its coordinates.  Where there are few unknowns they are those
+in which the rows to begin with have orthonormal columns, which PIQP solves; else an unknown is a derivative times a
+power of the longer of its two pieces' durations, so that it is a difference of control points there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any
@@ -34,8 +34,11 @@ ACCURACY = 3e-4
 
 ROUNDS = 30
 
-ACCEPTED = (SOLVED, ACCURACY)
-"""Duality gaps of a solution that are accepted in turn, as shares of one width and the slacks."""
+Solver = Callable[[FloatArray, Any, FloatArray, int], tuple[FloatArray, FloatArray]]
+"""Minimises linear . x over rows that are at most their sides, the first ones equal to them: x, and multipliers."""
+
+Way = tuple[bool, Solver]
+"""Whether in dense coordinates, and by which solver."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +90,25 @@ class Relaxed:
 
 
 @dataclass(frozen=True, eq=False)
+class Found:
+    """Solution of one elastic problem.
+
+    Parameters
+    ----------
+    knots : ndarray, shape (knots, slots, dim)
+    slacks : ndarray, shape (slacks,)
+    multipliers : ndarray, shape (r,)
+    lost : float
+        Duality gap, as a share of one width and the slacks.
+    """
+
+    knots: FloatArray
+    slacks: FloatArray
+    multipliers: FloatArray
+    lost: float
+
+
+@dataclass(frozen=True, eq=False)
 class Coordinates:
     """Coordinates x of the unknowns u = origin + basis x, with what is left of the equations.
 
@@ -116,7 +138,24 @@ class Coordinates:
 
 
 class Elastic:
-    """State of one elastic run."""
+    """State of one elastic run.
+
+    Parameters
+    ----------
+    problem : Problem
+    compiled : Compiled
+    give : Give
+    seed : WallRows, optional
+        Rows to begin with, beside those of every wall.
+    accuracy : float
+        Excess over the relaxed walls, in widths, that ends the exchange.
+    evident : bool
+        Whether multipliers are asked for that prove a slack above zero.
+    spare : float
+        Excess over walls that give way that ends it too, in widths after they did.
+    sign : bool
+        Whether it is sufficient to know whether the slack is above zero, or of a curve with room to all walls.
+    """
 
     def __init__(
         self,
@@ -126,15 +165,18 @@ class Elastic:
         seed: WallRows | None = None,
         accuracy: float = ACCURACY,
         evident: bool = False,
+        spare: float = 0.0,
+        sign: bool = False,
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, problem.values, compiled, give
-        self.accuracy, self.evident = accuracy, evident
+        self.accuracy, self.evident, self.spare, self.sign = accuracy, evident, spare, sign
         self.linear = LinearRows(problem, self.base)
         self.ends = problem.plain_ends(self.base)
-        self.multipliers = np.zeros(0)
+        self.multipliers, self.inward = np.zeros(0), 0.0
         begin = all_walls_rows(Curve(problem, compiled, self.base)) + ([] if seed is None else [seed])
         self.rows = self._expressed(begin)
         self._made: dict[bool, Coordinates] = {}
+        self._ways = self._dense_first()
 
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
@@ -149,22 +191,28 @@ class Elastic:
         knots, slacks = self._solve()
         rounds = 1
         while rounds < ROUNDS:
-            given = self._amounts(slacks)
+            given = self._amounts(slacks + self.spare * (1.0 + slacks) * (slacks > self.accuracy))
             curve = Curve(self.problem, self.compiled.relaxed(given), knots)
-            found, _ = rows_outside(curve, self.rows, self.multipliers, self.accuracy)
-            if not found:
+            found, excess = rows_outside(curve, self.rows, self.multipliers, self.accuracy)
+            if not found or (self.sign and self._known(slacks, excess)):
                 break
             self.rows = self.rows.joined(self._expressed([self._unrelaxed(rows, given) for rows in found]))
+            self.inward = self.spare if slacks.max() > ACCURACY else 0.0
             knots, slacks = self._solve()
             rounds += 1
+        self.inward = 0.0
         evidence = self._evidence() if self.evident and slacks.max() > self.accuracy else np.zeros(0)
         return Relaxed(knots, slacks, self.rows, self.multipliers, rounds, evidence)
+
+    def _known(self, slacks: FloatArray, excess: float) -> bool:
+        """Whether no curve keeps the walls found so far, or this one has half of all the room that there can be."""
+        return bool(slacks.max() > ACCURACY or excess < -slacks.max() / 2.0)
 
     def _evidence(self) -> FloatArray:
         """Multipliers of rows that contradict each other, by non-negative least squares; empty where none are found."""
         from scipy.optimize import nnls
 
-        coordinates = list(self._coordinates())[-1]
+        coordinates = self._coordinates(self.linear.size <= 2 * DENSE)
         matrix, bound = self._in_widths
         chosen = np.arange(len(bound))
         if coordinates.basis is None:
@@ -207,29 +255,47 @@ class Elastic:
         from scipy.sparse import diags
 
         widths = self.compiled.widths[self.rows.source.wall]
-        return diags(1.0 / widths) @ self.linear.matrix(self.rows.columns, self.rows.values), self.rows.bound / widths
+        bound = self.rows.bound - self.inward * self.rows.width
+        return diags(1.0 / widths) @ self.linear.matrix(self.rows.columns, self.rows.values), bound / widths
 
     def _solve(self) -> tuple[FloatArray, FloatArray]:
-        for gap in ACCEPTED:
-            for coordinates in self._coordinates():
-                found = self._attempt(coordinates, gap)
-                if found is not None:
-                    return found
-        raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")
+        """Solve by the first way whose answer is accurate, which is tried first from then on, or else by the best."""
+        ways = self._ways
+        found: list[tuple[float, Way, Found]] = []
+        for way in ways:
+            answer = self._attempt(*way)
+            if answer is not None:
+                found.append((answer.lost, way, answer))
+                if answer.lost <= SOLVED:
+                    break
+        if not found:
+            raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")
+        _, way, best = min(found, key=lambda one: one[0])
+        self._ways = [way, *(other for other in ways if other != way)]
+        self.multipliers = best.multipliers
+        return best.knots, best.slacks
 
-    def _coordinates(self) -> Iterator[Coordinates]:
-        """Sparse coordinates, then dense ones where the unknowns are few."""
-        if False not in self._made:
-            self._made[False] = Coordinates(np.zeros(self.linear.size), None, *self.linear.equality_rows())
-        yield self._made[False]
-        if self.linear.size <= 2 * DENSE:
-            if True not in self._made:
-                self._made[True] = orthonormal(self._in_widths[0], *self.linear.equality_rows())
-            yield self._made[True]
+    def _dense_first(self) -> list[Way]:
+        """Ways of solving: dense coordinates where the unknowns are few, first where they are fewest."""
+        dense: list[Way] = [(True, _by_piqp), (True, _by_clarabel)] if self.linear.size <= 2 * DENSE else []
+        sparse: list[Way] = [(False, _by_clarabel)]
+        return dense + sparse if self.linear.size <= DENSE else sparse + dense
 
-    def _attempt(self, coordinates: Coordinates, gap: float) -> tuple[FloatArray, FloatArray] | None:
+    def _coordinates(self, dense: bool) -> Coordinates:
+        if dense not in self._made:
+            equalities = self.linear.equality_rows()
+            self._made[dense] = (
+                orthonormal(self._in_widths[0], *equalities)
+                if dense
+                else Coordinates(np.zeros(self.linear.size), None, *equalities)
+            )
+        return self._made[dense]
+
+    def _attempt(self, dense: bool, solver: Solver) -> Found | None:
+        """Solve one way; None where the answer is not accurate enough to be used."""
         from scipy.sparse import bmat, coo_matrix, csc_matrix, identity
 
+        coordinates = self._coordinates(dense)
         matrix, bound = self._in_widths
         rows, right = coordinates.rows(matrix), bound - matrix @ coordinates.origin
         n, m = rows.shape[1], self.give.slacks
@@ -239,18 +305,21 @@ class Elastic:
         moved = coo_matrix((-moves, (gives, self.give.group[wall[gives]])), shape=(len(right), m))
         parts = [[coordinates.A, None], [rows, moved], [csc_matrix((m, n)), -identity(m)]]
         sides = np.concatenate((coordinates.b, right, np.full(m, -self.give.lowest)))
-        found = _least_sum(bmat(parts, format="csc"), sides, len(coordinates.b), m)
+        found = _least_sum(bmat(parts, format="csc"), sides, len(coordinates.b), m, solver)
         if found is None:
             return None
         x, multipliers, broken, lost = found
         size = 1.0 + max(0.0, float(x[n:].max()))
-        if broken > 0.1 * self.accuracy * size or lost > gap * size:
+        if broken > 0.1 * self.accuracy * size or lost > ACCURACY * size:
             return None
-        self.multipliers = multipliers[len(coordinates.b) :][: len(wall)] / self.compiled.widths[wall]
-        return self.problem.add(self.base, coordinates.unknowns(x[:n]) * self.linear.scale[:-1]), x[n:]
+        multipliers = multipliers[len(coordinates.b) :][: len(wall)] / self.compiled.widths[wall]
+        knots = self.problem.add(self.base, coordinates.unknowns(x[:n]) * self.linear.scale[:-1])
+        return Found(knots, x[n:], multipliers, lost / size)
 
 
-def _least_sum(rows: Any, sides: FloatArray, equal: int, m: int) -> tuple[FloatArray, FloatArray, float, float] | None:
+def _least_sum(
+    rows: Any, sides: FloatArray, equal: int, m: int, solver: Solver
+) -> tuple[FloatArray, FloatArray, float, float] | None:
     """Minimise the sum of the last m unknowns; rows are at most their sides, the first ones equal to them.
 
     Returns
@@ -259,18 +328,8 @@ def _least_sum(rows: Any, sides: FloatArray, equal: int, m: int) -> tuple[FloatA
         Unknowns, multipliers, the largest violation of a row, and what all residuals may add to the sum; None where
         they are not finite.
     """
-    import clarabel
-    from scipy.sparse import csc_matrix
-
-    settings = clarabel.DefaultSettings()
-    settings.verbose, settings.max_threads = False, 1
-    settings.tol_feas = settings.tol_gap_rel = settings.tol_gap_abs = TOLERANCES["clarabel"]["tol_feas"]
-    count = rows.shape[1]
-    cones = [clarabel.ZeroConeT(equal), clarabel.NonnegativeConeT(len(sides) - equal)]
-    linear = np.append(np.zeros(count - m), np.ones(m))
-    nothing = csc_matrix((count, count))
-    found = clarabel.DefaultSolver(nothing, linear, rows, sides, cones[not equal :], settings).solve()
-    x, z = np.array(found.x), np.array(found.z)
+    linear = np.append(np.zeros(rows.shape[1] - m), np.ones(m))
+    x, z = solver(linear, rows, sides, equal)
     if not (np.isfinite(x).all() and np.isfinite(z).all()):
         return None
     out = rows @ x - sides
@@ -279,17 +338,43 @@ def _least_sum(rows: Any, sides: FloatArray, equal: int, m: int) -> tuple[FloatA
     return x, z, broken, float(lost)
 
 
+def _by_clarabel(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tuple[FloatArray, FloatArray]:
+    import clarabel
+    from scipy.sparse import csc_matrix
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose, settings.max_threads, settings.max_iter = False, 1, TOLERANCES["clarabel"]["max_iter"]
+    settings.tol_feas = settings.tol_gap_rel = settings.tol_gap_abs = TOLERANCES["clarabel"]["tol_feas"]
+    cones = [clarabel.ZeroConeT(equal), clarabel.NonnegativeConeT(len(sides) - equal)]
+    nothing = csc_matrix((len(linear), len(linear)))
+    found = clarabel.DefaultSolver(nothing, linear, rows, sides, cones[not equal :], settings).solve()
+    return np.array(found.x), np.array(found.z)
+
+
+def _by_piqp(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tuple[FloatArray, FloatArray]:
+    import piqp
+
+    solver = piqp.DenseSolver()
+    for name, value in TOLERANCES["piqp"].items():
+        setattr(solver.settings, name, value)
+    dense, below = rows.toarray(), np.full(len(sides) - equal, -np.inf)
+    equations = (dense[:equal], sides[:equal]) if equal else (None, None)
+    solver.setup(np.zeros((len(linear), len(linear))), linear, *equations, dense[equal:], below, sides[equal:])
+    solver.solve()
+    return np.array(solver.result.x), np.concatenate((solver.result.y, solver.result.z_u))
+
+
 def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:
     """Coordinates of all solutions of A u = b in which rows (r, size) have orthonormal columns.
 
-    Directions in which no row says anything are kept short.
+    The unknowns do not vary in directions in which no row says anything.
 
     Raises
     ------
     SolverError
         If the equations have no solution.
     """
-    from scipy.linalg import null_space, solve_triangular
+    from scipy.linalg import null_space
 
     dense, origin, free = A.toarray(), np.zeros(rows.shape[1]), np.eye(rows.shape[1])
     if len(b):
@@ -300,8 +385,7 @@ def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:
             )
     if not free.shape[1]:
         return Coordinates(origin, free, A[:0] @ free, b[:0])
-    seen = rows @ free
-    ridge = ROUNDING * (np.linalg.norm(seen, 2) or 1.0) * np.eye(seen.shape[1])
-    factor = np.linalg.qr(np.vstack((seen, ridge)), mode="r")
-    basis = free @ solve_triangular(factor, np.eye(len(factor)))
+    _, sizes, directions = np.linalg.svd(np.linalg.qr(rows @ free, mode="r"))
+    told = sizes > ROUNDING * sizes.max(initial=0.0)
+    basis = free @ (directions[: len(sizes)][told] / sizes[told, None]).T
     return Coordinates(origin, basis, A[:0] @ basis, b[:0])

@@ -42,6 +42,7 @@ class Trouble(Enum):
     STALLED = "the curve sticks out by as much as before, round after round"
     OUTSIDE = "no row is broken, and yet the curve is not proved to be inside"
     LATE = "the time limit has passed"
+    SPENT = "the problem is worth no more work"
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +137,8 @@ def exchange(
             return state, Trouble.STALLED
         if deadline.passed:
             return state, Trouble.LATE
+        if master.effort.over:
+            return state, Trouble.SPENT
     return state, Trouble.STALLED
 
 

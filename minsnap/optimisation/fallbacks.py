@@ -16,6 +16,8 @@ from minsnap.arrays import FloatArray
 from minsnap.deadline import NEVER, Deadline
 from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import floating
+from minsnap.optimisation.effort import Effort
+from minsnap.optimisation.elastic import ACCURACY as APPARENT
 from minsnap.optimisation.elastic import Elastic, Give
 from minsnap.optimisation.exchange import NEAR, Proof, State, Trouble, begun, exchange, solved_once
 from minsnap.optimisation.linear_rows import joined_exactly
@@ -24,7 +26,6 @@ from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import ACCURACY, DENSE
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.stop_and_go import least_share, straight, straight_inside
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.tolerances import EXACT, GAP
@@ -34,6 +35,9 @@ MIDDLE = 1500
 
 NOISE = 1e-13
 """Share of the largest derivative, of its order or of all in normalised units, below which one is rounding."""
+
+
+Single = Callable[[], FloatArray | None]
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,11 @@ class Attempt:
         At which to end.
     once : bool
         Whether the rows to begin with are all that is asked.
+    inner : ndarray, shape (knots, slots, dim), or None
+        A curve with room to all walls, where stop-and-go is none and one was asked for and found.
+    single : callable or None
+        Finds the knots of a curve of one polynomial per leg that keeps all walls, in the pieces of this problem, or
+        none.
     """
 
     master: MasterQP
@@ -86,6 +95,8 @@ class Attempt:
     gap: float
     deadline: Deadline
     once: bool
+    inner: FloatArray | None = None
+    single: Single | None = None
 
     @property
     def problem(self) -> Problem:
@@ -111,7 +122,7 @@ class Attempt:
             problem = replace(master.problem, extended=method.extended)
             base = unbounded_optimum(problem)
             try:
-                master = master_qp(problem, base, master.compiled, method.solvers, method.whitened)
+                master = master_qp(problem, base, master.compiled, method.solvers, method.whitened, master.effort)
             except SolverError:
                 return self
         rows = None if self.state.rows is None else master.express(self.state.rows.source)
@@ -129,8 +140,11 @@ class Attempt:
             state, trouble = solved_once(self.master, self.state)
         else:
             state, trouble = exchange(self.master, self.state, self.proof, self.gap, self.deadline)
-        late = trouble is not None and self.deadline.passed
-        return replace(self, state=state, trouble=Trouble.LATE if late else trouble)
+        if trouble is not None and self.master.effort.over:
+            trouble = Trouble.SPENT
+        if trouble is not None and self.deadline.passed:
+            trouble = Trouble.LATE
+        return replace(self, state=state, trouble=trouble)
 
 
 @dataclass(frozen=True)
@@ -194,15 +208,24 @@ def _moved_inwards(last: Attempt) -> Attempt:
     return last.again(replace(last.method, inward=inward))
 
 
+def _with_one_piece(last: Attempt) -> Attempt:
+    """Take the optimum of one polynomial per leg, cut into the pieces that were asked for."""
+    knots = None if last.single is None else last.single()
+    if knots is None:
+        return last
+    curve = replace(last.state.curve, problem=last.problem, knots=knots)
+    state = replace(last.state, curve=curve, nearest=curve)
+    kept = last.proof is None or last.proof(state)
+    return replace(last, state=state, trouble=None if kept else last.trouble)
+
+
 def _blended(last: Attempt) -> Attempt:
     """Blend the curve with the least violation with one that has room to all walls.
 
     Walls are convex, so that the least share that brings it inside follows from both curves' extrema.
     """
-    inner = straight(last.state.curve) if straight_inside(last.state.curve) else _centred(last)
-    if inner is None:
-        return last
     nearest, problem = last.state.nearest, last.problem
+    inner = straight(nearest) if last.inner is None else replace(nearest, knots=last.inner)
     inner, nearest = (replace(curve, knots=joined_exactly(problem, curve.knots)) for curve in (inner, nearest))
     share = least_share(nearest, inner)
     while True:
@@ -215,21 +238,30 @@ def _blended(last: Attempt) -> Attempt:
         share = min(1.0, 2.0 * share + EXACT)
 
 
-def _centred(last: Attempt) -> Curve | None:
-    """Return the curve with most room to all walls in widths, at most ``NEAR``; None where none has any."""
+def _with_room(last: Attempt) -> Attempt:
+    """Find a curve with room to all walls, at most ``NEAR`` widths, by the elastic problem.
+
+    Raises
+    ------
+    InfeasibleRowsError
+        If no curve keeps all walls.
+    """
     compiled = last.master.compiled
     count = len(compiled.widths)
     if not count:
-        return None
+        return last
     give = Give(np.zeros(count, dtype=np.intp), np.ones(count), 1, -NEAR)
     try:
-        found = Elastic(last.problem, compiled, give, accuracy=ACCURACY).run()
+        found = Elastic(last.problem, compiled, give, accuracy=ACCURACY, sign=True).run()
     except SolverError:
-        return None
-    return Curve(last.problem, compiled, found.knots) if found.slacks[0] < 0.0 else None
+        return last
+    if found.slacks[0] > APPARENT:
+        raise InfeasibleRowsError
+    return replace(last, inner=found.knots) if found.slacks[0] < 0.0 else last
 
 
-UNSOLVED, STALLED, OUTSIDE, LATE = Trouble.UNSOLVED, Trouble.STALLED, Trouble.OUTSIDE, Trouble.LATE
+UNSOLVED, STALLED, OUTSIDE = Trouble.UNSOLVED, Trouble.STALLED, Trouble.OUTSIDE
+LATE, SPENT = Trouble.LATE, Trouble.SPENT
 
 LADDER = (
     Rung(
@@ -254,9 +286,15 @@ LADDER = (
         repeats=True,
     ),
     Rung(
+        "one polynomial per leg",
+        (UNSOLVED, STALLED, OUTSIDE, SPENT),
+        lambda last: last.single is not None,
+        _with_one_piece,
+    ),
+    Rung(
         "blend",
-        (UNSOLVED, STALLED, OUTSIDE, LATE),
-        lambda last: straight_inside(last.state.curve) or (last.proof is not None and last.trouble is not LATE),
+        (UNSOLVED, STALLED, OUTSIDE, LATE, SPENT),
+        lambda last: last.inner is not None or straight_inside(last.state.curve),
         _blended,
     ),
 )
@@ -276,16 +314,18 @@ def climb(first: Attempt) -> tuple[Attempt, tuple[str, ...]]:
     Raises
     ------
     InfeasibleRowsError
-        If no rung is left after an attempt whose QP was not solved.
+        If no curve keeps all walls, or no rung is left after an attempt whose QP was not solved or was not worth it.
     """
     last, taken, number = first, ("next solver",) if first.state.failed else (), 0
+    if last.trouble not in (None, LATE) and not last.once and not straight_inside(last.state.curve):
+        last = _with_room(last)
     while last.trouble is not None and number < len(LADDER):
         rung = LADDER[number]
         fits = last.trouble in rung.after and rung.when(last)
         if fits:
             last, taken = rung.attempt(last), (*taken, rung.name)
         number += not (fits and rung.repeats)
-    if last.trouble is UNSOLVED:
+    if last.trouble in (UNSOLVED, SPENT):
         raise InfeasibleRowsError
     return last, taken
 
@@ -304,11 +344,13 @@ def first_attempt(
     base: FloatArray,
     compiled: Compiled,
     solver: str,
+    effort: Effort,
     seed: WallRows | None = None,
     proof: Proof | None = None,
     gap: float = GAP,
     deadline: Deadline = NEVER,
     once: bool = False,
+    single: Single | None = None,
 ) -> Attempt:
     """Run the exchange: dense coordinates with DAQP for few unknowns, sparse ones with PIQP for many.
 
@@ -318,6 +360,8 @@ def first_attempt(
         Optimum without walls.
     solver : str
         Name of a solver, or ``"auto"``.
+    effort : Effort
+        What the solvers of all attempts may spend.
     seed : WallRows, optional
         Rows to begin with.
     proof : callable, optional
@@ -328,9 +372,11 @@ def first_attempt(
         At which to end.
     once : bool
         Whether the rows to begin with are all that is asked.
+    single : callable, optional
+        Finds a curve of one polynomial per leg: see ``Attempt``.
     """
     axes = axis_masks(problem, compiled)
     dense = max(problem.unknowns(mask) for mask in axes) <= DENSE and not any(floating(problem, a) for a in axes)
     method = Method(solvers_for(solver, dense), dense)
-    master = master_qp(problem, base, compiled, method.solvers, dense)
-    return Attempt(master, method, begun(master, seed), None, proof, gap, deadline, once).run()
+    master = master_qp(problem, base, compiled, method.solvers, dense, effort)
+    return Attempt(master, method, begun(master, seed), None, proof, gap, deadline, once, single=single).run()

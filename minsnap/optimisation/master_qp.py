@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.optimisation.axis_group import AxisGroup, axis_group, programme, split_axes
+from minsnap.optimisation.effort import Effort
 from minsnap.optimisation.linear_rows import joined_exactly
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -83,6 +84,8 @@ class MasterQP:
     groups : tuple of AxisGroup
     solvers : tuple of str
         Tried in turn for every QP; ``"nnls"`` where the Hessian is the identity.
+    effort : Effort
+        What its solvers may spend.
     """
 
     problem: Problem
@@ -90,6 +93,7 @@ class MasterQP:
     compiled: Compiled
     groups: tuple[AxisGroup, ...]
     solvers: tuple[str, ...]
+    effort: Effort
 
     @property
     def always(self) -> bool:
@@ -150,11 +154,16 @@ class MasterQP:
         asked, size, norms = programme(group, rows, chosen, shift)
         active = None if known is None else known.multipliers > 0.0
         suited = tuple(solver for solver in self.solvers if group.whitened or solver != "nnls")
+        width = len(group.columns) if group.whitened else 2 * self.problem.half * self.problem.dim
         for number, solver in enumerate(suited):
             found = solve_qp(asked, solver, active=active)
+            at_once = found is not None and not number and solver != "nnls"
+            self.effort.spend(len(chosen), len(group.columns), width, at_once)
             if found is not None:
                 multipliers = 2.0 * size * found.multipliers / norms
                 return GroupAnswer(group.unknowns(size * found.x), multipliers, solver, suited[:number])
+            if self.effort.over:
+                break
         raise InfeasibleRowsError
 
     def _groups_of(self, rows: RowSet | None) -> IntArray:
@@ -171,8 +180,8 @@ def axis_masks(problem: Problem, compiled: Compiled) -> list[BoolArray]:
 
 
 def master_qp(
-    problem: Problem, base: FloatArray, compiled: Compiled, solvers: tuple[str, ...], whitened: bool
+    problem: Problem, base: FloatArray, compiled: Compiled, solvers: tuple[str, ...], whitened: bool, effort: Effort
 ) -> MasterQP:
     """Split a problem into groups of axes and choose their coordinates."""
     groups = tuple(axis_group(problem, base, mask, whitened) for mask in axis_masks(problem, compiled))
-    return MasterQP(problem, base, compiled, groups, solvers)
+    return MasterQP(problem, base, compiled, groups, solvers, effort)

@@ -58,15 +58,40 @@ def solve_without_walls(task: Task, durations: FloatArray, units: Units) -> tupl
     found = pinned_optimum(points, times.sum(axis=1), task.half, task.pins, task.closed)
     if not isinstance(found, tuple):
         return core().reason if found is None else found.reason
-    knots = np.zeros((len(durations) + 1, task.half, task.dim))
+    knots = np.zeros((task.legs + 1, task.half, task.dim))
     for order in range(1, task.half):
-        knots[:: task.pieces, order] = found[2][:, order - 1] / units.of_order(order)
+        knots[:, order] = found[2][:, order - 1] / units.of_order(order)
+    return in_pieces(task, durations, units, found[0], knots)
+
+
+def in_pieces(
+    task: Task, durations: FloatArray, units: Units, points: FloatArray, knots: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Cut one polynomial per leg into pieces.
+
+    Parameters
+    ----------
+    durations : ndarray, shape (legs * pieces,)
+        [s].
+    points : ndarray, shape (legs, 2k, dim)
+        Control points [m].
+    knots : ndarray, shape (legs + 1, k, dim)
+        Normalised knot values.
+
+    Returns
+    -------
+    points : ndarray, shape (legs * pieces, 2k, dim)
+    knots : ndarray, shape (legs * pieces + 1, k, dim)
+    """
     if task.pieces == 1:
-        return found[0], knots
+        return points, knots
+    times = durations.reshape(task.legs, task.pieces)
     shares = times.astype(np.longdouble)
-    parts = parted(found[0], shares / shares.sum(axis=1, keepdims=True))
-    _fill_inner_knots(knots, task, parts, times, units)
-    return np.ascontiguousarray(parts.reshape(-1, *parts.shape[2:]), dtype=np.float64), knots
+    parts = parted(points, shares / shares.sum(axis=1, keepdims=True))
+    every = np.zeros((len(durations) + 1, task.half, task.dim))
+    every[:: task.pieces] = knots
+    _fill_inner_knots(every, task, parts, times, units)
+    return np.ascontiguousarray(parts.reshape(-1, *parts.shape[2:]), dtype=np.float64), every
 
 
 def _fill_inner_knots(knots: FloatArray, task: Task, parts: FloatArray, times: FloatArray, units: Units) -> None:

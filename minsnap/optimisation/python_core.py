@@ -8,8 +8,9 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import CorridorError, SolverError
+from minsnap.optimisation.effort import Effort
 from minsnap.optimisation.exchange import State, Trouble
-from minsnap.optimisation.fallbacks import Attempt, climb, first_attempt, optimum
+from minsnap.optimisation.fallbacks import Attempt, Single, climb, first_attempt, optimum
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.problem import Task
@@ -29,15 +30,18 @@ def solved_in_python(
     seed: WallRows | None,
     gap: float,
     prove: bool,
+    single: Single | None,
 ) -> SolvedTask:
-    """Solve with the Python core; the arguments are those of ``solve``."""
+    """Solve with the Python core; the arguments are those of ``solve``, and what finds a curve of one piece per leg."""
     problem = task.problem(durations, units)
     base = unbounded_optimum(problem)
     compiled = compile_walls(task, problem, units)
     once = samples is not None
     seed = seed if samples is None else _sampled(problem, base, compiled, samples)
     proof = (lambda state: SolvedTask(task, durations, units, _bare(state), problem).inside) if prove else None
-    last, rungs = climb(first_attempt(problem, base, compiled, task.solver, seed, proof, gap, task.deadline, once))
+    effort = Effort(task.legs)
+    first = first_attempt(problem, base, compiled, task.solver, effort, seed, proof, gap, task.deadline, once, single)
+    last, rungs = climb(first)
     if last.trouble is not None:
         raise _no_room(task, last)
     return SolvedTask(task, durations, units, optimum(last, rungs), last.problem)

@@ -22,9 +22,15 @@ ACCURACY = 1e-6
 """Duality gap as a share of the cost, and a tenth of it the violation of a normalised row, that count as solved."""
 
 TOLERANCES: dict[str, dict[str, Any]] = {
-    "daqp": {"primal_tol": 1e-13, "sing_tol": 1e-13, "dual_tol": 1e-12, "iter_limit": 10_000, "time_limit": 2.0},
-    "piqp": {"eps_abs": 1e-10, "eps_rel": 1e-10, "eps_duality_gap_abs": 1e-10, "eps_duality_gap_rel": 1e-10},
-    "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10},
+    "daqp": {"primal_tol": 1e-13, "sing_tol": 1e-13, "dual_tol": 1e-12, "iter_limit": 10_000},
+    "piqp": {
+        "eps_abs": 1e-10,
+        "eps_rel": 1e-10,
+        "eps_duality_gap_abs": 1e-10,
+        "eps_duality_gap_rel": 1e-10,
+        "max_iter": 100,
+    },
+    "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 60},
     "osqp": {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 200_000, "polishing": True},
 }
 DENSE_SOLVERS = frozenset({"daqp", "quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
-from minsnap.optimisation.native_solve import solve_natively, solve_without_walls
-from minsnap.optimisation.optimum import Optimum
+from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
+from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.units import Units
@@ -101,4 +103,18 @@ def _solved_in_python(
 ) -> SolvedTask:
     from minsnap.optimisation.python_core import solved_in_python
 
-    return solved_in_python(task, durations, units, samples, seed, gap, prove)
+    smooth = task.continuity == task.half - 1
+    single = partial(_in_one_piece, task, durations, units, gap) if task.pieces > 1 and smooth and not samples else None
+    return solved_in_python(task, durations, units, samples, seed, gap, prove, single)
+
+
+def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -> FloatArray | None:
+    """Knot values of the proved optimum of one polynomial per leg, cut into the task's pieces; None where none is."""
+    try:
+        found = solve(replace(task, pieces=1), durations.reshape(task.legs, task.pieces).sum(axis=1), gap=gap)
+    except (InfeasibleRowsError, MinsnapError):
+        return None
+    orders = range(task.half)
+    scale = np.array([found.units.of_order(order) / units.of_order(order) for order in orders])
+    points = found.trajectory.control_points
+    return in_pieces(task, durations, units, points, found.optimum.knots[:, : task.half] * scale[:, None])[1]

@@ -258,11 +258,11 @@ def test_a_room_whose_walls_lie_along_the_legs_is_no_obstacle(lower):
     assert traj.cost() == pytest.approx(3340.14, rel=1e-5)
 
 
-def test_durations_of_four_decades_end_in_a_blend_where_no_coordinates_are_regular():
+def test_durations_of_four_decades_end_with_a_certified_plan_where_no_coordinates_are_regular():
     """Degree 11, two pieces a leg: the Hessian of the whole is singular in double precision."""
     draw = np.random.default_rng(44)
     points = np.concatenate((np.zeros((1, 2)), np.cumsum(draw.normal(size=(8, 2)), axis=0)))
     durations = 2.0 * np.array([0.01, 100.0, 1.0, 30.0, 0.03, 0.1, 10.0, 0.3])
     traj = minsnap.plan(points, durations, corridor=5e-4, degree=11, pieces=2)
     assert minsnap.certify(traj, points, 5e-4).ok
-    assert traj.report.core == "native" or "blend" in traj.report.rungs
+    assert traj.report.core == "native" or traj.report.rungs[-1] in ("one polynomial per leg", "blend")

@@ -71,17 +71,17 @@ def test_smallest_radius_where_nothing_is_free_is_that_of_samples(speed):
     assert not fits(points, durations, corridor=minsnap.RoundTube(0.99 * reach), **asked)
 
 
-def test_dense_coordinates_name_the_same_width_as_sparse_ones(monkeypatch):
+def test_dense_and_sparse_coordinates_and_both_solvers_name_the_same_width(monkeypatch):
     asked = {"corridor": minsnap.RoundTube(0.2), "start": {"velocity": (0.0, 2.0, 0.0)}, "pieces": 2}
 
     def width():
         return refusal([(0, 0, 0), (5, 0, 0), (5, 4, 0)], [2.0, 2.0], **asked).smallest_width
 
-    usual, attempt = width(), elastic.Elastic._attempt
-    monkeypatch.setattr(
-        elastic.Elastic, "_attempt", lambda run, x, gap: None if x.basis is None else attempt(run, x, gap)
-    )
-    assert width() == pytest.approx(usual, rel=1e-5)
+    widths = []
+    for way in ((True, elastic._by_piqp), (True, elastic._by_clarabel), (False, elastic._by_clarabel)):
+        monkeypatch.setattr(elastic.Elastic, "_dense_first", lambda run, way=way: [way])
+        widths.append(width())
+    assert widths == pytest.approx(widths[:1] * 3, rel=1e-4)
 
 
 def test_pins_that_leave_nothing_free_to_join_a_derivative_are_refused():

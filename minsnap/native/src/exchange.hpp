@@ -48,8 +48,8 @@ public:
 
 private:
     static constexpr int most_rounds = 1000, most_tries = 8, shortest_pause = 3;
-    // Products of vectors' entries, about, after which it gives up: half a second or so in either precision.
-    static constexpr double most_work = sizeof(Real) > 8 ? 1.5e8 : 8e8;
+    // Products of vectors' entries, about, after which it gives up: a third of a second or so in either precision.
+    static constexpr double most_work = sizeof(Real) > 8 ? 1e8 : 5e8;
     static constexpr Real absurd = Real(1e6);        // times the cost of stops at all knots: rounding has taken over
     static constexpr Real most_inward = Real(1e-3);  // share of their widths by which walls move
     static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);  // of Aim::near: excess, over walls moved so

@@ -1,0 +1,80 @@
+"""What a plan or a refusal may take is counted in calls of solvers, and never in seconds."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+import minsnap
+from minsnap.errors import InfeasibleError
+from minsnap.optimisation import effort, elastic, fallbacks, master_qp
+from minsnap.optimisation.effort import Effort
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+from corners import problem
+from random_plans import question
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Calls of QP solvers and of solvers of elastic problems, as (rows, unknowns)."""
+    counted = []
+
+    def solve_qp(asked, *rest, solve=master_qp.solve_qp, **options):
+        counted.append((0 if asked.G is None else len(asked.h), len(asked.q)))
+        return solve(asked, *rest, **options)
+
+    def least_sum(rows, *rest, solve=elastic._least_sum):
+        counted.append(rows.shape)
+        return solve(rows, *rest)
+
+    monkeypatch.setattr(master_qp, "solve_qp", solve_qp)
+    monkeypatch.setattr(elastic, "_least_sum", least_sum)
+    return counted
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("further tubes", 41), ("further tubes", 119), ("further tubes", 6814), ("rooms", 1092)]
+)
+def test_a_refusal_takes_few_solves_and_its_proof_holds(calls, kind, seed):
+    with pytest.raises(InfeasibleError) as refused:
+        minsnap.plan(**question(kind, seed)[1])
+    assert len(calls) <= 30
+    assert max(unknowns for _, unknowns in calls) <= 200
+    assert refused.value.verify()
+
+
+@pytest.mark.parametrize("seed", [1, 4, 12, 15])
+def test_extreme_corridors_of_several_pieces_end_with_the_plan_of_one_piece_after_few_solves(calls, seed):
+    points, durations, width, degree, pieces = problem(seed)
+    traj = minsnap.plan(points, durations, corridor=width, degree=degree, pieces=pieces, dim=points.shape[1])
+    assert len(calls) <= 30
+    assert minsnap.certify(traj, points, width).ok
+    one = minsnap.plan(points, durations, corridor=width, degree=degree, dim=points.shape[1])
+    assert traj.cost() <= 1.001 * one.cost()
+
+
+def test_effort_is_over_after_a_count_of_work_that_grows_with_the_legs(monkeypatch):
+    monkeypatch.setattr(effort, "MOST", 1e6)
+    few, many = Effort(10), Effort(20)
+    for spent in (few, many):
+        spent.spend(100, 50, 50, at_once=False)
+    assert few.over and not many.over
+    at_once = Effort(10)
+    at_once.spend(100, 50, 50, at_once=True)
+    assert at_once.spent == few.spent / effort.AT_ONCE
+
+
+def test_a_ladder_without_effort_ends_in_a_blend(monkeypatch):
+    monkeypatch.setattr(effort, "MOST", 0.0)
+    points = [(0, 0, 0), (8, 0, 0), (8, 4, 0), (0, 4, 0), (0, 0, 0)]
+    traj = minsnap.plan(points, [4.0, 2.0, 4.0, 2.0], corridor=0.3, solver="daqp")
+    assert traj.report.rungs == ("blend",)
+    assert minsnap.certify(traj, points, 0.3).ok
+
+
+def test_what_no_curve_keeps_is_found_before_any_rung(monkeypatch):
+    monkeypatch.setattr(fallbacks, "LADDER", ())
+    with pytest.raises(InfeasibleError, match="too narrow"):
+        minsnap.plan(**question("further tubes", 41)[1])
