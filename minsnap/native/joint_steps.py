@@ -13,7 +13,7 @@ from minsnap.native.library import Entry, address, optional_address
 from minsnap.native.status import Status
 
 _MEASURE = Entry("minsnap_joint_measure", *[c_void_p] * 7, c_int64, c_int64, *[c_void_p] * 6)
-_STEP = Entry("minsnap_joint_step", *[c_void_p] * 26, c_int64, *[c_void_p] * 4)
+_STEP = Entry("minsnap_joint_step", *[c_void_p] * 29, c_int64, *[c_void_p] * 4)
 
 ORDERS = 5
 """Derivatives that conditions may depend on: position to snap."""
@@ -191,6 +191,7 @@ class JointTerms:
         objective: tuple[FloatArray, FloatArray | None],
         instants: int,
         pull: Pull,
+        tried: tuple[FloatArray, FloatArray, FloatArray] | None = None,
     ) -> FloatArray | None:
         """Build the cone programme of one step around a curve, and solve it.
 
@@ -213,6 +214,8 @@ class JointTerms:
             Of the grid, on every piece.
         pull : Pull
             Forces of the last step, replaced by those of this one.
+        tried : tuple of ndarray, optional
+            A step (size,) without slacks, and the ends and durations after it, for the second-order correction.
 
         Returns
         -------
@@ -236,8 +239,9 @@ class JointTerms:
             *(chained.metric_orders, chained.metrics, *sizes, numbers),
         )
         found = (pull.ends, pull.own, x, iterations)
-        linear, quadratic = (None if part is None else np.ascontiguousarray(part) for part in objective)
-        model = optional_address(linear), optional_address(quadratic)
+        known = (*objective, *(tried or (None, None, None)))
+        others = [None if part is None else np.ascontiguousarray(part) for part in known]
+        model = [optional_address(part) for part in others]
         places = (address(part) for part in found)
         status = step(*self._given, *(address(part) for part in given), *model, ITERATIONS, *places)
         if Status(status) is not Status.DONE:

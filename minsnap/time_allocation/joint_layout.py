@@ -195,7 +195,7 @@ class JointLayout:
         ends[:, self.half] += nominal[1:]
         return ends
 
-    def moved(self, state: JointState, step: FloatArray, share: float) -> JointState:
+    def moved(self, state: JointState, step: FloatArray, share: float = 1.0) -> JointState:
         """Return the state after a share of a step in the unknowns and in the logarithms of the durations."""
         change = np.append(share * step[: self.size], 0.0)[self.problem.columns]
         relative = share * step[self.size : self.size + self.pieces]

@@ -3,7 +3,7 @@ r"""The cone programme of one step of the joint search, around a state.
 Its unknowns are changes of the scaled derivatives, relative changes of the durations, and one slack each for limits and
 for walls.  Rows hold at a grid of instants near a limit and at the peaks that are known.  The cost is the objective to
 second order, a proximal term in the units of the limits, and the positive part of the second derivative of the
-Lagrangian: what curves there is how end derivatives depend on durations.
+Lagrangian, half of it: what curves there is how end derivatives depend on durations.
 """
 
 from __future__ import annotations
@@ -21,12 +21,15 @@ from minsnap.time_allocation.curvature import Forces, positive_curvature
 from minsnap.time_allocation.joint_layout import NEIGHBOURS, SLACKS, JointLayout, JointState, end_basis, end_metric
 from minsnap.time_allocation.joint_regions import JointRegions
 from minsnap.time_allocation.joint_rows import WALL, Block, largest_metrics
-from minsnap.time_allocation.native_steps import PATH_METRIC, NativeSteps, instants, known_peaks
+from minsnap.time_allocation.native_steps import PATH_METRIC, NativeSteps, Tried, instants, known_peaks
 from minsnap.time_allocation.objectives import Objective, Penalties, TotalTime
 from minsnap.time_allocation.true_peaks import Peaks, scattered
 
 LONGEST, SHORTEST = 1.0, 0.6
 """Largest relative change of a duration in one step, longer and shorter."""
+
+CURVATURE_SHARE = 0.5
+"""Of the positive part of the Lagrangian's second derivative, which exceeds the whole along the active rows."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +126,7 @@ class JointModel:
         caution: Caution,
         penalties: Penalties,
         inwards: Inwards = Inwards(),
+        tried: Tried | None = None,
     ) -> FloatArray | None:
         """Build the programme around a state and solve it; None where it has no solution.
 
@@ -136,6 +140,8 @@ class JointModel:
         caution : Caution
         penalties : Penalties
         inwards : Inwards
+        tried : Tried, optional
+            A step that failed: bounds are corrected so that the rows at it are what the conditions turned out to be.
 
         Returns
         -------
@@ -149,11 +155,11 @@ class JointModel:
             numbers = (*bounds, inwards.limit, inwards.wall, caution.accuracy, deadline.left)
             terms, known = self.objective.terms(state), known_peaks(peaks, former)
             model = terms.linear, terms.hessian
-            found = self.native.step(state, known, regions, self.lengths, numbers, model, self._pull)
+            found = self.native.step(state, known, regions, self.lengths, numbers, model, self._pull, tried)
             deadline.resume()
             if found is not None or deadline is not NEVER:
                 return found
-        return self._step_in_python(state, peaks, former, caution, penalties, inwards)
+        return self._step_in_python(state, peaks, former, caution, penalties, inwards, tried)
 
     def _step_in_python(
         self,
@@ -163,10 +169,11 @@ class JointModel:
         caution: Caution,
         penalties: Penalties,
         inwards: Inwards,
+        tried: Tried | None,
     ) -> FloatArray | None:
         known = [found.joined(others) for found, others in zip(peaks, former, strict=True)]
         self._gradients = []
-        programme = self.programme(state, known, caution, penalties, inwards)
+        programme = self.programme(state, known, caution, penalties, inwards, tried)
         solution = solve_programme(programme)
         if solution is None:
             return None
@@ -180,6 +187,7 @@ class JointModel:
         caution: Caution,
         penalties: Penalties,
         inwards: Inwards = Inwards(),
+        tried: Tried | None = None,
     ) -> ConeProgramme:
         """Build the programme around a state.
 
@@ -190,8 +198,9 @@ class JointModel:
         caution : Caution
         penalties : Penalties
         inwards : Inwards
+        tried : Tried, optional
         """
-        self._inwards, self._gradients = inwards, []
+        self._inwards, self._gradients, self._tried = inwards, [], tried
         self._state, self._ends = state, self.layout.ends(state)
         self._scales = self.layout.end_scales(state.durations)
         rows = [self._block_rows(block, found) for block, found in zip(self.blocks, peaks, strict=True)]
@@ -236,9 +245,20 @@ class JointModel:
         self._gradients.append((piece, local, cones.curvature))
         slack = np.zeros((len(index), block.size, SLACKS))
         slack[:, 0, block.slack] = block.weight
-        bound = cones.value.copy()
+        matrix, bound = -self._in_unknowns(piece, local, cones.own, slack), cones.value.copy()
+        if self._tried is not None:
+            bound = self._corrected(block, index, piece, s, matrix, self._tried)
         bound[:, 0] -= block.weight * self._inwards.of(block.slack)
-        return Rows(piece, -self._in_unknowns(piece, local, cones.own, slack), bound)
+        return Rows(piece, matrix, bound)
+
+    def _corrected(
+        self, block: Block, index: IntArray, piece: IntArray, s: FloatArray, matrix: FloatArray, tried: Tried
+    ) -> FloatArray:
+        """Bounds for which rows at a step are the conditions after it (second-order correction), (n, c)."""
+        x = scattered(self.layout, tried.state, self.layout.ends(tried.state), piece, s, block.orders)
+        longer = (tried.state.durations / self._state.durations)[piece, None] ** block.power
+        step = np.append(tried.step[:-SLACKS], np.zeros(SLACKS + 1))[self.layout.unknowns[piece]]
+        return np.asarray(block.linearised(x, index).value * longer + np.einsum("ncx,nx->nc", matrix, step))
 
     def _instants(self, block: Block, peaks: Peaks) -> tuple[IntArray, FloatArray]:
         x = {p: np.matmul(end_basis(self.layout.degree, p, self.grid), self._ends) for p in block.orders}
@@ -288,7 +308,7 @@ class JointModel:
             forces = Forces(self._pull.ends, self._pull.own)
             bent = positive_curvature(layout, self._ends, self._scales, forces, self.lengths)
             size = ends + NEIGHBOURS
-            whole[:, :size, :size] += bent
+            whole[:, :size, :size] += CURVATURE_SHARE * bent
         return whole
 
     def _metric(self) -> FloatArray:

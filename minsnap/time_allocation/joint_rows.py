@@ -73,6 +73,8 @@ class Block(Protocol):
     metric : tuple of int and ndarray (pieces in all,)
         The order, and one over the length that counts as large there.
     name : str
+    power : int
+        Of the duration by which its cones are multiplied.
     """
 
     piece: IntArray
@@ -83,6 +85,7 @@ class Block(Protocol):
     size: int
     metric: tuple[int, FloatArray]
     name: str
+    power: int
 
     def on_grid(self, x: Derivatives) -> FloatArray:
         """Excess of every condition (r, m) from derivatives of all pieces (pieces, m, dim)."""
@@ -120,7 +123,7 @@ class WallBlock:
 
     def __init__(self, order: int, piece: IntArray, rows: FloatArray, offset: FloatArray, pieces: int, name: str):
         self.piece, self.rows, self.offset, self.name = piece, rows, offset, name
-        self.order, self.size = order, rows.shape[1]
+        self.order, self.power, self.size = order, order, rows.shape[1]
         self.orders: tuple[int, ...] = (order,)
         self.slack, self.weight = (LIMIT, float(order)) if order else (WALL, 1.0)
         self.band = min(NEAR * order, NEAREST) if order else NEAR_WALL

@@ -2,9 +2,9 @@ r"""One search for a curve and its durations: the shortest time within walls and
 
 Every step solves a convex model of the whole problem (``joint_model``) and is accepted only if the true merit, the time
 and the price of the largest true excesses, falls by a share of what the model promised; else it is solved again with
-the instants at which the model was wrong, then less of it is tried, and the next step is kept shorter.  This is the
-exact-penalty method of sequential programming (R. Fletcher, "Practical Methods of Optimization", 1987) with convex
-cones in place of tangents.
+the instants at which the model was wrong and corrected by what the conditions turned out to be, then less of it is
+tried, and the next step is kept shorter.  This is the exact-penalty method of sequential programming with second-order
+correction (R. Fletcher, "Practical Methods of Optimization", 1987) with convex cones in place of tangents.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from minsnap.arrays import FloatArray
 from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric
 from minsnap.time_allocation.joint_model import Caution, JointModel
 from minsnap.time_allocation.joint_rows import Block
-from minsnap.time_allocation.native_steps import native_steps
+from minsnap.time_allocation.native_steps import Tried, native_steps
 from minsnap.time_allocation.objectives import Objective, Penalties, TotalTime
 from minsnap.time_allocation.true_peaks import Measured, PeakFinder, Peaks
 
@@ -109,22 +109,25 @@ class JointSearch:
         gain, patience = (self.objective.gain, PATIENCE) if gain is None else (gain, 1)
         now, model = self.evaluate(state), self.model(state)
         self._best = now
-        caution, idle, fails, whole = Caution(accuracy=self.objective.accuracy), 0, 0, True
+        caution, idle, fails = Caution(accuracy=self.objective.accuracy), 0, 0
+        tried: Tried | None = None
         for _ in range(ITERATIONS):
             if self.ticked is not None:
                 self.ticked()
-            promised, step = self._step(model, now, caution)
+            promised, step = self._step(model, now, caution, tried)
             fails += 1
-            if step is not None and self._done(now, promised, gain):
+            if step is not None and tried is None and self._done(now, promised, gain):
                 break
-            share, best = (0.0, None) if step is None else self._tried(now, step, promised, whole)
+            share, best = (0.0, None) if step is None else self._descended(now, step, promised, tried)
             if best is None:
-                caution = caution if whole and step is not None else caution.failed()
-                whole = not whole
+                if step is not None and tried is None:
+                    tried = Tried(step, self.layout.moved(now.state, step))
+                else:
+                    tried, caution = None, caution.failed()
                 if fails > FAILURES:
                     break
                 continue
-            won, fails, whole = now.merit - best.merit, 0, True
+            won, fails, tried = now.merit - best.merit, 0, None
             caution = caution.after(share, won > 0.6 * promised)
             now = self._best = best
             if self.told is not None:
@@ -146,21 +149,29 @@ class JointSearch:
         excess = max(now.measured.limit, now.measured.wall)
         return promised < 0.2 * gain * now.merit and excess <= gain
 
-    def _step(self, model: JointModel, now: Evaluated, caution: Caution) -> tuple[float, FloatArray | None]:
+    def _step(
+        self, model: JointModel, now: Evaluated, caution: Caution, tried: Tried | None
+    ) -> tuple[float, FloatArray | None]:
         """Solve the model: what it promises, and the step; None where it has no solution."""
         self.iterations += 1
-        x = model.step(now.state, now.measured.peaks, self.memory, caution, self.penalties)
+        x = model.step(now.state, now.measured.peaks, self.memory, caution, self.penalties, tried=tried)
         if x is None:
             return 0.0, None
         price = self.penalties.limit * x[-2] + self.penalties.wall * x[-1]
         change = self.objective.terms(now.state).change(self.layout.unknowns, x)
         return now.merit - self.objective.value(now.state) * (1.0 + price + change), x
 
-    def _tried(self, now: Evaluated, step: FloatArray, promised: float, whole: bool) -> tuple[float, Evaluated | None]:
-        """Take the largest share of a step that descends enough, or only all of it; remember where that failed."""
+    def _descended(
+        self, now: Evaluated, step: FloatArray, promised: float, tried: Tried | None
+    ) -> tuple[float, Evaluated | None]:
+        """Take a step that descends enough, or the largest share of a corrected one, on a parabola from the first.
+
+        Peaks where it failed are remembered.
+        """
         failed: Measured | None = None
-        for share in SHARES[: 1 if whole else None]:
-            trial = self.evaluate(self.layout.moved(now.state, step, share))
+        for share in SHARES[: 1 if tried is None else None]:
+            bent = step if tried is None else tried.step + share * (step - tried.step)
+            trial = self.evaluate(self.layout.moved(now.state, bent, share))
             if now.merit - trial.merit > max(0.1 * share * promised, 0.0):
                 self._remember(now.measured)
                 if failed is not None:

@@ -50,6 +50,9 @@ RAISES = 3
 WARM_GAIN = 1e-3
 """Relative gain of a step that counts as none in a search from a curve that is given, such as the plan being flown."""
 
+REFINED_GAIN = 3e-4
+"""Relative gain of a step that counts as none where the number of pieces is left to the search."""
+
 FirstGuess = Callable[[JointLayout], JointState | None]
 """Gives the state that a search begins from on a layout; None for the usual one."""
 
@@ -108,6 +111,7 @@ class LeastTime:
         self.deadline = np.inf if time_limit is None else self.told + time_limit
         self.interrupted, self.best_on_interrupt = False, best_on_interrupt
         self.kept: Evaluated | None = None
+        self.gain = WARM_GAIN if first is not None else REFINED_GAIN if refine else None
 
     def run(self) -> tuple[SolvedTask, Run]:
         """Return the shortest plan found, certified, and how it was found.
@@ -257,7 +261,7 @@ class LeastTime:
 
     def _run(self, search: JointSearch, state: JointState) -> Evaluated:
         try:
-            return search.run(state, gain=None if self.first is None else WARM_GAIN)
+            return search.run(state, gain=self.gain)
         except (KeyboardInterrupt, OutOfTimeError) as end:
             if isinstance(end, KeyboardInterrupt) and not self.best_on_interrupt:
                 raise

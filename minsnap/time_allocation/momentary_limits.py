@@ -101,7 +101,7 @@ class Momentary:
     dim : int
     """
 
-    slack, weight = LIMIT, SLOWING
+    slack, weight, power = LIMIT, SLOWING, 0
 
     def __init__(self, limit: MomentaryLimit, units: Units, pieces: int, dim: int = 3) -> None:
         self.limit, self.orders, self.dim = limit, limit.orders, dim
@@ -261,7 +261,7 @@ def look_rate(limit: float, typical: float, point: FloatArray) -> Excess:
         distance = norm(way, TINY * (typical / limit) ** 2)
         turn = (way[..., 0] * velocity[..., 1] - way[..., 1] * velocity[..., 0]) / (typical * distance)
         allowed = limit / typical * distance
-        return np.stack((turn - allowed, -turn - allowed, LOOK_ROOM - allowed), axis=-1)
+        return np.stack((turn - allowed, -turn - allowed, 1.0 - allowed / LOOK_ROOM), axis=-1)
 
     return excess
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from minsnap.native.joint_steps import (
     WholeCones,
 )
 from minsnap.time_allocation.cone_programme import Rows
-from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric, ends_to_derivative
+from minsnap.time_allocation.joint_layout import SLACKS, JointLayout, JointState, end_metric, ends_to_derivative
 from minsnap.time_allocation.joint_rows import Block, largest_metrics
 from minsnap.time_allocation.true_peaks import Peaks
 
@@ -27,6 +28,14 @@ GRID, FINER_GRID = 17, 9
 
 PATH_METRIC = 1e-3
 """Weight of the squared length of a change of the curve beside the squares in units of limits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A step that was tried, (unknowns,), and the state after it."""
+
+    step: FloatArray
+    state: JointState
 
 
 def native_terms(layout: JointLayout, blocks: Sequence[Block]) -> JointTerms | None:
@@ -78,6 +87,7 @@ class NativeSteps:
         numbers: tuple[float, ...],
         objective: tuple[FloatArray, FloatArray | None],
         pull: Pull,
+        tried: Tried | None = None,
     ) -> FloatArray | None:
         """Return the step from a state, (unknowns,); None where the native core does not find one."""
         layout, sizes = self.layout, self.steep.copy()
@@ -87,8 +97,13 @@ class NativeSteps:
         linear = np.empty(len(self.place) - 1)
         linear[self.place[:-1]] = objective[0]
         model = linear, objective[1]
+        known = None
+        if tried is not None:
+            step = np.zeros(len(linear))
+            step[self.place[: -1 - SLACKS]] = tried.step[:-SLACKS]
+            known = step, layout.ends(tried.state), tried.state.durations
         x = self.terms.step(
-            curve, self.chained, peaks, cones, (sizes, lengths), np.array(numbers), model, instants(layout), pull
+            curve, self.chained, peaks, cones, (sizes, lengths), np.array(numbers), model, instants(layout), pull, known
         )
         return None if x is None else x[self.place[:-1]]
 

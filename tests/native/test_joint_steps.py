@@ -15,7 +15,7 @@ from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, 
 from minsnap.time_allocation.joint_layout import JointState
 from minsnap.time_allocation.joint_model import Caution, Penalties
 from minsnap.time_allocation.joint_problem import JointProblem
-from minsnap.time_allocation.native_steps import known_peaks
+from minsnap.time_allocation.native_steps import Tried, known_peaks
 from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 from minsnap.vehicle import BodyDrag, Quadrotor
@@ -85,15 +85,17 @@ def test_both_cores_measure_the_same(case):
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_both_cores_take_the_same_steps(case):
-    """The second step depends on the multipliers of the first one, through the curvature."""
+    """The second step depends on the multipliers of the first one, through the curvature, and is corrected by it."""
     steps = {}
     for name in ("native", "python"):
         found, state = search(**case)
         model, caution = found.model(state), Caution(1e-2, 0.2)
         with using(name):
             measured = found.finder.measure(state)
+            tried = None
             for _ in range(2):
-                step = model.step(state, measured.peaks, found.memory, caution, Penalties())
+                step = model.step(state, measured.peaks, found.memory, caution, Penalties(), tried=tried)
+                tried = Tried(step, found.layout.moved(state, step))
                 found.memory = [[peaks] for peaks in measured.peaks]
         steps[name] = step
     size = np.abs(steps["python"]).max()

@@ -93,7 +93,7 @@ def test_a_leg_without_anything_to_vary_is_planned_in_silence(capfd):
 def test_a_search_ends_before_a_step_that_would_be_late_also_where_no_step_is_accepted(monkeypatch):
     ticks, steps = count(), []
     monkeypatch.setattr(NEVER, "clock", lambda: float(next(ticks)))
-    monkeypatch.setattr(JointSearch, "_tried", lambda self, now, step, promised, whole: steps.append(1) or (0.0, None))
+    monkeypatch.setattr(JointSearch, "_descended", lambda *given: steps.append(1) or (0.0, None))
     path = minsnap.plan(REFERENCE, limits=LIMITS, time_limit=10.0)
     assert path.report.interrupted and minsnap.certify(path, limits=LIMITS).ok
     assert 1 <= len(steps) <= 5

@@ -5,6 +5,10 @@
 // Mehrotra's predictor and corrector with Nesterov-Todd scaling (L. Vandenberghe, "The CVXOPT linear and quadratic cone
 // program solvers", 2010). The normal equations P + G'W^-2 G are formed piece by piece: every row of G belongs to one
 // piece, so that they are banded but for a border.
+//
+// A start may be given: a point at which all cones leave about `start_room`. With the multipliers z = mu s^-1 of the
+// central path it takes half as many iterations as from the usual start, where penalties make multipliers too large by
+// thousands.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +36,10 @@ struct ChainProgramme {
     const double *diagonal, *linear;  // size
     ConeRows *cones;                  // sorted by piece
     const double *bound;              // rows
+    const double *start = nullptr;    // size, or none
 };
+
+constexpr double start_room = 0.02;  // in the cones at a start, and mu of its multipliers
 
 class InteriorPoint {
 public:
@@ -48,22 +55,31 @@ public:
         if (!allocate()) return Status::no_memory;
         x_ = x;
         z_ = z;
-        if (!begin()) return Status::singular;
-        for (iterations_ = 0; iterations_ < most_; ++iterations_) {
-            residuals();
-            if (small()) return Status::done;
-            if (late()) break;
-            if (!scale() || !form()) return close() ? Status::done : Status::no_progress;
-            const double step = advance();
-            if (!(step > 1e-10)) break;
+        if (p_.start != nullptr) {
+            begin_at(p_.start);
+            if (iterate()) return Status::done;
+            if (late()) return Status::no_progress;
         }
-        residuals();
-        return close() ? Status::done : Status::no_progress;
+        if (!begin()) return Status::singular;
+        return iterate() ? Status::done : Status::no_progress;
     }
 
 private:
     using Vector = Buffer<double>;
     static constexpr double coarse = 1e-3;  // gap above which equations are not solved twice
+
+    // From the present point to the solution; false where it is not found.
+    bool iterate() {
+        for (iterations_ = 0; iterations_ < most_; ++iterations_) {
+            residuals();
+            if (small()) return true;
+            if (late()) break;
+            if (!scale() || !form()) return close();
+            if (!(advance() > 1e-10)) break;
+        }
+        residuals();
+        return close();
+    }
 
     bool late() const {
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began_;
@@ -171,6 +187,19 @@ private:
         inwards(s_.data());
         inwards(z_);
         return true;
+    }
+
+    // Start from a point, moved inwards in the cones that leave less room, and z = mu s^-1.
+    void begin_at(const double *x) {
+        std::copy(x, x + p_.size, x_);
+        rows_of(x_, s_.data(), false);
+        each_cone([&](std::size_t, std::size_t row, auto count) {
+            double *s = s_.data() + row, *z = z_ + row;
+            s[0] += std::max(0.0, start_room + cone_depth(s, count));
+            const double share = start_room / (count == 1 ? s[0] * s[0] : cone_determinant(s, count));
+            z[0] = share * s[0];
+            for (std::size_t i = 1; i < count; ++i) z[i] = -share * s[i];
+        });
     }
 
     // Move a point along the axes of the cones until it is inside.

@@ -26,8 +26,8 @@ class PositiveCurvature {
 public:
     PositiveCurvature(std::size_t ends, std::size_t dim) : ends_(ends), dim_(dim), size_(ends * dim) {}
 
-    // Add it to a block of rows of `width` unknowns: the ends, then the durations.
-    void add(const PieceForces &f, double *block, std::size_t width) {
+    // Add a share of it to a block of rows of `width` unknowns: the ends, then the durations.
+    void add(const PieceForces &f, double share, double *block, std::size_t width) {
         couple(f);
         double times[neighbours][neighbours] = {};
         pull(f, times);
@@ -41,7 +41,7 @@ public:
         }
         spectrum(small, vectors);
         for (std::size_t k = 0; k < 2 * neighbours; ++k) {
-            if (small[k][k] > 0.0) add_square(small[k][k], vectors, k, block, width);
+            if (small[k][k] > 0.0) add_square(share * small[k][k], vectors, k, block, width);
         }
     }
 

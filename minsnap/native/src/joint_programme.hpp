@@ -10,6 +10,8 @@
 
 #include "buffer.hpp"
 #include "cone_rows.hpp"
+#include "cone_scaling.hpp"
+#include "interior_point.hpp"
 #include "joint_curvature.hpp"
 #include "joint_grid.hpp"
 #include "joint_terms.hpp"
@@ -17,6 +19,7 @@
 namespace minsnap {
 
 constexpr std::size_t slacks = 2, joint_rest = neighbours + slacks;
+constexpr double curvature_share = 0.5;  // of the positive part, which exceeds the whole along the active rows
 
 // Arrays of the caller.
 struct StepRequest {
@@ -35,6 +38,7 @@ struct StepRequest {
     double *force, *own;                      // pieces x ends x dim, pieces
     bool curved;
     const double *linear, *quadratic;         // objective: size; pieces x width x width, or none
+    const double *tried, *tried_ends, *tried_durations;  // a step without slacks (size) and its curve, or none
 };
 
 class JointProgramme {
@@ -49,6 +53,20 @@ public:
     const double *linear() const { return linear_.data(); }
 
     [[nodiscard]] bool build() { return list_conditions() && list_cones() && fill_cones() && fill_costs(); }
+
+    // The curve as it is, with slacks that leave room in all cones.
+    const double *start() {
+        double most[slacks] = {};
+        const double *bound = bound_.data();
+        for (std::size_t k = 0; k < cones_; bound += entries_[k].size, ++k) {
+            if (items_[k].block < 0) continue;
+            const JointBlock block(t_, static_cast<std::size_t>(items_[k].block));
+            most[block.slack] = std::max(most[block.slack], cone_depth(bound, entries_[k].size) / block.weight);
+        }
+        std::fill(start_.data(), start_.data() + r_.size, 0.0);
+        for (std::size_t k = 0; k < slacks; ++k) start_[slack_column(k)] = most[k] + start_room;
+        return start_.data();
+    }
 
     // Forces of a solution's multipliers in the ends and in the durations.
     void take_forces(const double *z) {
@@ -213,6 +231,7 @@ private:
                         bound[c] = fill_momentary(block, item, c, matrix + c * width());
                     }
                 }
+                if (r_.tried != nullptr) correct(block, item, entries_[k], bound);
                 bound[0] -= block.weight * r_.inwards[block.slack];
             }
         }
@@ -294,6 +313,41 @@ private:
         return cone ? value : -value;
     }
 
+    // The second-order correction (R. Fletcher, "Practical Methods of Optimization", 1987): bounds for which the rows at
+    // the step that was tried are what the conditions turned out to be.
+    void correct(const JointBlock &block, const Item &item, const ConeEntry &entry, double *bound) {
+        const std::size_t piece = item.piece, dim = t_.dim, ends = t_.ends * dim;
+        double x[joint_ends * joint_dim + joint_rest], f[joint_ends];
+        for (std::size_t j = 0; j < width(); ++j) {
+            const auto column = static_cast<std::size_t>(r_.columns[piece * width() + j]);
+            x[j] = column < r_.size ? r_.tried[column] : 0.0;
+        }
+        const JointTerms after = t_.with(r_.tried_ends, r_.tried_durations);
+        if (block.flat()) {
+            const std::size_t p = block.first_order;
+            double at[joint_dim], along[joint_dim] = {};
+            t_.factors(p, item.s, f);
+            after.derivative(piece, p, f, at);
+            block.parts(item.index, at, bound);
+            const double share = JointTerms::power(after.durations[piece] / t_.durations[piece], p);
+            for (std::size_t j = 0; j < t_.ends; ++j) {
+                for (std::size_t d = 0; d < dim; ++d) along[d] += entry.factors[j] * x[j * dim + d];
+            }
+            const double *row = entry.matrix;
+            for (std::size_t c = 0; c < entry.size; ++c, row += dim + joint_rest) {
+                bound[c] = share * bound[c] + dot(row, along, dim) + dot(row + dim, x + ends, joint_rest);
+            }
+            return;
+        }
+        Derivatives at;
+        double gradient[12];
+        fill_derivatives(after, block, piece, item.s, at);
+        for (std::size_t c = 0; c < entry.size; ++c) {
+            const double value = entry.size > 1 ? block.slopes(c, at, gradient) : -block.slopes(item.index % block.functions, at, gradient);
+            bound[c] = value + dot(entry.matrix + c * width(), x, width());
+        }
+    }
+
     void add_force(const Item &item, const ConeEntry &entry, const double *z) {
         const std::size_t bound = t_.ends * t_.dim;
         double *force = r_.force + item.piece * bound;
@@ -320,7 +374,7 @@ private:
 
     bool fill_costs() {
         const std::size_t w = width(), bound = t_.ends * t_.dim;
-        if (!hessian_.allocate(t_.pieces * w * w) || !diagonal_.allocate(r_.size) || !linear_.allocate(r_.size)) return false;
+        if (!hessian_.allocate(t_.pieces * w * w) || !diagonal_.allocate(r_.size) || !start_.allocate(r_.size) || !linear_.allocate(r_.size)) return false;
         std::fill(hessian_.data(), hessian_.data() + t_.pieces * w * w, 0.0);
         std::fill(diagonal_.data(), diagonal_.data() + r_.size, 1e-10);
         std::copy(r_.linear, r_.linear + r_.size, linear_.data());
@@ -335,11 +389,14 @@ private:
             if (r_.curved) add_curvature(i, hessian_.data() + i * w * w);
         }
         for (std::size_t k = 0; k < slacks; ++k) {
-            const auto slack = static_cast<std::size_t>(r_.columns[bound + neighbours + k]);
-            diagonal_[slack] = 1e-6;
-            linear_[slack] = r_.penalties[k];
+            diagonal_[slack_column(k)] = 1e-6;
+            linear_[slack_column(k)] = r_.penalties[k];
         }
         return true;
+    }
+
+    std::size_t slack_column(std::size_t slack) const {
+        return static_cast<std::size_t>(r_.columns[t_.ends * t_.dim + neighbours + slack]);
     }
 
     void add_metric(std::size_t piece, double weight, double *block) const {
@@ -366,7 +423,7 @@ private:
         const PieceForces forces{t_.state_ends + piece * bound, r_.scales + piece * t_.ends,
                                  r_.exponents + piece * t_.ends * neighbours, r_.force + piece * bound, r_.own[piece],
                                  r_.lengths[piece], free, there};
-        PositiveCurvature(t_.ends, t_.dim).add(forces, block, width());
+        PositiveCurvature(t_.ends, t_.dim).add(forces, curvature_share, block, width());
     }
 
     const JointTerms &t_;
@@ -377,7 +434,7 @@ private:
     Buffer<Item> found_, items_;
     Buffer<ConeEntry> entries_;
     Buffer<std::size_t> order_, count_, given_at_;
-    Buffer<double> values_, bound_, hessian_, diagonal_, linear_;
+    Buffer<double> values_, bound_, hessian_, diagonal_, linear_, start_;
 };
 
 }  // namespace minsnap

@@ -125,7 +125,8 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_measure(const std::int64_t *sizes, con
     return answer(PeakSearch(terms, out).run(static_cast<std::size_t>(instants)));
 }
 
-// One step: x (size) and the forces of its multipliers in and out. The objective is linear and quadratic (or null). `numbers`: proximity, reach, longest, shortest,
+// One step: x (size) and the forces of its multipliers in and out. The objective is linear and quadratic (or null). A
+// step that was tried, without slacks (size), and the curve after it correct the bounds, or are null. `numbers`: proximity, reach, longest, shortest,
 // penalties (2), inwards (2), accuracy, seconds after which no iteration begins.
 MINSNAP_EXPORT std::int32_t minsnap_joint_step(
     const std::int64_t *sizes, const std::int64_t *table, const std::int64_t *condition_piece, const double *values,
@@ -134,7 +135,9 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_step(
     const std::int64_t *peak_index, const std::int64_t *peak_own, const double *peak_s, const std::int64_t *given_piece,
     const std::int64_t *given_size, const double *given_matrix, const double *given_bound,
     const std::int64_t *metric_order, const double *metric_matrix, const double *metric_size, const double *lengths,
-    const double *numbers, const double *linear, const double *quadratic, std::int64_t most, double *force, double *own, double *x, std::int64_t *iterations) {
+    const double *numbers, const double *linear, const double *quadratic, const double *tried,
+    const double *tried_ends, const double *tried_durations, std::int64_t most, double *force, double *own, double *x,
+    std::int64_t *iterations) {
     const auto answer = [](Status status) { return static_cast<std::int32_t>(status); };
     if (!consistent(sizes, table, condition_piece)) return answer(Status::bad_size);
     const JointTerms terms = terms_of(sizes, table, condition_piece, values, maps, ends, durations);
@@ -144,10 +147,13 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_step(
         count(0), count(2), count(3), count(4), count(6), columns, scales, exponents, peak_block, peak_index, peak_own, peak_s,
         given_piece, given_size, given_matrix, given_bound, metric_order, metric_matrix, metric_size, lengths, numbers[0],
         numbers[1], numbers[2], numbers[3], {numbers[4], numbers[5]}, {numbers[6], numbers[7]}, force, own, counts[7] != 0, linear,
-        quadratic};
+        quadratic, tried, tried_ends, tried_durations};
     if (!step_consistent(terms, counts, request)) return answer(Status::bad_size);
     if (!positive(scales, terms.pieces * terms.ends) || !positive(lengths, terms.pieces)) return answer(Status::bad_number);
     if (!finite(linear, count(0))) return answer(Status::bad_number);
+    if (tried != nullptr && !(finite(tried, count(0)) && proper(terms.with(tried_ends, tried_durations), sizes))) {
+        return answer(Status::bad_number);
+    }
     JointProgramme programme(terms, request);
     if (!programme.build()) return answer(Status::no_memory);
     const std::size_t rows = programme.rows().rows(terms.pieces);
@@ -158,7 +164,7 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_step(
         return answer(Status::bad_number);
     }
     const ChainProgramme chain{count(0), count(1), terms.pieces, columns, programme.hessian(), programme.diagonal(),
-                               programme.linear(), &programme.rows(), programme.bound()};
+                               programme.linear(), &programme.rows(), programme.bound(), programme.start()};
     InteriorPoint method(chain, numbers[8], most, numbers[9]);
     const Status status = method.solve(x, z.data());
     *iterations = method.iterations();

@@ -27,6 +27,14 @@ struct JointTerms {
 
     std::size_t degree() const { return ends - 1; }
 
+    // The same conditions on another curve.
+    JointTerms with(const double *other_ends, const double *other_durations) const {
+        JointTerms other = *this;
+        other.state_ends = other_ends;
+        other.durations = other_durations;
+        return other;
+    }
+
     // Factors of the ends in a derivative at s of [0, 1].
     void factors(std::size_t order, double s, double *out) const {
         std::fill(out, out + ends, 0.0);

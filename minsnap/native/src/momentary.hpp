@@ -128,7 +128,7 @@ inline void look_rate(const double *p, const Space<Real> *x, Real *out) {
     const Real allowed = (limit / typical) * distance;
     out[0] = turn - allowed;
     out[1] = -1.0 * turn - allowed;
-    out[2] = -1.0 * allowed + p[4];
+    out[2] = (-1.0 / p[4]) * allowed + 1.0;
 }
 
 // Parameters: medium, limit.
