@@ -16,6 +16,7 @@ from minsnap.time_allocation.joint_layout import JointState
 from minsnap.time_allocation.joint_model import Caution, Penalties
 from minsnap.time_allocation.joint_problem import JointProblem
 from minsnap.time_allocation.native_steps import Tried, known_peaks
+from minsnap.time_allocation.refinement import slowed
 from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 from minsnap.vehicle import BodyDrag, Quadrotor
@@ -100,6 +101,23 @@ def test_both_cores_take_the_same_steps(case):
         steps[name] = step
     size = np.abs(steps["python"]).max()
     assert steps["native"] == pytest.approx(steps["python"], abs=2e-3 * size)
+
+
+@pytest.mark.parametrize("core_used", ["native", "python"])
+@pytest.mark.parametrize("case", ["every limit", "a closed lap"])
+def test_a_corrected_step_exceeds_limits_and_walls_less(case, core_used):
+    found, state = search(**CASES[case])
+    state = slowed(found.run(state).state, 1.1)
+    model, caution = found.model(state), Caution(1e-3, 0.3)
+    excesses, tried = [], None
+    with using(core_used):
+        measured = found.finder.measure(state)
+        for _ in range(2):
+            step = model.step(state, measured.peaks, found.memory, caution, Penalties(), tried=tried)
+            after = found.layout.moved(state, step)
+            tried = Tried(step, after)
+            excesses.append(max(found.evaluate(after).measured.limit, found.evaluate(after).measured.wall))
+    assert excesses[1] < 0.5 * excesses[0]
 
 
 def test_both_cores_find_the_same_time():
