@@ -39,22 +39,20 @@ def kept_from(limits: Limits, trajectory: Trajectory) -> float:
     float
         By bisection, to ``PRECISION`` and never too early; the duration where they are not kept at the end.
     """
-    if _kept(limits, trajectory, 0.0):
+    if keeps(limits, trajectory):
         return 0.0
     low, high = 0.0, trajectory.duration
     while high - low > PRECISION * trajectory.duration:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if _kept(limits, trajectory, middle) else (middle, high)
+        low, high = (low, middle) if keeps(limits, trajectory, middle) else (middle, high)
     return high
 
 
-def _kept(limits: Limits, trajectory: Trajectory, start: float) -> bool:
+def keeps(limits: Limits, trajectory: Trajectory, start: float = 0.0) -> bool:
+    """Whether a trajectory keeps all limits from an instant on [s]."""
+    if start <= 0.0:
+        return largest_use(limits, trajectory) <= 1.0 + KEPT
     return all(used.fraction <= 1.0 + KEPT for used in use_from(limits, trajectory, start))
-
-
-def keeps(limits: Limits, trajectory: Trajectory) -> bool:
-    """Whether a trajectory keeps all limits at every instant."""
-    return largest_use(limits, trajectory) <= 1.0 + KEPT
 
 
 def largest_use(limits: Limits, trajectory: Trajectory) -> float:

@@ -10,6 +10,8 @@ import numpy as np
 
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
+from minsnap.limits.compliance import keeps
+from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.replanning.splice import divided
 from minsnap.time_allocation.timing import Finish
@@ -34,24 +36,27 @@ class Near:
     guess: Trajectory | None
     tail: Trajectory | None
 
-    def whole(self, curve: Trajectory, finish: Finish) -> Trajectory:
-        """Fly a curve through the first legs, then the tail."""
-        if self.tail is None:
-            return curve
-        pieces = max(curve.pieces, self.tail.pieces)
-        return finish(grouped(curve, pieces).then(grouped(self.tail, pieces)))
+
+def joined_with(curve: Trajectory, tail: Trajectory, finish: Finish) -> Trajectory:
+    """Fly a curve through the first legs, then the tail."""
+    pieces = max(curve.pieces, tail.pieces)
+    return finish(grouped(curve, pieces).then(grouped(tail, pieces)))
 
 
-def near(task: Task, legs: int | None, rest: Trajectory | None, flown: Trajectory | None) -> Near:
+def near(
+    task: Task, limits: Limits | None, legs: int | None, rest: Trajectory | None, flown: Trajectory | None
+) -> Near:
     """Return what is planned of a task.
 
     Parameters
     ----------
     task : Task
+    limits : Limits or None
     legs : int or None
         So many legs, all with None.
     rest : Trajectory or None
-        What is flown through all waypoints of the task; the plan then joins it, where it is inside beyond the horizon.
+        What is flown through all waypoints of the task; the plan then joins it, where it is inside and keeps the limits
+        beyond the horizon.
     flown : Trajectory or None
         What is flown, wherever it passes: the first guess.
     """
@@ -62,7 +67,8 @@ def near(task: Task, legs: int | None, rest: Trajectory | None, flown: Trajector
     if rest is not None:
         tail = legs_of(rest, legs, rest.legs)
         nearest = nearest_wall(tail, walls_from(task.walls, legs, task.legs))
-        tail = None if nearest is not None and nearest.value < 0.0 else tail
+        outside = nearest is not None and nearest.value < 0.0
+        tail = None if outside or not (limits is None or keeps(limits, tail)) else tail
     return Near(_first(task, legs, tail), head, tail)
 
 

@@ -25,7 +25,7 @@ from minsnap.planner import plan
 from minsnap.replanning.change import Change
 from minsnap.replanning.clearance import moved_inwards
 from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_outside
-from minsnap.replanning.horizon import Near, near
+from minsnap.replanning.horizon import Near, joined_with, near
 from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within, task_after
 from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
 from minsnap.replanning.replan_options import (
@@ -343,11 +343,16 @@ class Replanner:
     def _part(self, task: Task, rest: Trajectory | None, guess: Trajectory | None) -> Near:
         """Return the legs of the horizon, with the clearance from their walls."""
         walls = moved_inwards(task.walls, task.waypoints, self._clearance)
-        return near(replace(task, walls=walls), self._horizon, rest, guess)
+        return near(replace(task, walls=walls), self._limits, self._horizon, rest, guess)
 
     def _search(self, part: Near, aim: Aim, finish: Finish, seconds: float) -> Better:
         found = search_ahead(part.task, aim, finish, part.guess, seconds)
-        return replace(found, curve=part.whole(found.curve, finish))
+        if part.tail is None:
+            return found
+        curve = joined_with(found.curve, part.tail, finish)
+        if not within(curve, self._limits, found.limits_from):
+            raise SolverError("what is flown beyond the horizon exceeds the limits with the new headings")
+        return replace(found, curve=curve)
 
     def _finish(self, call: _Call, splice: Splice, passed: int = 0) -> Finish:
         """Return what gives a curve from a splice its heading; so many of the waypoints ahead are before it."""

@@ -232,9 +232,9 @@ def inside(curve: Trajectory, walls: Sequence[Walls]) -> bool:
     return nearest is None or nearest.value >= 0.0
 
 
-def within(curve: Trajectory, limits: Limits | None) -> bool:
-    """Whether a curve keeps all limits at every instant."""
-    return limits is None or keeps(limits, curve)
+def within(curve: Trajectory, limits: Limits | None, start: float = 0.0) -> bool:
+    """Whether a curve keeps all limits from an instant on [s]."""
+    return limits is None or keeps(limits, curve, start)
 
 
 def back_within(curve: Trajectory, limits: Limits | None) -> bool:

@@ -49,6 +49,13 @@ def test_new_plans_turn_through_the_angles_from_the_flown_heading_and_its_rate(f
     check_heading(change, flown, angles)
 
 
+def test_headings_too_fast_beyond_the_horizon_are_not_flown(flown):
+    angles = [0.5, 0.2, -0.3, -3.0]
+    change = Replanner(LIMITS, 0.5, horizon=2, clock=still).replan(flown, 0.1, POINTS[1:], 0.1, yaw=angles, **AMPLE)
+    assert change.certified and minsnap.certify(change.trajectory, limits=LIMITS).ok
+    assert change.kept and change.reason == "what is flown beyond the horizon exceeds the limits with the new headings"
+
+
 def test_where_only_the_headings_change_the_same_curve_is_flown_with_them(flown):
     replanner, angles = Replanner(LIMITS, 0.5, clock=still), [0.9, 0.6, 0.3, 0.0]
     change = replanner.replan(flown, 0.2, POINTS[1:], 0.1, yaw=angles)
