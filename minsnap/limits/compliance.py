@@ -7,6 +7,7 @@ from dataclasses import replace
 from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import leg_at
+from minsnap.limits.yaw_rate import largest_yaw_rate
 from minsnap.tolerances import EXACT
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -53,6 +54,12 @@ def keeps(limits: Limits, trajectory: Trajectory, start: float = 0.0) -> bool:
     if start <= 0.0:
         return largest_use(limits, trajectory) <= 1.0 + KEPT
     return all(used.fraction <= 1.0 + KEPT for used in use_from(limits, trajectory, start))
+
+
+def turns_within(limits: Limits | None, trajectory: Trajectory) -> bool:
+    """Whether a trajectory keeps the limit on the yaw rate."""
+    most = None if limits is None else limits.yaw_rate
+    return most is None or largest_yaw_rate(trajectory)[0] <= most * (1.0 + KEPT)
 
 
 def largest_use(limits: Limits, trajectory: Trajectory) -> float:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.limits.compliance import turns_within
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.replanning.horizon import grouped, legs_of, walls_from
@@ -52,7 +53,8 @@ class LegEnd:
 
     def within(self, limits: Limits | None) -> bool:
         """Whether it keeps the limits; the last tenth of the leg is judged, whose polynomial has more digits."""
-        return within(Splice(self.leg, (1.0 - SHARE) * self.leg.duration, self.splice.half).rest or self.left, limits)
+        judged = Splice(self.leg, (1.0 - SHARE) * self.leg.duration, self.splice.half).rest or self.left
+        return within(judged, limits) and turns_within(limits, self.left)
 
     def before(self, curve: Trajectory) -> Trajectory:
         """Fly it, then a curve from its end."""
@@ -86,7 +88,9 @@ def rest_within(splice: Splice, limits: Limits | None) -> bool:
     rest, end = splice.rest, leg_end_of(splice)
     if rest is None or within(rest, limits):
         return rest is not None
-    return end is not None and end.within(limits) and (rest.legs == 1 or within(legs_of(rest, 1, rest.legs), limits))
+    if end is None or not end.within(limits):
+        return False
+    return rest.legs == 1 or within(rest.turned(legs_of(rest, 1, rest.legs), float(rest.leg_breaks[1])), limits)
 
 
 def _meets(task: Task, position: FloatArray) -> bool:

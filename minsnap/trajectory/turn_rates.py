@@ -37,12 +37,16 @@ def largest_turn_rate(traj: Trajectory) -> tuple[float, float]:
     instant : float
         When [s].
     """
-    velocity = differentiate(traj.control_points[..., :2], 1)
+    return _largest_turn(traj.with_yaw(ConstantHeading()).derivative(1))
+
+
+def _largest_turn(velocity: Trajectory) -> tuple[float, float]:
+    """Largest rate at which a horizontal velocity turns, and when."""
     best = (0.0, 0.0)
-    for pieces, points in _by_degree(velocity):
-        value, row, s = _fastest_turn(points, traj.durations[pieces])
+    for pieces, points in _by_degree(velocity.control_points[..., :2]):
+        value, row, s = _fastest_turn(points, velocity.durations[pieces])
         piece = pieces[row]
-        best = max(best, (value, float(traj.breaks[piece] + s * traj.durations[piece])))
+        best = max(best, (value, float(velocity.breaks[piece] + s * velocity.durations[piece])))
     return best
 
 
@@ -67,10 +71,10 @@ def largest_heading_rate(
         When [s].
     """
     start, end = max(start, 0.0), min(end, traj.duration)
-    best = heading.held_rate(start, end)
+    best, velocity = heading.held_rate(start, end), traj.with_yaw(ConstantHeading()).derivative(1)
     for first, last in heading.followed.clip(start, end).tolist():
         if first < last:
-            value, instant = largest_turn_rate(_cut(traj, first, last))
+            value, instant = _largest_turn(_cut(velocity, first, last))
             best = max(best, (value, first + instant))
     return best
 
@@ -97,16 +101,16 @@ def largest_look_rate(
     instant : float
         When [s].
     """
-    start, part = max(start, 0.0), _cut(traj, max(start, 0.0), min(end, traj.duration))
+    start = max(start, 0.0)
+    part = _cut(traj.with_yaw(ConstantHeading()), start, min(end, traj.duration))
     spokes = heading.target.point[:2] - part.control_points[..., :2]
     value, piece, s = _fastest_turn(spokes, part.durations)
     return value, start + float(part.breaks[piece] + s * part.durations[piece])
 
 
 def _cut(traj: Trajectory, start: float, end: float) -> Trajectory:
-    """Return the bare curve between two instants, without its heading."""
-    bare = traj.with_yaw(ConstantHeading())
-    return bare if start <= 0.0 and end >= traj.duration else bare.between(start, end)
+    """Return a curve between two instants: itself, if that is all of it."""
+    return traj if start <= 0.0 and end >= traj.duration else traj.between(start, end)
 
 
 def _fastest_turn(vectors: FloatArray, durations: FloatArray) -> tuple[float, int, float]:

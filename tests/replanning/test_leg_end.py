@@ -81,3 +81,14 @@ def test_times_that_are_given_are_those_of_the_legs_after_the_one_flown_on():
     assert Aim(durations=[0.06, 1.0, 2.0]).after(0.05) is None
     assert Aim(total_time=2.0).after(0.5).total_time == 1.5
     assert Aim(total_time=2.0).after(3.0) is None
+
+
+@pytest.mark.parametrize("yaw", ([0.0, 0.5, 0.2, -0.3], "velocity"))
+def test_an_instant_before_a_waypoint_the_yaw_rate_of_the_rest_is_judged_too(yaw):
+    full = minsnap.plan(POINTS, limits=Limits(acceleration=3.0), yaw=yaw)
+    begin = float(full.leg_breaks[1])
+    rate = Limits(yaw_rate=1.0).utilisation(full.between(begin, full.duration))[0].value
+    splices = [splice_of(full, begin - 0.1 - left, 0.1, 4) for left in np.geomspace(1e-7, 1e-6, 30)]
+    for share, kept in ((0.9, False), (1.1, True)):
+        limits = Limits(acceleration=full.max_norm(2)[0], yaw_rate=share * rate)
+        assert all(rest_within(splice, limits) is kept for splice in splices)
