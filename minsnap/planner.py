@@ -33,12 +33,11 @@ from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import as_constraints
 from minsnap.deadline import NEVER, Deadline
 from minsnap.errors import CorridorError, TimingError
-from minsnap.optimisation.planned_yaw import Held, Yaw, asked_heading
+from minsnap.optimisation.planned_yaw import Yaw, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.progress import ProgressLine, told
 from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.timing import Timed, Timing
-from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -201,8 +200,7 @@ def plan(
     task = placed_task(*asked, constraints, *smoothness, _named_solver(solver))
     check_jumps(task.continuity, half, parts == 1 and not refine and not (task.upper > task.lower).any())
     task = task if deadline is NEVER else replace(task, deadline=deadline)
-    medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
-    heading = asked_heading(yaw, task.legs, task.closed, medium, Held(yaw_rate, hold_below, turning))
+    heading = asked_heading(yaw, task.legs, task.closed, limits, yaw_rate, hold_below)
     with told(progress, "searching", lambda line: _steps_in(line, on_interrupt)) as watch:
         watched = timing if watch is None else replace(timing, progress=watch)
         timed = plan_timed(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)

@@ -16,7 +16,7 @@ from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.missions.course import ACCELERATION, SPEED, Course, Stop, knots_of, section_arguments
-from minsnap.optimisation.planned_yaw import Held, asked_heading
+from minsnap.optimisation.planned_yaw import asked_heading
 from minsnap.planner import plan
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 
@@ -248,7 +248,7 @@ def _headed(course: Course, flown: Sequence[_Flown]) -> Trajectory:
     """Join the parts, and give the whole its heading."""
     joined = concatenate([part.curve for part in flown])
     limits = course.bounds
-    heading = asked_heading(course.yaw, joined.legs, False, limits.medium, Held(None, None, limits.yaw_rate))
+    heading = asked_heading(course.yaw, joined.legs, False, limits)
     return joined.with_yaw(heading(joined))
 
 

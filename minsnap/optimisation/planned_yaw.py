@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,9 @@ from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
+
+if TYPE_CHECKING:
+    from minsnap.limits.limits import Limits
 
 AIRLESS = Medium()
 """Gravity without drag."""
@@ -76,8 +79,9 @@ def asked_heading(
     yaw: Yaw,
     legs: int,
     closed: bool,
-    medium: Medium = AIRLESS,
-    held: Held = Held(),
+    limits: Limits | None = None,
+    yaw_rate: float | None = None,
+    hold_below: float | None = None,
 ) -> ChosenHeading:
     """Check the requested yaw and return the function that gives a curve its heading.
 
@@ -89,16 +93,19 @@ def asked_heading(
         Of the curve.
     closed : bool
         Whether the yaw rate at the end equals that at the start.
-    medium : Medium
-        For a heading from the tilt.
-    held : Held
-        For a heading along the velocity.
+    limits : Limits, optional
+        Of the plan: their vehicle's drag is that of a heading from the tilt, their yaw rate that of one along the
+        velocity.
+    yaw_rate, hold_below : float, optional
+        Of a heading along the velocity: see ``Held``.
 
     Raises
     ------
     YawError
         If the yaw is malformed, or that at the end of a closed lap is not that at its start, but for whole turns.
     """
+    medium, limit = (AIRLESS, None) if limits is None else (limits.medium, limits.yaw_rate)
+    held = Held(yaw_rate, hold_below, limit)
     held.check(yaw)
     if isinstance(yaw, str):
         if yaw not in ("velocity", "tilt"):

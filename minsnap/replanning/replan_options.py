@@ -10,8 +10,7 @@ from minsnap.arrays import FloatArray, numbers
 from minsnap.checks import check_degree, is_number, is_whole
 from minsnap.errors import DegreeError, InputError, LimitError, YawError
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.planned_yaw import ChosenHeading, Held, asked_heading
-from minsnap.trajectory.medium import Medium
+from minsnap.optimisation.planned_yaw import ChosenHeading, asked_heading
 from minsnap.vehicle import Quadrotor
 
 LEAST_HALF = 4
@@ -42,8 +41,7 @@ def chosen_heading(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
         return None
     if not isinstance(yaw, str) and not is_number(yaw):
         raise YawError(f"yaw is {yaw!r}: give an angle [rad], 'velocity' or 'tilt', or nothing to hold it")
-    medium, turning = (Medium(), None) if limits is None else (limits.medium, limits.yaw_rate)
-    return asked_heading(yaw, 1, False, medium, Held(None, None, turning))
+    return asked_heading(yaw, 1, False, limits)
 
 
 def waypoint_angles(yaw: Any, legs: int) -> FloatArray | None:
