@@ -355,8 +355,9 @@ def _by_piqp(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tu
     import piqp
 
     solver = piqp.DenseSolver()
-    for name, value in TOLERANCES["piqp"].items():
-        setattr(solver.settings, name, value)
+    settings, accuracy = solver.settings, TOLERANCES["clarabel"]["tol_feas"]
+    settings.eps_abs = settings.eps_rel = settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = accuracy
+    settings.max_iter = TOLERANCES["piqp"]["max_iter"]
     dense, below = rows.toarray(), np.full(len(sides) - equal, -np.inf)
     equations = (dense[:equal], sides[:equal]) if equal else (None, None)
     solver.setup(np.zeros((len(linear), len(linear))), linear, *equations, dense[equal:], below, sides[equal:])

@@ -20,7 +20,15 @@ from minsnap.deadline import NEVER, Deadline
 from minsnap.optimisation.master_qp import Answer, MasterQP
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_outside, spread_rows
+from minsnap.optimisation.rows import (
+    Curve,
+    RowSet,
+    halfway_rows,
+    momentary_rows,
+    proved_rows,
+    rows_outside,
+    spread_rows,
+)
 
 NEAR = 0.3
 """Excess, in widths, below which walls are moved inwards; share of it that a faulty answer breaks rows by."""
@@ -173,10 +181,16 @@ def looked(state: State) -> tuple[State, list[WallRows]]:
 
 
 def added(master: MasterQP, state: State, found: list[WallRows]) -> State:
-    """Add rows; in dense coordinates, where rows are cheap, the first addition includes rows spread along each wall."""
-    if state.answer is None and state.excess < np.inf and all(group.whitened for group in master.groups):
+    """Add rows, and more of them where that saves rounds.
+
+    In dense coordinates, where rows are cheap, the first addition includes rows spread along each wall; in sparse ones
+    each addition includes rows halfway to those before, once the excess is less than a width.
+    """
+    rows, dense = state.rows, all(group.whitened for group in master.groups)
+    if dense and state.answer is None and state.excess < np.inf:
         found = [*found, *spread_rows(state.curve)]
-    rows = state.rows
+    if not dense and rows is not None and state.excess < 1.0:
+        found = [*found, *halfway_rows(state.curve, rows.source, found)]
     for part in found:
         fresh = master.express(part)
         rows = fresh if rows is None else rows.joined(fresh)

@@ -24,10 +24,10 @@ ACCURACY = 1e-6
 TOLERANCES: dict[str, dict[str, Any]] = {
     "daqp": {"primal_tol": 1e-13, "sing_tol": 1e-13, "dual_tol": 1e-12, "iter_limit": 10_000},
     "piqp": {
-        "eps_abs": 1e-10,
-        "eps_rel": 1e-10,
-        "eps_duality_gap_abs": 1e-10,
-        "eps_duality_gap_rel": 1e-10,
+        "eps_abs": 1e-9,
+        "eps_rel": 1e-9,
+        "eps_duality_gap_abs": 1e-8,
+        "eps_duality_gap_rel": 1e-8,
         "max_iter": 100,
     },
     "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 60},

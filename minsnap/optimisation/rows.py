@@ -219,6 +219,22 @@ def proved_rows(curve: Curve) -> list[WallRows]:
     return [rows for rows in found if len(rows.s)]
 
 
+def halfway_rows(curve: Curve, known: WallRows, found: list[WallRows]) -> list[WallRows]:
+    """Rows halfway between each row found and the nearest known one of its wall: the place of contact lies between."""
+    first, momentary = curve.compiled.first, curve.compiled.momentary
+    places, more = np.sort(2.0 * known.wall + known.s), []
+    for rows in found:
+        place = 2.0 * rows.wall + rows.s
+        after = np.searchsorted(places, place)
+        below, above = (places[np.clip(side, 0, len(places) - 1)] - place for side in (after - 1, after))
+        step = np.where(np.abs(below) < np.abs(above), below, above)
+        near = np.flatnonzero((np.abs(step) < 1.0) & (step != 0.0) & ~momentary[rows.wall])
+        if len(near):
+            block = int(np.searchsorted(first, rows.wall[near[0]], side="right")) - 1
+            more.append(curve.rows(block, rows.wall[near] - first[block], rows.s[near] + 0.5 * step[near]))
+    return more
+
+
 def _pressed(balls: KnotBalls, first: int, row: IntArray, rows: WallRows, multipliers: FloatArray) -> WallRows:
     """Tangent planes of balls in the direction of the total force of their rows, the expected point of contact."""
     force = _forces(first + row, rows, multipliers)

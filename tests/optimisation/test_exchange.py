@@ -8,7 +8,7 @@ from properties.strategies import corridors
 from tasks import many_legs
 
 import minsnap
-from minsnap.optimisation import master_qp
+from minsnap.optimisation import exchange, master_qp
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 DURATIONS = [4.0, 2.0, 4.0, 2.0]
@@ -106,6 +106,15 @@ def test_few_rows_are_needed():
     report = minsnap.plan(CORNERS, DURATIONS, corridor=0.3).report
     assert 0 < report.rows <= 120
     assert 1 < report.rounds <= 15
+
+
+def test_rows_halfway_between_others_save_rounds_with_many_legs(monkeypatch):
+    points, durations, widths = many_legs(100)
+    found = minsnap.plan(points, durations, corridor=widths)
+    monkeypatch.setattr(exchange, "halfway_rows", lambda curve, known, rows: [])
+    without = minsnap.plan(points, durations, corridor=widths)
+    assert found.report.rounds < without.report.rounds
+    assert found.cost() == pytest.approx(without.cost(), rel=2e-6)
 
 
 def test_a_corridor_that_is_wide_enough_needs_no_programme():
