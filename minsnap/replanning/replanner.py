@@ -55,7 +55,8 @@ SPLIT_GAIN = 1e-2
 """The same for a total time, where it is not known what the rest was planned for."""
 
 ENDING, CLOSING = 0.2, 0.1
-"""Shares of the budget left to the certified end and to what follows it, until it is known how long they take."""
+"""Shares of the budget left to the certified end and to what follows it, until it is known how long they take; as much
+as the second is left after the stop."""
 
 NO_STOP = "no way to hover inside leg 0 and the limits was found from this state"
 LATE_STOP = "the time was over before a way to hover was found"
@@ -226,25 +227,24 @@ class Replanner:
         if call.aim.timed and self._limits is None:
             raise TimingError("nothing says how fast to fly: give limits to the Replanner, or durations or total_time")
         splice, task = call.splice, call.course.task
-        stopping = Stopping(task, self._limits, call.deadline)
+        stopping = Stopping(task, self._limits, Deadline(call.due - CLOSING * call.seconds, self._clock))
         (stop, no_stop), safe = self._stop(call, stopping.braking), self._safe(call)
         rest = splice.rest if call.course.fits(splice.rest) else None
         standing = self._with_angles(call, rest) if rest is not None and safe else None
         if stop is None and safe and ends_at_rest(splice.flown):
             stop = splice.rest
-        late = stop is None and no_stop is LATE_STOP
-        if stop is None and not late:
-            stop, no_stop = self._stop(call, stopping.aside)
-        known = self._takes.usual("stop")
+        known, late = self._takes.usual("stop"), stop is None and no_stop is LATE_STOP
         self._takes.add("stop", call.watch.seconds)
         if late or not known:
             self._refuse_short(call.seconds)
         if late:
             raise TimingError(f"the budget of {call.seconds:.3g} s was over before a stop plan was found: replan again")
+        if stop is None:
+            stopping.deadline.resume()
+            stop, no_stop = self._stop(call, stopping.aside)
         legs = asked_of_legs(task)
         better, settled, reason = None, True, "nothing has changed"
-        searching = standing is None or not self._unchanged(call, standing, legs)
-        if searching:
+        if standing is None or not self._unchanged(call, standing, legs):
             better, settled, reason = self._searched(call, rest)
         chosen, reason = self._chosen_of(call, standing, better, reason)
         if chosen is None and standing is not None and standing is not rest:
@@ -253,8 +253,8 @@ class Replanner:
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, self._memory)
         self._memory = Memory(change.trajectory, start, legs, settled, guess)
-        self._takes.add("check", call.deadline.longest)
-        if searching:
+        if call.deadline.longest:
+            self._takes.add("check", call.deadline.longest)
             self._takes.add("closing", call.deadline.since)
         return change
 
@@ -271,7 +271,6 @@ class Replanner:
     def _stop(self, call: _Call, found: Callable[[], Trajectory | None]) -> tuple[Trajectory | None, str]:
         """Return a stop with the heading at the splice, or None and why there is none."""
         splice = call.splice
-        call.deadline.resume()
         try:
             stop = found()
         except LateError:
@@ -303,7 +302,7 @@ class Replanner:
         return largest_use(self._limits, call.splice.flown) >= FULL
 
     def _deadline(self, due: float, seconds: float) -> Deadline:
-        """Return when stop and search must have ended."""
+        """Return when a search must have ended."""
         closing = self._takes.most("closing", CLOSING * seconds)
         return Deadline(due - closing, self._clock, self._takes.most("check"))
 

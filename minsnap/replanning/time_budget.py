@@ -44,9 +44,9 @@ class Takes:
         return MARGIN * max(known) if known else first
 
     def usual(self, part: str, first: float = 0.0) -> float:
-        """Return the same but for one answer in ten."""
+        """Return the same but for one answer in ten, and for one of a few."""
         known = sorted(self._known[part])
-        return MARGIN * known[9 * len(known) // 10] if known else first
+        return MARGIN * known[9 * (len(known) - 1) // 10] if known else first
 
 
 def due_of(called: float, now: float, seconds: float, began: float | None) -> float:

@@ -11,9 +11,11 @@ import minsnap
 from minsnap import Boxes, Limits, Replanner, TimingError, deadline
 from minsnap.deadline import Deadline, LateError
 from minsnap.errors import InfeasibleError
+from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.search import Aim, search_ahead
 from minsnap.replanning.splice import splice_of
+from minsnap.replanning.stopping import Stopping
 from minsnap.replanning.time_budget import ANSWERS, MARGIN, SKIPS, Takes
 from minsnap.time_allocation.recovery import start_state, way_back
 
@@ -80,6 +82,30 @@ def test_the_times_of_the_last_answers_are_known():
     assert takes.most("stop") == MARGIN * 5.0
     takes.skip("stop")
     assert takes.most("stop") == 0.0
+
+
+def test_one_slow_answer_among_few_is_no_measure():
+    takes = Takes()
+    for seconds, usual in ((3.0, 3.0), (1.0, 1.0), (2.0, 2.0), (9.0, 3.0)):
+        takes.add("stop", seconds)
+        assert takes.usual("stop") == MARGIN * usual
+
+
+def test_a_stop_that_took_long_to_find_aside_does_not_make_later_budgets_too_short(flown, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(deadline, "thread_time", lambda: now[0])
+
+    def found_late(self):
+        now[0] += 0.3
+
+    replanner = Replanner(LIMITS, 0.5, clock=lambda: now[0])
+    with monkeypatch.context() as patch:
+        patch.setattr(Stopping, "braking", lambda self: None)
+        patch.setattr(Stopping, "aside", found_late)
+        patch.setattr(replanner_module, "rest_within", lambda *_: False)
+        replanner.replan(flown, 0.3, POINTS[1:], 0.5)
+    assert now[0] == 0.3
+    assert replanner.replan(flown, 0.3, POINTS[1:], 0.1).stop is not None
 
 
 def test_budgets_below_what_answers_took_are_refused_at_once_and_tried_again_later(flown, monkeypatch):
