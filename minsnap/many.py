@@ -16,7 +16,7 @@ from minsnap.errors import InputError, MinsnapError
 from minsnap.limits.limits import Limits
 from minsnap.native.plan_batches import ManySlopes, many_gradients, many_optima, many_tubes
 from minsnap.native.status import Status
-from minsnap.optimisation.tube_report import TubeReport
+from minsnap.optimisation.tube_report import TubeReports
 from minsnap.problem_rows import (
     GRADIENT_GAP,
     ManyAsked,
@@ -33,7 +33,7 @@ from minsnap.progress import ProgressLine, told
 from minsnap.tolerances import GAP
 from minsnap.trajectory.gradients import Gradients, Slopes
 from minsnap.trajectory.report import LinearSystem, Report
-from minsnap.trajectory.trajectories import Trajectories
+from minsnap.trajectory.trajectories import Reports, ReportsExcept, Trajectories
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory
 
 
@@ -156,25 +156,21 @@ def _solved_in_tubes(asked: ManyAsked, widths: FloatArray, gradients: bool) -> T
     if found is None:
         return _solved_one_by_one(asked, gradients)
     share = (perf_counter() - asked.began) / max(len(batch), 1)
-    first = batch.offsets.tolist()
-    reports: list[ReportMaker] = [
-        TubeReport(share, found.figures[b], batch.points[i + b : j + b + 1], widths[i:j])
-        for b, (i, j) in enumerate(zip(first[:-1], first[1:], strict=True))
-    ]
+    reports = TubeReports(share, found.figures, batch.points, widths, batch.offsets)
     return _mended(asked, (found.points, found.breaks, found.statuses), reports, found.slopes)
 
 
 def _mended(
     asked: ManyAsked,
     solved: tuple[FloatArray, FloatArray, IntArray],
-    made: list[ReportMaker],
+    made: Reports,
     slopes: ManySlopes | None,
 ) -> Trajectories:
     """Plan by themselves the problems that the native core left, and wrap all."""
     points, breaks, statuses = solved
     batch = asked.batch
     errors: list[MinsnapError | None] = [None] * len(batch)
-    reports: list[Report | ReportMaker] = [*made]
+    own_reports: dict[int, Report | ReportMaker] = {}
     for index in np.flatnonzero(statuses != Status.DONE).tolist():
         found = asked.alone(index)
         if isinstance(found, MinsnapError):
@@ -182,13 +178,14 @@ def _mended(
             continue
         legs = slice(int(batch.offsets[index]), int(batch.offsets[index + 1]))
         points[legs], breaks[legs.start + index : legs.stop + index + 1] = found.control_points, found.breaks
-        reports[index] = found.report or made[index]
+        own_reports[index] = found.report or made[index]
         if slopes is not None:
             own = asked.slopes(index, found)
             slopes.durations[legs], slopes.displacements[legs] = own.durations, -np.cumsum(own.waypoints[:-1], axis=0)
             if slopes.widths is not None:
                 slopes.widths[legs] = own.widths
     gradients = None if slopes is None else Gradients.of_legs(*slopes, batch.offsets)
+    reports = ReportsExcept(made, own_reports)
     return _wrapped(points, batch.durations, breaks, batch.offsets, errors, reports, asked.workers, gradients)
 
 
@@ -221,10 +218,10 @@ def _wrapped(
     breaks: FloatArray,
     offsets: IntArray,
     errors: Sequence[MinsnapError | None],
-    reports: Sequence[Report | ReportMaker],
+    reports: Reports,
     workers: int,
     gradients: Gradients | None,
 ) -> Trajectories:
     for array in (points, durations, breaks, offsets):
         array.setflags(write=False)
-    return Trajectories(points, durations, breaks, offsets, tuple(errors), tuple(reports), workers, gradients)
+    return Trajectories(points, durations, breaks, offsets, tuple(errors), reports, workers, gradients)

@@ -272,9 +272,11 @@ class ManyAsked:
         """
         if self.corridors is None or self.others or any(end is not None for end in self.ends):
             return None
-        legs, values = np.diff(self.batch.offsets), []
+        legs, values, known = np.diff(self.batch.offsets), [], {}
         for corridor, count in zip(self.corridors, legs.tolist(), strict=True):
-            width = _plain_widths(corridor, count)
+            if (id(corridor), count) not in known:  # one corridor may serve many problems
+                known[id(corridor), count] = _plain_widths(corridor, count)
+            width = known[id(corridor), count]
             if width is None:
                 return None
             values.append(width)
@@ -292,4 +294,6 @@ def _plain_widths(corridor: Any, legs: int) -> FloatArray | float | None:
     width = numbers(corridor.half_width if isinstance(corridor, Tube) else corridor)
     if corridor is None or width is None or width.ndim > 1:
         return None
-    return np.full(legs, np.nan) if width.ndim and len(width) != legs else np.asarray(width)
+    if width.ndim == 0:
+        return float(width)
+    return width if len(width) == legs else np.full(legs, np.nan)

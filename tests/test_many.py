@@ -124,6 +124,18 @@ def test_the_number_of_threads_changes_no_bit(threads):
         assert many(t, 2).tobytes() == one(t, 2).tobytes()
 
 
+@pytest.mark.parametrize("threads", [1, 3])
+def test_results_larger_than_the_caches_are_the_same(threads):
+    rng = np.random.default_rng(4)
+    sizes = [120, 3, *[11] * 4800, 90]
+    points, durations = [rng.normal(size=(n, 3)) for n in sizes], [rng.uniform(0.7, 1.4, n - 1) for n in sizes]
+    many = minsnap.plan_many(points, durations, threads=threads)
+    assert many.control_points.nbytes > 8 << 20
+    for part in (slice(0, 40), slice(4000, 4040), slice(4790, 4803)):
+        few = minsnap.plan_many(points[part], durations[part], threads=1)
+        assert all(same(many[index], few[i]) for i, index in enumerate(range(*part.indices(len(sizes)))))
+
+
 def test_evaluation_takes_one_instant_shared_ones_or_each_plans_own():
     points, durations = questions(4, 3)
     many = minsnap.plan_many(points, durations)
@@ -173,6 +185,8 @@ def test_tubes_are_solved_together_to_the_bytes_of_each_alone(threads):
     widths[13] = 0.0
     many = minsnap.plan_many(points, durations, corridor=widths, threads=threads)
     assert [i for i, error in enumerate(many.errors) if error] == [7, 11, 13]
+    with pytest.raises(CorridorError):
+        many[13]
     for index in set(range(30)) - {7, 11, 13}:
         alone = minsnap.plan(points[index], durations[index], corridor=widths[index])
         assert many[index].control_points.tobytes() == alone.control_points.tobytes()

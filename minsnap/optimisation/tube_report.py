@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.margins import margin_to
 from minsnap.corridors.tubes import Tube
 from minsnap.optimisation.solved_task import NATIVE
@@ -42,3 +42,32 @@ class TubeReport:
         rows, rounds = self.figures[2:].astype(int).tolist()
         milliseconds, steps = 1e3 * self.seconds, steps_of(self.history)
         return Report(NATIVE, rounds, rows, curve.cost(), margin, milliseconds, steps=steps, core=NATIVE)
+
+
+@dataclass(frozen=True, eq=False)
+class TubeReports:
+    """What is known of many such plans, one after the other: ``reports[b]`` is gathered when it is asked for.
+
+    Parameters
+    ----------
+    seconds : float
+        What each plan took, in the mean.
+    figures : ndarray, shape (plans, 4)
+    waypoints : ndarray, shape (knots in all, dim)
+        [m].
+    widths : ndarray, shape (legs in all,)
+        [m].
+    offsets : ndarray of int, shape (plans + 1,)
+        First leg of each plan, and the number of all legs; plans have one knot more than legs.
+    """
+
+    seconds: float
+    figures: FloatArray
+    waypoints: FloatArray
+    widths: FloatArray
+    offsets: IntArray
+
+    def __getitem__(self, index: int) -> TubeReport:
+        first, last = self.offsets[index : index + 2].tolist()
+        points = self.waypoints[first + index : last + index + 1]
+        return TubeReport(self.seconds, self.figures[index], points, self.widths[first:last])

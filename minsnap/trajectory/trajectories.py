@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,25 @@ from minsnap.trajectory.gradients import Gradients
 from minsnap.trajectory.path import check_order
 from minsnap.trajectory.report import Report
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory, costs_of_pieces
+
+
+class Reports(Protocol):
+    """Reports by plan, or what makes them: a list, or what gathers each when it is asked for."""
+
+    def __getitem__(self, index: int, /) -> Report | ReportMaker:
+        """Return the report of one plan, or what makes it."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ReportsExcept:
+    """Reports of ``all`` plans but for some that have their ``own``."""
+
+    all: Reports
+    own: Mapping[int, Report | ReportMaker]
+
+    def __getitem__(self, index: int) -> Report | ReportMaker:
+        return self.own[index] if index in self.own else self.all[index]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -36,7 +56,7 @@ class Trajectories:
     offsets : ndarray of int, shape (plans + 1,)
     errors : tuple of MinsnapError or None
         By plan, what was wrong; None where nothing was.
-    reports : tuple of Report or ReportMaker
+    reports : Reports
         By plan.
     threads : int
         With how many threads all are evaluated.
@@ -49,7 +69,7 @@ class Trajectories:
     breaks: FloatArray
     offsets: IntArray
     errors: tuple[MinsnapError | None, ...]
-    reports: tuple[Report | ReportMaker, ...]
+    reports: Reports
     threads: int = 1
     gradients: Gradients | None = None
 

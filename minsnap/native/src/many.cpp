@@ -9,7 +9,30 @@
 #include "evaluate.hpp"
 #include "export.hpp"
 #include "for_all.hpp"
+#include "past_caches.hpp"
 #include "unconstrained.hpp"
+
+namespace minsnap {
+namespace {
+
+constexpr std::int64_t small = 2048, large = 1 << 20;  // doubles: of a result kept in the first cache; of results beyond all
+
+// The optimum of one problem of many, whose results are ``all`` doubles together.
+Status solve_one(const ChainProblem &chain, int half, std::int64_t all, double *out) {
+    Spread spread;
+    const Status checked = check_chain(chain, half, spread);
+    if (checked != Status::done) return checked;
+    const std::int64_t count = chain.legs * 2 * half * chain.stride;
+    if (all < large || count > small || reinterpret_cast<std::uintptr_t>(out) % 16 != 0)
+        return solve_chain(chain, half, spread, {out, nullptr});
+    alignas(64) double room[small];
+    const Status status = solve_chain(chain, half, spread, {room, nullptr});
+    if (status == Status::done) copy_past_caches(room, out, count);
+    return status;
+}
+
+}  // namespace
+}  // namespace minsnap
 
 // Plans without walls; starts and ends are states (count, half - 1, dim), null at rest.
 //
@@ -27,12 +50,10 @@ MINSNAP_EXPORT std::int32_t minsnap_many(const double *points, const double *dur
         chain.points = points + (first + b) * dim, chain.durations = durations + first;
         chain.legs = offsets[b + 1] - first, chain.stride = dim;
         chain.start = starts ? starts + state : nullptr, chain.end = ends ? ends + state : nullptr;
-        Spread spread;
-        Status status = check_chain(chain, half, spread);
-        if (status == Status::done) status = solve_chain(chain, half, spread, {out + first * 2 * half * dim, nullptr});
+        const Status status = solve_one(chain, half, offsets[count] * 2 * half * dim, out + first * 2 * half * dim);
         if (status == Status::done) write_breaks(chain.durations, chain.legs, breaks + first + b);
         return status;
-    });
+    }, settle_copies);
     return static_cast<std::int32_t>(Status::done);
 }
 
