@@ -10,6 +10,10 @@ a derivative of the position, add a row here and a field of the same name, at th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf, pi
+
+from minsnap.checks import check_positive
+from minsnap.errors import LimitError
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,8 @@ class Kind:
         Whether it needs three coordinates, z up.
     least : bool
         Whether it is a lower bound.
+    above, below : float
+        Between which it lies: what a vehicle needs to hold its altitude.
     """
 
     name: str
@@ -45,6 +51,19 @@ class Kind:
     degrees: bool = False
     spatial: bool = True
     least: bool = False
+    above: float = 0.0
+    below: float = inf
+
+    def check(self, limit: float) -> None:
+        """Raise LimitError unless a limit is a positive number with which a vehicle can hold its altitude."""
+        check_positive(f"the limit {self.name}", limit, self.unit, LimitError)
+        if limit <= self.above:
+            bounds, what = {"smallest": self.above}, f"above {self.above:g}"
+        elif limit >= self.below:
+            bounds, what = {"largest": self.below}, f"below {self.below:.4g}"
+        else:
+            return
+        raise LimitError(f"{self.name} is {limit} {self.unit}: no vehicle holds altitude unless it is {what}", **bounds)
 
     @property
     def label(self) -> str:
@@ -70,9 +89,9 @@ KINDS = (
     Kind("descent_speed", "m/s", "downwards", 1, "--max-descent-speed"),
     Kind("vertical_speed", "m/s", "vertical", 1, "--max-vertical-speed"),
     Kind("vertical_acceleration", "m/s²", "vertical", 2, "--max-vertical-acceleration"),
-    Kind("max_thrust", "of the weight", "thrust", option="--max-thrust"),
-    Kind("min_thrust", "of the weight", "least_thrust", option="--min-thrust", least=True),
-    Kind("tilt", "rad", "tilt", option="--max-tilt", degrees=True),
+    Kind("max_thrust", "of the weight", "thrust", option="--max-thrust", above=1.0),
+    Kind("min_thrust", "of the weight", "least_thrust", option="--min-thrust", least=True, below=1.0),
+    Kind("tilt", "rad", "tilt", option="--max-tilt", degrees=True, below=pi / 2.0),
     Kind("body_rate", "rad/s", "body_rate", option="--max-body-rate"),
     Kind("yaw_rate", "rad/s", "yaw_rate", option="--max-yaw-rate", spatial=False),
     Kind("rotor_thrust", "N", "rotors"),

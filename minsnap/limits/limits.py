@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,9 +16,9 @@ from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.kinds import KIND, KINDS
 from minsnap.limits.lift_use import measure_lift
-from minsnap.limits.measures import MEASURES, Extent
+from minsnap.limits.measures import MEASURES, Extent, Motion, exact_motion
 from minsnap.limits.rotor_use import measure_rotors
-from minsnap.limits.utilisation import measure_all
+from minsnap.limits.utilisation import measured
 from minsnap.limits.vehicle_drag import medium_of
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
@@ -86,28 +86,13 @@ class Limits:
         if not isinstance(self.norm, str) or self.norm not in ("euclidean", "axis"):
             raise LimitError(f"the norm of the limits is {self.norm!r}: use 'euclidean' or 'axis'")
         for name, value in self.given().items():
-            check_positive(f"the limit {name}", value, KIND[name].unit, LimitError)
+            KIND[name].check(value)
         check_positive("gravity", self.gravity, "m/s²", LimitError)
-        self._check_hover()
-
-    def _check_hover(self) -> None:
-        if self.max_thrust is not None and self.max_thrust <= 1.0:
-            raise LimitError(
-                f"max_thrust is {self.max_thrust}, below hover: the thrust-to-weight ratio must exceed 1",
-                smallest=1.0,
-            )
         if type(self) is Limits and self.max_thrust is not None and self.max_thrust > STRONG:
             warnings.warn(
                 f"max_thrust is {self.max_thrust:g} times the weight: if it is newtons, divide it by the weight",
                 MagnitudeWarning,
-                stacklevel=4,
-            )
-        if self.min_thrust is not None and self.min_thrust >= 1.0:
-            raise LimitError(f"min_thrust is {self.min_thrust}, above hover: it must be below 1", largest=1.0)
-        if self.tilt is not None and self.tilt >= np.pi / 2.0:
-            raise LimitError(
-                f"tilt is {self.tilt} rad: no thrust holds altitude unless it is below pi/2 = {np.pi / 2.0:.4f} rad",
-                largest=np.pi / 2.0,
+                stacklevel=3,
             )
 
     @classmethod
@@ -161,7 +146,24 @@ class Limits:
             If a vertical or vehicle limit is set and the trajectory has no vertical coordinate.
         """
         self._check_dim(traj.dim)
-        return measure_all(self, traj)
+        return self._measured(self.given(), traj)
+
+    def use_of_state(self, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
+        """Return the utilisation of each limit by the state at a single instant.
+
+        Parameters
+        ----------
+        derivatives : mapping of int to ndarray, shape (dim,)
+            By order; those missing are zero.
+        dim : int
+        """
+        instant = Trajectory(np.zeros((1, 1, dim)), np.ones(1))
+        state = Motion(lambda order: derivatives.get(order, np.zeros(dim)).reshape(1, 1, dim), self.norm, self.medium)
+        return measured(self.given(), instant, state)
+
+    def _measured(self, given: Mapping[str, float], traj: Trajectory) -> tuple[Utilisation, ...]:
+        """Measure limits exactly, but for the drag."""
+        return measured(given, traj, exact_motion(traj, self.norm, self.gravity))
 
     def _check_dim(self, dim: int) -> None:
         spatial = [name for name in self.given() if KIND[name].spatial]
@@ -209,9 +211,11 @@ class VehicleLimits(Limits):
         the tilt and the body rate are measured in the same way.
         """
         self._check_dim(traj.dim)
-        lifted = measure_lift(self.vehicle, self.given(), traj) if self.medium.drags else {}
-        others = {used.name: used for used in measure_all(self, traj, lifted)} | lifted
-        return (*(others[name] for name in self.given()), *measure_rotors(self.vehicle, self.reserve, traj))
+        given = self.given()
+        lifted = measure_lift(self.vehicle, given, traj) if self.medium.drags else {}
+        others = {name: limit for name, limit in given.items() if name not in lifted}
+        used = {entry.name: entry for entry in self._measured(others, traj)} | lifted
+        return (*(used[name] for name in given), *measure_rotors(self.vehicle, self.reserve, traj))
 
     @cached_property
     def medium(self) -> Medium:

@@ -102,46 +102,35 @@ class Measure(Protocol):
         ...
 
 
-class _Norm:
-    """Euclidean norm of a derivative, or of its first coordinates; of each axis with ``norm="axis"``."""
-
-    def __init__(self, columns: int | None = None) -> None:
-        self.columns = columns
-
-    def largest(self, motion: Motion, order: int) -> Found:
-        points = motion.order(order)[..., : self.columns]
-        return _largest_component(points) if self._by_axis(motion.norm) else _largest_norm(points)
-
-    def sampled(self, motion: Motion, order: int) -> FloatArray:
-        values = motion.order(order)[:, : self.columns]
-        return np.asarray(np.abs(values).max(axis=1) if self._by_axis(motion.norm) else np.linalg.norm(values, axis=1))
-
-    def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
-        if self._by_axis(norm):
-            return [_faces(extent, axis, (-limit, limit), order, name) for axis in np.eye(extent.dim)]
-        return [_ball(extent, np.eye(self.columns or extent.dim, extent.dim), limit, order, name)]
-
-    def _by_axis(self, norm: str) -> bool:
-        return norm == "axis" and self.columns is None
+_UP = slice(2, 3)
+"""The vertical coordinate."""
 
 
-class _Vertical:
-    """The last coordinate of a derivative: upwards (1), downwards (-1) or both ways (0)."""
+class _Part:
+    """Some coordinates of a derivative: their Euclidean norm, each of all with ``norm="axis"``, or one side of one."""
 
-    def __init__(self, sign: int) -> None:
-        self.sign = sign
+    def __init__(self, columns: slice = slice(None), sign: int = 0) -> None:
+        self.columns, self.sign = columns, sign
 
     def largest(self, motion: Motion, order: int) -> Found:
-        points = motion.order(order)[..., 2:]
-        return maximum(self.sign * points[..., 0]) if self.sign else _largest_component(points)
+        points = motion.order(order)[..., self.columns]
+        return _largest_component(points, self.sign) if self._single(motion.norm) else _largest_norm(points)
 
     def sampled(self, motion: Motion, order: int) -> FloatArray:
-        values = motion.order(order)[:, 2]
-        return np.asarray(np.maximum(self.sign * values, 0.0) if self.sign else np.abs(values))
+        values = motion.order(order)[:, self.columns]
+        if self.sign:
+            return np.maximum(self.sign * values[:, 0], 0.0)
+        return np.asarray(np.abs(values).max(axis=1) if self._single(motion.norm) else np.linalg.norm(values, axis=1))
 
     def walls(self, extent: Extent, limit: float, name: str, order: int, norm: str, gravity: float) -> list[Walls]:
-        lower, upper = (-np.inf if self.sign > 0 else -limit), (np.inf if self.sign < 0 else limit)
-        return [_faces(extent, np.eye(extent.dim)[-1], (lower, upper), order, name)]
+        axes = np.eye(extent.dim)[self.columns]
+        if not self._single(norm):
+            return [_ball(extent, axes, limit, order, name)]
+        bounds = (-np.inf if self.sign > 0 else -limit), (np.inf if self.sign < 0 else limit)
+        return [_faces(extent, axis, bounds, order, name) for axis in axes]
+
+    def _single(self, norm: str) -> bool:
+        return self.columns == _UP or (norm == "axis" and self.columns == slice(None))
 
 
 class _Thrust:
@@ -215,11 +204,11 @@ class _BodyRate:
 
 
 MEASURES: dict[str, Measure] = {
-    "norm": _Norm(),
-    "horizontal": _Norm(2),
-    "upwards": _Vertical(1),
-    "downwards": _Vertical(-1),
-    "vertical": _Vertical(0),
+    "norm": _Part(),
+    "horizontal": _Part(slice(0, 2)),
+    "upwards": _Part(_UP, 1),
+    "downwards": _Part(_UP, -1),
+    "vertical": _Part(_UP),
     "thrust": _Thrust(),
     "least_thrust": _Thrust(least=True),
     "tilt": _Tilt(),
@@ -234,8 +223,9 @@ def _largest_norm(points: FloatArray) -> Found:
     return size * float(np.sqrt(max(value, 0.0))), piece, s
 
 
-def _largest_component(points: FloatArray) -> Found:
-    both = np.concatenate((points, -points), axis=2).transpose(0, 2, 1)
+def _largest_component(points: FloatArray, sign: int) -> Found:
+    """Largest coordinate upwards (1), downwards (-1) or both ways (0)."""
+    both = np.concatenate([side * points for side in ((sign,) if sign else (1, -1))], axis=2).transpose(0, 2, 1)
     value, row, s = maximum(both.reshape(-1, points.shape[1]))
     return value, row // both.shape[1], s
 

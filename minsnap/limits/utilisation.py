@@ -2,60 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from typing import Protocol
+from collections.abc import Mapping
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
 from minsnap.limits.kinds import KIND, Kind
-from minsnap.limits.measures import MEASURES, Motion, exact_motion
+from minsnap.limits.measures import MEASURES, Motion
 from minsnap.limits.yaw_rate import largest_yaw_rate
-from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
 
-class Given(Protocol):
-    """Protocol of the limits measured here."""
-
-    @property
-    def norm(self) -> str:
-        """Norm of speed to snap."""
-
-    @property
-    def medium(self) -> Medium:
-        """Gravity and drag."""
-
-    def given(self) -> dict[str, float]:
-        """Return the limits that are set, by name."""
-
-
-def measure_all(limits: Given, traj: Trajectory, but: Collection[str] = ()) -> tuple[Utilisation, ...]:
-    """Measure every limit that is set, in the order of its fields, but for those named; drag is left out."""
-    return _measured(limits, traj, exact_motion(traj, limits.norm, limits.medium.gravity), but)
-
-
-def measure_state(limits: Given, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
-    """Measure the state at a single instant.
-
-    Parameters
-    ----------
-    derivatives : mapping of int to ndarray, shape (dim,)
-        By order; those missing are zero.
-    dim : int
-    """
-    instant = Trajectory(np.zeros((1, 1, dim)), np.ones(1))
-    motion = Motion(lambda order: derivatives.get(order, np.zeros(dim)).reshape(1, 1, dim), limits.norm, limits.medium)
-    return _measured(limits, instant, motion, ())
-
-
-def _measured(limits: Given, traj: Trajectory, motion: Motion, but: Collection[str]) -> tuple[Utilisation, ...]:
+def measured(given: Mapping[str, float], traj: Trajectory, motion: Motion) -> tuple[Utilisation, ...]:
+    """Measure limits, by name, over all time of a trajectory with these derivatives."""
     used = []
-    for name, limit in limits.given().items():
+    for name, limit in given.items():
         kind = KIND[name]
-        if name in but:
-            continue
         if kind.measure == "yaw_rate":
             used.append(used_at(traj, name, limit, *largest_yaw_rate(traj)))
             continue

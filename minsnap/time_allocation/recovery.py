@@ -15,7 +15,6 @@ from minsnap.arrays import GRAVITY, BoolArray, FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.deadline import NEVER, Deadline
 from minsnap.limits.limits import Limits
-from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.initial_guess import norm_limits
 from minsnap.time_allocation.single_piece import Condition, Demand, PieceFound, SinglePiece, conditions_of
@@ -88,7 +87,7 @@ def start_use(task: Task, limits: Limits) -> float:
 def state_use(state: FloatArray, limits: Limits) -> float:
     """Share of the most used limit in a state (k, dim)."""
     derivatives = {order: state[order] for order in range(1, len(state))}
-    return max((used.fraction for used in measure_state(limits, derivatives, state.shape[1])), default=0.0)
+    return max((used.fraction for used in limits.use_of_state(derivatives, state.shape[1])), default=0.0)
 
 
 def way_back(

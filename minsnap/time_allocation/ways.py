@@ -15,7 +15,6 @@ from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import InfeasibleError, LimitError, SolverError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.problem import Task
 from minsnap.polynomials.bernstein import split
 from minsnap.time_allocation.recovery import Recovery, start_state, start_use, state_at, state_use, way_back
@@ -163,7 +162,7 @@ def _end_state(task: Task) -> FloatArray:
 
 def no_way(task: Task, limits: Limits, waypoint: int) -> LimitError:
     """Say that no way between a state on or outside its limits and one with room was found."""
-    used = max(measure_state(limits, task.pins[waypoint], task.dim), key=lambda entry: entry.fraction)
+    used = max(limits.use_of_state(task.pins[waypoint], task.dim), key=lambda entry: entry.fraction)
     if waypoint:
         what, leg = "the end has", task.legs - 1
         advice = f"no way to it inside the corridor was found: widen the corridor of leg {leg}, or end more slowly"

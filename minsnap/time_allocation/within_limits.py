@@ -8,7 +8,6 @@ from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
-from minsnap.limits.utilisation import measure_state
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
@@ -254,7 +253,7 @@ def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> Non
         if mended and waypoint == 0:
             continue
         last = mended and waypoint == task.legs and bool((task.upper[-1] <= task.lower[-1]).all())
-        for used in measure_state(limits, state, task.dim):
+        for used in limits.use_of_state(state, task.dim):
             if used.fraction > (1.0 + KEPT if last else 1.0 - TOUCHING):
                 raise _pinned_at(waypoint, used)
 

@@ -49,6 +49,9 @@ def test_what_cannot_hover_is_refused_with_the_value_that_would_do(given, attrib
     with pytest.raises(LimitError) as refused:
         Limits(**given)
     assert getattr(refused.value, attribute) == value
+    side, other = ("above", "largest") if attribute == "smallest" else ("below", "smallest")
+    assert f"no vehicle holds altitude unless it is {side} {value:.4g}" in str(refused.value)
+    assert getattr(refused.value, other) is None
     assert exit_status(refused.value) == 2 and isinstance(refused.value, ValueError)
 
 

@@ -5,7 +5,6 @@ import pytest
 
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, Extent, Motion
-from minsnap.limits.utilisation import measure_state
 from minsnap.trajectory.medium import Medium
 
 
@@ -29,5 +28,5 @@ def test_a_thrust_without_a_vertical_part_is_at_a_right_angle():
 
 
 def test_derivatives_of_a_state_that_are_not_given_are_zero():
-    used = measure_state(Limits(speed=2.0, acceleration=1.0), {1: np.array([0.0, 3.0, 4.0])}, 3)
+    used = Limits(speed=2.0, acceleration=1.0).use_of_state({1: np.array([0.0, 3.0, 4.0])}, 3)
     assert [entry.fraction for entry in used] == [2.5, 0.0]
