@@ -45,8 +45,8 @@ INSTANTS = np.linspace(0.0, 1.0, 25)
 INWARDS = 1e-4
 """By how many widths it must be inside at the end of the piece, less before."""
 
-BRIEFEST = 0.05
-"""Shortest stop, of a vehicle at rest [s]."""
+BRIEFEST = 0.15
+"""Time that stopping takes at least [s]: the jerk of much shorter polynomials has the rounding of their positions."""
 
 EXACT_TRIES = 6
 """Candidates that are certified at most."""

@@ -92,14 +92,17 @@ def test_none_before_a_wall():
     assert found.aside() is None
 
 
-def test_a_vehicle_at_rest_stays():
-    flown = minsnap.plan(POINTS, durations=[1, 1, 1, 1])
-    splice = splice_of(flown, 4.0, 0.02, 4)
-    course = course_ahead(splice, [(6.0, 1.0, 1.0)], None, splice.leg_start, [Tube(0.5)], 1)
+@pytest.mark.parametrize("speed", (0.0, 0.02))
+def test_a_vehicle_nearly_at_rest_stays_with_a_jerk_that_is_no_rounding(speed):
+    place, motion = np.array([30.0, 1.0, 1.0]), np.array([speed, 0.0, 0.0])
+    flown = minsnap.Trajectory((place + np.linspace(0.0, 1.0, 8)[:, None] * motion)[None], np.ones(1))
+    splice = splice_of(flown, 0.0, 1e-9, 4)
+    course = course_ahead(splice, [place + (5.0, 0.0, 0.0)], None, place, [Tube(0.5)], 1)
     stop = Stopping(course.task, LIMITS).braking()
-    assert stop(stop.duration) == pytest.approx(POINTS[-1], abs=1e-9)
-    assert stop.duration >= 0.01, "a shorter one has derivatives of rounding alone"
-    assert max(stop.max_norm(order)[0] for order in (1, 2, 3)) < 1e-6
+    assert stop(stop.duration) == pytest.approx(place, abs=0.01) and stop.duration >= 0.05
+    for order in (1, 2, 3):
+        assert stop(0.0, order) == pytest.approx(motion * (order == 1), abs=1e-8)
+        assert stop(stop.duration, order) == pytest.approx(np.zeros(3), abs=1e-8)
 
 
 def straight_on(speed, acceleration=0.0):
