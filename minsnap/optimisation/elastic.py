@@ -32,7 +32,7 @@ from minsnap.tolerances import ROUNDING
 ACCURACY = 3e-4
 """Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
 
-ROUNDS = 30
+ROUNDS = 20
 
 Solver = Callable[[FloatArray, Any, FloatArray, int], tuple[FloatArray, FloatArray]]
 """Minimises linear . x over rows that are at most their sides, the first ones equal to them: x, and multipliers."""
@@ -151,8 +151,8 @@ class Elastic:
         Excess over the relaxed walls, in widths, that ends the exchange.
     evident : bool
         Whether multipliers are asked for that prove a slack above zero.
-    spare : float
-        Excess over walls that give way that ends it too, in widths after they did.
+    inward : float
+        Widths by which rows are moved inwards once a slack is certain, so that it ends after fewer solves.
     sign : bool
         Whether it is sufficient to know whether the slack is above zero, or of a curve with room to all walls.
     """
@@ -165,14 +165,14 @@ class Elastic:
         seed: WallRows | None = None,
         accuracy: float = ACCURACY,
         evident: bool = False,
-        spare: float = 0.0,
+        inward: float = 0.0,
         sign: bool = False,
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, problem.values, compiled, give
-        self.accuracy, self.evident, self.spare, self.sign = accuracy, evident, spare, sign
+        self.accuracy, self.evident, self.inward, self.sign = accuracy, evident, inward, sign
         self.linear = LinearRows(problem, self.base)
         self.ends = problem.plain_ends(self.base)
-        self.multipliers, self.inward = np.zeros(0), 0.0
+        self.multipliers, self.moved = np.zeros(0), 0.0
         begin = all_walls_rows(Curve(problem, compiled, self.base)) + ([] if seed is None else [seed])
         self.rows = self._expressed(begin)
         self._made: dict[bool, Coordinates] = {}
@@ -181,26 +181,30 @@ class Elastic:
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
 
+        After ``ROUNDS`` solves the slacks are those that the last curve needs, which may be more than the least.
+
         Raises
         ------
         SolverError
             If no solver answers.
         """
         if not self.problem.size and self.give.lowest == 0.0:
-            return Relaxed(self.base, self._least_slacks(), None, self.multipliers, 0, np.zeros(0))
+            return Relaxed(self.base, self._needed(self.base), None, self.multipliers, 0, np.zeros(0))
         knots, slacks = self._solve()
         rounds = 1
         while rounds < ROUNDS:
-            given = self._amounts(slacks + self.spare * (1.0 + slacks) * (slacks > self.accuracy))
+            given = self._amounts(slacks)
             curve = Curve(self.problem, self.compiled.relaxed(given), knots)
             found, excess = rows_outside(curve, self.rows, self.multipliers, self.accuracy)
             if not found or (self.sign and self._known(slacks, excess)):
                 break
             self.rows = self.rows.joined(self._expressed([self._unrelaxed(rows, given) for rows in found]))
-            self.inward = self.spare if slacks.max() > ACCURACY else 0.0
+            self.moved = self.inward if slacks.max() > ACCURACY else 0.0
             knots, slacks = self._solve()
             rounds += 1
-        self.inward = 0.0
+        else:
+            slacks = np.maximum(slacks, self._needed(knots))
+        self.moved = 0.0
         evidence = self._evidence() if self.evident and slacks.max() > self.accuracy else np.zeros(0)
         return Relaxed(knots, slacks, self.rows, self.multipliers, rounds, evidence)
 
@@ -228,9 +232,9 @@ class Elastic:
         evidence[chosen] = found / self.compiled.widths[self.rows.source.wall[chosen]]
         return evidence
 
-    def _least_slacks(self) -> FloatArray:
-        """Least slacks for a curve without unknowns."""
-        excess = self.compiled.excess(self.problem, self.problem.relative_points(self.base))
+    def _needed(self, knots: FloatArray) -> FloatArray:
+        """Least slacks with which a curve keeps all walls that give way."""
+        excess = self.compiled.excess(self.problem, self.problem.relative_points(knots))
         blocks = zip(self.compiled.blocks, excess, strict=True)
         out = np.concatenate([block.relaxation(maxima(points).values) for block, points in blocks])
         slacks = np.full(self.give.slacks, self.give.lowest)
@@ -255,7 +259,7 @@ class Elastic:
         from scipy.sparse import diags
 
         widths = self.compiled.widths[self.rows.source.wall]
-        bound = self.rows.bound - self.inward * self.rows.width
+        bound = self.rows.bound - self.moved * self.rows.width
         return diags(1.0 / widths) @ self.linear.matrix(self.rows.columns, self.rows.values), bound / widths
 
     def _solve(self) -> tuple[FloatArray, FloatArray]:
@@ -266,7 +270,7 @@ class Elastic:
             answer = self._attempt(*way)
             if answer is not None:
                 found.append((answer.lost, way, answer))
-                if answer.lost <= SOLVED:
+                if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()):
                     break
         if not found:
             raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")

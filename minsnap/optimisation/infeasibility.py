@@ -43,7 +43,7 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
         return None
     groups, names = _leg_groups(corridor, compiled)
     give = Give(groups, np.ones(len(groups)), len(names))
-    found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True, spare=ROOM / 2.0).run()
+    found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True, inward=4.0 * ROOM).run()
     if found.slacks.max() <= NOTICEABLE:
         return None
     if found.rows is None:
