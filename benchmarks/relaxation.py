@@ -52,6 +52,8 @@ class Relaxation:
         q = np.eye(rows.shape[1])[-1]
         P = sparse.csc_matrix((len(q), len(q)))
         found = clarabel.DefaultSolver(P, q, sparse.csc_matrix(rows), bounds, cones, settings).solve()
+        if str(found.status) == "PrimalInfeasible":  # what stands contradicts itself, however far the walls move
+            return np.inf
         return found.obj_val_dual if str(found.status) in ("Solved", "AlmostSolved") else None
 
     def _solutions(self):

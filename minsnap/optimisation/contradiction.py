@@ -163,12 +163,12 @@ class ExactRows:
     def contradict(self, multipliers: list[Fraction]) -> bool:
         """Whether the sum of the rows is below 0 for every curve that is ruled out."""
         left, side = self._sum(multipliers)
-        return side + sum(abs(value) * self._largest(place) for place, value in left.items()) < 0
+        return side + sum(abs(value) * self.largest(place) for place, value in left.items()) < 0
 
     def refined(self, multipliers: list[Fraction]) -> list[Fraction]:
         """Return multipliers of which less is left, by least squares relative to them."""
         index = {place: i for i, place in enumerate(self.places)}
-        largest = np.array([float(self._largest(place)) for place in self.places])
+        largest = np.array([float(self.largest(place)) for place in self.places])
         matrix, right = np.zeros((len(index), len(multipliers))), np.zeros(len(index))
         for column, (row, _) in enumerate(self.rows):
             for place, value in row.items():
@@ -194,7 +194,7 @@ class ExactRows:
                 left[place] = left.get(place, Fraction(0)) + multiplier * value
         return left, side
 
-    def _largest(self, place: Unknown) -> Fraction:
+    def largest(self, place: Unknown) -> Fraction:
         """Largest value of a free derivative of the curves that are ruled out."""
         knot, slot, _ = place
         slots, T = self.task.slots, self.durations
@@ -292,21 +292,41 @@ def find_contradiction(task: Task, durations: FloatArray, problem: Problem, foun
         return None
     walls, pressed = native_walls(task), np.flatnonzero(found.evidence)
     chosen = [_pressed(walls, rows.source, int(i), float(found.evidence[i])) for i in pressed]
-    when = np.zeros(0) if walls.when is None else walls.when
-    chosen += [_plane(walls, int(i), float(when[i] - 2)) for i in np.flatnonzero(when >= 2)]
+    chosen += _planes(walls)
     joints = tuple((joint, Fraction(0)) for joint in _joints(problem))
     return Contradiction(task, durations, tuple(chosen), joints).refined()
 
 
-def contradicting_joint(task: Task, durations: FloatArray, problem: Problem) -> Contradiction | None:
-    """Return the continuity that pinned derivatives alone break furthest; None where something is free."""
-    joints = [(joint, Fraction(1)) for joint in _joints(problem)]
-    rows = ExactRows(task, durations, (), joints).rows
-    broken = {joint: side for (joint, _), (row, side) in zip(joints, rows, strict=True) if not row}
-    worst = max(broken, key=lambda joint: abs(broken[joint]), default=None)
-    if worst is None or not broken[worst]:
+def contradicting_joints(task: Task, durations: FloatArray, problem: Problem) -> Contradiction | None:
+    """Return continuity and planes of gates that contradict each other and the pins; None where that is not proved."""
+    joints = [(joint, Fraction(0)) for joint in _joints(problem)]
+    if not joints:
         return None
-    return Contradiction(task, durations, (), ((worst, Fraction(-1 if broken[worst] > 0 else 1)),))
+    planes = _planes(native_walls(task)) if problem.planes else []
+    exact = ExactRows(task, durations, planes, joints)
+    index = {place: i for i, place in enumerate(exact.places)}
+    matrix, sides = np.zeros((len(exact.rows), len(index) + 1)), np.array([float(side) for _, side in exact.rows])
+    for number, (row, _) in enumerate(exact.rows):
+        for place, value in row.items():
+            matrix[number, index[place]] = float(value * exact.largest(place))
+    sizes = np.linalg.norm(matrix, axis=1)
+    alone = sizes == 0.0
+    sizes[alone] = np.abs(sides[alone]).max(initial=0.0) or 1.0
+    matrix, sides = matrix / sizes[:, None], sides / sizes
+    left = sides - matrix @ np.linalg.lstsq(matrix, sides, rcond=ROUNDING)[0]
+    if alone.any() and np.abs(sides[alone]).max() > 0.0:
+        left[~alone] = 0.0
+    if not left.any():
+        return None
+    multipliers = [Fraction(-value) for value in (left / sizes).tolist()]
+    found = Contradiction(task, durations, tuple(planes), tuple(joints)).with_multipliers(multipliers)
+    return found if found.verify() else found.refined()
+
+
+def _planes(walls: WallArrays) -> list[PressedRow]:
+    """Planes in which waypoints lie, as rows with a multiplier of 0."""
+    when = np.zeros(0) if walls.when is None else walls.when
+    return [_plane(walls, int(i), float(when[i] - 2)) for i in np.flatnonzero(when >= 2)]
 
 
 def _joints(problem: Problem) -> list[Joint]:

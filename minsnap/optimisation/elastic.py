@@ -181,7 +181,7 @@ class Elastic:
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
 
-        After ``ROUNDS`` solves the slacks are those that the last curve needs, which may be more than the least.
+        After ``ROUNDS`` solves the slacks are from below, or with ``inward`` those that the last curve needs.
 
         Raises
         ------
@@ -203,7 +203,7 @@ class Elastic:
             knots, slacks = self._solve()
             rounds += 1
         else:
-            slacks = np.maximum(slacks, self._needed(knots))
+            slacks = np.maximum(slacks, self._needed(knots)) if self.inward else slacks
         self.moved = 0.0
         evidence = self._evidence() if self.evident and slacks.max() > self.accuracy else np.zeros(0)
         return Relaxed(knots, slacks, self.rows, self.multipliers, rounds, evidence)

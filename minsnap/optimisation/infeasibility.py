@@ -43,7 +43,10 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
         return None
     groups, names = _leg_groups(corridor, compiled)
     give = Give(groups, np.ones(len(groups)), len(names))
-    found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True, inward=4.0 * ROOM).run()
+    try:
+        found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True, inward=4.0 * ROOM).run()
+    except SolverError as unsolved:
+        return _standing(corridor, durations, problem, units, compiled) or unsolved
     if found.slacks.max() <= NOTICEABLE:
         return None
     if found.rows is None:
@@ -53,6 +56,26 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     if error.contradiction is None:
         return SolverError(f"{UNPROVED}widen the corridor of leg {error.leg}, or change durations that differ much")
     return error
+
+
+def _standing(
+    task: Task, durations: FloatArray, problem: Problem, units: Units, compiled: Compiled
+) -> InfeasibleError | None:
+    """Return the error where the walls contradict each other at waypoints, which widths of a corridor do not help."""
+    count = len(compiled.widths)
+    give = Give(np.zeros(count, dtype=np.intp), np.ones(count), 1)
+    found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True).run()
+    proof = find_contradiction(task, durations, problem, found)
+    if proof is None:
+        return None
+    leg, instant = hardest_pressed(task, problem, units, found)
+    return InfeasibleError(
+        f"no curve passes the waypoints as near as asked for: leg {leg} is the hardest, at {instant:.4g} s; widen the "
+        f"tolerances or gates, pin fewer derivatives, or lower continuity={task.continuity}",
+        leg=leg,
+        instant=instant,
+        contradiction=proof,
+    )
 
 
 def _outside(problem: Problem, compiled: Compiled, found: Relaxed) -> Relaxed:

@@ -78,10 +78,12 @@ def _solved_natively(task: Task, units: Units, durations: FloatArray, gap: float
 def _solved_without_walls(task: Task, units: Units, durations: FloatArray) -> SolvedTask:
     found = solve_without_walls(task, durations, units)
     if isinstance(found, str):
+        from minsnap.optimisation.linear_rows import joined_exactly
         from minsnap.optimisation.unconstrained import unbounded_optimum
 
         problem = task.problem(durations, units)
-        optimum = Optimum(unbounded_optimum(problem), None, np.zeros(0), 0, "banded", handed_over=found)
+        knots = joined_exactly(problem, unbounded_optimum(problem))
+        optimum = Optimum(knots, None, np.zeros(0), 0, "banded", handed_over=found)
         return SolvedTask(task, durations, units, optimum, problem)
     optimum = Optimum(found[1], None, np.zeros(0), 0, "banded", core=NATIVE, points=found[0])
     return SolvedTask(task, durations, units, optimum)

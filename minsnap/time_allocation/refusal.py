@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
-from minsnap.optimisation.contradiction import contradicting_joint, find_contradiction
+from minsnap.optimisation.contradiction import contradicting_joints, find_contradiction
 from minsnap.optimisation.elastic import Elastic
 from minsnap.optimisation.infeasibility import UNPROVED, explain_corridor, hardest_pressed, normalised
 from minsnap.optimisation.problem import Task
@@ -32,22 +32,28 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
     SolverError
         If there is no proof: the solvers failed on a problem that may have a solution.
     """
-    refused = explain_corridor(task, durations)
+    refused = _joined_by_nothing(task, durations) or explain_corridor(task, durations)
     if refused is not None:
         return refused
     if not any(wall.order for wall in task.walls):
         problem, _, compiled = normalised(task, durations)
-        if problem.jumps and not problem.size:
-            broken = contradicting_joint(task, durations, problem)
-            return InfeasibleError(
-                f"the pins leave nothing free, and their curve does not have continuity={task.continuity}: lower it "
-                "or pin fewer derivatives",
-                contradiction=broken,
-            )
         return leg_on_wall(task, Curve(problem, compiled, problem.values)) or SolverError(
             "the solvers failed on a problem that has a solution: try another solver="
         )
     return _too_fast(task, durations)
+
+
+def _joined_by_nothing(task: Task, durations: FloatArray) -> InfeasibleError | None:
+    """Return the error where pins, gates and continuity contradict each other, whatever the walls are."""
+    task = replace(task, touching=False)
+    broken = contradicting_joints(task, durations, normalised(task, durations)[0])
+    if broken is None:
+        return None
+    return InfeasibleError(
+        "pins and continuity ask for more than the polynomials have free: lower "
+        f"continuity={task.continuity}, or pin fewer derivatives",
+        contradiction=broken,
+    )
 
 
 def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverError:
