@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -60,6 +60,28 @@ def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
         leg = int(np.flatnonzero(~good)[0])
         raise TimingError(f"the duration of leg {leg} is {values[leg]} s: it must be positive and finite", leg=leg)
     return values
+
+
+def check_array(
+    what: str,
+    value: Any,
+    shapes: Collection[tuple[int, ...]],
+    give: str,
+    error: type[MinsnapError],
+    least: float = -LARGEST,
+) -> FloatArray:
+    """Return a read-only array of one of some shapes, finite and not below ``least``, or raise the error given."""
+    array = numbers(value)
+    if array is None or array.shape not in shapes or not np.isfinite(array).all() or (array < least).any():
+        raise error(f"{what} is {value!r}: give {give}")
+    return array
+
+
+def check_distance(what: str, value: Any, error: type[MinsnapError]) -> float:
+    """Return a finite number of 0 or more as a float, or raise the error given."""
+    if not is_number(value) or value < 0.0:
+        raise error(f"{what} is {value!r}: give a distance of 0 or more [m]")
+    return float(value)
 
 
 def check_positive(what: str, value: Any, unit: str, error: type[MinsnapError]) -> float:
@@ -209,7 +231,11 @@ def check_state(state: Mapping[str, npt.ArrayLike] | None, where: str, half: int
         return {}
     if not isinstance(state, Mapping):
         raise WaypointError(f"{where} must be a mapping such as {{'velocity': (1, 0, 0)}}, not {state!r}")
-    return {_order(name, where, half): _vector(value, name, where, dim) for name, value in state.items()}
+    give = f"{dim} finite numbers"
+    return {
+        _order(name, where, half): check_array(f"the {name} of {where}", value, ((dim,),), give, WaypointError)
+        for name, value in state.items()
+    }
 
 
 def _order(name: Any, where: str, half: int) -> int:
@@ -217,13 +243,6 @@ def _order(name: Any, where: str, half: int) -> int:
     if name not in allowed:
         raise WaypointError(f"{where} pins {name!r}: degree {2 * half - 1} can pin {', '.join(allowed)}")
     return DERIVATIVES.index(name)
-
-
-def _vector(value: npt.ArrayLike, name: str, where: str, dim: int) -> FloatArray:
-    vector = numbers(value)
-    if vector is None or vector.shape != (dim,) or not np.isfinite(vector).all():
-        raise WaypointError(f"the {name} of {where} is {value!r}: give {dim} finite numbers")
-    return vector
 
 
 def point_text(point: FloatArray) -> str:

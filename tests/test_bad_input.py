@@ -81,10 +81,10 @@ CORRIDORS = (
     ({"corridor": [0.3, 0.3]}, CorridorError, r"shape \(2,\) for 4 legs"),
     ({"corridor": "wide"}, CorridorError, "numbers"),
     ({"corridor": []}, CorridorError, "positive and finite"),
-    ({"waypoint_tolerance": -0.1}, WaypointError, "not negative"),
+    ({"waypoint_tolerance": -0.1}, WaypointError, "is -0.1: give one finite number of 0 or more"),
     ({"waypoint_tolerance": NAN}, WaypointError, "finite"),
-    ({"waypoint_tolerance": [0.1, 0.2]}, WaypointError, r"shape \(2,\).*5 waypoints"),
-    ({"waypoint_tolerance": "loose"}, WaypointError, "numbers"),
+    ({"waypoint_tolerance": [0.1, 0.2]}, WaypointError, r"is \[0.1, 0.2\]: give one .*5 waypoints"),
+    ({"waypoint_tolerance": "loose"}, WaypointError, "is 'loose': give one finite number"),
 )
 
 DEGREES = (

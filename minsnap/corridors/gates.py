@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, ReadOnly, numbers
+from minsnap.checks import check_array
 from minsnap.errors import WaypointError
 from minsnap.tolerances import EXACT, ROUNDING
 
@@ -186,9 +187,7 @@ def _sides(axis: FloatArray, up: npt.ArrayLike | None) -> Sequence[FloatArray]:
         return [np.array([-axis[1], axis[0]])]
     level = abs(axis[2]) > 1.0 - EXACT
     vertical = (0.0, 1.0, 0.0) if level else (0.0, 0.0, 1.0)
-    upwards = _numbers(vertical if up is None else up, "up of a gate")
-    if upwards.shape != (3,):
-        raise WaypointError(f"up of a gate is {up!r}: give three coordinates")
+    upwards = check_array("up of a gate", vertical if up is None else up, ((3,),), "three coordinates", WaypointError)
     across = np.cross(upwards, axis)
     if np.linalg.norm(across) <= EXACT * np.linalg.norm(upwards):
         raise WaypointError(f"up of a gate is {up!r}, along its normal: give a direction in its plane")

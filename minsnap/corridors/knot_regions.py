@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, numbers
-from minsnap.checks import check_waypoints, point_text
+from minsnap.checks import check_array, check_waypoints, point_text
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, without_gates
 from minsnap.corridors.regions import KnotRegion, ball_region, gate_region
@@ -199,18 +199,14 @@ def _apart(inside: FloatArray, upper: FloatArray) -> FloatArray:
 
 def _tolerances(tolerance: npt.ArrayLike | None, points: FloatArray) -> FloatArray:
     """Half-widths of the box around every waypoint, (n, dim)."""
-    widths = np.zeros(points.shape)
+    widths, count = np.zeros(points.shape), len(points)
     if tolerance is None:
         return widths
-    given = numbers(tolerance)
-    if given is None or not np.isfinite(given).all() or (given < 0.0).any():
-        raise WaypointError(f"waypoint_tolerance must be finite numbers, not negative [m], not {tolerance!r}")
+    give = f"one finite number of 0 or more [m], or one for each of {count} waypoints"
+    shapes = (), (count,), points.shape
+    given = check_array("waypoint_tolerance", tolerance, shapes, give, WaypointError, least=0.0)
     if given.ndim == 0:
         widths[1:-1] = given
-    elif given.shape in ((len(points),), points.shape):
-        widths[:] = given[:, None] if given.ndim == 1 else given
     else:
-        raise WaypointError(
-            f"waypoint_tolerance has shape {given.shape}: give one, or one for each of {len(points)} waypoints"
-        )
+        widths[:] = given[:, None] if given.ndim == 1 else given
     return widths

@@ -8,13 +8,12 @@ marching method and Bernstein basis polynomial", ICRA 2018); the next one starts
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import BoolArray, FloatArray, numbers
-from minsnap.checks import check_waypoints, is_number
+from minsnap.checks import check_array, check_distance, check_waypoints
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.grid_boxes import inflated, pruned
 from minsnap.corridors.grid_gaps import grown
@@ -84,14 +83,16 @@ def corridor_from_grid(
         If an argument is malformed, or the path leaves the grid or meets a cell that is not free.
     """
     taken = _as_grid(occupancy)
-    size = _vector(resolution, taken.ndim, "resolution")
-    corner = np.zeros(taken.ndim) if origin is None else _vector(origin, taken.ndim, "origin")
+    shapes, give = ((), (1,), (taken.ndim,)), f"one finite number, or {taken.ndim} [m]"
+    size = check_array("the resolution", resolution, shapes, give, CorridorError) + np.zeros(taken.ndim)
+    start = 0.0 if origin is None else origin
+    corner = check_array("the origin", start, shapes, give, CorridorError) + np.zeros(taken.ndim)
     if not (size > 0.0).all():
         raise CorridorError(f"the resolution is {resolution!r}: a cell has a positive side [m]")
     points = check_waypoints(path)
     if points.shape[1] != taken.ndim:
         raise CorridorError(f"the path has {points.shape[1]} coordinates and the grid {taken.ndim} axes")
-    margin = _margin(clearance)
+    margin = check_distance("the clearance", clearance, CorridorError)
     return boxes_along(~grown(taken, margin, size), size, corner, points, margin, largest)
 
 
@@ -145,16 +146,3 @@ def _as_grid(occupancy: npt.ArrayLike) -> BoolArray:
     if grid.ndim not in (2, 3) or not grid.size or grid.dtype.kind not in "biuf":
         raise CorridorError(f"an occupancy grid has 2 or 3 axes of numbers, 0 where free, not shape {grid.shape}")
     return np.asarray(grid != 0)
-
-
-def _vector(value: npt.ArrayLike, dim: int, name: str) -> FloatArray:
-    vector = numbers(value)
-    if vector is None or vector.shape not in ((), (1,), (dim,)) or not np.isfinite(vector).all():
-        raise CorridorError(f"the {name} is {value!r}: give one finite number, or {dim} [m]")
-    return np.broadcast_to(vector, dim)
-
-
-def _margin(clearance: Any) -> float:
-    if not is_number(clearance) or clearance < 0.0:
-        raise CorridorError(f"the clearance is {clearance!r}: it is a distance, 0 or more and finite [m]")
-    return float(clearance)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from minsnap.arrays import FloatArray, numbers
-from minsnap.checks import check_degree, is_number, is_whole
+from minsnap.arrays import FloatArray
+from minsnap.checks import check_array, check_degree, is_number, is_whole
 from minsnap.errors import DegreeError, InputError, LimitError, YawError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.planned_yaw import ChosenHeading, asked_heading
@@ -48,20 +46,11 @@ def waypoint_angles(yaw: Any, legs: int) -> FloatArray | None:
     """Return one angle for each waypoint ahead (legs,) [rad]; None where none was given."""
     if yaw is None:
         return None
-    angles = numbers(yaw)
-    if angles is None or angles.shape != (legs,) or not np.isfinite(angles).all():
-        raise YawError(
-            f"yaw is {yaw!r}: give one finite angle [rad] for each of the {legs} waypoints ahead; the Replanner itself "
-            "takes an angle, 'velocity' or 'tilt'"
-        )
-    return angles
-
-
-def check_distance(value: Any, name: str) -> float:
-    """Return a distance of 0 or more [m]."""
-    if not is_number(value) or not 0.0 <= value < np.inf:
-        raise InputError(f"{name} is {value!r}: give a distance of 0 or more [m]")
-    return float(value)
+    give = (
+        f"one finite angle [rad] for each of the {legs} waypoints ahead; the Replanner itself takes an angle, "
+        "'velocity' or 'tilt'"
+    )
+    return check_array("yaw", yaw, ((legs,),), give, YawError)
 
 
 def check_horizon(horizon: Any) -> int | None:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_pieces
+from minsnap.checks import check_distance, check_pieces
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import as_room
 from minsnap.corridors.tubes import as_constraints
@@ -30,7 +30,6 @@ from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within, t
 from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
 from minsnap.replanning.replan_options import (
     all_limits,
-    check_distance,
     check_half,
     check_horizon,
     chosen_heading,
@@ -132,7 +131,8 @@ class Replanner:
         self._limits = all_limits(limits, vehicle)
         self._corridor, self._room = corridor, as_room(room)
         self._chosen = chosen_heading(yaw, self._limits)
-        self._recover, self._clearance = check_distance(recover, "recover"), check_distance(clearance, "clearance")
+        self._recover = check_distance("recover", recover, InputError)
+        self._clearance = check_distance("clearance", clearance, InputError)
         self._horizon = check_horizon(horizon)
         self._clock, self._lock = clock, threading.Lock()
         self._memory: Memory | None = None

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray, ReadOnly, numbers, own_arrays
-from minsnap.checks import is_number
+from minsnap.checks import check_array
 from minsnap.corridors.boxes import axis_name
 from minsnap.errors import CorridorError
 from minsnap.tolerances import EXACT
@@ -55,7 +54,9 @@ class GridMap(ReadOnly):
         object.__setattr__(
             self, "resolution", np.full(cells.ndim, 1.0) * _sides(self.name, self.resolution, cells.ndim)
         )
-        corner = np.zeros(cells.ndim) if self.origin is None else _corner(self.name, self.origin, cells.ndim)
+        give = f"{cells.ndim} finite numbers [m]"
+        start = np.zeros(cells.ndim) if self.origin is None else self.origin
+        corner = check_array(f"the origin of {self.name}", start, ((cells.ndim,),), give, CorridorError)
         object.__setattr__(self, "origin", corner)
         own_arrays(self)
 
@@ -124,17 +125,3 @@ def _sides(name: str, resolution: npt.ArrayLike, dim: int) -> FloatArray:
     if sides is None or sides.shape not in ((), (dim,)) or not (np.isfinite(sides) & (sides > 0.0)).all():
         raise CorridorError(f"the resolution of {name} is {resolution!r}: give the side of a cell [m], or one per axis")
     return sides
-
-
-def _corner(name: str, origin: npt.ArrayLike | Sequence[float], dim: int) -> FloatArray:
-    corner = numbers(origin)
-    if corner is None or corner.shape != (dim,) or not np.isfinite(corner).all():
-        raise CorridorError(f"the origin of {name} is {origin!r}: give {dim} finite numbers [m]")
-    return corner
-
-
-def check_clearance(clearance: object) -> float:
-    """Return a clearance that is a finite number, 0 or more [m], or raise CorridorError."""
-    if not is_number(clearance) or clearance < 0.0:  # type: ignore[operator]
-        raise CorridorError(f"the clearance is {clearance!r}: it is a distance, 0 or more and finite [m]")
-    return float(clearance)  # type: ignore[arg-type]

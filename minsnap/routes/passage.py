@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.arrays import FloatArray
+from minsnap.checks import check_array
 from minsnap.corridors.grid_gaps import gaps, grown
 from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along
 from minsnap.errors import CorridorError, InfeasibleError, WaypointError
@@ -48,11 +49,9 @@ def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: 
 
 def end_point(value: npt.ArrayLike, dim: int, name: str) -> FloatArray:
     """Return start or goal as an array of finite numbers: (dim,), or (3,) above a plane map [m]."""
-    point = numbers(value)
-    if point is None or point.shape not in ((dim,), (3,)) or not np.isfinite(point).all():
-        wanted = "two coordinates, or three" if dim == 2 else "three coordinates"
-        raise WaypointError(f"the {name} is {value!r}: give {wanted} [m], as the map has {dim} axes")
-    return point
+    wanted = "two coordinates, or three" if dim == 2 else "three coordinates"
+    give = f"{wanted} [m], as the map has {dim} axes"
+    return check_array(f"the {name}", value, ((dim,), (3,)), give, WaypointError)
 
 
 def _check_inside(grid: GridMap, point: FloatArray, name: str) -> None:

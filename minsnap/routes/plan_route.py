@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import check_distance
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.occupancy_grid import GridCorridor
 from minsnap.errors import CorridorError, WaypointError
 from minsnap.limits.limits import Limits
 from minsnap.planner import plan
 from minsnap.routes.cell_distance import Approach, nearest_cell
-from minsnap.routes.grid_map import GridMap, check_clearance
+from minsnap.routes.grid_map import GridMap
 from minsnap.routes.map_files import array_map, read_map
 from minsnap.routes.map_values import Reading
 from minsnap.routes.passage import end_point, find_passage
@@ -147,7 +148,7 @@ def plan_through(
     >>> bool(route.distance >= 0.3 - 1e-9)
     True
     """
-    radius = check_clearance(clearance)
+    radius = check_distance("the clearance", clearance, CorridorError)
     further = {"resolution": resolution, "origin": origin, "threshold": threshold, "unknown": unknown}
     read = _as_map(grid, further, [start, goal], radius)
     if altitudes is not None:

@@ -7,10 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-import numpy as np
-
-from minsnap.arrays import numbers
-from minsnap.checks import check_positive, is_number
+from minsnap.checks import check_array, check_positive, is_number
 from minsnap.errors import ShapeError, YawError
 from minsnap.shapes.phase import PhaseLaw, PhasePath
 from minsnap.trajectory.look_at import LookAt
@@ -21,10 +18,7 @@ Turning = TypeVar("Turning", bound=PhasePath)
 
 def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ...]:
     """Return ``value`` as floats, or raise ShapeError unless it has the given number of finite entries."""
-    point = numbers(value)
-    if point is None or point.shape != (size,) or not np.isfinite(point).all():
-        raise ShapeError(f"the {name} is {value!r}: it must be {size} finite numbers [m]")
-    return tuple(point.tolist())
+    return tuple(check_array(f"the {name}", value, ((size,),), f"{size} finite numbers [m]", ShapeError).tolist())
 
 
 def check_finite(name: str, value: float, unit: str) -> float:

@@ -9,7 +9,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.arrays import FloatArray
+from minsnap.checks import check_array
 from minsnap.errors import InputError
 
 
@@ -148,8 +149,5 @@ def _root(covariance: FloatArray) -> FloatArray:
 
 def vector(name: str, values: npt.ArrayLike) -> tuple[float, float, float]:
     """Return three finite floats, or raise InputError that names the argument."""
-    array = numbers(values)
-    if array is None or array.shape != (3,) or not np.isfinite(array).all():
-        raise InputError(f"{name} is {values!r}: give three finite numbers, x, y and z")
-    x, y, z = array.tolist()
+    x, y, z = check_array(name, values, ((3,),), "three finite numbers, x, y and z", InputError).tolist()
     return x, y, z

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.arrays import FloatArray
+from minsnap.checks import check_array
 from minsnap.errors import YawError
 from minsnap.trajectory.path import Path
 
@@ -50,9 +51,7 @@ class LookAt:
     point: FloatArray
 
     def __init__(self, point: npt.ArrayLike) -> None:
-        place = numbers(point)
-        if place is None or place.shape not in ((2,), (3,)) or not np.isfinite(place).all():
-            raise YawError(f"the point to look at is {point!r}: give (x, y) [m]")
+        place = check_array("the point to look at", point, ((2,), (3,)), "(x, y) [m]", YawError)
         object.__setattr__(self, "point", place)
 
     def heading(self, path: Path) -> LookAtHeading:
