@@ -131,7 +131,7 @@ private:
     }
 
     // S = P'P with the rows' derivatives made orthogonal to the rows, P = D - Q Q'D: the difference of the Gram matrices of
-    // D and Q'D would cancel where derivatives depend on the rows.
+    // D and Q'D would cancel where derivatives depend on the rows. One pass is exact enough for a step.
     bool make_system() {
         const int all = parameter_count_;
         const std::size_t size = all;
@@ -142,7 +142,7 @@ private:
         for (int p = 0; p < all; ++p) {
             const Parameter &own = parameters_[p];
             reach_[p] = active_.whiten(own.plane, active_.row(own.row).s, own.part == instant ? 1 : 0, derivative(p));
-            orthogonal.project(derivative(p), reach_[p], along_.data());
+            orthogonal.project(derivative(p), reach_[p], along_.data(), 1);
             for (int o = 0; o <= p; ++o)
                 entry(p, o) = orthogonal.inner(derivative(p), reach_[p], derivative(o), reach_[o]);
         }

@@ -62,11 +62,12 @@ public:
         }
     }
 
-    // Replace a column by its part orthogonal to Q, with Q'x in ``along`` (count,); returns the squared norm left.
-    Real project(Real *x, Reach &reach, Real *along) {
+    // Replace a column by its part orthogonal to Q, with Q'x in ``along`` (count,); returns the squared norm left. After one
+    // pass the part is off by rounding of x, after more by rounding of itself.
+    Real project(Real *x, Reach &reach, Real *along, int passes = 3) {
         Real before = inner(x, reach, x, reach);
         for (int k = 0; k < count_; ++k) along[k] = 0;
-        for (int pass = 0; pass < 3; ++pass) {
+        for (int pass = 0; pass < passes; ++pass) {
             const Reach had = reach;
             for (int k = 0; k < count_; ++k) more_[k] = inner(x, had, column(k), reach_[k]);
             for (int k = 0; k < count_; ++k) {
