@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.corridors.margins import nearest_wall
-from minsnap.errors import InfeasibleError, SolverError
+from minsnap.errors import SolverError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
@@ -118,7 +118,7 @@ def search_back(task: Task, aim: Aim, finish: Finish, seconds: float) -> Better:
     assert aim.limits is not None
     way = way_back(start_state(task), task.walls, aim.limits, task.deadline)
     if way is None:
-        raise InfeasibleError("no way back into the corridor of leg 0 was found: stop, or widen it", leg=0)
+        raise SolverError("no way back into the corridor of leg 0 was found: stop, or widen it")
     ahead = search_ahead(from_end(task, way), aim, finish, None, seconds)
     whole = finish(joined(way.piece, ahead.curve))
     start = way.piece.duration * (1.0 + KEPT)

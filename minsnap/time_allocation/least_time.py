@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.deadline import LATE, LateError
-from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError
+from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -298,11 +298,10 @@ class LeastTime:
         used = most_used(self.limits, self.finish(search.layout.trajectory(found.state)))
         if found.measured.limit <= OPEN and found.measured.wall <= OPEN:
             return SolverError(f"the plan of {durations.sum():.6g} s found could not be certified: loosen a limit")
-        return InfeasibleError(
-            f"the limits cannot be kept inside the corridor at any speed found: {used.name} reaches {used.value:.6g} "
-            f"on leg {used.leg} at {used.instant:.4g} s where {used.limit:.6g} is allowed; raise it or change the path",
-            leg=used.leg,
-            instant=used.instant,
+        return SolverError(
+            f"no speed was found at which the limits can be kept inside the corridor: {used.name} reaches "
+            f"{used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where {used.limit:.6g} is allowed; raise it "
+            "or change the path"
         )
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_positive
-from minsnap.errors import InfeasibleError, LimitError, TimingError
+from minsnap.errors import LimitError, SolverError, TimingError
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
@@ -171,7 +171,7 @@ def solved_or_explained(task: Task, durations: FloatArray, samples: int | None =
         return solve(task, durations, samples)
     except InfeasibleRowsError:
         if not task.explained:
-            raise InfeasibleError("no curve keeps the walls and the limits in these durations") from None
+            raise SolverError("no curve was found that keeps the walls and the limits in these durations") from None
         from minsnap.time_allocation.refusal import explain
 
         raise explain(task, durations) from None

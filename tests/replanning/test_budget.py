@@ -10,7 +10,7 @@ import pytest
 import minsnap
 from minsnap import Boxes, Limits, Replanner, TimingError, deadline
 from minsnap.deadline import Deadline, LateError
-from minsnap.errors import InfeasibleError
+from minsnap.errors import SolverError
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.search import Aim, search_ahead
@@ -49,7 +49,7 @@ def test_a_search_past_its_deadline_ends_without_a_way_back(flown):
 def test_what_cannot_be_flown_is_refused_without_an_explanation(flown):
     task = task_of(flown, through(0.5), POINTS[1:])
     limited = task.with_walls(LIMITS.walls(task.waypoints))
-    with pytest.raises(InfeasibleError, match="no curve keeps the walls and the limits in these durations"):
+    with pytest.raises(SolverError, match="no curve was found that keeps the walls and the limits in these durations"):
         search_ahead(limited, Aim(durations=[0.1, 0.1, 0.1]), lambda curve: curve, None, 10.0)
 
 
