@@ -237,6 +237,8 @@ class Problem:
 
     def row_factors(self, piece: IntArray, s: FloatArray, order: int) -> FloatArray:
         """Factors of a piece's end derivatives in its derivative of that order at s: (rows, 2k)."""
+        if order > self.degree:
+            return np.zeros((len(s), 2 * self.half))
         local = basis(self.degree - order, s) @ _ends_derivative(self.degree, order)
         local *= self.end_powers[piece]
         return np.asarray(local / self.durations[piece, None] ** order if order else local)
