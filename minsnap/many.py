@@ -120,7 +120,7 @@ def _solved(asked: ManyAsked, gradients: bool) -> Trajectories:
 
 
 def _check_gradients(asked: ManyAsked) -> None:
-    from minsnap.optimisation.place_gradient import FIXED, TUBES
+    from minsnap.corridors.named_constraints import CONSTRAINTS
 
     if any(
         name != "pins" and (name == "durations" or value is not None)
@@ -130,8 +130,8 @@ def _check_gradients(asked: ManyAsked) -> None:
         raise InputError("gradients are known for given durations: leave out gradients=True, or limits and total_time")
     for corridor in asked.corridors or ():
         for part in corridor if isinstance(corridor, (list, tuple)) else [corridor]:
-            if hasattr(part, "walls") and type(part) not in TUBES + FIXED:
-                kinds = ", ".join(kind.__name__ for kind in TUBES + FIXED)
+            if hasattr(part, "walls") and CONSTRAINTS.get(type(part).__name__) is not type(part):
+                kinds = ", ".join(CONSTRAINTS)
                 raise InputError(f"gradients are known in walls of {kinds}, not of {type(part).__name__}")
 
 

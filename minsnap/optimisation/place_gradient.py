@@ -19,19 +19,13 @@ from typing import NamedTuple
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.half_spaces import HalfSpaces
-from minsnap.corridors.polytopes import Polytopes
-from minsnap.corridors.room import Room
-from minsnap.corridors.tubes import RoundTube, Tube, across, leg_projections
+from minsnap.corridors.named_constraints import TUBES
+from minsnap.corridors.tubes import RoundTube, across, leg_projections
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.polynomials.bernstein import basis
 from minsnap.trajectory.gradients import free_slopes
-
-TUBES, FIXED = (Tube, RoundTube), (Boxes, Polytopes, Room, HalfSpaces)
-"""Constraints whose walls follow the waypoints, and those whose walls do not."""
 
 
 class PlaceSlopes(NamedTuple):

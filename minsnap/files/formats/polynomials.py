@@ -15,11 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.corridors.boxes import Boxes
-from minsnap.corridors.half_spaces import HalfSpaces
-from minsnap.corridors.polytopes import Polytopes
-from minsnap.corridors.room import Room
-from minsnap.corridors.tubes import RoundTube, Tube
+from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.headings import headed, yaw_description
@@ -38,9 +34,6 @@ MARK = "minsnap polynomials"
 VERSION = 1
 LARGEST_JSON = 1 << 28
 """Bytes of the largest JSON file that is read."""
-
-KINDS = {kind.__name__: kind for kind in (Tube, RoundTube, Boxes, Polytopes, Room, HalfSpaces)}
-"""Constraints that have a description."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +190,7 @@ def _corridor(corridor: Any) -> Any:
             return [_corridor(part) for part in parts]
         return None if corridor is None else np.asarray(corridor, dtype=np.float64).tolist()
     kind = type(corridor).__name__
-    if KINDS.get(kind) is not type(corridor):
+    if CONSTRAINTS.get(kind) is not type(corridor):
         raise FileError(f"a constraint of kind {kind} has no description in a file: leave the corridor out")
     return {"kind": kind} | {
         entry.name: _plain(getattr(corridor, entry.name)) for entry in fields(corridor) if entry.init
@@ -210,9 +203,9 @@ def _constraint(said: Any) -> Any:
     if not isinstance(said, dict):
         return said
     values = {name: value for name, value in said.items() if name != "kind"}
-    if said.get("kind") not in KINDS:
-        raise FileError(f"no constraint is of kind {str(said.get('kind'))[:40]!r}: there are {', '.join(KINDS)}")
-    return KINDS[said["kind"]](**values)
+    if said.get("kind") not in CONSTRAINTS:
+        raise FileError(f"no constraint is of kind {str(said.get('kind'))[:40]!r}: there are {', '.join(CONSTRAINTS)}")
+    return CONSTRAINTS[said["kind"]](**values)
 
 
 def _limits(limits: Limits) -> dict[str, Any]:
