@@ -227,21 +227,9 @@ class Replanner:
         if call.aim.timed and self._limits is None:
             raise TimingError("nothing says how fast to fly: give limits to the Replanner, or durations or total_time")
         splice, task = call.splice, call.course.task
-        stopping = Stopping(task, self._limits, Deadline(call.due - CLOSING * call.seconds, self._clock))
-        (stop, no_stop), safe = self._stop(call, stopping.braking), self._safe(call)
+        stops, safe = self._stop_first(call)
         rest = splice.rest if call.course.fits(splice.rest) else None
         standing = self._with_angles(call, rest) if rest is not None and safe else None
-        if stop is None and safe and ends_at_rest(splice.flown):
-            stop = splice.rest
-        known, late = self._takes.usual("stop"), stop is None and no_stop is LATE_STOP
-        self._takes.add("stop", call.watch.seconds)
-        if late or not known:
-            self._refuse_short(call.seconds)
-        if late:
-            raise TimingError(f"the budget of {call.seconds:.3g} s was over before a stop plan was found: replan again")
-        if stop is None:
-            stopping.deadline.resume()
-            stop, no_stop = self._stop(call, stopping.aside)
         legs = asked_of_legs(task)
         better, settled, reason = None, True, "nothing has changed"
         if standing is None or not self._unchanged(call, standing, legs):
@@ -249,7 +237,7 @@ class Replanner:
         chosen, reason = self._chosen_of(call, standing, better, reason)
         if chosen is None and standing is not None and standing is not rest:
             chosen, reason = Better(standing), ""
-        change = self._change(call, chosen, (stop, no_stop), safe, reason)
+        change = self._change(call, chosen, stops, safe, reason)
         guess = None if better is None or chosen is not None else better.curve
         start = leg_start_of(splice, self._memory)
         self._memory = Memory(change.trajectory, start, legs, settled, guess)
@@ -267,6 +255,24 @@ class Replanner:
                 f"the budget is {seconds:.3g} s and a stop plan takes {takes:.3g} s here: give at least "
                 f"{2.0 * takes:.2g} s"
             )
+
+    def _stop_first(self, call: _Call) -> tuple[tuple[Trajectory | None, str], bool]:
+        """Return a way to hover, or None and why there is none; and whether the rest of the flown plan is safe."""
+        until = Deadline(call.due - CLOSING * call.seconds, self._clock)
+        stopping = Stopping(call.course.task, self._limits, until)
+        (stop, no_stop), safe = self._stop(call, stopping.braking), self._safe(call)
+        if stop is None and safe and ends_at_rest(call.splice.flown):
+            stop = call.splice.rest
+        known, late = self._takes.usual("stop"), stop is None and no_stop is LATE_STOP
+        self._takes.add("stop", call.watch.seconds)
+        if late or not known:
+            self._refuse_short(call.seconds)
+        if late:
+            raise TimingError(f"the budget of {call.seconds:.3g} s was over before a stop plan was found: replan again")
+        if stop is None:
+            until.resume()
+            stop, no_stop = self._stop(call, stopping.aside)
+        return (stop, no_stop), safe
 
     def _stop(self, call: _Call, found: Callable[[], Trajectory | None]) -> tuple[Trajectory | None, str]:
         """Return a stop with the heading at the splice, or None and why there is none."""
