@@ -50,7 +50,7 @@ RAISES = 3
 WARM_GAIN = 1e-3
 """Relative gain of a step that counts as none in a search from a curve that is given, such as the plan being flown."""
 
-REFINED_GAIN = 3e-4
+REFINED_GAIN = 1e-4
 """Relative gain of a step that counts as none where the number of pieces is left to the search."""
 
 FirstGuess = Callable[[JointLayout], JointState | None]

@@ -81,7 +81,7 @@ class TotalTime:
     layout : JointLayout
     """
 
-    penalties, touches, gain, accuracy = Penalties(limit=1.2), True, 1e-4, 4e-3
+    penalties, touches, gain, accuracy = Penalties(limit=1.2), True, 1e-4, 1e-3
 
     def __init__(self, layout: JointLayout) -> None:
         self.layout = layout
