@@ -104,9 +104,8 @@ def test_both_cores_take_the_same_steps(case):
 
 
 @pytest.mark.parametrize("core_used", ["native", "python"])
-@pytest.mark.parametrize("case", ["every limit", "a closed lap"])
-def test_a_corrected_step_exceeds_limits_and_walls_less(case, core_used):
-    found, state = search(**CASES[case])
+def test_a_corrected_step_exceeds_limits_and_walls_less(core_used):
+    found, state = search(**CASES["a closed lap"])
     state = slowed(found.run(state).state, 1.1)
     model, caution = found.model(state), Caution(1e-3, 0.3)
     excesses, tried = [], None
@@ -117,6 +116,7 @@ def test_a_corrected_step_exceeds_limits_and_walls_less(case, core_used):
             after = found.layout.moved(state, step)
             tried = Tried(step, after)
             excesses.append(max(found.evaluate(after).measured.limit, found.evaluate(after).measured.wall))
+    assert excesses[0] > 1e-3
     assert excesses[1] < 0.5 * excesses[0]
 
 
