@@ -168,7 +168,8 @@ class Balls(ReadOnly):
     name : str
         What messages call it.
     slope : array_like, shape (m, dim), optional
-        By which the radius grows: a cone; a ball has none.
+        By which the radius grows: a cone; a ball has none. The sign of a cone's margin is exact; its size is off by up
+        to the ratio of the radius at that place to ``radius``.
     """
 
     leg: IntArray
