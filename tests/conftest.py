@@ -1,4 +1,4 @@
-"""How hypothesis runs, the same examples every time under continuous integration; and how interrupts arrive."""
+"""How hypothesis runs, the same examples every time unless HYPOTHESIS_PROFILE is random; and how interrupts arrive."""
 
 import os
 import signal
@@ -7,9 +7,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 COMMON = {"deadline": None, "max_examples": 30, "suppress_health_check": [HealthCheck.too_slow]}
-settings.register_profile("local", print_blob=True, **COMMON)
-settings.register_profile("ci", derandomize=True, **COMMON)
-settings.load_profile("ci" if os.environ.get("CI") else "local")
+settings.register_profile("random", print_blob=True, **COMMON)
+settings.register_profile("repeatable", derandomize=True, **COMMON)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 # A shell starts what it runs in the background with interrupts ignored, and processes pass that on to those they start:
 # the tests that interrupt a process would wait for ever.

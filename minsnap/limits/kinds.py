@@ -12,9 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, pi
 
-from minsnap.checks import check_positive
-from minsnap.errors import LimitError
-
 
 @dataclass(frozen=True)
 class Kind:
@@ -53,17 +50,6 @@ class Kind:
     least: bool = False
     above: float = 0.0
     below: float = inf
-
-    def check(self, limit: float) -> None:
-        """Raise LimitError unless a limit is a positive number with which a vehicle can hold its altitude."""
-        check_positive(f"the limit {self.name}", limit, self.unit, LimitError)
-        if limit <= self.above:
-            bounds, what = {"smallest": self.above}, f"above {self.above:g}"
-        elif limit >= self.below:
-            bounds, what = {"largest": self.below}, f"below {self.below:.4g}"
-        else:
-            return
-        raise LimitError(f"{self.name} is {limit} {self.unit}: no vehicle holds altitude unless it is {what}", **bounds)
 
     @property
     def label(self) -> str:

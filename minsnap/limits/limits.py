@@ -14,7 +14,7 @@ from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.checks import check_positive, is_number
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
-from minsnap.limits.kinds import KIND, KINDS
+from minsnap.limits.kinds import KIND, KINDS, Kind
 from minsnap.limits.lift_use import measure_lift
 from minsnap.limits.measures import MEASURES, Extent, Motion, exact_motion
 from minsnap.limits.rotor_use import measure_rotors
@@ -86,7 +86,7 @@ class Limits:
         if not isinstance(self.norm, str) or self.norm not in ("euclidean", "axis"):
             raise LimitError(f"the norm of the limits is {self.norm!r}: use 'euclidean' or 'axis'")
         for name, value in self.given().items():
-            KIND[name].check(value)
+            _check_limit(KIND[name], value)
         check_positive("gravity", self.gravity, "m/s²", LimitError)
         if type(self) is Limits and self.max_thrust is not None and self.max_thrust > STRONG:
             warnings.warn(
@@ -185,6 +185,18 @@ class Limits:
                 measure = MEASURES[kind.measure]
                 found += measure.walls(extent, limit, name, kind.order, self.norm, self.gravity)
         return found
+
+
+def _check_limit(kind: Kind, limit: float) -> None:
+    """Raise LimitError unless a limit is a positive number with which a vehicle can hold its altitude."""
+    check_positive(f"the limit {kind.name}", limit, kind.unit, LimitError)
+    if limit <= kind.above:
+        bounds, what = {"smallest": kind.above}, f"above {kind.above:g}"
+    elif limit >= kind.below:
+        bounds, what = {"largest": kind.below}, f"below {kind.below:.4g}"
+    else:
+        return
+    raise LimitError(f"{kind.name} is {limit} {kind.unit}: no vehicle holds altitude unless it is {what}", **bounds)
 
 
 @dataclass(frozen=True)
