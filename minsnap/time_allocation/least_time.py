@@ -119,7 +119,9 @@ class LeastTime:
         Raises
         ------
         InfeasibleError
-            If limits or walls cannot be kept at any speed.
+            If it is proved that no curve keeps the walls.
+        SolverError
+            If no speed was found at which limits and walls can be kept.
         LateError
             If the time allowed was over before.
         LimitError
