@@ -9,8 +9,8 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.deadline import LATE, LateError
-from minsnap.errors import LimitError, MinsnapError, SolverError
-from minsnap.limits.compliance import keeps
+from minsnap.errors import LimitError, MinsnapError, SolverError, YawError
+from minsnap.limits.compliance import keeps, largest_use
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
@@ -27,6 +27,7 @@ from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits
 from minsnap.time_allocation.timing import Finish, Run
 from minsnap.time_allocation.yaw_pace import paced
+from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Progress
@@ -131,7 +132,7 @@ class LeastTime:
         check()
         first = search = self.problem.search(1, self._tell, self._tick)
         check()
-        found = self._settled(search, self._begin(search))
+        found = self._looking(search, self._settled(search, self._begin(search)))
         for parts in DIVISIONS if self.refine else (self.task.pieces,):
             before = found.merit
             if self.interrupted or parts == 1:
@@ -239,6 +240,22 @@ class LeastTime:
             return state
         free = JointProblem(self.task, self.limits, self.problem.guess, None).search(1, self._tell, self._tick)
         return self._slow_enough(search, self._settled(free, state).state)
+
+    def _looking(self, search: JointSearch, found: Evaluated) -> Evaluated:
+        """Where a point is looked at, search also from a curve that keeps the limits: the other may lead through it."""
+        looks = isinstance(self.problem.heading, LookAtHeading) and self.limits.yaw_rate is not None
+        if not looks or self.first is not None or self.interrupted:
+            return found
+        other = self._settled(search, self._slow_enough(search, self._guess(search)))
+        return min(found, other, key=lambda one: self._slowed_time(search, one))
+
+    def _slowed_time(self, search: JointSearch, found: Evaluated) -> float:
+        """Total time at which a curve keeps the limits; infinite for one through the point that is looked at."""
+        curve = search.layout.trajectory(found.state)
+        try:
+            return found.state.total * max(1.0, largest_use(self.limits, self.finish(curve)))
+        except YawError:
+            return np.inf
 
     def _slow_enough(self, search: JointSearch, state: JointState) -> JointState:
         """Return the same curve flown so slowly that it keeps the limits of a search."""
