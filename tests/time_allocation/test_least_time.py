@@ -129,7 +129,7 @@ def test_the_rate_of_a_heading_along_the_velocity_is_searched_for():
     ids=["at the waypoints", "towards the centre", "past a point", "close past a point", "round a point"],
 )
 def test_the_rate_of_other_headings_is_searched_for(yaw, rate, most):
-    """Slowed down alone the first three took 14.26, 38.39 and 38.98 s; one search led through the points of the others."""
+    """Slowed down alone the first three took 14.26, 38.39 and 38.98 s; one search led through the others."""
     limits = Limits(speed=3.0, acceleration=6.0, yaw_rate=rate)
     path = minsnap.plan(REFERENCE, limits=limits, yaw=yaw)
     check_touching(path, limits, REFERENCE)
