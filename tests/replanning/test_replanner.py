@@ -171,9 +171,9 @@ def test_a_horizon_plans_the_first_legs_and_keeps_the_others(flown):
 
 
 def test_where_the_flown_plan_exceeds_the_limits_beyond_the_horizon_the_plan_rests_there(flown):
-    passed, points, boxes = ahead(flown, 0.5)
-    slower = Limits(speed=2.0, acceleration=6.0)
-    change = Replanner(slower, boxes, horizon=2, clock=still).replan(flown, 0.1, points, 0.4, **AMPLE)
+    _, points, boxes = ahead(flown, 0.3)
+    slower = Limits(speed=2.4, acceleration=6.0)
+    change = Replanner(slower, boxes, horizon=2, clock=still).replan(flown, 0.1, points, 0.2, **AMPLE)
     assert not change.kept and change.trajectory.legs == 2, change.reason
     assert minsnap.certify(change.trajectory, limits=slower, limits_from=change.limits_from).ok
 
