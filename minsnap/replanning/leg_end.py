@@ -20,7 +20,7 @@ from minsnap.replanning.stopping import inside, within
 from minsnap.trajectory.trajectory import Trajectory
 
 SHARE = 0.1
-"""Share of a leg below which what is left of it is flown on."""
+"""Share of a leg, or of the next one if that is longer, below which what is left of it is flown on."""
 
 MET = 1e-9
 """Distance, relative to the largest coordinate, at which it ends at its waypoint."""
@@ -52,8 +52,9 @@ class LegEnd:
         return replace(self.splice, instant=self.splice.instant + self.left.duration)
 
     def within(self, limits: Limits | None) -> bool:
-        """Whether it keeps the limits; the last tenth of the leg is judged, whose polynomial has more digits."""
-        judged = Splice(self.leg, (1.0 - SHARE) * self.leg.duration, self.splice.half).rest or self.left
+        """Whether it keeps the limits; the last tenth of the leg at least is judged: its polynomial has more digits."""
+        begin = min(self.instant, (1.0 - SHARE) * self.leg.duration)
+        judged = Splice(self.leg, begin, self.splice.half).rest or self.left
         return within(judged, limits) and turns_within(limits, self.left)
 
     def before(self, curve: Trajectory) -> Trajectory:
@@ -70,7 +71,7 @@ def leg_end_of(splice: Splice) -> LegEnd | None:
         return None
     index = whole.legs - rest.legs
     leg, left = legs_of(whole, index, index + 1), legs_of(rest, 0, 1)
-    if left.duration >= SHARE * leg.duration:
+    if left.duration >= SHARE * np.diff(whole.leg_breaks[index : index + 3]).max():
         return None
     return LegEnd(splice, leg, at - float(whole.leg_breaks[index]), rest.turned(left, 0.0))
 

@@ -68,6 +68,19 @@ def test_waypoints_that_have_moved_and_times_that_differ_are_planned_from_the_sp
     assert leg_end_of(splice_of(flown, 0.5, 0.1, 4)) is None
 
 
+def test_of_a_leg_that_is_short_itself_all_that_is_left_is_flown_on_and_judged():
+    """Plans from 0.01 s before a waypoint jumped by 3e-8 of the largest jerk: one begins with a leg that is short."""
+    start = {"velocity": (2.0, 0.0, 0.0)}
+    flown = minsnap.plan([(0, 0, 50), (0.15, 0, 50), (2, 0, 50), (4, 0, 50)], durations=[0.1, 1.5, 1.5], start=start)
+    end = leg_end_of(splice_of(flown, 0.02, 0.01, 4))
+    assert end is not None and end.left.duration == pytest.approx(0.07)
+    begin, last = (np.linalg.norm(flown(t, 1)) for t in (0.03, 0.09))
+    assert begin > last
+    assert end.within(Limits(speed=1.01 * begin))
+    assert not end.within(Limits(speed=0.5 * (begin + last)))
+    assert leg_end_of(splice_of(flown, 0.5, 0.1, 4)) is None
+
+
 def test_a_plan_whose_last_leg_ends_goes_on_to_waypoints_beyond_its_end():
     flown = minsnap.plan(POINTS[:2], durations=[2.0])
     change = Replanner(LIMITS, clock=still).replan(flown, 1.9, POINTS[1:], 0.05, **AMPLE)
