@@ -44,6 +44,7 @@ CONSTANTS = (
     (fallbacks, "NOISE"),
     (effort, "MOST"),
     (effort, "AT_ONCE"),
+    (effort, "ALONE"),
     (high_precision, "DIGITS"),
     (least_distance, "KEPT"),
     (least_distance, "RESCALINGS"),

@@ -9,9 +9,11 @@ from minsnap.optimisation.qp import DENSE
 MOST = 5e7
 """Work for ten legs, in units of some ten nanoseconds."""
 
-
 AT_ONCE = 30.0
 """How much less a QP takes that the first solver answers."""
+
+ALONE = 20.0
+"""How much more a problem is worth for which no simpler curve is known."""
 
 
 @dataclass(eq=False)
@@ -24,15 +26,19 @@ class Effort:
         More than ten are worth more in proportion.
     spent : float
         Work so far.
+    alone : bool
+        Whether no curve inside all walls is known that could be taken instead.
     """
 
     legs: int
     spent: float = 0.0
+    alone: bool = False
 
     @property
     def over(self) -> bool:
         """Whether the problem is worth no more."""
-        return self.spent > MOST * max(1.0, self.legs / 10.0)
+        worth = MOST * (ALONE if self.alone else 1.0)
+        return self.spent > worth * max(1.0, self.legs / 10.0)
 
     def spend(self, rows: int, unknowns: int, width: int, at_once: bool) -> None:
         """Count one call of a solver, for rows with ``width`` entries other than zero."""

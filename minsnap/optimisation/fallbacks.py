@@ -260,6 +260,14 @@ def _with_room(last: Attempt) -> Attempt:
     return replace(last, inner=found.knots) if found.slacks[0] < 0.0 else last
 
 
+def _simpler(last: Attempt) -> bool:
+    """Whether there is a curve to take instead: one polynomial per leg, or a curve with room that is proved."""
+    if last.single is not None or last.inner is None:
+        return last.single is not None
+    curve = replace(last.state.nearest, knots=joined_exactly(last.problem, last.inner))
+    return last.proof is None or last.proof(replace(last.state, curve=curve))
+
+
 UNSOLVED, STALLED, OUTSIDE = Trouble.UNSOLVED, Trouble.STALLED, Trouble.OUTSIDE
 LATE, SPENT = Trouble.LATE, Trouble.SPENT
 
@@ -319,6 +327,7 @@ def climb(first: Attempt) -> tuple[Attempt, tuple[str, ...]]:
     last, taken, number = first, ("next solver",) if first.state.failed else (), 0
     if last.trouble not in (None, LATE) and not last.once and not straight_inside(last.state.curve):
         last = _with_room(last)
+        last.master.effort.alone = not _simpler(last)
     while last.trouble is not None and number < len(LADDER):
         rung = LADDER[number]
         fits = last.trouble in rung.after and rung.when(last)

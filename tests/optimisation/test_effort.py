@@ -78,3 +78,11 @@ def test_what_no_curve_keeps_is_found_before_any_rung(monkeypatch):
     monkeypatch.setattr(fallbacks, "LADDER", ())
     with pytest.raises(InfeasibleError, match="too narrow"):
         minsnap.plan(**question("further tubes", 41)[1])
+
+
+def test_a_problem_without_a_simpler_curve_is_worth_more():
+    """Three rungs reach a start that flies towards a wall 1 cm ahead at 3 m/s, where no curve has room to spare."""
+    traj = minsnap.plan(**question("half-spaces", 84067)[1])
+    assert traj.report.rungs.count("inward shift") == 3
+    few, alone = Effort(10, spent=2.0 * effort.MOST), Effort(10, spent=2.0 * effort.MOST, alone=True)
+    assert few.over and not alone.over
