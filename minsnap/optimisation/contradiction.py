@@ -320,7 +320,7 @@ def contradicting_joints(task: Task, durations: FloatArray, problem: Problem) ->
         return None
     multipliers = [Fraction(-value) for value in (left / sizes).tolist()]
     found = Contradiction(task, durations, tuple(planes), tuple(joints)).with_multipliers(multipliers)
-    return found if found.verify() else found.refined()
+    return found if exact.contradict(multipliers) else found.refined()
 
 
 def _planes(walls: WallArrays) -> list[PressedRow]:

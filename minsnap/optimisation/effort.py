@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from minsnap.optimisation.qp import DENSE
 
 MOST = 5e7
-"""Work for ten legs, in units of some ten nanoseconds."""
+"""Work for ten legs, in units of one to some ten nanoseconds."""
 
 AT_ONCE = 30.0
 """How much less a QP takes that the first solver answers."""

@@ -264,18 +264,17 @@ class Elastic:
 
     def _solve(self) -> tuple[FloatArray, FloatArray]:
         """Solve by the first way whose answer is accurate, which is tried first from then on, or else by the best."""
-        ways = self._ways
-        found: list[tuple[float, Way, Found]] = []
-        for way in ways:
+        found: list[tuple[Way, Found]] = []
+        for way in self._ways:
             answer = self._attempt(*way)
             if answer is not None:
-                found.append((answer.lost, way, answer))
+                found.append((way, answer))
                 if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()):
                     break
         if not found:
             raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")
-        _, way, best = min(found, key=lambda one: one[0])
-        self._ways = [way, *(other for other in ways if other != way)]
+        way, best = min(found, key=lambda one: one[1].lost)
+        self._ways = [way, *(other for other in self._ways if other != way)]
         self.multipliers = best.multipliers
         return best.knots, best.slacks
 

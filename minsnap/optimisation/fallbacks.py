@@ -26,6 +26,7 @@ from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.qp import ACCURACY, DENSE
 from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.stop_and_go import least_share, straight, straight_inside
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.tolerances import EXACT, GAP
@@ -224,9 +225,9 @@ def _blended(last: Attempt) -> Attempt:
 
     Walls are convex, so that the least share that brings it inside follows from both curves' extrema.
     """
-    nearest, problem = last.state.nearest, last.problem
+    nearest = last.state.nearest
     inner = straight(nearest) if last.inner is None else replace(nearest, knots=last.inner)
-    inner, nearest = (replace(curve, knots=joined_exactly(problem, curve.knots)) for curve in (inner, nearest))
+    inner, nearest = _joined(last, inner), _joined(last, nearest)
     share = least_share(nearest, inner)
     while True:
         curve = replace(nearest, knots=nearest.knots * (1.0 - share) + share * inner.knots)
@@ -262,10 +263,17 @@ def _with_room(last: Attempt) -> Attempt:
 
 def _simpler(last: Attempt) -> bool:
     """Whether there is a curve to take instead: one polynomial per leg, or a curve with room that is proved."""
-    if last.single is not None or last.inner is None:
-        return last.single is not None
-    curve = replace(last.state.nearest, knots=joined_exactly(last.problem, last.inner))
+    if last.single is not None:
+        return True
+    if last.inner is None:
+        return False
+    curve = _joined(last, replace(last.state.nearest, knots=last.inner))
     return last.proof is None or last.proof(replace(last.state, curve=curve))
+
+
+def _joined(last: Attempt, curve: Curve) -> Curve:
+    """Return a curve without what solvers leave of jumps."""
+    return replace(curve, knots=joined_exactly(last.problem, curve.knots))
 
 
 UNSOLVED, STALLED, OUTSIDE = Trouble.UNSOLVED, Trouble.STALLED, Trouble.OUTSIDE

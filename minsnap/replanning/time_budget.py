@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 
-import numpy as np
-
 from minsnap.checks import is_number
 from minsnap.errors import InputError, TimingError
 
@@ -70,7 +68,7 @@ def due_of(called: float, now: float, seconds: float, began: float | None) -> fl
     """
     if began is None:
         return called + seconds
-    if not is_number(began) or not np.isfinite(began):
+    if not is_number(began):
         raise InputError(f"began is {began!r}: give a number of seconds")
     due = began + now + seconds
     if called >= due:
