@@ -129,7 +129,7 @@ def refuse_outside(course: CourseAhead, recover: float) -> None:
     if course.outside > recover:
         raise CorridorError(
             f"the start is {course.outside:.3g} m outside the {course.wall} of leg 0: widen it, or allow the way back "
-            f"with recover={course.outside:.2g} or more",
+            f"with recover={1.01 * course.outside:.3g} or more",
             leg=0,
             waypoint=0,
         )

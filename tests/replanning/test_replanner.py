@@ -238,6 +238,19 @@ def test_a_start_outside_its_box_says_by_how_much_and_flies_back_where_that_is_a
     assert change.trajectory(0.0, 1) == pytest.approx(flown(0.2, 1), abs=1e-8)
 
 
+@pytest.mark.parametrize("outside", [0.0444, 0.0526])
+def test_the_way_back_that_a_refusal_names_is_long_enough(flown, outside):
+    lower = LOWER.copy()
+    lower[0, 2] = flown(0.2)[2] + outside
+    options = {"limits": LIMITS, "corridor": Boxes(lower, UPPER), "clock": still}
+    points = POINTS[1:] + np.array([0.0, 0.0, 0.2])
+    with pytest.raises(CorridorError) as refused:
+        minsnap.replan(flown, 0.1, points, 0.1, **options)
+    named = float(str(refused.value).split("recover=")[1].split()[0])
+    assert outside < named < 1.02 * outside
+    assert not Replanner(**options, recover=named).replan(flown, 0.0, points, 0.2, **AMPLE).kept
+
+
 def test_a_goal_outside_its_box_and_boxes_that_do_not_meet_are_refused(flown):
     _, points, boxes = ahead(flown, 0.5)
     behind = points.copy()
