@@ -1,8 +1,8 @@
 """A course in space whose gates and boxes move while it is flown: the vehicle follows the plan, else the stop.
 
 Every fifth of a second the gates ahead have moved, and the boxes around them with them. Each replan starts from where
-the vehicle will be when the answer is there. The clock is simulated, so that a slow machine flies the same
-course with fewer changes.
+the vehicle will be when the answer is there. A gate holds still once the vehicle is near it. The clock is simulated, so
+that a slow machine flies the same course with fewer changes.
 """
 
 import sys
@@ -15,7 +15,7 @@ import minsnap
 from minsnap.plot import save_figure, styled
 from minsnap.replanning.splice import splice_of
 
-BUDGET, WIDE, MOST = 0.2, 1.2, 60
+BUDGET, WIDE, NEAR, MOST = 0.2, 1.2, 1.5, 60
 LIMITS = minsnap.Limits(speed=3.0, acceleration=6.0)
 GATES = np.array([(0, 0, 1), (3, 1, 1.5), (6, -1, 2.0), (9, 1, 1.5), (12, 0, 1)], dtype=float)
 
@@ -29,6 +29,12 @@ def gates_at(t: float) -> np.ndarray:
     return moved
 
 
+def gates_seen(before: np.ndarray, t: float, position: np.ndarray) -> np.ndarray:
+    """Where the gates are when the vehicle is at `position`: those near it are where they were before."""
+    is_near = np.linalg.norm(before - position, axis=1) < NEAR
+    return np.where(is_near[:, None], before, gates_at(t))
+
+
 def boxes_at(gates: np.ndarray) -> minsnap.Boxes:
     """Boxes around the legs between the gates as they are now."""
     return minsnap.Boxes(np.minimum(gates[:-1], gates[1:]) - WIDE, np.maximum(gates[:-1], gates[1:]) + WIDE)
@@ -37,10 +43,11 @@ def boxes_at(gates: np.ndarray) -> minsnap.Boxes:
 def fly() -> tuple[list[np.ndarray], list[minsnap.Change]]:
     """Fly until the last gate is reached: the pieces of path flown, and every change."""
     replanner = minsnap.Replanner(LIMITS, clock=lambda: 0.0, recover=0.3, clearance=0.1)
-    flown = minsnap.plan(gates_at(0.0), limits=LIMITS, corridor=boxes_at(gates_at(0.0)))
+    gates = gates_at(0.0)
+    flown = minsnap.plan(gates, limits=LIMITS, corridor=boxes_at(gates))
     passed, paths, changes = 0, [], []
     while flown.duration > BUDGET and len(changes) < MOST:
-        gates = gates_at(BUDGET * len(changes))
+        gates = gates_seen(gates, BUDGET * len(changes), flown(0.0))
         passed += splice_of(flown, 0.0, BUDGET, 4).passed
         boxes = boxes_at(gates)
         boxes = minsnap.Boxes(boxes.lower[passed:], boxes.upper[passed:])
