@@ -7,6 +7,7 @@ from functools import reduce
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.deadline import LateError
 from minsnap.errors import CorridorError, SolverError
 from minsnap.optimisation.effort import Effort
 from minsnap.optimisation.exchange import State, Trouble
@@ -64,5 +65,5 @@ def _sampled(problem: Problem, base: FloatArray, compiled: Compiled, instants: i
 def _no_room(task: Task, last: Attempt) -> SolverError | CorridorError | InfeasibleRowsError:
     """Return the error: where the straight leg itself touches a wall, or else that no curve was found."""
     if last.trouble is Trouble.LATE:
-        return SolverError("time_limit has passed without a certified plan: give more time, or widen the corridor")
+        return LateError("time_limit has passed without a certified plan: give more time, or widen the corridor")
     return leg_on_wall(task, last.state.curve) or InfeasibleRowsError()

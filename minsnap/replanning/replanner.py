@@ -263,7 +263,7 @@ class Replanner:
         (stop, no_stop), safe = self._stop(call, stopping.braking), self._safe(call)
         if stop is None and safe and ends_at_rest(call.splice.flown):
             stop = call.splice.rest
-        known, late = self._takes.usual("stop"), stop is None and no_stop is LATE_STOP
+        known, late = self._takes.usual("stop"), stop is None and no_stop == LATE_STOP
         self._takes.add("stop", call.watch.seconds)
         if late or not known:
             self._refuse_short(call.seconds)
@@ -324,6 +324,8 @@ class Replanner:
         try:
             call.deadline.check()
             better = self._better(call, rest, seconds)
+        except LateError:
+            reason = f"the budget of {call.seconds:g} s was over before anything better was found"
         except (InfeasibleError, SolverError, LimitError) as none:
             reason = str(none)
         self._takes.add("ending", watch.seconds - seconds)

@@ -8,6 +8,7 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, Limits, Replanner, TimingError, Tube
+from minsnap.deadline import LateError
 from minsnap.errors import CorridorError, DegreeError, InputError, LimitError, SolverError, WaypointError, YawError
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.search import Better
@@ -96,6 +97,18 @@ def test_what_is_found_is_taken_only_if_it_is_better_than_the_rest(flown, monkey
         change = Replanner(faster, boxes, clock=still).replan(flown, 0.1, points, 0.5, **AMPLE)
         assert change.kept is kept
         assert change.reason == ("nothing better was found" if kept else "")
+
+
+def found_late(*_):
+    raise LateError("time_limit has passed")
+
+
+def test_a_search_that_is_out_of_time_says_so_by_the_budget(flown, monkeypatch):
+    _, points, boxes = ahead(flown, 0.6)
+    monkeypatch.setattr(replanner_module, "search_ahead", found_late)
+    change = Replanner(Limits(speed=4.0, acceleration=9.0), boxes, clock=still).replan(flown, 0.1, points, 0.5, **AMPLE)
+    assert change.kept
+    assert change.reason == "the budget of 0.5 s was over before anything better was found"
 
 
 def found_none(*_):
