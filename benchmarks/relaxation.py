@@ -64,7 +64,10 @@ class Relaxation:
         origin = np.linalg.lstsq(rows, sides, rcond=None)[0]
         if np.abs(rows @ origin - sides).max() > 1e-6 * np.abs(sides).max():
             return None, rows
-        return origin, scipy.linalg.null_space(rows)
+        try:
+            return origin, scipy.linalg.null_space(rows)
+        except np.linalg.LinAlgError:  # divide and conquer did not converge; QR steps do
+            return origin, scipy.linalg.null_space(rows, lapack_driver="gesvd")
 
     def _row(self, terms, share=0.0):
         """One row: control points of one coordinate of a piece, weighed, and the share."""

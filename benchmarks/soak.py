@@ -247,6 +247,8 @@ def run(given):
     with ProcessPoolExecutor(given.workers) as pool:
         waiting = [pool.submit(chunk, *part) for part in wanted if part not in have]
         for future in as_completed(waiting):
+            if future.exception() is not None:
+                pool.shutdown(cancel_futures=True)
             done.append(future.result())
             asked += 1
             bar(asked, len(waiting), began)
