@@ -135,7 +135,8 @@ def corridors_of(corridor: Any, count: int) -> list[Any] | None:
     """Corridor of every problem; None where there is none at all."""
     if corridor is None:
         return None
-    if hasattr(corridor, "walls") or not hasattr(corridor, "__len__") or getattr(corridor, "ndim", 1) == 0:
+    one = hasattr(corridor, "walls") or not hasattr(corridor, "__len__") or isinstance(corridor, (str, bytes, Mapping))
+    if one or getattr(corridor, "ndim", 1) == 0:
         return [corridor] * count
     each = list(corridor)
     if len(each) != count:

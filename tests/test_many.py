@@ -170,6 +170,21 @@ def test_unclear_problems_are_refused(arguments, error, said):
         minsnap.plan_many(points, **({"durations": durations} | arguments))
 
 
+def test_a_corridor_that_is_no_corridor_is_an_error_of_each_problem():
+    points, durations = questions(2, 2)
+    for corridor in ("ab", "wide", {0: 0.3}):
+        errors = minsnap.plan_many(points, durations, corridor).errors
+        assert all(str(error).startswith("the corridor half-width must be numbers [m], not") for error in errors)
+
+
+def test_a_plan_that_is_not_there_is_named():
+    many = minsnap.plan_many(*questions(2, 2))
+    assert np.array_equal(many[-1].control_points, many[1].control_points)
+    for index in (2, -3):
+        with pytest.raises(IndexError, match=f"plan {index} was asked for, of 2"):
+            many[index]
+
+
 def test_no_problem_at_all_is_no_plan():
     assert len(minsnap.plan_many([], [])) == 0
 
