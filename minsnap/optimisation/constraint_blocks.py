@@ -1,8 +1,9 @@
-"""One-sided constraints in the normalised units of a problem, per piece, of three kinds.
+"""One-sided constraints in the normalised units of a problem, on pieces or at their ends, of two kinds.
 
 Each kind gives control points of its excess, in widths, from the relative control points of all pieces
 (``excess``); normals (r, dim) and bounds (r,) of rows for walls ``index`` where the derivative has a ``value``
-(``cuts``); which axes it bounds (``touched``, shape (m, dim)); and itself moved outwards (``moved``).
+(``cuts``); which axes it bounds (``touched``, shape (m, dim)); and itself moved outwards (``moved``). Walls with an
+``s`` hold at the start (0) or the end (1) of their piece alone: their excess is a polynomial of degree 0.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ class FlatWalls:
     normal: FloatArray
     bound: FloatArray
     width: FloatArray
+    s: FloatArray | None = None
 
     def excess(self, points: FloatArray) -> FloatArray:
         """Return (n . x - bound) / width."""
-        along = np.matmul(points[self.piece], self.normal[:, :, None])[:, :, 0]
+        along = np.matmul(_bounded(points, self.piece, self.s), self.normal[:, :, None])[:, :, 0]
         along -= self.bound[:, None]
         return np.asarray(along / self.width[:, None])
 
@@ -61,10 +63,11 @@ class Spheres:
     radius: FloatArray
     slope: FloatArray
     width: FloatArray
+    s: FloatArray | None = None
 
     def excess(self, points: FloatArray) -> FloatArray:
         """Return half the excess of the squared norm in squared widths: to first order the excess in widths."""
-        mine = points[self.piece]
+        mine = _bounded(points, self.piece, self.s)
         mapped = np.matmul(mine, self.matrix.transpose(0, 2, 1)) + self.offset[:, None, :]
         squares = squared_norm(mapped / self.width[:, None, None])
         reach = self.radius[:, None] + np.matmul(mine, self.slope[:, :, None])[:, :, 0]
@@ -98,56 +101,11 @@ class Spheres:
         return replace(self, radius=self.radius + distance)
 
 
-@dataclass(frozen=True, eq=False)
-class KnotBounds:
-    """One-sided planes at knots: normal . x <= bound at one end of a piece, of one derivative."""
-
-    piece: IntArray
-    s: FloatArray
-    normal: FloatArray
-    bound: FloatArray
-    width: FloatArray
-    order: int = 0
-
-    def excess(self, points: FloatArray) -> FloatArray:
-        """Return the excess at the knot: polynomials of degree 0."""
-        value = _at_knots(points, self.piece, self.s)
-        return np.asarray(((self.normal * value).sum(axis=1) - self.bound) / self.width)[:, None]
-
-    def cuts(self, index: IntArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the bounds themselves."""
-        return self.normal[index], self.bound[index]
-
-    def touched(self) -> npt.NDArray[np.bool_]:
-        """Return the axes that each bounds."""
-        return np.asarray(self.normal != 0.0)
-
-    def relaxation(self, excess: FloatArray) -> FloatArray:
-        """Widths by which each wall must move outwards for its largest excess, (m,)."""
-        return excess
-
-    def moved(self, distance: FloatArray) -> KnotBounds:
-        """Return the same walls moved outwards, shape (m,)."""
-        return replace(self, bound=self.bound + distance)
+def _bounded(points: FloatArray, piece: IntArray, s: FloatArray | None) -> FloatArray:
+    """Control points of what each wall bounds: of its whole piece (m, n, dim), or the value at its end (m, 1, dim)."""
+    if s is None:
+        return np.asarray(points[piece])
+    return np.asarray(points[piece, np.where(s > 0.0, points.shape[1] - 1, 0)][:, None])
 
 
-@dataclass(frozen=True, eq=False)
-class KnotBalls(Spheres):
-    """Balls around the nominal positions of knots, at one end of a piece."""
-
-    s: FloatArray
-
-    def excess(self, points: FloatArray) -> FloatArray:
-        """Return half the excess of the squared distance in squared widths, at the knot: polynomials of degree 0."""
-        offset = _at_knots(points, self.piece, self.s) + self.offset
-        return np.asarray(((offset**2).sum(axis=1) / self.width**2 - (self.radius / self.width) ** 2) / 2.0)[:, None]
-
-
-def _at_knots(points: FloatArray, piece: IntArray, s: FloatArray) -> FloatArray:
-    """Values at the starts (s = 0) or ends (s = 1) of pieces, (m, dim)."""
-    return np.asarray(points[piece, np.where(s > 0.0, points.shape[1] - 1, 0)])
-
-
-Block = FlatWalls | Spheres | KnotBounds
-AT_KNOTS = (KnotBounds, KnotBalls)
-"""Kinds of walls that hold at one instant only."""
+Block = FlatWalls | Spheres

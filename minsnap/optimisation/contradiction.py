@@ -24,7 +24,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.optimisation.elastic import Relaxed
-from minsnap.optimisation.native_solve import native_walls
+from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem

@@ -7,12 +7,11 @@ from math import perm
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.corridors.constraint import Cones
-from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, WallArrays, solve_corridor
+from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, solve_corridor
 from minsnap.native.free_optimum import pinned_optimum
 from minsnap.native.library import core
 from minsnap.native.status import Status
-from minsnap.optimisation.native_regions import joined, knot_planes, region_walls
+from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import parted
@@ -121,42 +120,6 @@ def _unsupported(task: Task) -> str:
     if any(walls.cones.slope.any() for walls in task.walls if not walls.cones.flat):
         return "the native core does not do cones"
     return ""
-
-
-def native_walls(task: Task) -> WallArrays:
-    """Walls of a task in the order of ``compile_walls``: those of its constraints, then of its waypoints."""
-    blocks = [_piece_walls(walls.cones, task.pieces) for walls in task.walls]
-    if task.held.any():
-        blocks.append(_waypoint_planes(task))
-    return joined(blocks + region_walls(task))
-
-
-def _piece_walls(cones: Cones, pieces: int) -> WallArrays:
-    """Planes or balls that hold on every piece of their legs."""
-    leg, row = cones.leg, np.arange(len(cones.leg))
-    if pieces > 1:
-        leg, row = (leg[:, None] * pieces + np.arange(pieces)).reshape(-1), np.repeat(row, pieces)
-    matrix = None if cones.flat else _square(cones.matrix)[row]
-    known = np.full(len(leg), cones.order), -cones.slope[row], cones.anchor[row], cones.radius[row], cones.width[row]
-    return WallArrays(leg, *known, matrix=matrix)
-
-
-def _square(matrices: FloatArray) -> FloatArray:
-    """Matrices (m, q, dim) with rows of zeros up to (m, dim, dim)."""
-    found = np.zeros((len(matrices), matrices.shape[2], matrices.shape[2]))
-    found[:, : matrices.shape[1]] = matrices
-    return found
-
-
-def _waypoint_planes(task: Task) -> WallArrays:
-    """Two planes for each coordinate of a waypoint that may vary within bounds, at the knot only."""
-    waypoint, axis = np.nonzero(task.upper > task.lower)
-    if task.closed:
-        waypoint, axis = waypoint[waypoint < task.legs], axis[waypoint < task.legs]
-    upper, lower = task.upper[waypoint, axis], task.lower[waypoint, axis]
-    normal, twice = np.eye(task.dim)[axis], np.tile(waypoint, 2)
-    bound, width = np.concatenate((upper, -lower)), np.tile((upper - lower) / 2.0, 2)
-    return knot_planes(task, twice, np.concatenate((normal, -normal)), bound, width)
 
 
 def _pinned_values(task: Task) -> FloatArray | None:

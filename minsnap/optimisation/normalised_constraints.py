@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -12,10 +11,11 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones
-from minsnap.optimisation.constraint_blocks import AT_KNOTS, Block, FlatWalls, KnotBalls, KnotBounds, Spheres
-from minsnap.optimisation.knot_blocks import knot_places, region_blocks, touching_blocks
+from minsnap.optimisation.constraint_blocks import Block, FlatWalls, Spheres
+from minsnap.optimisation.knot_walls import ends_of_pieces, knot_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.touches import Side
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import basis, differentiate
 from minsnap.tolerances import ROUNDING
@@ -77,7 +77,7 @@ class Compiled:
     @cached_property
     def momentary(self) -> npt.NDArray[np.bool_]:
         """Which walls hold at one instant only, in their common numbering."""
-        parts = [np.full(len(block.piece), isinstance(block, AT_KNOTS)) for block in self.blocks]
+        parts = [np.full(len(block.piece), block.s is not None) for block in self.blocks]
         return np.concatenate([np.zeros(0, dtype=bool), *parts])
 
     def excess(self, problem: Problem, points: FloatArray) -> list[FloatArray]:
@@ -96,8 +96,7 @@ class Compiled:
         """Rows for some walls of a block, each at its own s."""
         chosen = self.blocks[block]
         piece = chosen.piece[index]
-        if isinstance(chosen, (KnotBounds, KnotBalls)):
-            s = chosen.s[index]
+        s = s if chosen.s is None else chosen.s[index]
         value = points[piece, 0]
         if isinstance(chosen, Spheres):
             local = differentiate(points[piece], chosen.order)
@@ -109,64 +108,61 @@ class Compiled:
 
 def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
     """Convert a task's walls and the bounds of its waypoints to a problem's units, pieces and origins."""
-    blocks: list[Block] = []
-    for cones in (walls.cones for walls in task.walls):
-        build: Callable[[Cones, Problem, Units, int], Block] = _planes if cones.flat else _spheres
-        blocks.append(build(cones, problem, units, task.pieces))
-    if problem.held.any():
-        blocks.append(_knot_boxes(task, problem))
-    blocks += [*region_blocks(task, problem), *touching_blocks(task)]
+    blocks = [_on_pieces(walls.cones, problem, units, task.pieces) for walls in task.walls]
+    blocks += [_at_knots(walls, task, problem) for walls in knot_walls(task)]
+    blocks += _touching(task)
     sizes = [len(block.piece) for block in blocks]
     return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
 
 
-def _repeat(leg: IntArray, pieces: int) -> tuple[IntArray, IntArray]:
-    if pieces == 1:
-        return np.arange(len(leg)), leg
-    return np.repeat(np.arange(len(leg)), pieces), (leg[:, None] * pieces + np.arange(pieces)).reshape(-1)
+def _on_pieces(cones: Cones, problem: Problem, units: Units, pieces: int) -> Block:
+    """Walls of legs on all their pieces; a plane that a nominal knot lies on, but for rounding, goes through it."""
+    row, piece = np.arange(len(cones.leg)), cones.leg
+    if pieces > 1:
+        row, piece = np.repeat(row, pieces), (piece[:, None] * pieces + np.arange(pieces)).reshape(-1)
+    unit, anchor = units.of_order(cones.order), cones.anchor[row]
+    origin = problem.nominal[piece] - (anchor - units.origin) / unit if cones.order == 0 else -anchor / unit
+    block = _block(cones, row, piece, origin, unit)
+    if cones.order or isinstance(block, Spheres):
+        return block
+    farther = np.maximum((problem.steps[piece] * block.normal).sum(axis=1), 0.0)
+    return replace(block, bound=np.where(np.abs(block.bound - farther) <= ROUNDING * block.width, farther, block.bound))
 
 
-def _planes(planes: Cones, problem: Problem, units: Units, pieces: int) -> FlatWalls:
-    """Planes; one that a nominal knot lies on, but for rounding, goes exactly through it."""
-    row, piece = _repeat(planes.leg, pieces)
-    unit, normal = units.of_order(planes.order), -planes.slope[row]
-    offset = np.einsum("rd,rd->r", normal, _reference(planes, problem, units, row, piece))
-    bound, width = planes.radius[row] / unit - offset, planes.width[row] / unit
-    if planes.order == 0:
-        farther = np.maximum((problem.steps[piece] * normal).sum(axis=1), 0.0)
-        bound = np.where(np.abs(bound - farther) <= ROUNDING * width, farther, bound)
-    return FlatWalls(planes.order, piece, normal, bound, width)
+def _at_knots(cones: Cones, task: Task, problem: Problem) -> Block:
+    """Walls of waypoints where these begin or end a piece; those of derivatives go through zero, in normal units."""
+    piece, end = ends_of_pieces(task, cones.leg)
+    origin = np.where((end == 1)[:, None] & (cones.order == 0), -problem.steps[piece], 0.0)
+    unit = 1.0 if cones.order else task.length
+    return _block(cones, np.arange(len(piece)), piece, origin, unit, end.astype(np.float64))
 
 
-def _spheres(balls: Cones, problem: Problem, units: Units, pieces: int) -> Spheres:
-    row, piece = _repeat(balls.leg, pieces)
-    matrix, reference, slope = balls.matrix[row], _reference(balls, problem, units, row, piece), balls.slope[row]
-    unit = units.of_order(balls.order)
-    offset = np.einsum("rqd,rd->rq", matrix, reference)
-    radius = balls.radius[row] / unit + (slope * reference).sum(axis=1)
-    return Spheres(balls.order, piece, matrix, offset, radius, slope, balls.width[row] / unit)
+def _block(
+    cones: Cones, row: IntArray, piece: IntArray, origin: FloatArray, unit: float, s: FloatArray | None = None
+) -> Block:
+    """Wall ``row[i]`` on piece ``piece[i]``, whose control points are relative to ``origin[i]`` from its anchor."""
+    slope, width = cones.slope[row], cones.width[row] / unit
+    radius = cones.radius[row] / unit + (slope * origin).sum(axis=1)
+    if cones.flat:
+        return FlatWalls(cones.order, piece, -slope, radius, width, s)
+    matrix = cones.matrix[row]
+    return Spheres(cones.order, piece, matrix, np.einsum("rqd,rd->rq", matrix, origin), radius, slope, width, s)
 
 
-def _knot_boxes(task: Task, problem: Problem) -> KnotBounds:
-    """Bounds on single coordinates of knots."""
-    waypoint, axis = np.nonzero(task.upper > task.lower)
-    if task.closed:
-        waypoint, axis = waypoint[waypoint < task.legs], axis[waypoint < task.legs]
-    piece, s, start = knot_places(task, problem, waypoint)
-    offset = start[np.arange(len(axis)), axis]
-    upper, lower = task.upper[waypoint, axis] / task.length, task.lower[waypoint, axis] / task.length
-    normal = np.eye(task.dim)[axis]
-    return KnotBounds(
-        np.tile(piece, 2),
-        np.tile(s, 2),
-        np.concatenate((normal, -normal)),
-        np.concatenate((upper + offset, -lower - offset)),
-        np.tile((upper - lower) / 2.0, 2),
-    )
+def _touching(task: Task) -> list[Block]:
+    """Return, for each touched wall, the bound of the first derivative that is not pinned; one block for each order."""
+    found: dict[int, list[tuple[int, int, FloatArray]]] = {}
+    for side, above, waypoint, axis in np.argwhere(task.touches).tolist():
+        knot, end = waypoint * task.pieces, int(side == Side.BEFORE)
+        if not 0 <= knot - end < task.legs * task.pieces:
+            continue
+        slots = task.slots.end if end else task.slots.start
+        order = next((q for q in range(1, task.half) if task.free[knot, slots[q], axis]), task.half)
+        outwards = (-1.0 if above else 1.0) * (-1.0) ** (order * end)
+        found.setdefault(order, []).append((knot - end, end, outwards * np.eye(task.dim)[axis]))
+    return [_derivative_bounds(rows, order) for order, rows in sorted(found.items())]
 
 
-def _reference(walls: Cones, problem: Problem, units: Units, row: IntArray, piece: IntArray) -> FloatArray:
-    """Origin of a piece's relative control points, seen from the wall's anchor: (r, dim)."""
-    if walls.order > 0:
-        return -walls.anchor[row] / units.of_order(walls.order)
-    return np.asarray(problem.nominal[piece] - (walls.anchor[row] - units.origin) / units.length)
+def _derivative_bounds(rows: list[tuple[int, int, FloatArray]], order: int) -> FlatWalls:
+    piece, s, normal = (np.array(column) for column in zip(*rows, strict=True))
+    return FlatWalls(order, piece, normal, np.zeros(len(rows)), np.ones(len(rows)), s.astype(np.float64))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.optimisation.constraint_blocks import AT_KNOTS, KnotBalls, KnotBounds, Spheres
+from minsnap.optimisation.constraint_blocks import FlatWalls, Spheres
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.extrema import maxima
@@ -135,9 +135,12 @@ class Curve:
 
 
 def momentary_rows(curve: Curve) -> list[WallRows]:
-    """Rows of all walls that hold at one instant only; without them free knots would be unbounded."""
-    sizes = [len(block.piece) if isinstance(block, KnotBounds) else 0 for block in curve.compiled.blocks]
-    return [curve.rows(number, np.arange(size), np.zeros(size)) for number, size in enumerate(sizes) if size]
+    """Rows of all planes that hold at one instant only; without them free knots would be unbounded."""
+    found = []
+    for number, block in enumerate(curve.compiled.blocks):
+        if block.s is not None and isinstance(block, FlatWalls):
+            found.append(curve.rows(number, np.arange(len(block.s)), block.s))
+    return found
 
 
 def spread_rows(curve: Curve) -> list[WallRows]:
@@ -161,10 +164,10 @@ def all_walls_rows(curve: Curve) -> list[WallRows]:
     found = []
     for number, block in enumerate(curve.compiled.blocks):
         walls = np.arange(len(block.piece))
-        if isinstance(block, AT_KNOTS):
-            index, places = walls, block.s
-        else:
+        if block.s is None:
             index, places = np.repeat(walls, count), np.tile(s, len(walls))
+        else:
+            index, places = walls, block.s
         found += _both_directions(curve, number, index, places)
     return found
 
@@ -202,8 +205,8 @@ def rows_outside(
         largest = max(largest, float(value.max()))
         found.append(curve.rows(number, row, s))
         block = curve.compiled.blocks[number]
-        if isinstance(block, KnotBalls) and rows is not None:
-            found.append(_pressed(block, int(curve.compiled.first[number]), row, rows.source, multipliers))
+        if isinstance(block, Spheres) and block.s is not None and rows is not None:
+            found.append(_pressed(block, row, found[-1], rows.source, multipliers))
     return found, largest
 
 
@@ -235,13 +238,13 @@ def halfway_rows(curve: Curve, known: WallRows, found: list[WallRows]) -> list[W
     return more
 
 
-def _pressed(balls: KnotBalls, first: int, row: IntArray, rows: WallRows, multipliers: FloatArray) -> WallRows:
-    """Tangent planes of balls in the direction of the total force of their rows, the expected point of contact."""
-    force = _forces(first + row, rows, multipliers)
-    pressed = force.any(axis=1)
+def _pressed(balls: Spheres, row: IntArray, tangents: WallRows, rows: WallRows, multipliers: FloatArray) -> WallRows:
+    """Tangent planes of balls at knots in the direction of the total force of their rows, where contact is expected."""
+    force = _forces(tangents.wall, rows, multipliers)
+    pressed = np.flatnonzero(force.any(axis=1))
     row = row[pressed]
     normal, bound = balls.cuts(row, force[pressed] - balls.offset[row])
-    return WallRows(first + row, balls.piece[row], balls.s[row], np.zeros(len(row), dtype=np.intp), normal, bound)
+    return replace(tangents.chosen(pressed), normal=normal, bound=bound)
 
 
 def _forces(wall: IntArray, rows: WallRows, multipliers: FloatArray) -> FloatArray:

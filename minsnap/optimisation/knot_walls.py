@@ -1,0 +1,70 @@
+"""What must hold at single waypoints, in the common form of walls: boxes, gates, balls, directions of crossing.
+
+Both cores read these. The slanted planes of gates are equality rows, which each core has in its own form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from minsnap.arrays import FloatArray, IntArray
+from minsnap.corridors.constraint import Cones
+from minsnap.optimisation.problem import Task
+
+
+def knot_walls(task: Task) -> list[Cones]:
+    """Return the walls at waypoints that may vary; ``leg`` is the waypoint, and they are measured from it."""
+    if not task.held.any():
+        return []
+    at = task.own_regions
+    sides = [k for k, region in at.items() for _ in region.bounds]
+    normals = [normal for region in at.values() for normal in region.normals]
+    bounds = np.array([bound for region in at.values() for bound in region.bounds])
+    crossings = {k: -region.crossing for k, region in at.items() if region.crossing is not None}
+    still = np.zeros(len(crossings))
+    found = [
+        _boxes(task),
+        _planes(task, sides, normals, bounds, bounds),
+        _balls(task, {k: region.radius for k, region in at.items() if np.isfinite(region.radius)}),
+        _planes(task, list(crossings), list(crossings.values()), still, still + 1.0, order=1),
+    ]
+    return [walls for walls in found if len(walls.leg)]
+
+
+def ends_of_pieces(task: Task, waypoint: IntArray) -> tuple[IntArray, IntArray]:
+    """Piece that each waypoint belongs to, and whether it is its end (1) or its start (0): (m,) and (m,)."""
+    knot = waypoint * task.pieces
+    end = (knot == task.legs * task.pieces).astype(np.intp)
+    return knot - end, end
+
+
+def _boxes(task: Task) -> Cones:
+    """Two planes for each coordinate that may vary within bounds, upper ones first."""
+    waypoint, axis = np.nonzero(task.upper > task.lower)
+    if task.closed:
+        waypoint, axis = waypoint[waypoint < task.legs], axis[waypoint < task.legs]
+    upper, lower = task.upper[waypoint, axis], task.lower[waypoint, axis]
+    normal, width = np.eye(task.dim)[axis], np.tile((upper - lower) / 2.0, 2)
+    return _planes(task, np.tile(waypoint, 2), np.vstack((normal, -normal)), np.concatenate((upper, -lower)), width)
+
+
+def _balls(task: Task, radii: dict[int, float]) -> Cones:
+    waypoint, radius = np.array(list(radii), dtype=np.intp), np.array(list(radii.values()))
+    matrix, still = np.tile(np.eye(task.dim), (len(radius), 1, 1)), np.zeros((len(radius), task.dim))
+    return Cones(waypoint, matrix, task.waypoints[waypoint], still, radius, radius, 0, "waypoint")
+
+
+def _planes(
+    task: Task,
+    waypoint: Sequence[int] | IntArray,
+    normal: Sequence[FloatArray] | FloatArray,
+    bound: FloatArray,
+    width: FloatArray,
+    order: int = 0,
+) -> Cones:
+    """Planes on the offset from a waypoint, or on a derivative there."""
+    at, normals = np.asarray(waypoint, dtype=np.intp), np.asarray(normal).reshape(-1, task.dim)
+    anchor = np.zeros(normals.shape) if order else task.waypoints[at]
+    return Cones(at, np.zeros((len(at), 0, task.dim)), anchor, -normals, bound, width, order, "waypoint")
