@@ -34,6 +34,7 @@ from .errors import SolverError as SolverError
 from .errors import ThrustError as ThrustError
 from .errors import TimingError as TimingError
 from .errors import UnknownSolverError as UnknownSolverError
+from .errors import UnprovedError as UnprovedError
 from .errors import VehicleError as VehicleError
 from .errors import WaypointError as WaypointError
 from .errors import YawError as YawError

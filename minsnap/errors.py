@@ -196,7 +196,9 @@ class UnknownSolverError(InputError):
 
 
 class InfeasibleError(InputError):
-    """No trajectory meets everything that was asked for.
+    """No trajectory meets everything that was asked for, which ``verify()`` proves.
+
+    Where that has no proof, because a search only found none, the error is an :class:`UnprovedError`.
 
     Attributes
     ----------
@@ -212,8 +214,8 @@ class InfeasibleError(InputError):
     stretch : float or None
         Factor on all durations that has a solution.
     contradiction : minsnap.optimisation.contradiction.Contradiction or None
-        Walls at instants, with multipliers, that no curve satisfies together at the durations given; None where
-        durations were searched.
+        The proof: walls at instants, with multipliers, that no curve satisfies together at ``contradiction.durations``.
+        Where these were not given but chosen, the sentence says so.
     """
 
     leg: int | None = None
@@ -229,6 +231,13 @@ class InfeasibleError(InputError):
         False means that there is no proof, not that a trajectory exists.
         """
         return self.contradiction is not None and bool(self.contradiction.verify())
+
+
+class UnprovedError(InfeasibleError):
+    """A search found no trajectory in the time given; that there is none is not proved, and ``verify()`` is False.
+
+    The sentence says what was tried, and ``shortest`` and ``stretch`` what was found in more time.
+    """
 
 
 class SolverError(MinsnapError):

@@ -167,7 +167,9 @@ def plan(
     WaypointError, TimingError, LimitError, CorridorError, DegreeError, YawError, UnknownSolverError
         If an argument is malformed, contradicts another, or would be ignored; each is a ValueError.
     InfeasibleError
-        If no curve meets everything: names the leg and the smallest half-width that has a solution.
+        If no curve meets everything: names the leg and the smallest half-width that has a solution, and proves it.
+    UnprovedError
+        An InfeasibleError without proof, if a search found no plan in the time given.
     SolverError
         If every solver failed on a problem that has a solution.
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import reduce
 
@@ -51,11 +51,30 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
         return None
     if found.rows is None:
         found = _outside(problem, compiled, found)
-    error = _too_narrow(corridor, problem, units, compiled, found, groups, names)
-    error.contradiction = find_contradiction(corridor, durations, problem, found)
-    if error.contradiction is None:
-        return SolverError(f"{UNPROVED}widen the corridor of leg {error.leg}, or change durations that differ much")
-    return error
+    leg, instant = hardest_pressed(corridor, problem, units, found)
+    proof = find_contradiction(corridor, durations, problem, found)
+    if proof is None:
+        return SolverError(f"{UNPROVED}widen the corridor of leg {leg}, or change durations that differ much")
+    widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + ROOM) + ROOM)
+    on_leg = (groups >= 0) & (np.concatenate([block.piece for block in compiled.blocks]) // task.pieces == leg)
+    width = float(widths[on_leg].max())
+    others = {
+        name: float(widths[groups == name].max())
+        for name, slack in zip(names, found.slacks, strict=True)
+        if slack > NOTICEABLE and name not in (None, leg)
+    }
+    message = (
+        f"no curve stays inside the {corridor.walls[0].name} of leg {leg}: it is too narrow at {instant:.4g} s; "
+        f"{_sufficient(width, names == [None], others)}{_advice(task)}"
+    )
+    return InfeasibleError(message, leg=leg, instant=instant, smallest_width=width, contradiction=proof)
+
+
+def _sufficient(width: float, everywhere: bool, others: Mapping[int, float]) -> str:
+    """Say what widths would do: that of the leg, or of all, and of others."""
+    what = f"a half-width of {width:.6g} m {'for all legs' if everywhere else 'there'} would do"
+    wider = ", ".join(f"{other:.6g} m on leg {name}" for name, other in others.items())
+    return f"{what}, together with {wider}" if wider else what
 
 
 def _standing(
@@ -103,37 +122,6 @@ def _leg_groups(task: Task, compiled: Compiled) -> tuple[IntArray, list[int | No
     if len(width) and np.ptp(width) <= 1e-9 * width.max():
         return np.where(stands, -1, 0), [None]
     return np.where(stands, -1, leg), list(range(task.legs))
-
-
-def _too_narrow(
-    task: Task,
-    problem: Problem,
-    units: Units,
-    compiled: Compiled,
-    found: Relaxed,
-    groups: IntArray,
-    names: Sequence[int | None],
-) -> InfeasibleError:
-    leg, instant = hardest_pressed(task, problem, units, found)
-    widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + ROOM) + ROOM)
-    mine = (groups >= 0) & (np.concatenate([b.piece for b in compiled.blocks]) // task.pieces == leg)
-    width = float(widths[mine].max())
-    others = [
-        name for name, slack in zip(names, found.slacks, strict=True) if slack > NOTICEABLE and name not in (None, leg)
-    ]
-    name = task.walls[0].name
-    what = (
-        f"a half-width of {width:.6g} m for all legs would do"
-        if names == [None]
-        else f"a half-width of {width:.6g} m there would do"
-    )
-    if others:
-        wider = ", ".join(f"{float(widths[(groups == other)].max()):.6g} m on leg {other}" for other in others)
-        what += f", together with {wider}"
-    message = (
-        f"no curve stays inside the {name} of leg {leg}: it is too narrow at {instant:.4g} s; {what}{_advice(task)}"
-    )
-    return InfeasibleError(message, leg=leg, instant=instant, smallest_width=width)
 
 
 def _advice(task: Task) -> str:

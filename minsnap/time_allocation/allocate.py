@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_durations, refuse_repeated
 from minsnap.deadline import LateError
@@ -24,6 +26,7 @@ from minsnap.time_allocation.timing import (
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
+    from minsnap.optimisation.contradiction import Contradiction
     from minsnap.time_allocation.ways import Ways
 
 EACH = "give every leg a duration of its own"
@@ -31,7 +34,7 @@ EACH = "give every leg a duration of its own"
 
 
 def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None = None) -> Timed:
-    """Choose durations and solve.
+    """Choose durations and solve; a refusal says whether it is proved for other durations than those asked for.
 
     Parameters
     ----------
@@ -50,6 +53,25 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
     InfeasibleError
         If nothing fits, with the reason.
     """
+    try:
+        return _timed(task, timing, finish, samples)
+    except InfeasibleError as refused:
+        proof = refused.contradiction
+        if proof is not None and not _asked_for(proof, task, timing):
+            tried = f"{proof.durations.sum():.4g} s in all"
+            refused.args = (f"{refused}; this is proved for the durations chosen last, {tried}, not for others",)
+        raise
+
+
+def _asked_for(proof: Contradiction, task: Task, timing: Timing) -> bool:
+    """Whether a proof is of the durations asked for: it may be of others that a search chose."""
+    if timing.durations is not None:
+        asked = task.piece_durations(check_durations(timing.durations, task.legs))
+        return np.array_equal(proof.durations, asked)
+    return timing.total_time is not None and len(proof.durations) == 1
+
+
+def _timed(task: Task, timing: Timing, finish: Finish, samples: int | None = None) -> Timed:
     if timing.limits is not None:
         return _within_limits(task, timing, timing.limits, finish, samples)
     if timing.durations is not None:
@@ -83,7 +105,7 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, finish: Finish) -> 
     from minsnap.time_allocation.ways import ways_of
 
     if timing.split != "trapezoid":
-        free = plan_timed(task, replace(timing, limits=None, enforce=None), finish)
+        free = _timed(task, replace(timing, limits=None, enforce=None), finish)
         if keeps(limits, free.trajectory):
             return free
     ways = ways_of(task, limits)

@@ -12,7 +12,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.corridors.margins import nearest_wall
-from minsnap.errors import InfeasibleError, LimitError, SolverError
+from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
@@ -68,7 +68,7 @@ class Ways:
 
         Raises
         ------
-        InfeasibleError
+        UnprovedError
             If that leaves a leg no time.
         """
         first, last = (0.0 if way is None else way.duration for way in (self.before, self.after))
@@ -105,9 +105,9 @@ def _left(duration: float, taken: float, leg: int | None) -> float:
     if taken < duration:
         return duration - taken
     what = "the plan" if leg is None else f"leg {leg}"
-    raise InfeasibleError(
-        f"{what} has {duration:.6g} s, and the way between its limits and a state with room takes {taken:.4g} s: give "
-        "it more time",
+    raise UnprovedError(
+        f"{what} has {duration:.6g} s, and the way found between its limits and a state with room takes {taken:.4g} s: "
+        "give it more time",
         leg=leg,
     )
 

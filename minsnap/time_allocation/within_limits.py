@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from minsnap.arrays import FloatArray
-from minsnap.errors import InfeasibleError, LimitError
+from minsnap.errors import LimitError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -165,11 +165,11 @@ def _lengthened(bounded: Task, best: SolvedTask, total: float, finish: Finish, r
 
 
 def _check_total(total: float, fastest: SolvedTask) -> None:
-    """Raise InfeasibleError if a total is shorter than the shortest plan."""
+    """Raise UnprovedError if a total is shorter than the shortest plan found."""
     shortest = fastest.trajectory.duration
     if total < shortest * (1.0 - KEPT):
-        message = f"{total:.6g} s are too short for the limits: the shortest found is {shortest:.6g} s"
-        raise InfeasibleError(message, shortest=shortest)
+        message = f"no plan of {total:.6g} s within the limits was found: the shortest found is {shortest:.6g} s"
+        raise UnprovedError(message, shortest=shortest)
 
 
 def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: Finish, search: Run) -> Timed:
@@ -179,7 +179,7 @@ def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: Finish
     still = fastest.task.still or total <= shortest * (1.0 + KEPT)
     if still and keeps(limits, found.trajectory):
         return found
-    raise InfeasibleError(
+    raise UnprovedError(
         f"no plan of {total:.6g} s within the limits was found, only one of {shortest:.6g} s: give that or more time",
         shortest=shortest,
     )
@@ -214,7 +214,13 @@ def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | No
 
 
 def kept(found: Timed, limits: Limits, stretchable: bool = False) -> Timed:
-    """Return a plan that keeps all limits, those that are not walls of the QP too, or say how long it would take."""
+    """Return a plan that keeps all limits, those that are not walls of the QP too, or say how long it would take.
+
+    Raises
+    ------
+    UnprovedError
+        If the plan of least cost exceeds a limit; other curves of its durations are not tried.
+    """
     used = most_used(limits, found.trajectory)
     if used.fraction <= 1.0 + KEPT:
         return found
@@ -222,14 +228,14 @@ def kept(found: Timed, limits: Limits, stretchable: bool = False) -> Timed:
     where = f"on leg {used.leg} at {used.instant:.4g} s"
     if limits.medium.drags:
         where += " with the vehicle's drag, which only plans that choose the durations themselves foresee"
-    message = f"{used.name} cannot be kept in {total:.6g} s: it reaches {used.value:.6g} {where}"
+    message = f"the plan of least cost in {total:.6g} s does not keep {used.name}: it reaches {used.value:.6g} {where}"
     if not task.still:
-        raise InfeasibleError(f"{message}; give more time", leg=used.leg, instant=used.instant)
+        raise UnprovedError(f"{message}; give more time", leg=used.leg, instant=used.instant)
     factor = touching_factor(limits, found.trajectory)
     if stretchable:
         curve = found.trajectory.stretched(factor)
         return replace(found, trajectory=curve)
-    raise InfeasibleError(
+    raise UnprovedError(
         f"{message}; {total * factor:.6g} s would do in these proportions",
         leg=used.leg,
         instant=used.instant,
