@@ -32,7 +32,7 @@ def test_every_error_is_exported_and_of_the_family():
 
 def test_every_attribute_that_an_error_is_given_is_declared_and_documented():
     given = raised_evidence()
-    assert (errors.InfeasibleError, "shortest") in {(kind, name) for kind, name, _ in given}
+    assert (errors.UnprovedError, "shortest") in {(kind, name) for kind, name, _ in given}
     for kind, name, where in given:
         assert name is None or hasattr(kind, name), where
         assert name is None or any(name in (parent.__doc__ or "") for parent in kind.__mro__[:-3]), where
