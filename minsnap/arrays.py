@@ -36,10 +36,13 @@ def owned(values: npt.ArrayLike) -> FloatArray:
     return array
 
 
-def numbers(values: Any) -> FloatArray | None:
-    """Return a read-only float64 copy in C order, or None of values that are not numbers in rows of equal length."""
+def numbers(values: Any, copy: bool = True) -> FloatArray | None:
+    """Return a read-only float64 copy in C order, or None of values that are not numbers in rows of equal length.
+
+    Without ``copy`` it is a view of what is such an array already, which must not be kept.
+    """
     try:
-        array = np.array(values, dtype=np.float64, order="C")
+        array = np.array(values, np.float64, order="C") if copy else np.asarray(values, np.float64, order="C").view()
     except (TypeError, ValueError, OverflowError):
         return None
     array.flags.writeable = False

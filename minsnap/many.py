@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.arrays import FloatArray, IntArray, owned
 from minsnap.checks import check_degree
 from minsnap.corridors.constraint import Constraint
 from minsnap.errors import InputError, MinsnapError
@@ -156,7 +156,7 @@ def _solved_in_tubes(asked: ManyAsked, widths: FloatArray, gradients: bool) -> T
     if found is None:
         return _solved_one_by_one(asked, gradients)
     share = (perf_counter() - asked.began) / max(len(batch), 1)
-    reports = TubeReports(share, found.figures, batch.points, widths, batch.offsets)
+    reports = TubeReports(share, found.figures, owned(batch.points), widths, batch.offsets)
     return _mended(asked, (found.points, found.breaks, found.statuses), reports, found.slopes)
 
 

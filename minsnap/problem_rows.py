@@ -35,6 +35,7 @@ class ProblemRows:
     Parameters
     ----------
     points : ndarray, shape (knots in all, dim)
+        Perhaps the caller's own: what is kept of them is copied.
     durations : ndarray, shape (legs in all,)
     offsets : ndarray of int64, shape (problems + 1,)
     odd : mapping of int to tuple
@@ -64,7 +65,7 @@ class ProblemRows:
     @classmethod
     def of(cls, waypoints: Any, durations: Any) -> ProblemRows:
         """Sort what a caller gave."""
-        points, times = numbers(waypoints), numbers(durations)
+        points, times = numbers(waypoints, copy=False), numbers(durations)
         if points is not None and times is not None and points.ndim == 3 and min(points.shape[1:]) > 0:
             count, knots, dim = points.shape
             if times.shape in ((knots - 1,), (count, knots - 1)) and knots > 1:

@@ -234,6 +234,16 @@ def test_threads_change_no_bit_of_tubes(threads):
     assert minsnap.certify(many[7], points[7], float(widths[7])).ok
 
 
+@pytest.mark.parametrize("corridor", [None, 0.3])
+def test_arrays_of_the_caller_are_neither_locked_nor_kept(corridor):
+    points, durations = questions(5, 4)
+    many = minsnap.plan_many(points, durations, corridor=corridor)
+    kept = minsnap.plan_many(points.copy(), durations.copy(), corridor=corridor)
+    points[:], durations[:] = 100.0, 5.0
+    for curve, other in zip(many, kept, strict=True):
+        assert same(curve, other, True) and curve.report.corridor_margin == other.report.corridor_margin
+
+
 def test_limits_pins_and_totals_for_all_or_for_each():
     points, durations = questions(3, 3, seed=2)
     limits = [minsnap.Limits(speed=2.0), minsnap.Limits(speed=3.0), None]
