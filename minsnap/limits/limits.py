@@ -15,11 +15,10 @@ from minsnap.checks import check_positive, is_number
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.kinds import KIND, KINDS, Kind
-from minsnap.limits.lift_use import measure_lift
 from minsnap.limits.measures import MEASURES, Extent, Motion, exact_motion
-from minsnap.limits.rotor_use import measure_rotors
 from minsnap.limits.utilisation import measured
 from minsnap.limits.vehicle_drag import medium_of
+from minsnap.limits.vehicle_use import measure_vehicle
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -224,10 +223,10 @@ class VehicleLimits(Limits):
         """
         self._check_dim(traj.dim)
         given = self.given()
-        lifted = measure_lift(self.vehicle, given, traj) if self.medium.drags else {}
-        others = {name: limit for name, limit in given.items() if name not in lifted}
-        used = {entry.name: entry for entry in self._measured(others, traj)} | lifted
-        return (*(used[name] for name in given), *measure_rotors(self.vehicle, self.reserve, traj))
+        own = measure_vehicle(self.vehicle, self.reserve, given, traj)
+        others = {name: limit for name, limit in given.items() if name not in own}
+        used = {entry.name: entry for entry in self._measured(others, traj)} | own
+        return tuple(used[kind.name] for kind in KINDS if kind.name in used)
 
     @cached_property
     def medium(self) -> Medium:

@@ -1,118 +1,67 @@
-"""Largest values of quantities along a path, sampled and then proved by interval bounds on ever smaller parts."""
+"""Proof of largest values of quantities along a path, by interval bounds on ever smaller parts."""
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.limits.vehicle_drag import flat_drag, lateral_alike, medium_of
 from minsnap.polynomials.bernstein import differentiate, elevate, subdivide
 from minsnap.polynomials.intervals import Interval, Vector, along, dot, length, plus, times
+from minsnap.trajectory.medium import Medium
 
 if TYPE_CHECKING:
     from minsnap.trajectory.trajectory import Trajectory
-    from minsnap.vehicle import Quadrotor
-    from minsnap.vehicle.states import FlatStates
-
-GRID = 256
-"""Samples of a piece from which the largest value is taken."""
 
 MARGIN = 5e-4
-"""Share added to it, below which interval bounds prove that all values stay."""
+"""Share added to the largest of many samples, below which interval bounds prove that all values stay."""
 
 ROUNDS, PARTS, MOST = 9, 4, 400_000
 """How often, into how many parts, and up to how many parts in all a piece is divided for the proof."""
 
-Found = tuple[float, float, str]
-"""Largest value, instant [s], method."""
 
-
-class ProvedBound:
-    """Largest values of several quantities.
+def proved(
+    values: FloatArray, bounds: Callable[[Lift, FloatArray, FloatArray], FloatArray], medium: Medium, traj: Trajectory
+) -> FloatArray:
+    """Return values (count,) of quantities, raised until interval bounds prove that none goes beyond.
 
     Parameters
     ----------
-    vehicle : Quadrotor
-    traj : Trajectory
+    bounds : callable
+        From ranges of the motion on parts that begin at instants and are so wide [s] to bounds (count, parts).
     """
+    points, start, width = _pieces(medium, traj)
+    for level in range(ROUNDS):
+        with np.errstate(all="ignore"):
+            found = bounds(Lift.of(medium.quadratic, points), start, width)
+        found = np.where(np.isnan(found), np.inf, found)
+        open_ = (found > values[:, None]).any(axis=0)
+        if not open_.any():
+            return values
+        parts = PARTS if level else 8 * PARTS
+        if open_.sum() * parts > MOST or level == ROUNDS - 1:
+            break
+        points, start, width = _divided(points[open_], start[open_], width[open_], parts)
+    return np.asarray(np.maximum(values, found.max(axis=1)))
 
-    margins: FloatArray
 
-    def __init__(self, vehicle: Quadrotor, traj: Trajectory) -> None:
-        self.vehicle, self.traj, self.medium = vehicle, traj, medium_of(vehicle)
+def _pieces(medium: Medium, traj: Trajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return control points (pieces, rows, n), and begin and length of the pieces [s].
 
-    def run(self) -> list[Found]:
-        """Return the largest value of each quantity, the margin added."""
-        t, sampled = self.sampled()
-        best, method = sampled.argmax(axis=1), "sampled"
-        values = sampled.max(axis=1) + self.margins
-        if self._provable and lateral_alike(self.vehicle) and np.isfinite(values).all():
-            values, method = self._proved(values), "interval"
-        return [(float(value), float(t[i]), method) for value, i in zip(values, best, strict=True)]
-
-    def sampled(self) -> tuple[FloatArray, FloatArray]:
-        """Return many instants (m,) [s] and the quantities there, (count, m)."""
-        return self._instants, self._quantities(self._states)
-
-    @cached_property
-    def _instants(self) -> FloatArray:
-        inner = np.linspace(0.0, 1.0, GRID, endpoint=False)
-        grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * inner
-        return np.append(grid.reshape(-1), self.traj.duration)
-
-    @cached_property
-    def _states(self) -> FlatStates:
-        from minsnap.vehicle import flatness_of
-
-        return flatness_of(self.vehicle, self.traj, self._instants, drag=flat_drag(self.vehicle))
-
-    @property
-    def _provable(self) -> bool:
-        """Whether there are interval bounds."""
-        raise NotImplementedError
-
-    def _quantities(self, states: FlatStates) -> FloatArray:
-        """Values at instants, (count, m)."""
-        raise NotImplementedError
-
-    def _bounds(self, motion: Lift, start: FloatArray, width: FloatArray) -> FloatArray:
-        """Upper bounds on parts that begin at instants and are so wide [s], (count, parts)."""
-        raise NotImplementedError
-
-    def _proved(self, values: FloatArray) -> FloatArray:
-        """Return the values raised until interval bounds prove them."""
-        points, start, width = self._pieces()
-        for level in range(ROUNDS):
-            with np.errstate(all="ignore"):
-                found = self._bounds(Lift.of(self.medium.quadratic, points), start, width)
-            found = np.where(np.isnan(found), np.inf, found)
-            open_ = (found > values[:, None]).any(axis=0)
-            if not open_.any():
-                return values
-            parts = PARTS if level else 8 * PARTS
-            if open_.sum() * parts > MOST or level == ROUNDS - 1:
-                break
-            points, start, width = _divided(points[open_], start[open_], width[open_], parts)
-        return np.asarray(np.maximum(values, found.max(axis=1)))
-
-    def _pieces(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return control points (pieces, rows, n), and begin and length of the pieces [s].
-
-        Those of f with linear drag and its two derivatives; where there is drag, also of velocity to jerk.
-        """
-        control, durations, medium = self.traj.control_points, self.traj.durations, self.medium
-        size = max(control.shape[1] - (1 if medium.drags else 2), 1)
-        orders = {
-            order: elevate((differentiate(control, order) / durations[:, None, None] ** order).transpose(0, 2, 1), size)
-            for order in range(1 if medium.drags else 2, 5)
-        }
-        lift = [orders[order] + (medium.linear * orders[order - 1] if medium.drags else 0.0) for order in (2, 3, 4)]
-        lift[0] = lift[0] + np.array([0.0, 0.0, medium.gravity])[:, None]
-        rest = [orders[order] for order in (1, 2, 3)] if medium.drags else []
-        return np.concatenate((*lift, *rest), axis=1), self.traj.breaks[:-1], durations
+    Those of f with linear drag and its two derivatives; where there is drag, also of velocity to jerk.
+    """
+    control, durations = traj.control_points, traj.durations
+    size = max(control.shape[1] - (1 if medium.drags else 2), 1)
+    orders = {
+        order: elevate((differentiate(control, order) / durations[:, None, None] ** order).transpose(0, 2, 1), size)
+        for order in range(1 if medium.drags else 2, 5)
+    }
+    lift = [orders[order] + (medium.linear * orders[order - 1] if medium.drags else 0.0) for order in (2, 3, 4)]
+    lift[0] = lift[0] + np.array([0.0, 0.0, medium.gravity])[:, None]
+    rest = [orders[order] for order in (1, 2, 3)] if medium.drags else []
+    return np.concatenate((*lift, *rest), axis=1), traj.breaks[:-1], durations
 
 
 class Lift:
@@ -131,7 +80,7 @@ class Lift:
 
     @classmethod
     def of(cls, quadratic: float, points: FloatArray) -> Lift:
-        r"""Return ranges from control points of the pieces or of parts of them; see ``ProvedBound._pieces``.
+        r"""Return ranges from control points of the pieces or of parts of them; see ``_pieces``.
 
         The quadratic drag's :math:`q |v| v` is differentiated in a form without quotients by the speed: with the
         direction :math:`e = v / |v|` the derivative of the speed is :math:`e \cdot a`, and the second one times v is

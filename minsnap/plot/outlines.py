@@ -9,7 +9,8 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Cones
-from minsnap.corridors.linear_programmes import bounding_boxes
+from minsnap.corridors.half_spaces import of_unit_length
+from minsnap.corridors.linear_programmes import bounding_boxes, inner_balls
 from minsnap.corridors.tubes import as_constraints
 
 Corridor = Any
@@ -109,8 +110,7 @@ def _ends(start: FloatArray, end: FloatArray) -> FloatArray:
 
 def _far(rows: FloatArray, waypoints: FloatArray) -> FloatArray:
     """Return planes slightly beyond all waypoints, on the sides where the half-spaces are unbounded."""
-    lengths = np.linalg.norm(rows[:, :-1], axis=1, keepdims=True)
-    lower, upper = bounding_boxes([(rows[:, :-1] / lengths, -rows[:, -1] / lengths[:, 0])])
+    lower, upper = bounding_boxes([of_unit_length(rows[:, :-1], -rows[:, -1])])
     beyond = 1.0 + 0.25 * np.ptp(waypoints, axis=0).max()
     axes = np.eye(waypoints.shape[1])
     above = np.column_stack([axes, -waypoints.max(axis=0) - beyond])[~np.isfinite(upper[0])]
@@ -121,16 +121,7 @@ def _far(rows: FloatArray, waypoints: FloatArray) -> FloatArray:
 def _polytope(rows: FloatArray, guess: FloatArray) -> FloatArray:
     from scipy.spatial import HalfspaceIntersection
 
-    inside = guess if (rows[:, :-1] @ guess + rows[:, -1]).max() < 0.0 else _middle(rows)
-    return np.asarray(HalfspaceIntersection(rows, inside).intersections)
-
-
-def _middle(rows: FloatArray) -> FloatArray:
-    """Return the centre of the largest ball inside the half-spaces (Chebyshev centre), by a linear programme."""
-    from scipy.optimize import linprog
-
-    lengths = np.linalg.norm(rows[:, :-1], axis=1)
-    cost = np.zeros(rows.shape[1])
-    cost[-1] = -1.0
-    found: Any = linprog(cost, np.column_stack([rows[:, :-1], lengths]), -rows[:, -1], bounds=(None, None))
-    return np.asarray(found.x[:-1])
+    if (rows[:, :-1] @ guess + rows[:, -1]).max() < 0.0:
+        return np.asarray(HalfspaceIntersection(rows, guess).intersections)
+    middle = inner_balls([of_unit_length(rows[:, :-1], -rows[:, -1])])[0][0]
+    return np.asarray(HalfspaceIntersection(rows, middle).intersections)

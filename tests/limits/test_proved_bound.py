@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from minsnap.limits.lift_use import LiftBound
 from minsnap.limits.proved_bound import Lift
 from minsnap.limits.rotor_bounds import axis_ranges, heading_ranges
+from minsnap.limits.vehicle_use import LIFTED, VehicleBound
 from minsnap.polynomials.intervals import Interval
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
@@ -45,13 +45,12 @@ def test_without_drag_there_is_no_velocity():
 
 def test_bounds_of_single_motions_are_what_they_bound():
     vehicle = Quadrotor.dji_f330()
-    limits = {"max_thrust": 2.0, "min_thrust": 0.5, "tilt": 1.0, "body_rate": 5.0}
     random = np.random.default_rng(3)
     f, change = random.normal(size=(2, 50, 3)) * [[[9.0, 9.0, 9.0]], [[5.0, 5.0, 5.0]]]
     path = Trajectory(np.zeros((1, 4, 3)), [1.0])
-    bound = LiftBound(vehicle, path, limits)
+    bound = VehicleBound(vehicle, path, {})
     lift = Lift(columns(f), columns(change), columns(f), columns(np.zeros((50, 3))))
-    most, least, tilt, rate = bound._bounds(lift, np.zeros(50), np.ones(50))
+    most, least, tilt, rate = bound.bounds(LIFTED, lift, np.zeros(50), np.ones(50))
     size = np.linalg.norm(f, axis=1)
     assert most == pytest.approx(size / vehicle.gravity) and least == pytest.approx(-size / vehicle.gravity)
     up = f[:, 2] > 0.0
