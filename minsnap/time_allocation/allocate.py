@@ -27,6 +27,7 @@ from minsnap.time_allocation.timing import (
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
     from minsnap.optimisation.contradiction import Contradiction
+    from minsnap.time_allocation.short_total import ShortTotal
     from minsnap.time_allocation.ways import Ways
 
 EACH = "give every leg a duration of its own"
@@ -63,8 +64,12 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
         raise
 
 
-def _asked_for(proof: Contradiction, task: Task, timing: Timing) -> bool:
-    """Whether a proof is of the durations asked for: it may be of others that a search chose."""
+def _asked_for(proof: Contradiction | ShortTotal, task: Task, timing: Timing) -> bool:
+    """Whether a proof is of the durations asked for, or of all: it may be of others that a search chose."""
+    from minsnap.time_allocation.short_total import ShortTotal
+
+    if isinstance(proof, ShortTotal):
+        return True
     if timing.durations is not None:
         asked = task.piece_durations(check_durations(timing.durations, task.legs))
         return np.array_equal(proof.durations, asked)
