@@ -16,7 +16,6 @@ ITERATIONS = 60
 
 
 def solve_chain(
-    border: int,
     columns: np.ndarray[tuple[int, ...], np.dtype[np.int64]],
     costs: tuple[FloatArray, FloatArray, FloatArray],
     cones: tuple[np.ndarray[tuple[int, ...], np.dtype[np.int64]], np.ndarray[tuple[int, ...], np.dtype[np.int64]]],
@@ -27,8 +26,6 @@ def solve_chain(
 
     Parameters
     ----------
-    border : int
-        The last so many unknowns may meet all others; the rest form a band.
     columns : ndarray of int64, shape (pieces, width)
         Unknowns of each piece, their number for none.
     costs : tuple of ndarray
@@ -50,7 +47,7 @@ def solve_chain(
         return None
     hessian, diagonal, linear = (np.ascontiguousarray(part) for part in costs)
     matrix, bound = (np.ascontiguousarray(part) for part in rows)
-    sizes = np.array([len(diagonal), border, *columns.shape, len(cones[0]), len(bound)], dtype=np.int64)
+    sizes = np.array([len(diagonal), *columns.shape, len(cones[0]), len(bound)], dtype=np.int64)
     x, z, iterations = np.zeros(len(diagonal)), np.zeros(len(bound)), np.zeros(1, dtype=np.int64)
     given = (sizes, columns, hessian, diagonal, linear, *cones, matrix, bound)
     found = (address(part) for part in (x, z, iterations))

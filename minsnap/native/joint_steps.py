@@ -75,8 +75,8 @@ class Chained:
 
     Parameters
     ----------
-    size, border : int
-        Unknowns, and how many of the last may meet all others.
+    size : int
+        Number of unknowns.
     columns : ndarray of int, shape (pieces, width)
         Places of the unknowns of each piece, ``size`` for none.
     exponents : ndarray, shape (pieces, ends, 3)
@@ -85,7 +85,6 @@ class Chained:
     """
 
     size: int
-    border: int
     columns: IntArray
     exponents: FloatArray
     metric_orders: IntArray
@@ -226,7 +225,7 @@ class JointTerms:
         if step is None:
             return None
         counts = np.array(
-            [chained.size, chained.border, instants, len(peaks.s), len(cones.piece), len(cones.bound)]
+            [chained.size, instants, len(peaks.s), len(cones.piece), len(cones.bound)]
             + [len(chained.metric_orders), int(pull.known[0])],
             dtype=np.int64,
         )

@@ -16,7 +16,6 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.native.chain_programme import solve_chain
-from minsnap.time_allocation.joint_layout import Chain
 
 ACCURACY = 1e-6
 """Gap and residuals, relative to the cost, at which the solver stops."""
@@ -55,8 +54,8 @@ class ConeProgramme:
     diagonal, linear : ndarray, shape (size,)
         Further Hessian, positive; and q.
     rows : sequence of Rows
-    chain : Chain
-        Order in which the unknowns of a piece are neighbours.
+    places : ndarray of int, shape (size + 1,)
+        Place of every unknown, and of none at the end, in an order in which the unknowns of a piece are neighbours.
     """
 
     size: int
@@ -65,7 +64,7 @@ class ConeProgramme:
     diagonal: FloatArray
     linear: FloatArray
     rows: Sequence[Rows]
-    chain: Chain
+    places: IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +83,7 @@ def solve_programme(programme: ConeProgramme) -> ConeSolution | None:
 
 def solve_natively(programme: ConeProgramme) -> ConeSolution | None:
     """Solve by the native core; None where it is not in use or finds no solution."""
-    place, groups = programme.chain.place, programme.rows
+    place, groups = programme.places, programme.rows
     unknown = np.argsort(place[:-1])
     row_piece = np.concatenate([np.repeat(group.piece, group.bound.shape[1]) for group in groups])
     cone_piece = np.concatenate([group.piece for group in groups])
@@ -93,7 +92,6 @@ def solve_natively(programme: ConeProgramme) -> ConeSolution | None:
     matrix = np.concatenate([group.matrix.reshape(-1, group.matrix.shape[2]) for group in groups])[order]
     bound = np.concatenate([group.bound.reshape(-1) for group in groups])
     found = solve_chain(
-        programme.chain.border,
         place[programme.columns],
         (programme.hessian, programme.diagonal[unknown], programme.linear[unknown]),
         (cone_piece[cones], cone_size[cones]),

@@ -29,22 +29,6 @@ SLACKS = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Chain:
-    """Order of unknowns along a chain of pieces.
-
-    Parameters
-    ----------
-    place : ndarray of int, shape (unknowns + 1,)
-        Place of every unknown, and of none at the end.
-    border : int
-        The last so many may meet all others.
-    """
-
-    place: IntArray
-    border: int
-
-
-@dataclass(frozen=True, eq=False)
 class JointState:
     """A curve and its durations, normalised.
 
@@ -152,8 +136,8 @@ class JointLayout:
         return powers
 
     @cached_property
-    def chain(self) -> Chain:
-        """Order of the unknowns in which those of a piece stand close together."""
+    def places(self) -> IntArray:
+        """Place of every unknown, and of none at the end: those of a piece stand close together."""
         durations = self.size + np.arange(self.pieces)
         last = self.size + self.pieces + np.arange(SLACKS)
         knots = [np.unique(columns[columns >= 0]) for columns in self.problem.columns[: self.pieces + 1]]
@@ -164,7 +148,7 @@ class JointLayout:
         inner = inner[~np.isin(inner, border)]
         place = np.empty(self.size + self.pieces + SLACKS + 1, dtype=np.int64)
         place[np.concatenate((inner, border, [len(place) - 1]))] = np.arange(len(place))
-        return Chain(place, len(border))
+        return place
 
     def knot_scales(self, durations: FloatArray) -> FloatArray:
         """Factor from physical to scaled derivatives at every knot, (knots, slots)."""

@@ -219,7 +219,7 @@ class JointModel:
             diagonal,
             linear,
             rows,
-            self.layout.chain,
+            self.layout.places,
         )
 
     def _given_rows(self, state: JointState, inwards: Inwards) -> list[Rows]:

@@ -64,14 +64,13 @@ class NativeSteps:
     """
 
     def __init__(self, layout: JointLayout, blocks: Sequence[Block], terms: JointTerms) -> None:
-        self.layout, self.terms, self.place = layout, terms, layout.chain.place
+        self.layout, self.terms, self.place = layout, terms, layout.places
         steep = largest_metrics(blocks, layout.pieces)
         metrics = [PATH_METRIC * end_metric(layout.degree, 1)]
         metrics += [end_metric(layout.degree, order) for order in steep]
         self.steep = np.array([np.zeros(layout.pieces), *steep.values()])
         self.chained = Chained(
             len(self.place) - 1,
-            layout.chain.border,
             np.ascontiguousarray(self.place[layout.unknowns], dtype=np.int64),
             np.ascontiguousarray(layout.exponents),
             np.array([0, *steep], dtype=np.int64),

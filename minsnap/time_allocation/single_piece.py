@@ -19,7 +19,7 @@ from minsnap.corridors.constraint import Cones, Walls
 from minsnap.deadline import NEVER, Deadline
 from minsnap.polynomials.bernstein import ends_gram, ends_to_points
 from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_natively, solve_programme
-from minsnap.time_allocation.joint_layout import Chain, end_basis
+from minsnap.time_allocation.joint_layout import end_basis
 
 SMOOTH = 1e-6
 """Weight of the squared highest derivative beside the slacks, so that the solution is unique."""
@@ -206,5 +206,5 @@ class SinglePiece:
         linear = np.zeros(size)
         linear[:-2] = (gram[places] @ ends).reshape(-1)
         linear[-2:] = 1.0, FAILED
-        chain = Chain(np.arange(size + 1), 0)
-        return ConeProgramme(size, np.arange(size)[None], hessian, np.full(size, 1e-9), linear, rows, chain)
+        places = np.arange(size + 1)
+        return ConeProgramme(size, np.arange(size)[None], hessian, np.full(size, 1e-9), linear, rows, places)

@@ -6,7 +6,6 @@ import pytest
 from minsnap.native.chain_programme import solve_chain
 from minsnap.native.library import core, using
 from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_by_clarabel, solve_natively
-from minsnap.time_allocation.joint_layout import Chain
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
 
@@ -21,8 +20,8 @@ def chain(seed, pieces=4, border=2, size=3):
     hessian = np.einsum("pra,prb->pab", roots, roots)
     x = random.normal(size=total)
     rows = [random_rows(random, columns, x, 1, 8), random_rows(random, columns, x, size, 5)]
-    order = Chain(np.arange(total + 1), border)
-    return ConeProgramme(total, columns, hessian, np.full(total, 1e-3), random.normal(size=total), rows, order)
+    linear, places = random.normal(size=total), np.arange(total + 1)
+    return ConeProgramme(total, columns, hessian, np.full(total, 1e-3), linear, rows, places)
 
 
 def random_rows(random, columns, x, size, count):
@@ -76,7 +75,7 @@ def test_clarabel_finds_the_same(seed):
 def test_an_unknown_that_a_piece_names_twice_counts_twice():
     columns = np.array([[0, 0, 1]])
     rows = [Rows(np.zeros(1, dtype=int), np.array([[[-1.0, -1.0, 0.0]]]), np.array([[-4.0]]))]
-    programme = ConeProgramme(2, columns, np.zeros((1, 3, 3)), np.ones(2), np.zeros(2), rows, Chain(np.arange(3), 1))
+    programme = ConeProgramme(2, columns, np.zeros((1, 3, 3)), np.ones(2), np.zeros(2), rows, np.arange(3))
     assert solve_natively(programme).x == pytest.approx([2.0, 0.0], abs=1e-6)
 
 
@@ -84,7 +83,7 @@ def test_a_programme_without_a_solution_is_not_answered():
     columns = np.array([[0]])
     matrix, bound = np.array([[[1.0]], [[-1.0]]]), np.array([[-1.0], [-1.0]])
     rows = [Rows(np.zeros(2, dtype=int), matrix, bound)]
-    programme = ConeProgramme(1, columns, np.zeros((1, 1, 1)), np.ones(1), np.zeros(1), rows, Chain(np.arange(2), 1))
+    programme = ConeProgramme(1, columns, np.zeros((1, 1, 1)), np.ones(1), np.zeros(1), rows, np.arange(2))
     assert solve_natively(programme) is None and solve_by_clarabel(programme) is None
 
 
@@ -92,7 +91,6 @@ def call(**changes):
     """One unknown, x >= 1, least square; some arguments changed."""
     one = np.ones(1)
     given = {
-        "border": 0,
         "columns": np.array([[0]], dtype=np.int64),
         "costs": (np.zeros((1, 1, 1)), one, np.zeros(1)),
         "cones": (np.zeros(1, dtype=np.int64), np.ones(1, dtype=np.int64)),
@@ -109,8 +107,6 @@ def test_the_smallest_programme():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"border": 2},
-        {"border": -1},
         {"columns": np.array([[5]], dtype=np.int64)},
         {"columns": np.array([[-1]], dtype=np.int64)},
         {"cones": (np.array([3], dtype=np.int64), np.ones(1, dtype=np.int64))},

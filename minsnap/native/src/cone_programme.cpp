@@ -20,7 +20,7 @@ bool finite(const double *values, std::size_t count) {
 }
 
 struct Request {
-    std::size_t size, border, pieces, width, cones, rows;
+    std::size_t size, pieces, width, cones, rows;
     const std::int64_t *columns, *cone_piece, *cone_size;
 };
 
@@ -51,21 +51,20 @@ void list_cones(const Request &p, const double *matrix, ConeEntry *cones) {
 
 }  // namespace
 
-// Sizes: size, border, pieces, width, cones, rows. Results: x (size), z (rows), iterations (1).
+// Sizes: size, pieces, width, cones, rows. Results: x (size), z (rows), iterations (1).
 MINSNAP_EXPORT std::int32_t minsnap_cone_programme(const std::int64_t *sizes, const std::int64_t *columns,
                                                    const double *hessian, const double *diagonal, const double *linear,
                                                    const std::int64_t *cone_piece, const std::int64_t *cone_size,
                                                    const double *matrix, const double *bound, double tolerance,
                                                    std::int64_t most, double *x, double *z, std::int64_t *iterations) {
     const auto answer = [](Status status) { return static_cast<std::int32_t>(status); };
-    for (int i = 0; i < 6; ++i) {
-        if (sizes[i] < (i == 1 ? 0 : 1) || sizes[i] > most_values) return answer(Status::bad_size);
+    for (int i = 0; i < 5; ++i) {
+        if (sizes[i] < 1 || sizes[i] > most_values) return answer(Status::bad_size);
     }
     const auto count = [&](int i) { return static_cast<std::size_t>(sizes[i]); };
-    const Request p{count(0), count(1), count(2), count(3), count(4), count(5), columns, cone_piece, cone_size};
+    const Request p{count(0), count(1), count(2), count(3), count(4), columns, cone_piece, cone_size};
     const std::size_t widest = static_cast<std::size_t>(most_values);
-    if (p.border > p.size || p.width > 4096 || p.rows > widest / p.width || p.pieces > widest / (p.width * p.width) ||
-        p.border > 4096 || !consistent(p)) {
+    if (p.width > 4096 || p.rows > widest / p.width || p.pieces > widest / (p.width * p.width) || !consistent(p)) {
         return answer(Status::bad_size);
     }
     if (!finite(hessian, p.pieces * p.width * p.width) || !finite(diagonal, p.size) || !finite(linear, p.size) ||
@@ -77,7 +76,7 @@ MINSNAP_EXPORT std::int32_t minsnap_cone_programme(const std::int64_t *sizes, co
     if (!cones.allocate(p.cones)) return answer(Status::no_memory);
     list_cones(p, matrix, cones.data());
     if (!rows.set({0, 0, p.width}, p.pieces, cones.data(), p.cones)) return answer(Status::no_memory);
-    const ChainProgramme programme{p.size, p.border, p.pieces, columns, hessian, diagonal, linear, &rows, bound};
+    const ChainProgramme programme{p.size, p.pieces, columns, hessian, diagonal, linear, &rows, bound};
     InteriorPoint method(programme, tolerance, most);
     const Status status = method.solve(x, z);
     *iterations = method.iterations();

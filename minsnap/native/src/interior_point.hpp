@@ -4,7 +4,7 @@
 //
 // Mehrotra's predictor and corrector with Nesterov-Todd scaling (L. Vandenberghe, "The CVXOPT linear and quadratic cone
 // program solvers", 2010). The normal equations P + G'W^-2 G are formed piece by piece: every row of G belongs to one
-// piece, so that they are banded but for a border.
+// piece, so that they are banded but for unknowns that many pieces share.
 //
 // A start may be given: a point at which all cones leave about `start_room`. With the multipliers z = mu s^-1 of the
 // central path it takes half as many iterations as from the usual start, where penalties make multipliers too large by
@@ -19,18 +19,18 @@
 #include <limits>
 #include <type_traits>
 
-#include "arrow_matrix.hpp"
 #include "buffer.hpp"
 #include "cone_rows.hpp"
 #include "cone_scaling.hpp"
 #include "dot.hpp"
+#include "profile_matrix.hpp"
 #include "status.hpp"
 
 namespace minsnap {
 
 // What is asked; arrays of the caller. `columns` holds `size` where a piece has no unknown.
 struct ChainProgramme {
-    std::size_t size, border, pieces;
+    std::size_t size, pieces;
     const std::int64_t *columns;      // pieces x width
     const double *hessian;            // pieces x width x width
     const double *diagonal, *linear;  // size
@@ -100,7 +100,7 @@ private:
             scalings_[k].w = w_.data() + row;
             scalings_[k].lambda = lambda_.data() + row;
         }
-        return matrix_.shape(n, p_.border, reach());
+        return list_firsts() && matrix_.shape(n, first_.data());
     }
 
     std::size_t rows() const { return p_.cones->rows(p_.pieces); }
@@ -109,19 +109,19 @@ private:
     std::size_t size_of(std::size_t cone) const { return p_.cones->size_of(cone); }
     const std::int64_t *columns_of(std::size_t piece) const { return p_.columns + piece * width(); }
 
-    // Half-bandwidth of the unknowns outside of the border.
-    std::size_t reach() const {
-        const auto inner = static_cast<std::int64_t>(p_.size - p_.border);
-        std::int64_t widest = 0;
+    // First unknown that each unknown meets in a piece.
+    bool list_firsts() {
+        if (!first_.allocate(p_.size + 1)) return false;
+        for (std::size_t j = 0; j < p_.size; ++j) first_[j] = j;
         for (std::size_t i = 0; i < p_.pieces; ++i) {
-            std::int64_t low = inner, high = -1;
-            for (std::size_t j = 0; j < width(); ++j) {
-                const std::int64_t column = columns_of(i)[j];
-                if (column < inner) low = std::min(low, column), high = std::max(high, column);
+            const std::int64_t *columns = columns_of(i), *end = columns + width();
+            const auto least = static_cast<std::size_t>(*std::min_element(columns, end));
+            for (const std::int64_t *column = columns; column != end; ++column) {
+                const auto j = static_cast<std::size_t>(*column);
+                if (j < p_.size) first_[j] = std::min(first_[j], least);
             }
-            widest = std::max(widest, high - low);
         }
-        return static_cast<std::size_t>(widest);
+        return true;
     }
 
     // out = h - G x over all rows, or G x where `plain`.
@@ -382,7 +382,8 @@ private:
     Vector s_, ds_, dz_, rz_, w_, lambda_, one_, two_, three_, shift_, push_, aim_;
     Vector dx_, rx_, right_, again_, block_, local_;
     Buffer<ConeScaling> scalings_;
-    ArrowMatrix matrix_;
+    Buffer<std::size_t> first_;
+    ProfileMatrix matrix_;
 };
 
 }  // namespace minsnap

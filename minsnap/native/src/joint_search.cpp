@@ -76,12 +76,12 @@ bool proper(const JointTerms &t, const std::int64_t *sizes) {
            finite(t.durations, t.pieces) && positive(t.durations, t.pieces);
 }
 
-// Counts of a step: size, border, instants, peaks, given cones, rows of those, metrics, whether curved.
+// Counts of a step: size, instants, peaks, given cones, rows of those, metrics, whether curved.
 bool step_consistent(const JointTerms &t, const std::int64_t *counts, const StepRequest &r) {
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < 7; ++i) {
         if (counts[i] < 0 || counts[i] > most_values) return false;
     }
-    if (counts[0] < 1 || counts[1] > counts[0] || counts[1] > 4096 || counts[2] < 2 || counts[6] > 16) return false;
+    if (counts[0] < 1 || counts[1] < 2 || counts[5] > 16) return false;
     const std::size_t width = t.ends * t.dim + joint_rest;
     for (std::size_t i = 0; i < t.pieces * width; ++i) {
         if (r.columns[i] < 0 || r.columns[i] > counts[0]) return false;
@@ -93,7 +93,7 @@ bool step_consistent(const JointTerms &t, const std::int64_t *counts, const Step
     std::int64_t rows = 0, before = 0;
     for (std::size_t k = 0; k < r.given; ++k) {
         if (r.given_piece[k] < 0 || r.given_piece[k] >= static_cast<std::int64_t>(t.pieces)) return false;
-        if (r.given_size[k] < 1 || r.given_size[k] > counts[5] - rows) return false;
+        if (r.given_size[k] < 1 || r.given_size[k] > counts[4] - rows) return false;
         rows += r.given_size[k];
     }
     for (std::size_t k = 0; k < r.peaks; ++k) {
@@ -105,7 +105,7 @@ bool step_consistent(const JointTerms &t, const std::int64_t *counts, const Step
     for (std::size_t m = 0; m < r.metrics; ++m) {
         if (r.metric_order[m] < 0 || r.metric_order[m] > 16) return false;
     }
-    return rows == counts[5];
+    return rows == counts[4];
 }
 
 }  // namespace
@@ -144,9 +144,9 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_step(
     if (!proper(terms, sizes) || !finite(numbers, 9)) return answer(Status::bad_number);
     const auto count = [&](int i) { return static_cast<std::size_t>(counts[i]); };
     const StepRequest request{
-        count(0), count(2), count(3), count(4), count(6), columns, scales, exponents, peak_block, peak_index, peak_own, peak_s,
+        count(0), count(1), count(2), count(3), count(5), columns, scales, exponents, peak_block, peak_index, peak_own, peak_s,
         given_piece, given_size, given_matrix, given_bound, metric_order, metric_matrix, metric_size, lengths, numbers[0],
-        numbers[1], numbers[2], numbers[3], {numbers[4], numbers[5]}, {numbers[6], numbers[7]}, force, own, counts[7] != 0, linear,
+        numbers[1], numbers[2], numbers[3], {numbers[4], numbers[5]}, {numbers[6], numbers[7]}, force, own, counts[6] != 0, linear,
         quadratic, tried, tried_ends, tried_durations};
     if (!step_consistent(terms, counts, request)) return answer(Status::bad_size);
     if (!positive(scales, terms.pieces * terms.ends) || !positive(lengths, terms.pieces)) return answer(Status::bad_number);
@@ -163,7 +163,7 @@ MINSNAP_EXPORT std::int32_t minsnap_joint_step(
         !finite(programme.hessian(), terms.pieces * programme.width() * programme.width())) {
         return answer(Status::bad_number);
     }
-    const ChainProgramme chain{count(0), count(1), terms.pieces, columns, programme.hessian(), programme.diagonal(),
+    const ChainProgramme chain{count(0), terms.pieces, columns, programme.hessian(), programme.diagonal(),
                                programme.linear(), &programme.rows(), programme.bound(), programme.start()};
     InteriorPoint method(chain, numbers[8], most, numbers[9]);
     const Status status = method.solve(x, z.data());

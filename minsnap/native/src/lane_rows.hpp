@@ -13,6 +13,7 @@
 #include "cone_entry.hpp"
 #include "dot.hpp"
 #include "lanes.hpp"
+#include "wide.hpp"
 
 namespace minsnap {
 
@@ -62,14 +63,6 @@ private:
     static constexpr std::size_t ends = 8, axes = 3, rest = 5, columns = 8, chunks = 9, panel_rows = 32;
     static constexpr std::size_t pairs = 6, mixed = 15, small_size = pairs + mixed + 3;
 
-#if defined(__x86_64__)
-    static bool wide() { return __builtin_cpu_supports("avx2"); }
-#define MINSNAP_WIDE __attribute__((target("avx2"), noinline))
-#else
-    static bool wide() { return false; }
-#define MINSNAP_WIDE
-#endif
-    // With the wide registers of newer processors, to the same bits.
     MINSNAP_WIDE void times_wide(std::size_t first, std::size_t last, const double *x, double *out) const {
         times_in(first, last, x, out);
     }

@@ -1,0 +1,15 @@
+// Functions compiled a second time for the wide registers of newer processors, to the same bits: a function marked
+// MINSNAP_WIDE calls one marked MINSNAP_INLINE, and is itself called only where wide() holds.
+#pragma once
+
+namespace minsnap {
+
+#if defined(__x86_64__)
+#define MINSNAP_WIDE __attribute__((target("avx2"), noinline))
+inline bool wide() { return __builtin_cpu_supports("avx2"); }
+#else
+#define MINSNAP_WIDE
+inline bool wide() { return false; }
+#endif
+
+}  // namespace minsnap
