@@ -80,10 +80,14 @@ SITES = [
 """Module, function and class of what is raised, the sentence, and a question that ends there."""
 
 
+PASSAGE = ("passage", "_too_narrow", InfeasibleError)
+"""Tested in ``routes/test_separation.py``."""
+
+
 def raising_sites():
     """Return module, function and class of every refusal that the package makes, and the keywords of its call."""
     found = []
-    for path in (path for path in PACKAGE.rglob("*.py") if path.parent.name != "routes"):
+    for path in PACKAGE.rglob("*.py"):
         for function in (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.FunctionDef)):
             for call in (node for node in ast.walk(function) if isinstance(node, ast.Call)):
                 kind = KINDS.get(getattr(call.func, "id", ""))
@@ -98,7 +102,7 @@ def test_refusals_are_given_a_proof_or_called_unproved():
 
 
 def test_every_site_that_refuses_is_tested():
-    assert {site for site, _ in raising_sites()} == {site for site, *_ in SITES}
+    assert {site for site, _ in raising_sites()} == {site for site, *_ in SITES} | {PASSAGE}
 
 
 @pytest.mark.parametrize(("site", "sentence", "asked"), SITES)

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import BoolArray, FloatArray
 from minsnap.checks import check_array
 from minsnap.corridors.grid_gaps import gaps, grown
 from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along
 from minsnap.errors import CorridorError, InfeasibleError, WaypointError
 from minsnap.routes.grid_map import GridMap
 from minsnap.routes.grid_search import shortest_way, widest
+from minsnap.routes.separation import separation
 
 
 def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: float) -> GridCorridor:
@@ -32,7 +33,7 @@ def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: 
     WaypointError
         If start or goal is outside the map, or too near to what is occupied.
     InfeasibleError
-        If there is no way; says where the widest one is too narrow, and by how much (``smallest_width``).
+        If there is no way, with a proof; says where the widest one is too narrow, and by how much (``smallest_width``).
     """
     for point, name in ((start, "start"), (goal, "goal")):
         _check_inside(grid, point, name)
@@ -42,7 +43,7 @@ def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: 
             raise _too_near(grid, point, name, clearance)
     way = shortest_way(free, grid.resolution, grid.cell(start), grid.cell(goal))
     if way is None:
-        raise _too_narrow(grid, start, goal, clearance)
+        raise _too_narrow(grid, free, start, goal, clearance)
     points = np.vstack((start, grid.centre(way), goal))
     return boxes_along(free, grid.resolution, grid.lower, points, clearance)
 
@@ -81,7 +82,7 @@ def _too_near(grid: GridMap, point: FloatArray, name: str, clearance: float) -> 
 
 
 def _too_narrow(
-    grid: GridMap, start: FloatArray, goal: FloatArray, clearance: float
+    grid: GridMap, free: BoolArray, start: FloatArray, goal: FloatArray, clearance: float
 ) -> InfeasibleError | CorridorError:
     """Return the sentence on the widest way there is."""
     ends = grid.cell(start), grid.cell(goal)
@@ -97,6 +98,7 @@ def _too_narrow(
         f"{lead} with a clearance of {clearance:g} m: the widest one has {most:.3g} m on each side at "
         f"{grid.spot(narrow)}, {clearance - most:.2g} m too narrow; a clearance of {most:.3g} m passes",
         smallest_width=most,
+        contradiction=separation(grid, free, clearance, *ends),
     )
 
 
