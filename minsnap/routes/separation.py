@@ -1,8 +1,7 @@
 """Proof that no way through the free cells of a map leads from start to goal.
 
-Each cell beside those that can be reached from the start, through a face, is occupied or nearer than the clearance to an
-occupied one.  Steps through edges and corners need none besides, since all cells that meet
-there must be free.
+Each cell beside those that can be reached from the start, through a face, is occupied or nearer than the clearance
+to an occupied one. Steps through edges and corners lead no further, since all cells that meet there must be free.
 """
 
 from __future__ import annotations
