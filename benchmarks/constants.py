@@ -18,6 +18,7 @@ import minsnap
 from minsnap import tolerances
 from minsnap.errors import MinsnapError
 from minsnap.optimisation import (
+    axis_group,
     effort,
     elastic,
     exchange,
@@ -38,6 +39,7 @@ CONSTANTS = (
     (exchange, "ROUNDS"),
     (exchange, "STALLED"),
     (rows, "SPREAD"),
+    (axis_group, "REACH"),
     (qp, "DENSE"),
     (qp, "ACCURACY"),
     (fallbacks, "MIDDLE"),

@@ -16,6 +16,9 @@ from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import RowSet
 from minsnap.tolerances import EXACT
 
+REACH = 4
+"""Pieces on either side of new rows for which a QP is solved again, where these are few."""
+
 
 def split_axes(compiled: Compiled, problem: Problem) -> list[BoolArray]:
     """Partition the axes into groups that no constraint couples: masks of shape (dim,)."""
@@ -83,6 +86,14 @@ class AxisGroup:
             return None, None
         matrix, norms = self.space.rows(self.equalities.columns, self.equalities.values)
         return matrix, self.equalities.sides / norms
+
+    def near(self, pieces: IntArray) -> IntArray:
+        """Return its unknowns within ``REACH`` pieces of some."""
+        count = len(self.problem.durations)
+        around = pieces[:, None] + np.arange(-REACH, REACH + 1)
+        around = around % count if self.problem.closed else np.clip(around, 0, count - 1)
+        found = np.unique(self.local[self.problem.piece_columns[np.unique(around)]])
+        return found[found < len(self.columns)]
 
     def unknowns(self, x: FloatArray) -> FloatArray:
         """Return the unknowns at a point of these coordinates, positions exactly in their planes."""

@@ -13,9 +13,10 @@ from minsnap.optimisation.effort import Effort
 from minsnap.optimisation.linear_rows import joined_exactly
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.qp import DENSE, solve_qp
+from minsnap.optimisation.qp import DENSE, Solution, solve_qp
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, rows_in_unknowns
+from minsnap.optimisation.window import solve_near
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,8 @@ class GroupAnswer:
 
     Parameters
     ----------
-    unknowns : ndarray, shape (n,)
+    x : ndarray, shape (n,)
+        In the coordinates of the group.
     multipliers : ndarray, shape (r,)
         Of its rows.
     solver : str
@@ -33,7 +35,7 @@ class GroupAnswer:
         Solvers that gave no answer that passes its check.
     """
 
-    unknowns: FloatArray
+    x: FloatArray
     multipliers: FloatArray
     solver: str = ""
     failed: tuple[str, ...] = ()
@@ -113,7 +115,7 @@ class MasterQP:
         """All unknowns and a zero, (size + 1,)."""
         unknowns = np.zeros(self.problem.size + 1)
         for group, part in zip(self.groups, parts, strict=True):
-            unknowns[group.columns] = part.unknowns
+            unknowns[group.columns] = group.unknowns(part.x)
         return unknowns
 
     def _broken(self, rows: RowSet | None, parts: Sequence[GroupAnswer]) -> float:
@@ -139,7 +141,8 @@ class MasterQP:
             mine = np.flatnonzero(number == index)
             known = None if last is None else last.parts[index]
             if known is None or last is None or last.shift != shift or len(known.multipliers) != len(mine):
-                known = self._part(group, rows, mine, shift, known)
+                near = self._near(group, rows, mine, shift, known) if last is not None and shift <= last.shift else None
+                known = near or self._part(group, rows, mine, shift, known)
             multipliers[mine] = known.multipliers
             parts.append(known)
         return Answer(tuple(parts), multipliers, shift, self._broken(rows, parts))
@@ -161,10 +164,31 @@ class MasterQP:
             self.effort.spend(len(chosen), len(group.columns), width, at_once)
             if found is not None:
                 multipliers = 2.0 * size * found.multipliers / norms
-                return GroupAnswer(group.unknowns(size * found.x), multipliers, solver, suited[:number])
+                return GroupAnswer(size * found.x, multipliers, solver, suited[:number])
             if self.effort.over:
                 break
         raise InfeasibleRowsError
+
+    def _near(
+        self, group: AxisGroup, rows: RowSet | None, chosen: IntArray, shift: float, known: GroupAnswer | None
+    ) -> GroupAnswer | None:
+        """Solve near the new rows of a group alone; None where these are on many legs, or that is not good enough."""
+        if rows is None or known is None or not known.solver or group.whitened or group.always:
+            return None
+        near = group.near(rows.source.piece[chosen[len(known.multipliers) :]])
+        if not 0 < 4 * len(near) < len(group.columns):
+            return None
+        asked, size, norms = programme(group, rows, chosen, shift)
+        multipliers = np.pad(known.multipliers, (0, len(chosen) - len(known.multipliers))) * norms / (2.0 * size)
+        last, room = (
+            Solution(known.x / size, multipliers, np.zeros(0), known.solver),
+            shift * rows.width[chosen] / norms,
+        )
+        found = solve_near(asked, last, near, room / size)
+        self.effort.spend(len(chosen), len(near), 2 * self.problem.half * self.problem.dim, True)
+        if found is None:
+            return None
+        return GroupAnswer(size * found.x, 2.0 * size * found.multipliers / norms, known.solver)
 
     def _groups_of(self, rows: RowSet | None) -> IntArray:
         """Group of each row."""
