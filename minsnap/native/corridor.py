@@ -29,21 +29,21 @@ _KEPT = Entry("minsnap_walls_kept", c_int64, c_int64, c_int64, c_void_p, c_void_
 class WallArrays:
     """Walls, m of them, each on one piece; C-contiguous arrays.
 
-    Planes ``normal . (r^(order)(t) - anchor) <= bound``, and balls ``|matrix (r^(order)(t) - anchor)| <= bound``.
+    For ``x = r^(order)(t) - anchor``: planes ``normal . x <= bound``, round walls ``|matrix x| + normal . x <= bound``,
+    balls where the normal is zero and else cones.
 
     Parameters
     ----------
     piece, order : ndarray of int64, shape (m,)
         Where, and which derivative.
     normal, anchor : ndarray, shape (m, dim)
-        The normal of a ball is not read.
     bound, width : ndarray, shape (m,)
         Right-hand side, and the positive length by which an excess is judged, both [m/s^order].
     when : ndarray of int64, shape (m,), or None
         -1 for every instant of the piece, 0 for its start, 1 for its end; 2 and 3 for a plane on which the curve lies
         at its start or end. None is -1 for all.
     ball : ndarray of int64, shape (m,), or None
-        Which matrix each ball has, -1 for planes; None where all are planes.
+        Which matrix each round wall has, -1 for planes; None where all are planes.
     matrix : ndarray, shape (balls, dim, dim), or None
     """
 

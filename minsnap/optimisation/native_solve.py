@@ -117,8 +117,6 @@ def _unsupported(task: Task) -> str:
         return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
     if (task.upper > task.lower).all(axis=0).any():
         return "the native core needs a waypoint that is fixed along each axis"
-    if any(walls.cones.slope.any() for walls in task.walls if not walls.cones.flat):
-        return "the native core does not do cones"
     return ""
 
 

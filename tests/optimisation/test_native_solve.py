@@ -85,7 +85,6 @@ def test_a_start_on_the_floor_is_planned_natively():
     ("others", "reason"),
     [
         ({"corridor": 0.3, "solver": "daqp"}, "daqp"),
-        ({"limits": minsnap.Limits(tilt=0.3)}, "cones"),
         ({"corridor": 0.3, "continuity": 4}, "continuous"),
         ({"corridor": 0.3, "waypoint_tolerance": minsnap.Ball(np.full(5, 0.1))}, "fixed"),
     ],

@@ -8,8 +8,8 @@
 //
 // where S is the Gram matrix of the rows' derivatives in s, made orthogonal to the rows.
 //
-// A ball |f| <= b, f = A r + c, is u . f <= b for all unit vectors u: its contacts have the direction u as further
-// parameters, and d', d'' become the gradient and the matrix of second derivatives of u . f in s and u. All coordinates of
+// A round wall |f| + n . r <= b, f = A r + c, is u . f + n . r <= b for all unit vectors u: its contacts have the direction u as
+// further parameters, and d', d'' become the gradient and the matrix of second derivatives in s and u. All coordinates of
 // u are parameters; the step along u itself is zero, since the row in that direction is active, and S is zero there.
 #pragma once
 
@@ -77,6 +77,7 @@ private:
     }
 
     static constexpr Real most_step = Real(0.1), most_turn = Real(0.3), ends = Real(1e-3), near = Real(0.12);
+    static constexpr Real flattest = Real(1e-3);  // least height, in widths, of which the bend of a cone is taken
     static constexpr int instant = -1;
 
     // What may vary about a row: its instant, or a coordinate of its direction.
@@ -156,14 +157,18 @@ private:
     void add_bend(int p) {
         const int k = parameters_[p].row;
         const Row<Real> &row = active_.row(k);
+        const Wall<Real> &wall = walls_[row.wall];
         const bool moves = parameters_[p].part == instant;
         const Real weight = 1 / pressure(k);
         const Jet<Real> jet = jet_of(before_, row.plane, row.s);
-        Real across = 0;
+        Real across = 0, away = jet.slope, height = wall.bound;  // u . f' and |f|
+        if (wall.ball >= 0) {
+            away -= jet_of(before_, wall, row.s).slope;
+            height = largest(height - jet_of(chain_.points, wall, row.s).value, flattest * wall.width);
+        }
         for (int q = p + (moves ? 1 : 0); q < p + parameters_[p].count; ++q) {
-            const Real own = row.direction[parameters_[q].part], height = walls_[row.wall].bound;
-            const Real slope = jet_of(before_, parameters_[q].plane, row.s).slope - jet.slope * own;
-            const Real offset = balls_[walls_[row.wall].ball].offset[parameters_[q].part];
+            const Real own = row.direction[parameters_[q].part], offset = balls_[wall.ball].offset[parameters_[q].part];
+            const Real slope = jet_of(before_, parameters_[q].plane, row.s).slope - away * own;
             right_[q] = jet_of(chain_.points, parameters_[q].plane, row.s).value + offset - height * own;
             entry(q, q) += weight * height;
             if (moves) entry(q, p) -= weight * slope;
@@ -171,7 +176,7 @@ private:
         }
         if (!moves) return;
         const Real bend = largest(-jet.curvature - across, 5 * std::fabs(jet.slope));
-        entry(p, p) += weight * (largest(bend, Real(1e-6) * walls_[row.wall].width) + across);
+        entry(p, p) += weight * (largest(bend, Real(1e-6) * wall.width) + across);
         right_[p] = jet_of(chain_.points, row.plane, row.s).slope;
     }
 

@@ -218,9 +218,8 @@ private:
         const GivenWalls &walls = given_.walls;
         const int dim = given_.dim;
         const double side = walls.is_equality(wall_[k]) ? direction_[k * dim] : 1.0;
-        if (!walls.is_ball(wall_[k])) return side * walls.normal[wall_[k] * dim + d];
-        double sum = 0.0;
-        for (int q = 0; q < dim; ++q) sum += direction_[k * dim + q] * walls.matrix_of(wall_[k], dim)[q * dim + d];
+        double sum = side * walls.normal[wall_[k] * dim + d];
+        for (int q = 0; walls.is_ball(wall_[k]) && q < dim; ++q) sum += direction_[k * dim + q] * walls.matrix_of(wall_[k], dim)[q * dim + d];
         return sum;
     }
 

@@ -197,25 +197,21 @@ private:
         }
     }
 
-    // Control points of the excess over a wall moved inwards, of a ball to first order; returns their degree.
+    // Control points of the excess over a wall moved inwards, of a ball that of squares; returns their degree.
     int excess_over(int index, Real *excess) const {
         const Wall<Real> &wall = walls_[index];
-        int degree = 0;
-        if (wall.ball >= 0) {
-            degree = beyond_ball(chain, wall, balls_[wall.ball], excess);
-        } else {
-            degree = along_normal(chain, chain.points.data(), wall, excess);
-            for (int j = 0; j <= degree; ++j) excess[j] -= wall.bound;
-        }
-        move_inwards(wall, share_, degree, excess);
-        return degree;
+        const int degree = beyond_plane(chain, wall, share_, excess);
+        return wall.ball < 0 ? degree : beyond_ball(chain, wall, balls_[wall.ball], degree, excess);
     }
 
     // Note a peak of what ``excess_over`` returned.
     void note(int index, Real s, Real value) {
         const Wall<Real> &wall = walls_[index];
-        const Real inwards = inwards_at(wall, share_, s);
-        if (wall.ball >= 0) value = distance_beyond(wall, value - inwards) + inwards;
+        if (wall.ball >= 0) {
+            Real low[max_points];  // minus the height
+            const int degree = beyond_plane(chain, wall, share_, low);
+            value = distance_beyond(wall, -jet_at(low, degree, s).value, value);
+        }
         const Real excess = value / unit_at(wall, s);
         worst_ = largest(worst_, excess);
         if (peak_count_ < most_peaks_) peaks_[peak_count_++] = {index, s, excess};

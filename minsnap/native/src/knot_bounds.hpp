@@ -41,6 +41,8 @@ private:
 
     void add_ball(const GivenWalls &walls, std::int64_t i, const double *place) {
         const double *const matrix = walls.matrix_of(i, dim_);
+        const double *const normal = walls.normal + i * dim_;
+        if (dot(normal, normal, dim_) > 0.0) return;
         double squares = 0.0;
         for (int q = 0; q < dim_; ++q) {
             const double away = place[q] - walls.anchor[i * dim_ + q];

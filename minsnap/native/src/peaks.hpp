@@ -55,14 +55,6 @@ inline Real climb(const Real *points, int degree, Real &s) {
     return jet_at(points, degree, s).value;
 }
 
-// From control points of the excess over a wall to those over the wall moved inwards by a share of its width.
-template <class Real>
-inline void move_inwards(const Wall<Real> &wall, Real share, int degree, Real *points) {
-    const Real start = inwards_at(wall, share, Real(0)), rise = share * (wall.give[1] - wall.give[0]);
-    const Real slope = degree > 0 ? rise / degree : Real(0);
-    for (int j = 0; j <= degree; ++j) points[j] += start + j * slope;
-}
-
 // Peaks of one polynomial above ``floor``, each handed to ``take(s, value)``.
 template <class Real, class Take>
 inline void peaks_of(const Real *points, int degree, Real floor, Take take) {

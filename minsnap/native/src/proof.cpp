@@ -27,6 +27,12 @@ void with_climb(int degree, Job job) {
     }
 }
 
+bool is_cone(const double *normal, int dim) {
+    for (int d = 0; d < dim; ++d)
+        if (normal[d] != 0.0) return true;
+    return false;
+}
+
 }  // namespace
 
 bool Proof::takes(std::int64_t wall) const {
@@ -72,6 +78,7 @@ Greatest Proof::ball_excess(std::int64_t wall) {
     if (!map(curve, walls_.matrix_of(wall, dim), dim, mapped)) return {infinity, infinity, 0.5, wall};
     const bool momentary = walls_.when_of(wall) != When::always;
     if (momentary) keep_end(mapped, int(walls_.when_of(wall)));
+    if (is_cone(walls_.normal + wall * dim, dim)) return cone_excess(wall, curve, mapped);
     const Binomials binomials(mapped.degree);
     Scalar square;
     squared_norm(mapped, binomials.single, binomials.doubled, square);
@@ -84,6 +91,33 @@ Greatest Proof::ball_excess(std::int64_t wall) {
         best = {-infinity, -infinity, 0.0, wall};
         climb_ball(climb, square, radius, wall, best);
     });
+    if (momentary) best.s = double(int(walls_.when_of(wall)));
+    return best;
+}
+
+// Of a cone |y| <= h, where h = b - n.x grows along an axis: that neither -h nor |y|^2 - h^2 is ever positive. The latter is
+// made a length by 2 b. ``mapped`` is y.
+Greatest Proof::cone_excess(std::int64_t wall, const Curve &curve, const Curve &mapped) {
+    const double bound = walls_.bound[wall] * (1.0 - less), share = 0.5 / bound;
+    Curve low;  // -h
+    if (!map(curve, walls_.normal + wall * pieces_.dim, 1, low)) return {infinity, infinity, 0.5, wall};
+    subtract(&bound, low);
+    const bool momentary = walls_.when_of(wall) != When::always;
+    if (momentary) keep_end(low, int(walls_.when_of(wall)));
+    const Binomials binomials(mapped.degree);
+    Scalar excess, height;
+    squared_norm(mapped, binomials.single, binomials.doubled, excess);
+    squared_norm(low, binomials.single, binomials.doubled, height);
+    for (int j = 0; j <= excess.degree; ++j) {
+        const double value = excess.value[j] - height.value[j];
+        excess.error[j] = share * (more * (excess.error[j] + height.error[j]) + 2.0 * unit * std::fabs(value));
+        excess.value[j] = share * value;
+    }
+    for (int j = 0; j <= low.degree; ++j) low.error[0][j] *= more;
+    Greatest best{-infinity, -infinity, 0.0, wall};
+    Climb<-1, max_products - 1> round(excess.degree), flat(low.degree);
+    round.raise(best, excess.value, excess.error, wall);
+    flat.raise(best, low.value[0], low.error[0], wall);
     if (momentary) best.s = double(int(walls_.when_of(wall)));
     return best;
 }

@@ -22,6 +22,7 @@ public:
 private:
     bool takes(std::int64_t wall) const;
     Greatest ball_excess(std::int64_t wall);
+    Greatest cone_excess(std::int64_t wall, const Curve &curve, const Curve &mapped);
 
     const GivenWalls walls_;
     const Pieces pieces_;

@@ -62,7 +62,7 @@ Real room_at(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<
     Real value = 0, place[max_dim];
     for (int q = 0; q < max_dim; ++q) place[q] = ball.offset[q];
     for (int axis = 0; axis < chain.dim; ++axis) {
-        if (!(wall.axes >> axis & 1U)) continue;
+        if (!((wall.axes | ball.axes) >> axis & 1U)) continue;
         const int knot = wall.piece + end;
         if (chain.is_free(knot, wall.order, axis)) return std::numeric_limits<Real>::infinity();
         Real own = chain.values[chain.at(knot, wall.order, axis)];
@@ -70,7 +70,7 @@ Real room_at(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<
         value += wall.normal[axis] * own;
         for (int q = 0; q < ball.rows; ++q) place[q] += ball.matrix[q][axis] * own;
     }
-    return wall.bound - (wall.ball < 0 ? value : std::sqrt(dot(place, place, ball.rows)));
+    return wall.bound - value - std::sqrt(dot(place, place, ball.rows));
 }
 
 // Walls move inwards by shares of their width, or of the room at the ends of the piece where that is less. A wall on
@@ -93,11 +93,11 @@ bool set_give(const Chain<Real, Half> &chain, const Ball<Real> &ball, Wall<Real>
 
 // Column ``axis`` of a ball's matrix, whose origin is ``away`` from its anchor along that axis.
 template <class Real>
-void load_column(const double *matrix, int dim, int axis, Real away, Wall<Real> &wall, Ball<Real> &ball) {
+void load_column(const double *matrix, int dim, int axis, Real away, Ball<Real> &ball) {
     for (int q = 0; q < dim; ++q) {
         const Real component = matrix[q * dim + axis];
         if (component == 0) continue;
-        wall.axes |= 1U << axis;
+        ball.axes |= 1U << axis;
         ball.rows = ball.rows > q ? ball.rows : q + 1;
         ball.matrix[q][axis] = component;
         ball.offset[q] += component * away;
@@ -119,10 +119,7 @@ Status load_wall(const Request &given, const Chain<Real, Half> &chain, std::int6
     for (int axis = 0; axis < given.dim; ++axis) {
         const Real origin = wall.order == 0 ? given.positions[std::size_t(wall.piece) * given.dim + axis] : 0.0;
         const Real away = (origin - Real(all.anchor[index * given.dim + axis])) / unit;
-        if (wall.ball >= 0) {
-            load_column(all.matrix_of(index, given.dim), given.dim, axis, away, wall, ball);
-            continue;
-        }
+        if (wall.ball >= 0) load_column(all.matrix_of(index, given.dim), given.dim, axis, away, ball);
         wall.touch(axis, all.normal[index * given.dim + axis]);
         wall.bound -= wall.normal[axis] * away;
     }

@@ -1,5 +1,6 @@
-// Walls on a piece, at every instant or at one of its ends only: planes n . (r^(p)(t) - a) <= b, and balls
-// |A (r^(p)(t) - a)| <= b, which cylinders (A a projection), ellipsoids and limits of derivatives are as well.
+// Walls on a piece, at every instant or at one of its ends only: planes n . x <= b with x = r^(p)(t) - a, and round walls
+// |A x| + n . x <= b: balls where n is zero, as cylinders (A a projection), ellipsoids and limits of derivatives are, else
+// cones, such as a limit of tilt.
 #pragma once
 
 #include <cmath>
@@ -20,7 +21,7 @@ struct GivenWalls {
     const double *bound, *width;        // (count,); the width is the length by which an excess is judged
     const std::int64_t *when;           // (count,) When, or that plus ``equal``; or null: always
     std::int64_t origin = 0;            // pieces are counted from this one
-    const std::int64_t *ball = nullptr; // (count,) which matrix a ball has, -1 for planes; null: all are planes
+    const std::int64_t *ball = nullptr; // (count,) which matrix a round wall has, -1 for planes; null: all are planes
     const double *matrix = nullptr;     // (balls, dim, dim): A, its last rows zero where it has fewer
     std::int64_t balls = 0;
 
@@ -46,7 +47,7 @@ struct Plane {
     }
 };
 
-// A plane; or a ball |A r^(p) + c| <= b, which has the bound and no normal.
+// A plane; or a round wall |A r^(p) + c| + n . r^(p) <= b.
 template <class Real>
 struct Wall : Plane<Real> {
     When when;
@@ -87,6 +88,23 @@ inline Real give_at(const Wall<Real> &wall, Real s) {
 template <class Real>
 inline Real inwards_at(const Wall<Real> &wall, Real share, Real s) {
     return wall.inward + share * give_at(wall, s);
+}
+
+// From control points of the excess over a wall to those over the wall moved inwards by a share of its width.
+template <class Real>
+inline void move_inwards(const Wall<Real> &wall, Real share, int degree, Real *points) {
+    const Real start = inwards_at(wall, share, Real(0)), rise = share * (wall.give[1] - wall.give[0]);
+    const Real slope = degree > 0 ? rise / degree : Real(0);
+    for (int j = 0; j <= degree; ++j) points[j] += start + j * slope;
+}
+
+// Control points of n . r^(p) - b, the wall moved inwards: the excess over a plane; returns their degree.
+template <class Real, int Half>
+inline int beyond_plane(const Chain<Real, Half> &chain, const Wall<Real> &wall, Real share, Real *excess) {
+    const int degree = along_normal(chain, chain.points.data(), wall, excess);
+    for (int j = 0; j <= degree; ++j) excess[j] -= wall.bound;
+    move_inwards(wall, share, degree, excess);
+    return degree;
 }
 
 // The length that an excess at s is measured by: what the wall gives there, or its width where it does not move.
