@@ -102,6 +102,17 @@ def test_waypoints_are_measured_by_the_extent_of_the_course(choice, off, ok):
 
 
 @CORES
+@pytest.mark.parametrize(("off", "ok"), ((0.9e-8, True), (1.1e-8, False)))
+def test_the_extent_of_the_course_is_measured_from_its_first_waypoint(choice, off, ok):
+    """From the middle one of these it would be half of 10 m."""
+    points = np.array([(0.0, 0.0), (5.0, 0.0), (10.0, 0.0)])
+    traj = minsnap.plan(points, [1.0, 1.0])
+    points[1, 1] += off
+    with using(choice):
+        assert minsnap.certify(traj, points).ok is ok
+
+
+@CORES
 @pytest.mark.parametrize(("off", "ok"), ((2e-9, True), (1e-6, False), (4e-3, False)))
 def test_far_from_the_origin_a_millimetre_is_still_seen(choice, off, ok):
     points = CORNERS + 4.5e6

@@ -87,4 +87,4 @@ def _bridge(free: BoolArray, start: IntArray, end: IntArray) -> list[IntArray]:
             cell[axis] = end[axis]
             way.append(cell)
         ways.append(way)
-    return next((way for way in ways if free[tuple(np.array(way).T)].all()), ways[0] if ways else [])
+    return next((way for way in ways if free[tuple(np.array(way).T)].all()), ways[0])

@@ -30,7 +30,8 @@ def largest_ratio(top: FloatArray, bottom: FloatArray) -> tuple[float, int, floa
     where : float
         Instant in [0, 1].
     """
-    first = top[:, 0] / np.maximum(bottom[:, 0], np.finfo(np.float64).tiny)
+    with np.errstate(over="ignore"):
+        first = top[:, 0] / np.maximum(bottom[:, 0], np.finfo(np.float64).tiny)
     row, where = int(np.argmax(first)), 0.0
     trial = float(first[row])
     while np.isfinite(trial):

@@ -135,6 +135,10 @@ def test_number_and_coordinates_of_boxes_must_be_those_of_the_legs():
 
 def test_boxes_that_do_not_overlap_are_told_with_both_their_ranges():
     with pytest.raises(CorridorError, match="0 and 1 do not overlap: along x they run from 0 to 1 and from 2 to 3;"):
-        Boxes([(0, 0, 0), (2, 0, 0)], [(1, 1, 1), (3, 1, 1)])
+        Boxes([(0, 0, 0), (2, 0, 0), (2, 0, 0)], [(1, 1, 1), (3, 1, 1), (9, 1, 1)])
     with pytest.raises(CorridorError, match="0 and 1 only touch: along 3 they run from 0 to 1 and from 1 to 2;"):
         Boxes([(0, 0, 0, 0), (0, 0, 0, 1)], [(1, 1, 1, 1), (1, 1, 1, 2)])
+
+
+def test_excess_is_judged_by_half_of_a_side():
+    assert Boxes([(0, 0)], [(2, 6)]).walls(np.array([(0, 0), (1, 1)]))[0].width.tolist() == [1.0, 3.0]

@@ -58,6 +58,10 @@ def test_a_data_frame_without_names_is_its_numbers():
         (FRAME.assign(t=[0.0, 2.0, 1.0]), "waypoint 2 is passed at t = 1 s, not after waypoint 1"),
         (FRAME.assign(x=["a", "b", "c"]), "the column x of the waypoints must be numbers"),
         ({"x": [0, 1], "y": [0, 1], "duration": [1.0, 2.0]}, "leave the duration of the first or the last one empty"),
+        (
+            {"x": [0, 1, 2], "y": [0, 1, 2], "duration": [np.nan, np.nan, 1.0]},
+            "leave the duration of the first or the last one empty",
+        ),
     ],
 )
 def test_a_table_that_is_not_clear_is_refused(table, message):

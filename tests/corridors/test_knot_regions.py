@@ -71,6 +71,11 @@ def test_position_that_agrees_with_its_waypoint_is_welcome():
             "end is at",
         ),
         (
+            {"waypoints": [(0, 0), (1, 1), (3, 1)], "end": {"position": (1, 1)}},
+            WaypointError,
+            r"end is at \(1, 1\) but its waypoint at \(3, 1\)",
+        ),
+        (
             {"corridor": Boxes([[0, 0]], [[1, 1]]), "durations": [1], "closed": True, "start": {"position": (0, 0)}},
             WaypointError,
             "give neither start= nor end=",

@@ -58,9 +58,9 @@ def test_boxes_keep_the_clearance_from_every_obstacle():
         assert 0.15 - 1e-9 <= np.linalg.norm(gap, axis=1).min() <= 0.2 + 1e-9
 
 
-def test_obstacles_grow_by_all_cells_that_have_a_point_too_near():
+@pytest.mark.parametrize("size", (np.array([0.1, 0.15, 0.2]), np.array([0.2, 0.15, 0.1])), ids=("upwards", "downwards"))
+def test_obstacles_grow_by_all_cells_that_have_a_point_too_near(size):
     draw = np.random.default_rng(0)
-    size = np.array([0.1, 0.15, 0.2])
     for clearance in (0.05, 0.2, 0.25, 0.41, 9.0):
         taken = draw.random((9, 8, 7)) < 0.01
         taken[4, 4, 4] = True

@@ -81,6 +81,7 @@ def test_overlap_that_is_unbounded_is_named_with_its_axis():
         ([(np.vstack([SIDES, np.zeros(3)]), np.ones(7))], "row 6 of polytope 0 has a normal of zeros"),
         ([box((0, 0, 0), (1, 1, 1)), (np.eye(2), np.ones(2))], "polytope 1 has 2 coordinates and polytope 0 has 3"),
         ([SIDES], "polytope 0 is not a pair"),
+        ([(SIDES, np.ones(6), np.ones(6))], "polytope 0 is not a pair"),
         ([], "list of pairs"),
         (3, "list of pairs"),
     ],
@@ -114,6 +115,16 @@ def test_a_single_polytope_has_no_passages_and_stays_as_it_is():
     assert [part.shape for part in single.passages()] == [(0, 2)] * 3
     with pytest.raises(ValueError, match="read-only"):
         single.half_spaces[0][1][0] = 2.0
+    with pytest.raises(ValueError, match="read-only"):
+        single.radius[0] = 2.0
+
+
+def test_a_closed_lap_begins_where_its_last_polytope_meets_the_first():
+    lower = [(0, 0, 0), (2, 0, 0), (0, 2, 0), (0, 0, 0)]
+    upper = [(3, 1, 1), (3, 3, 1), (3, 3, 1), (1, 3, 1)]
+    lap = Polytopes([box(low, high) for low, high in zip(lower, upper, strict=True)])
+    for found, expected in zip(lap.passages(closed=True), Boxes(lower, upper).passages(closed=True), strict=True):
+        assert found == pytest.approx(expected, abs=1e-6)
 
 
 def test_boxes_around_polytopes_far_from_the_origin():

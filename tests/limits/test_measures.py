@@ -30,3 +30,9 @@ def test_a_thrust_without_a_vertical_part_is_at_a_right_angle():
 def test_derivatives_of_a_state_that_are_not_given_are_zero():
     used = Limits(speed=2.0, acceleration=1.0).use_of_state({1: np.array([0.0, 3.0, 4.0])}, 3)
     assert [entry.fraction for entry in used] == [2.5, 0.0]
+
+
+def test_speeds_upwards_and_downwards_at_samples():
+    motion = Motion(lambda order: np.array([[1.0, 1.0, 0.2], [1.0, 1.0, -0.3]]), "euclidean", Medium(1.0))
+    assert MEASURES["upwards"].sampled(motion, 1).tolist() == [0.2, 0.0]
+    assert MEASURES["downwards"].sampled(motion, 1).tolist() == [0.0, 0.3]

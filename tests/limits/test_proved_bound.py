@@ -3,13 +3,16 @@
 import numpy as np
 import pytest
 
+import minsnap
 from minsnap.limits.proved_bound import Lift
 from minsnap.limits.rotor_bounds import axis_ranges, heading_ranges
-from minsnap.limits.vehicle_use import LIFTED, VehicleBound
+from minsnap.limits.vehicle_use import LIFTED, VehicleBound, _yaw_jerk
 from minsnap.polynomials.intervals import Interval
+from minsnap.trajectory.heading import remapped
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 
+VEHICLE = Quadrotor.dji_f330()
 QUADRATIC = 0.3
 STEP = 1e-4
 
@@ -17,6 +20,11 @@ STEP = 1e-4
 def columns(values):
     """Ranges of single vectors (m, 3)."""
     return tuple(Interval(column, column) for column in values.T)
+
+
+def ranges(middle, half):
+    """Ranges around vectors (m, 3)."""
+    return tuple(Interval(column - spread, column + spread) for column, spread in zip(middle.T, half.T, strict=True))
 
 
 def force(values, t):
@@ -40,22 +48,60 @@ def test_quadratic_drag_is_differentiated_twice(seed):
 
 
 def test_without_drag_there_is_no_velocity():
-    assert Lift.of(0.0, np.arange(9.0).reshape(1, 9, 1)).velocity is None
+    lift = Lift.of(0.0, np.arange(9.0).reshape(1, 9, 1))
+    assert lift.velocity is None
+    assert [axis.low[0] for axis in (*lift.force, *lift.change, *lift.bend)] == list(range(9))
 
 
 def test_bounds_of_single_motions_are_what_they_bound():
-    vehicle = Quadrotor.dji_f330()
     random = np.random.default_rng(3)
     f, change = random.normal(size=(2, 50, 3)) * [[[9.0, 9.0, 9.0]], [[5.0, 5.0, 5.0]]]
     path = Trajectory(np.zeros((1, 4, 3)), [1.0])
-    bound = VehicleBound(vehicle, path, {})
+    bound = VehicleBound(VEHICLE, path, {})
     lift = Lift(columns(f), columns(change), columns(f), columns(np.zeros((50, 3))))
     most, least, tilt, rate = bound.bounds(LIFTED, lift, np.zeros(50), np.ones(50))
     size = np.linalg.norm(f, axis=1)
-    assert most == pytest.approx(size / vehicle.gravity) and least == pytest.approx(-size / vehicle.gravity)
+    assert most == pytest.approx(size / VEHICLE.gravity) and least == pytest.approx(-size / VEHICLE.gravity)
     up = f[:, 2] > 0.0
     assert tilt[up] == pytest.approx(np.arccos(f[up, 2] / size[up])) and (tilt[~up] == np.pi).all()
     assert rate == pytest.approx(np.linalg.norm(np.cross(f, change), axis=1) / size**2)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_bounds_of_ranges_hold_for_every_motion_inside(seed):
+    random = np.random.default_rng(seed)
+    middle, half = random.normal(size=(2, 40, 3)) * 5.0, random.uniform(0.1, 1.0, (2, 40, 3))
+    middle[0, :, 2] += 9.0
+    lift = Lift(*(ranges(m, h) for m, h in zip(middle, half, strict=True)), columns(middle[0]), None)
+    bound = VehicleBound(VEHICLE, Trajectory(np.zeros((1, 4, 3)), [1.0]), {})
+    most, least, tilt, rate = bound.bounds(LIFTED, lift, np.zeros(40), np.ones(40))
+    for _ in range(300):
+        f, change = middle + half * random.choice((-1.0, 0.0, 1.0), (2, 40, 3))
+        size = np.linalg.norm(f, axis=1)
+        assert (size <= (1.0 + 1e-12) * most * VEHICLE.gravity).all()
+        assert (size >= -(1.0 - 1e-12) * least * VEHICLE.gravity).all()
+        assert (np.arccos(f[:, 2] / size) <= tilt + 1e-12).all()
+        assert (np.linalg.norm(np.cross(f, change), axis=1) <= (1.0 + 1e-12) * rate * size**2).all()
+
+
+def test_ranges_of_a_planned_yaw_are_around_it_and_its_derivatives():
+    path = minsnap.plan([(0, 0, 0), (2, 1, 0), (3, 3, 1)], [1.0, 1.5], yaw=[0.0, 2.0, -1.0])
+    middle = np.linspace(0.1, 0.9, 9)
+    half = np.full(9, 0.1)
+    found = VehicleBound(VEHICLE, path, {})._yaw_ranges(middle, half)
+    for share in np.linspace(-1.0, 1.0, 21):
+        for order, part in enumerate(found):
+            value = path.yaw(middle + share * half, order)
+            assert (part.low <= value + 1e-9).all() and (value <= part.high + 1e-9).all()
+
+
+def test_the_third_derivative_of_a_yaw_on_another_clock():
+    path = minsnap.plan([(0, 0, 0), (2, 1, 0), (3, 3, 1)], [1.0, 1.5], yaw=[0.0, 2.0, -1.0])
+    largest = _yaw_jerk(path.yaw)
+    assert largest >= np.abs(path.yaw(np.linspace(0.0, 2.5, 999), 3)).max() > 0.0
+    assert _yaw_jerk(remapped(path.yaw, 2.0, -0.5)) == pytest.approx(largest / 8.0, rel=1e-12)
+    assert _yaw_jerk(minsnap.plan([(0, 0, 0), (2, 1, 0)], [1.0], yaw=0.3).yaw) == 0.0
+    assert _yaw_jerk(minsnap.plan([(0, 0, 0), (2, 1, 0)], [1.0], yaw="velocity").yaw) == np.inf
 
 
 def test_directions_of_a_heading_are_around_all_that_it_can_be():

@@ -10,9 +10,9 @@ import minsnap
 from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import sampled_motion
-from minsnap.limits.vehicle_drag import lateral_alike
+from minsnap.limits.vehicle_drag import flat_drag, lateral_alike
 from minsnap.time_allocation.time_stretch import most_used
-from minsnap.vehicle import BodyDrag, Quadrotor, flat_states, flatness_of
+from minsnap.vehicle import BodyDrag, Quadrotor, RotorSpeedDrag, flat_states, flatness_of
 
 VEHICLES = {"f330": Quadrotor.dji_f330(), "crazyflie": Quadrotor.crazyflie()}
 
@@ -222,3 +222,8 @@ def test_sampled_thrust_counts_drag_along_the_thrust_axis():
 def test_drag_is_the_same_sideways_if_all_of_it_is(linear, quadratic, alike):
     body = dataclasses.replace(VEHICLES["f330"], drag=BodyDrag((0.3, linear, 0.1), (0.02, quadratic, 0.05)))
     assert lateral_alike(body) is alike
+
+
+def test_a_drag_that_is_not_of_the_body_has_no_part_in_limits():
+    vehicle = dataclasses.replace(Quadrotor.dji_f330(), drag=RotorSpeedDrag((1e-4, 1e-4, 1e-4)))
+    assert not flat_drag(vehicle).linear.any() and not Limits.of(vehicle).medium.drags

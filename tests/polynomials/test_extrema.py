@@ -142,3 +142,22 @@ def test_the_bound_of_one_polynomial_does_not_depend_on_another(core):
     errors = np.array([[0.0] * 3, [1e-8] * 3])
     found = native_maxima(points, errors)[1][0] if core == "native" else maximum(points, errors)[0]
     assert found == -1e-12
+
+
+def test_peaks_of_straight_lines_are_at_their_ends():
+    row, s, value = peaks(np.array([[0.0, 1.0], [2.0, 0.0]]), 0.5)
+    assert [row.tolist(), s.tolist(), value.tolist()] == [[0, 1], [1.0, 0.0], [1.0, 2.0]]
+
+
+@pytest.mark.parametrize("degree", (4, 8))
+def test_bounds_hold_for_all_polynomials_within_the_errors(degree):
+    """Those with flat tops, of which parts are concave but for the errors."""
+    random = np.random.default_rng(degree)
+    places, size = random.uniform(0.2, 0.8, 200), 10.0 ** random.uniform(-9.0, -1.0, 200)
+    powers = np.array([(1.0 - Polynomial([-place, 1.0]) ** degree).coef for place in places])
+    points = powers @ powers_to_points(degree).T
+    errors = np.repeat(size[:, None], degree + 1, axis=1)
+    found = maxima(points, errors)
+    highest = (points @ basis(degree, np.linspace(0.0, 1.0, 1001)).T).max(axis=1)
+    assert (found.bounds >= highest + size).all() and (found.bounds >= found.values).all()
+    assert (found.bounds <= 1.0 + 100.0 * size).all()

@@ -61,3 +61,7 @@ def test_a_denominator_that_vanishes_gives_infinity():
 
 def test_a_numerator_that_vanishes_gives_zero():
     assert largest_ratio(np.zeros((2, 4)), np.ones((2, 4)))[0] == 0.0
+
+
+def test_a_denominator_that_vanishes_at_the_start_gives_infinity_there():
+    assert largest_ratio(np.full((2, 2), 9.0), np.array([[1.0, 1.0], [0.0, 1.0]])) == (np.inf, 1, 0.0)
