@@ -14,6 +14,7 @@ KINDS = {"InfeasibleError": InfeasibleError, "UnprovedError": UnprovedError}
 PACKAGE = Path(minsnap.__file__).parent
 POINTS = [(0, 0, 0), (3, 0, 0), (3, 3, 0), (0, 3, 1)]
 LIMITS = Limits(speed=3.0, acceleration=6.0)
+NEAR = [(0, 0, 0), (0.03, 0, 0), (3, 0, 0)]
 FAST = {"start": {"velocity": (2.5, 0, 0)}}
 STAND = [(0, 0, 0), (2, 0, 0), (4, 1, 0)]
 
@@ -72,9 +73,14 @@ SITES = [
         {"waypoints": POINTS, "durations": [1, 1, 1], "limits": Limits(body_rate=1.0)},
     ),
     (
-        ("ways", "_left", UnprovedError),
-        "leg 0 has 0.01 s, and the way found between its limits",
+        ("ways", "_left", InfeasibleError),
+        "leg 0 has 0.01 s, and the velocity alone needs 1 s",
         {"waypoints": POINTS, "durations": [0.01, 2, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
+    ),
+    (
+        ("ways", "_left", UnprovedError),
+        "leg 0 has 0.0101 s, and the way found between its limits",
+        {"waypoints": NEAR, "durations": [0.0101, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
     ),
 ]
 """Module, function and class of what is raised, the sentence, and a question that ends there."""

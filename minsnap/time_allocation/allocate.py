@@ -113,8 +113,8 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, finish: Finish) -> 
         free = _timed(task, replace(timing, limits=None, enforce=None), finish)
         if keeps(limits, free.trajectory):
             return free
-    ways = ways_of(task, limits)
-    return ways.around(_between(ways, ways.between(timing), limits, finish), limits, finish)
+    ways, bounded = ways_of(task, limits), task.with_walls(limits.walls(task.waypoints))
+    return ways.around(_between(ways, ways.between(timing, bounded), limits, finish), limits, finish)
 
 
 def _between(ways: Ways, timing: Timing, limits: Limits, finish: Finish) -> Timed:

@@ -19,7 +19,7 @@ from minsnap.tolerances import EXACT
 
 @dataclass(frozen=True, eq=False)
 class ShortTotal:
-    """Walls of the velocity, one on a leg at most, within which the legs take longer than a total.
+    """Walls of the velocity, one on a leg at most, within which these legs take longer than a time.
 
     Parameters
     ----------
@@ -59,8 +59,14 @@ class ShortTotal:
         return sum(map(min, low, high), middle), sum(map(max, low, high), middle)
 
 
-def short_total(bounded: Task, total: float) -> ShortTotal | None:
-    """Prove that a total [s] is too short for a task with the walls of its limits; None where there is no proof."""
+def short_total(bounded: Task, total: float, only: int | None = None) -> ShortTotal | None:
+    """Prove that a time [s] is too short for a task with the walls of its limits, or for one leg of it.
+
+    Returns
+    -------
+    ShortTotal or None
+        None where there is no proof.
+    """
     best: dict[int, tuple[float, PressedRow]] = {}
     steps = np.diff(bounded.waypoints, axis=0)
     for cones in (wall.cones for wall in bounded.walls if wall.order == 1):
@@ -71,5 +77,5 @@ def short_total(bounded: Task, total: float) -> ShortTotal | None:
             if takes > best.get(leg, (0.0,))[0]:
                 wall = -cones.slope[row], cones.anchor[row], float(cones.radius[row]), cones.matrix[row]
                 best[leg] = takes, PressedRow(leg, 0.0, 1, *wall, along / max(length * (1.0 + EXACT), EXACT))
-    found = ShortTotal(bounded, total, tuple(row for _, row in best.values()))
+    found = ShortTotal(bounded, total, tuple(row for _, row in best.values() if only in (None, row.piece)))
     return found if found.verify() else None

@@ -38,6 +38,13 @@ def test_totals_are_proved_too_short_below_the_least_and_not_above(name):
     assert short_total(asked(limits), 1.000001 * times.sum()) is None
 
 
+@pytest.mark.parametrize("leg", range(3))
+def test_a_leg_alone_is_proved_too_short(leg):
+    limits, times = LEAST["both"]
+    assert short_total(asked(limits), 0.999999 * times[leg], leg).verify()
+    assert short_total(asked(limits), 1.000001 * times[leg], leg) is None
+
+
 def test_waypoints_that_are_free_may_be_nearer():
     tolerance = np.array([[0.0], [0.5], [0.0], [0.0]])
     proof = short_total(asked(Limits(speed=2.0, norm="axis"), tolerance), 1.0)
