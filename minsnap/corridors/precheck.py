@@ -41,22 +41,6 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> Non
         _check_crossing(placement, planes, waypoint)
 
 
-def nearest_excess(cones: Cones, point: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """Least excess over each wall among the points of a box, (m,); 0 or less if some point is inside.
-
-    Parameters
-    ----------
-    cones : Cones
-        m of them.
-    point : ndarray, shape (m, dim)
-        A value of the bounded derivative for each wall.
-    lower, upper : ndarray, shape (m, dim)
-        Offsets within which it may vary. For walls that are not planes only the point itself is looked at.
-    """
-    best = point + np.where(cones.slope > 0.0, upper, lower) if cones.flat else point
-    return -cones.slack(best[:, None, :])[:, 0]
-
-
 def _check_points(placement: Placement, wall: Cones) -> IntArray:
     """Refuse waypoints that are outside a wall with their boxes; return free ones that are outside without."""
     doubtful = []
@@ -65,7 +49,8 @@ def _check_points(placement: Placement, wall: Cones) -> IntArray:
         return np.zeros(0, dtype=np.intp)
     for waypoint in ends.T:
         point, low, high = placement.points[waypoint], placement.lower[waypoint], placement.upper[waypoint]
-        excess, free = nearest_excess(wall, point, low, high), (high > low).any(axis=1)
+        nearest = point + np.where(wall.slope > 0.0, high, low) if wall.flat else point
+        excess, free = -wall.slack(nearest[:, None, :])[:, 0], (high > low).any(axis=1)
         wrong = np.flatnonzero((excess > 0.0) & (wall.flat | ~free))
         if len(wrong):
             _refuse(placement, wall, int(waypoint[wrong[0]]), int(wrong[0]), float(excess[wrong[0]]))
@@ -88,13 +73,11 @@ def _refuse(placement: Placement, wall: Cones, waypoint: int, row: int, excess: 
 def _check_pins(pins: Pins, wall: Cones) -> None:
     for waypoint, state in pins.items():
         value = state.get(wall.order)
-        mine = (wall.leg == waypoint) | (wall.leg == waypoint - 1)
-        if value is None or not value.any() or not mine.any():
+        if value is None or not value.any():
             continue
-        still = np.zeros((len(wall.leg), len(value)))
-        excess = nearest_excess(wall, still + value, still, still)
-        wrong = np.flatnonzero(mine & (excess > 0.0))
-        if len(wrong):
+        excess = -wall.slack(value[None, None])[:, 0]
+        wrong = [int(row) for row in _rows_at(wall, waypoint) if excess[row] > 0.0]
+        if wrong:
             raise WaypointError(
                 f"the {DERIVATIVES[wall.order]} pinned at waypoint {waypoint} is {excess[wrong[0]]:.3g} outside the "
                 f"{wall.name} of leg {wall.leg[wrong[0]]}: change one of them",
