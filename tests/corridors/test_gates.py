@@ -81,6 +81,14 @@ def test_gates_are_the_optimum_of_an_independent_programme():
 
 
 @pytest.mark.parametrize("gate", GATES.values(), ids=GATES.keys())
+def test_sides_of_a_gate_hold_two_corners_each_and_no_corner_is_outside(gate):
+    normals, bounds = gate.edges()
+    beyond = (gate.corners - gate.centre) @ normals.T - bounds
+    assert beyond.max() <= 1e-12 and ((np.abs(beyond) <= 1e-12).sum(axis=0) == 2).all()
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0) and np.abs(normals @ gate.normal).max() <= 1e-12
+
+
+@pytest.mark.parametrize("gate", GATES.values(), ids=GATES.keys())
 @pytest.mark.parametrize("how", [{}, {"corridor": 0.6}, {"pieces": 2}, {"continuity": 4}])
 def test_a_curve_passes_through_its_gate(gate, how):
     waypoints = [POINTS[0], gate, *POINTS[2:]]

@@ -5,6 +5,7 @@ import pytest
 
 import minsnap
 from minsnap import corridor_from_grid
+from minsnap.corridors.grid_boxes import pruned
 from minsnap.corridors.grid_gaps import gaps, grown
 from minsnap.corridors.grid_path import connected, visited
 from minsnap.errors import CorridorError
@@ -188,3 +189,9 @@ def test_cells_that_are_no_squares_grow_by_the_clearance(monkeypatch, few_shifts
 
 def test_a_path_to_the_far_border_ends_in_the_last_cell():
     assert visited(np.array([3, 2]), np.array([(0.5, 0.5), (3.0, 2.0)]), np.ones(2), np.zeros(2))[-1].tolist() == [2, 1]
+
+
+def test_the_cell_behind_the_upper_side_of_a_box_is_not_in_it():
+    boxes = [(np.array([0, 0]), np.array([2, 2])), (np.array([1, 0]), np.array([3, 2]))]
+    assert pruned(boxes, np.array([0, 0]), np.array([2, 0])) == boxes
+    assert pruned(boxes, np.array([0, 0]), np.array([1, 0])) == boxes[:1]

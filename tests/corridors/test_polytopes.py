@@ -132,3 +132,10 @@ def test_boxes_around_polytopes_far_from_the_origin():
     lower, upper = bounding_boxes([(sides, np.array([-5.0, -1.0, 70.0, 30.0])), (sides, np.array([70.0, 30, -5, -1]))])
     assert lower == pytest.approx(np.array([(-70.0, -30.0), (5.0, 1.0)]))
     assert upper == pytest.approx(np.array([(-5.0, -1.0), (70.0, 30.0)]))
+
+
+@pytest.mark.parametrize("side", (1.0, -1.0))
+def test_boxes_around_polytopes_are_unbounded_where_these_are(side):
+    lower, upper = bounding_boxes([(np.array([[side, 0.0], [0.0, 1.0], [0.0, -1.0]]), np.array([2.0, 3.0, 1.0]))])
+    x = (-np.inf, 2.0) if side > 0.0 else (-2.0, np.inf)
+    assert (lower[0, 0], upper[0, 0]) == pytest.approx(x) and (lower[0, 1], upper[0, 1]) == pytest.approx((-1.0, 3.0))

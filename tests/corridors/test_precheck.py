@@ -23,7 +23,7 @@ class SpeedBox:
     def walls(self, waypoints):
         leg, axes = np.arange(len(waypoints) - 1), waypoints.shape[1]
         normal, leg = np.tile(np.eye(axes), (len(leg), 1)), np.repeat(leg, axes)
-        bound = np.full(len(leg), self.size)
+        bound = np.broadcast_to(self.size, len(waypoints) - 1)[leg]
         return [Faces(leg, normal, 0 * normal, -bound, bound, bound, order=1, name="speed limit")]
 
 
@@ -113,6 +113,12 @@ def test_velocity_pinned_within_a_limit_serves():
     points = [(0, 0), (1, 1), (2, 0)]
     traj = minsnap.plan(points, [3, 3], corridor=SpeedBox(1.0), pins={1: {"velocity": (0.5, 0.0)}})
     assert traj(3.0, 1) == pytest.approx([0.5, 0.0]) and traj.max_norm(1)[0] <= np.sqrt(2.0)
+
+
+def test_a_velocity_is_judged_by_the_legs_beside_its_waypoint():
+    points = [(0, 0), (1, 1), (4, 1), (6, 1)]
+    traj = minsnap.plan(points, [3, 3, 3], corridor=SpeedBox([0.6, 2.0, 2.0]), pins={2: {"velocity": (1.0, 0.0)}})
+    assert traj(6.0, 1) == pytest.approx([1.0, 0.0])
 
 
 def test_ends_and_overlaps_outside_the_room_are_refused_by_name():

@@ -194,6 +194,8 @@ def test_rate_of_any_other_yaw_is_sampled_and_says_so():
     used = Limits(yaw_rate=1.0).utilisation(path)[0]
     assert used.method == "sampled" and used.value == pytest.approx(1.0, rel=1e-3)
     assert abs(path.yaw(used.instant, 1)) == pytest.approx(used.value) and used.limit == 1.0
+    slower = Limits(yaw_rate=1.0).utilisation(path.stretched(2.0))[0]
+    assert slower.method == "sampled" and slower.value == pytest.approx(0.5, rel=1e-3)
 
 
 def test_an_instant_belongs_to_the_leg_that_begins_there():
