@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -90,12 +90,15 @@ class SolvedTask:
 
 
 def _contact_rows(solved: SolvedTask, answer: CorridorAnswer) -> tuple[RowSet | None, FloatArray]:
-    """Convert the contacts of the native core to rows; the planes of gates are none, but part of the problem."""
+    """Convert the contacts of the native core to rows; the planes of gates are none, but part of the problem.
+
+    The native core has these planes where ``compile_walls`` has touched walls.
+    """
     from minsnap.optimisation.normalised_constraints import compile_walls
     from minsnap.optimisation.rows import rows_in_unknowns
 
     problem = solved.problem
-    compiled = compile_walls(solved.task, problem, solved.units)
+    compiled = compile_walls(replace(solved.task, touching=False), problem, solved.units)
     walls = np.where(answer.wall < compiled.first[-1], answer.wall, -1)
     block = np.searchsorted(compiled.first, walls, side="right") - 1
     order, points, rows = np.argsort(block, kind="stable"), problem.relative_points(answer.knots), None

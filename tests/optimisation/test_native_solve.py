@@ -6,7 +6,9 @@ from helpers.tasks import REFERENCE
 
 import minsnap
 from minsnap.native.library import core, using
+from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.planner import placed_task
 
 DURATIONS = (4.0, 2.0, 4.0, 2.0)
 ROOM = ((-0.2, -0.2, 0.8), (8.2, 4.2, 1.2))
@@ -128,3 +130,14 @@ def test_zigzags_with_free_waypoints_are_planned(tolerance, degree, pieces):
         traj = minsnap.plan(points, durations, **asked)
         assert traj.report.core == "native" and minsnap.certify(traj, corridor=boxes).ok
         assert np.abs(traj(traj.leg_breaks) - points).max() <= tolerance + 1e-9
+
+
+def test_the_plane_of_a_gate_is_not_taken_for_a_wall_that_a_waypoint_touches():
+    points = [(0, 0, 1), minsnap.Gate((2, 0.3, 1.2), (1, 0.5, 0.2), 1.0), (4, 1.5, 1), (6, 0, 1)]
+    room = minsnap.Room((-1, -2, 0), (8, 1.5, 3))
+    task = placed_task(points, None, None, None, None, False, 3, [room], 4, 3, 1, "auto")
+    assert task.touches.any()
+    solved = solve(task, np.array([1.5, 1.3, 1.4]))
+    assert solved.optimum.native is not None and len(solved.optimum.native.multiplier)
+    rows, multipliers = solved.active
+    assert rows is None and not len(multipliers)
