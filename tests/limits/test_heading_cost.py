@@ -1,6 +1,7 @@
 """What a plan says of a fixed yaw that nobody asked for."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,27 +10,29 @@ from tasks import spinless
 import minsnap
 from minsnap import Limits
 from minsnap.limits.heading_cost import fixed_yaw_notes
-from minsnap.vehicle import Quadrotor, flatness_of
+from minsnap.vehicle import BodyDrag, Quadrotor, flatness_of
 
 VEHICLE = Quadrotor.dji_f330()
 COURSE = [(0, 0, 1), (3, 2, 2), (5, -2, 3), (1, -3, 1)]
 
 
-def largest_share(path, reserve):
+def largest_share(vehicle, path, reserve):
     t = np.linspace(0.0, path.duration, 20001)
-    speed = flatness_of(VEHICLE, path, t).rotor_speed
-    thrust, hover = VEHICLE.thrust_coefficient * speed * np.abs(speed), VEHICLE.hover_thrust
-    least, most = VEHICLE.rotor_thrust_limits
+    speed = flatness_of(vehicle, path, t).rotor_speed
+    thrust, hover = vehicle.thrust_coefficient * speed * np.abs(speed), vehicle.hover_thrust
+    least, most = vehicle.rotor_thrust_limits
     return max((thrust.max() - hover) / (most - hover), (hover - thrust.min()) / (hover - least)) / (1.0 - reserve)
 
 
-def test_the_sentence_gives_the_shares_of_both_headings():
-    limits = Limits.of(VEHICLE, reserve=0.2)
+@pytest.mark.parametrize("drag", (VEHICLE.drag, BodyDrag(linear=(0.3, 0.3, 0.0))))
+def test_the_sentence_gives_the_shares_of_both_headings(drag):
+    vehicle = replace(VEHICLE, drag=drag)
+    limits = Limits.of(vehicle, reserve=0.2)
     fixed = minsnap.plan(COURSE, [1.4, 1.5, 1.4])
-    free = spinless(fixed, VEHICLE)
+    free = spinless(fixed, vehicle)
     (note,) = fixed_yaw_notes(limits, fixed)
     shares = [float(found) / 100.0 for found in re.findall(r"(\d+) %", note)]
-    assert shares == pytest.approx([largest_share(fixed, 0.2), largest_share(free, 0.2)], abs=6e-3, rel=2e-3)
+    assert shares == pytest.approx([largest_share(vehicle, path, 0.2) for path in (fixed, free)], abs=6e-3, rel=2e-3)
     assert "yaw='tilt'" in note
 
 
