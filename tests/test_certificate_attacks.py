@@ -152,6 +152,14 @@ def test_a_gate_is_crossed_in_its_direction_to_a_billionth_of_the_speed(choice, 
 
 
 @CORES
+def test_a_tube_is_around_the_waypoints_given_and_not_around_those_flown(choice):
+    line = minsnap.plan([(0, 0), (1, 0), (2, 0)], [1.0, 1.0])
+    with using(choice):
+        certificate = minsnap.certify(line, [(0, 0), (1, 0.1), (2, 0)], 0.3, tolerance=0.1)
+        assert certificate.ok and certificate.corridor_margin < 0.25
+
+
+@CORES
 def test_a_tolerance_is_a_box_around_inner_waypoints(choice):
     traj = minsnap.plan(CORNERS, DURATIONS)
     with using(choice):

@@ -127,3 +127,16 @@ def test_a_part_is_concave_if_no_second_difference_is_certainly_positive():
 def test_a_first_derivative_is_off_by_four_roundings():
     found = derivative(drawn(14, (50, 6, 2)), np.linspace(0.3, 3.0, 50), 1)
     assert (found.errors <= 6.0 * UNIT * np.abs(found.points)).all()
+
+
+def test_second_derivatives_enclose_the_exact_ones_where_differences_cancel():
+    """The first differences are 0 and twice about 1, the last two of them rounded."""
+    a, b, c = np.random.default_rng(6).uniform(0.0, 1e-3, (3, 400))
+    points = np.stack((-1.0 - a, -1.0 - a, b, 1.0 + c), axis=1)
+    found = derivative(points[:, :, None], np.ones(400), 2)
+    for row, values, errors in zip(
+        points.tolist(), found.points[..., 0].tolist(), found.errors[..., 0].tolist(), strict=True
+    ):
+        p = [Fraction(value) for value in row]
+        exact = [6 * (p[i + 2] - 2 * p[i + 1] + p[i]) for i in range(2)]
+        assert all(off(x, value) <= error for x, value, error in zip(exact, values, errors, strict=True))
