@@ -106,9 +106,18 @@ MINSNAP_INLINE double cone_depth(const double *u, std::size_t count) {
     return count == 1 ? -u[0] : std::sqrt(tail_product(u, u, count)) - u[0];
 }
 
+// Whether u + step d is inside.
+MINSNAP_INLINE bool cone_holds(const double *u, const double *d, std::size_t count, double step) {
+    const double first = u[0] + step * d[0];
+    double sum = 0.0;
+    for (std::size_t i = 1; i < count; ++i) sum += (u[i] + step * d[i]) * (u[i] + step * d[i]);
+    return first > 0.0 && sum < first * first;
+}
+
 // Largest step in [0, most] for which u + step d stays in the cone, u inside.
 MINSNAP_INLINE double cone_step(const double *u, const double *d, std::size_t count, double most) {
     if (count == 1) return u[0] + most * d[0] < 0.0 ? -u[0] / d[0] : most;
+    if (cone_holds(u, d, count, most)) return most;
     const double a = cone_determinant(d, count), c = cone_determinant(u, count);
     const double b = u[0] * d[0] - tail_product(u, d, count);
     double step = most;

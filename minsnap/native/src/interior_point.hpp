@@ -248,7 +248,7 @@ private:
     // Normal equations for the present scaling, factored.
     bool form() {
         matrix_.clear();
-        for (std::size_t j = 0; j < p_.size; ++j) matrix_.add(j, j, p_.diagonal[j]);
+        for (std::size_t j = 0; j < p_.size; ++j) matrix_.row(j).add(j, p_.diagonal[j]);
         for (std::size_t i = 0; i < p_.pieces; ++i) {
             const double *hessian = p_.hessian + i * width() * width();
             std::copy(hessian, hessian + width() * width(), block_.data());
@@ -264,10 +264,11 @@ private:
         for (std::size_t a = 0; a < width(); ++a) {
             const auto row = static_cast<std::size_t>(columns[a]);
             if (row >= p_.size) continue;
+            ProfileMatrix::Row line = matrix_.row(row);
             for (std::size_t b = 0; b < width(); ++b) {
                 const auto column = static_cast<std::size_t>(columns[b]);
                 if (column > row) continue;
-                matrix_.add(row, column, a >= b ? block_[a * width() + b] : block_[b * width() + a]);
+                line.add(column, a >= b ? block_[a * width() + b] : block_[b * width() + a]);
             }
         }
     }

@@ -41,9 +41,7 @@ public:
         if (!squares_.allocate(chunks * count + 1) || !factors_.allocate(2 * count + 1)) return false;
         if (!small_.allocate(small_size * longest + 1) || !listed_.allocate(longest + 1)) return false;
         if (!panel_.allocate((panel_rows + 4) * shape.width())) return false;
-        for (std::size_t k = 0; k < count; ++k) {
-            if (cones[k].form == RowForm::factored) take(k);
-        }
+        wide() ? take_wide(count) : take_in(count);
         return true;
     }
 
@@ -63,6 +61,7 @@ private:
     static constexpr std::size_t ends = 8, axes = 3, rest = 5, columns = 8, chunks = 9, panel_rows = 32;
     static constexpr std::size_t pairs = 6, mixed = 15, small_size = pairs + mixed + 3;
 
+    MINSNAP_WIDE void take_wide(std::size_t count) { take_in(count); }
     MINSNAP_WIDE void times_wide(std::size_t first, std::size_t last, const double *x, double *out) const {
         times_in(first, last, x, out);
     }
@@ -75,21 +74,30 @@ private:
 
     static MINSNAP_INLINE double sum(Quad q) { return (q[0] + q[1]) + (q[2] + q[3]); }
 
+    MINSNAP_INLINE void take_in(std::size_t count) {
+        for (std::size_t k = 0; k < count; ++k) {
+            if (cones_[k].form == RowForm::factored) take(k);
+        }
+    }
+
     // Bring a cone into lanes: rows of eight columns, G'JG, and the squares of the factors.
-    void take(std::size_t k) {
+    MINSNAP_INLINE void take(std::size_t k) {
         const ConeEntry &cone = cones_[k];
-        double lines[columns][columns] = {};
+        Quad *fixed = &fixed_[2 * columns * k];
+        std::fill(fixed, fixed + 2 * columns, Quad{});
         for (std::size_t c = 0; c < cone.size; ++c) {
             double row[columns] = {};
             const double *given = cone.matrix + c * (dim_ + rest);
             std::copy(given, given + dim_, row);
             std::copy(given + dim_, given + dim_ + rest, row + axes);
-            std::memcpy(&matrix_[2 * (row_[k] + c)], row, sizeof row);
+            Quad *lines = &matrix_[2 * (row_[k] + c)];
+            std::memcpy(lines, row, sizeof row);
             for (std::size_t a = 0; a < columns; ++a) {
-                for (std::size_t b = 0; b < columns; ++b) lines[a][b] += (c == 0 ? 1.0 : -1.0) * row[a] * row[b];
+                const double factor = c == 0 ? row[a] : -row[a];
+                fixed[2 * a] += factor * lines[0];
+                fixed[2 * a + 1] += factor * lines[1];
             }
         }
-        std::memcpy(&fixed_[2 * columns * k], lines, sizeof lines);
         double packed[4 * chunks];
         for (std::size_t i = 0, at = 0; i < ends; ++i) {
             for (std::size_t j = 0; j <= i; ++j) packed[at++] = cone.factors[i] * cone.factors[j];

@@ -35,13 +35,25 @@ public:
 
     void clear() {
         std::fill(values_.data(), values_.data() + count_, Quad{});
-        for (std::size_t i = size_; i < side * blocks_; ++i) add(i, i, 1.0);
+        for (std::size_t i = size_; i < side * blocks_; ++i) row(i).add(i, 1.0);
     }
 
-    // Add to the entry at row >= column, which must not be left of the row's first column.
-    void add(std::size_t row, std::size_t column, double value) {
-        const std::size_t b = row / side;
-        values_[begin_[b] + column - first_[b]][static_cast<int>(row % side)] += value;
+    // The entries of a row from its diagonal to the left: add to those not left of its first column.
+    class Row {
+    public:
+        void add(std::size_t column, double value) { diagonal_[-static_cast<std::ptrdiff_t>(side * (row_ - column))] += value; }
+
+    private:
+        friend class ProfileMatrix;
+        Row(double *diagonal, std::size_t row) : diagonal_(diagonal), row_(row) {}
+        double *diagonal_;
+        std::size_t row_;
+    };
+
+    Row row(std::size_t i) {
+        const std::size_t b = i / side;
+        Quad &diagonal = values_[begin_[b] + i - first_[b]];
+        return {reinterpret_cast<double *>(&diagonal) + i % side, i};
     }
 
     // Factor in place. False where a pivot is not positive.
