@@ -44,7 +44,7 @@ ALMOST = 1e-4
 NARROW = 129
 """Instants a piece at which excesses are looked for."""
 
-LAST = Caution(3.0, 0.05)
+LAST = Caution(3.0, 0.05, accuracy=1e-5)
 
 Finish = Callable[[Trajectory], Trajectory]
 

@@ -67,6 +67,7 @@ class JointLayout:
         self.size = self.problem.size
         self.degree = self.problem.degree
         self.orders = np.tile(np.arange(self.half), 2)
+        self._known: list[tuple[JointState, tuple[FloatArray, FloatArray]]] = []
 
     @cached_property
     def columns(self) -> IntArray:
@@ -172,9 +173,26 @@ class JointLayout:
 
     def ends(self, state: JointState) -> FloatArray:
         """End derivatives of all pieces on the unit interval, (pieces, 2k, dim)."""
+        return self._curve(state)[0]
+
+    def scales(self, state: JointState) -> FloatArray:
+        """Factor from scaled knot values to these, (pieces, 2k)."""
+        return self._curve(state)[1]
+
+    def _curve(self, state: JointState) -> tuple[FloatArray, FloatArray]:
+        """Return ends and scales; those of the last two states, which a step begins at and tries, are kept."""
+        for known, curve in self._known:
+            if known is state:
+                return curve
+        scales = self.end_scales(state.durations)
+        found = self._ends(state, scales), scales
+        self._known = [*self._known[-1:], (state, found)]
+        return found
+
+    def _ends(self, state: JointState, scales: FloatArray) -> FloatArray:
         slots, nominal = self.problem.slots, self.problem.nominal
         ends = np.concatenate((state.scaled[:-1, slots.start], state.scaled[1:, slots.end]), axis=1)
-        ends *= self.end_scales(state.durations)[:, :, None]
+        ends *= scales[:, :, None]
         ends[:, 0] += nominal[:-1]
         ends[:, self.half] += nominal[1:]
         return ends

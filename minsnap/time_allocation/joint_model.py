@@ -202,7 +202,7 @@ class JointModel:
         """
         self._inwards, self._gradients, self._tried = inwards, [], tried
         self._state, self._ends = state, self.layout.ends(state)
-        self._scales = self.layout.end_scales(state.durations)
+        self._scales = self.layout.scales(state)
         rows = [self._block_rows(block, found) for block, found in zip(self.blocks, peaks, strict=True)]
         rows += [*self._step_rows(caution.reach), *self._given_rows(state, inwards)]
         terms, diagonal = self.objective.terms(state), np.full(self._size, 1e-10)

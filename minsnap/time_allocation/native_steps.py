@@ -91,7 +91,7 @@ class NativeSteps:
         """Return the step from a state, (unknowns,); None where the native core does not find one."""
         layout, sizes = self.layout, self.steep.copy()
         sizes[0] = 1.0 / lengths
-        curve = (layout.ends(state), state.durations, layout.end_scales(state.durations))
+        curve = (layout.ends(state), state.durations, layout.scales(state))
         cones = whole_cones(regions, layout.unknowns.shape[1])
         linear = np.empty(len(self.place) - 1)
         linear[self.place[:-1]] = objective[0]

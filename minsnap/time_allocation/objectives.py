@@ -151,7 +151,7 @@ class PricedCost:
         layout, dim, ends = self.layout, self.layout.dim, 2 * self.layout.half
         share = state.durations ** (0.5 - layout.half)
         found = np.zeros((*residuals.shape, layout.unknowns.shape[1]))
-        plain = self._root[None] * (share[:, None] * layout.end_scales(state.durations))[:, None, :]
+        plain = self._root[None] * (share[:, None] * layout.scales(state))[:, None, :]
         for axis in range(dim):
             found[:, :, axis, axis : ends * dim : dim] = plain
         bends = layout.ends(state)[..., None] * layout.exponents[:, :, None, :]
