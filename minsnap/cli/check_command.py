@@ -13,10 +13,12 @@ from minsnap.cli import options
 from minsnap.cli.app import app
 from minsnap.errors import InputError
 from minsnap.storage.text_columns import aligned, labelled
+from minsnap.tolerances import EXACT
 
 if TYPE_CHECKING:
     from minsnap.files.consistency import AxisFigures, ConsistencyReport
     from minsnap.files.membership import Membership
+    from minsnap.trajectory.report import Utilisation
     from minsnap.trajectory.samples import Samples
 
 
@@ -31,12 +33,15 @@ class ExactProof:
     corridor_margin : float or None
         [m].
     waypoint_error : float or None
-        [m].
+        Largest distance of a knot from its waypoint, which a tolerance or a gate may allow [m].
+    exceeded : tuple of Utilisation
+        How limits of the plan are used that it does not keep, as certified, without a proof in exact arithmetic.
     """
 
     holds: bool
     corridor_margin: float | None
     waypoint_error: float | None
+    exceeded: tuple[Utilisation, ...]
 
 
 @app.command()
@@ -83,16 +88,22 @@ def _proved(file: Path) -> ExactProof:
     if file.suffix.lower() not in (".json", ".yaml", ".yml") or not is_polynomials(file):
         raise InputError(f"{file} holds no plan to prove: --exact takes .json or .yaml of polynomials")
     plan = read_polynomials(file)
-    certificate = certify(plan.trajectory, plan.waypoints, plan.corridor)
-    return ExactProof(certificate.verify(), certificate.corridor_margin, certificate.waypoint_error)
+    certificate = certify(plan.trajectory, plan.waypoints, plan.corridor, plan.limits)
+    exceeded = tuple(used for used in certificate.utilisation if used.fraction > 1.0 + EXACT)
+    return ExactProof(certificate.verify(), certificate.corridor_margin, certificate.waypoint_error, exceeded)
 
 
 def _unproved(proved: ExactProof | None) -> list[str]:
-    if proved is None or (proved.holds and (proved.corridor_margin is None or proved.corridor_margin >= 0.0)):
+    if proved is None:
         return []
-    if not proved.holds:
-        return ["the figures of the certificate are not proved in exact arithmetic"]
-    return [f"the plan leaves its corridor: its exact margin is {proved.corridor_margin:.3g} m"]
+    problems = [] if proved.holds else ["the figures of the certificate are not proved in exact arithmetic"]
+    if proved.corridor_margin is not None and proved.corridor_margin < 0.0:
+        problems.append(f"the plan leaves its corridor: its exact margin is {proved.corridor_margin:.3g} m")
+    return problems + [
+        f"the plan exceeds its limit {used.name}: {used.value:.6g} of {used.limit:.6g} on leg {used.leg} "
+        f"at {used.instant:.4g} s"
+        for used in proved.exceeded
+    ]
 
 
 def _membership(samples: Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:
@@ -140,6 +151,8 @@ def _as_text(
     if proved is not None:
         margin = "" if proved.corridor_margin is None else f", corridor margin {proved.corridor_margin:.3g} m"
         lines.append(("exact proof", f"{'holds' if proved.holds else 'does not hold'}{margin}, at every instant"))
+        if proved.waypoint_error:
+            lines.append(("waypoint error", f"{proved.waypoint_error:.3g} m at most"))
     axes = ["", _table(report.axes)] if report.axes else []
     verdict = [f"problem: {problem}" for problem in problems] or ["consistent"]
     return "\n".join([labelled(lines), *axes, "", *verdict])

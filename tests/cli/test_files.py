@@ -107,6 +107,20 @@ def test_check_proves_a_plan_in_exact_arithmetic(call, tmp_path):
     assert run.returncode == 2 and "rect.csv holds no plan to prove: --exact takes .json or .yaml" in run.stderr
 
 
+def test_check_holds_a_plan_to_its_limits_and_its_waypoints(call, tmp_path):
+    (tmp_path / "w.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,4,1\n")
+    call("plan", "w.csv", "--max-speed", "3", "-o", "plan.json")
+    run = call("check", "plan.json", "--exact")
+    assert run.returncode == 0 and "waypoint error" not in run.stdout
+    plan = json.loads((tmp_path / "plan.json").read_text())
+    plan["limits"]["speed"] = 2.0
+    plan["waypoints"][1][2] += 0.5
+    (tmp_path / "slower.json").write_text(json.dumps(plan))
+    run = call("check", "slower.json", "--exact")
+    assert run.returncode == 1 and re.search(r"exceeds its limit speed: 3\S* of 2 on leg \d at", run.stdout)
+    assert re.search(r"waypoint error +0.5 m at most", run.stdout)
+
+
 def test_check_is_1_for_a_file_that_contradicts_itself(call, flown, tmp_path):
     rows = np.loadtxt(flown, delimiter=",", skiprows=1)
     rows[:, 4] *= -1.0
