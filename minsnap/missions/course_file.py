@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import fields
 from math import cos, radians, sin, sqrt
 from pathlib import Path
 from typing import Any
@@ -13,13 +14,15 @@ import numpy as np
 from minsnap.checks import is_number
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
-from minsnap.errors import FileError
+from minsnap.errors import FileError, VehicleError
+from minsnap.files.plan_request import VEHICLES, named_vehicle
 from minsnap.files.waypoints import COLUMNS
 from minsnap.limits.limits import Limits
 from minsnap.missions.course import Course, Stop
 from minsnap.storage.reading import reading, shown
 from minsnap.storage.text import load_yaml
 from minsnap.vehicle import Quadrotor
+from minsnap.vehicle.yaml import vehicle_from
 
 PLAIN = ("waypoints", "yaw", "durations")
 """Keys of a waypoint file, which is no course."""
@@ -79,9 +82,15 @@ def _course(where: str, said: Mapping[str, Any], stem: str) -> Course:
         stops.pop()
     given = {key: said[key] for key in ("laps", "tube", "start", "end", "tolerance", "yaw") if key in said}
     given |= {key: _ground(where, key, said[key]) for key in ("takeoff", "land") if key in said}
-    boxes = Boxes(**said["boxes"]) if "boxes" in said else None
+    boxes = _boxes(where, said["boxes"]) if "boxes" in said else None
     name = str(said.get("name", stem))
     return Course(tuple(stops), bool(closed), limits=_limits(where, said), boxes=boxes, name=name, **given)
+
+
+def _boxes(where: str, said: Any) -> Boxes:
+    if not isinstance(said, dict) or set(said) != {"lower", "upper"}:
+        raise FileError(f"{where}: boxes are {shown(said)}: give their corners as lower and upper, a list of each")
+    return Boxes(**said)
 
 
 def _stop(where: str, entry: Any, balls: Any, index: int) -> Stop:
@@ -130,15 +139,24 @@ def _limits(where: str, said: Mapping[str, Any]) -> Limits | None:
     given = said.get("limits", {})
     if not isinstance(given, dict):
         raise FileError(f"{where}: limits are {shown(given)}: give them by name, such as {{speed: 3}}")
+    known = [entry.name for entry in fields(Limits)]
+    unknown = [name for name in given if name not in known]
+    if unknown:
+        raise FileError(f"{where}: no limit is called {shown(unknown[0])}: there are {', '.join(known)}")
     if "vehicle" in said:
-        return Limits.of(_vehicle(said["vehicle"], str(said.get("name", "vehicle"))), reserve=0.0, **given)
+        vehicle = _vehicle(Path(where).parent, said["vehicle"], str(said.get("name", "vehicle")))
+        return Limits.of(vehicle, reserve=0.0, **given)
     return Limits(**given) if given else None
 
 
-def _vehicle(said: Mapping[str, Any], name: str) -> Quadrotor:
-    """Return the vehicle, whose rotors may be described by their least and largest thrust [N]."""
+def _vehicle(folder: Path, said: Any, name: str) -> Quadrotor:
+    """Return the vehicle of a mapping, whose rotors may be described by their least and largest thrust [N], or file."""
+    if isinstance(said, str):
+        return named_vehicle(said) if said in VEHICLES else Quadrotor.from_yaml(folder / said)
+    if not isinstance(said, dict):
+        raise VehicleError(f"vehicle is {shown(said)}: give its fields by name, or a YAML file that does")
     rest = {key: value for key, value in said.items() if key != "rotor_thrust"}
-    if "rotor_thrust" in said:
+    if "rotor_thrust" in said and "thrust_coefficient" in said:
         least, most = (sqrt(thrust / said["thrust_coefficient"]) for thrust in said["rotor_thrust"])
         rest |= {"rotor_speed_min": least, "rotor_speed_max": most}
-    return Quadrotor(**{"name": name} | rest)
+    return vehicle_from(Quadrotor, {"name": name} | rest)

@@ -9,6 +9,8 @@ import pytest
 import minsnap
 from minsnap.errors import FileError
 from minsnap.missions.course_file import is_course
+from minsnap.vehicle import Quadrotor
+from minsnap.vehicle.yaml import description_of
 
 TEXT = """
 name: yard
@@ -69,7 +71,18 @@ def test_courses_of_the_benchmarks_are_read(file):
         (("land: [1, 1, 0]", "land: yes"), "land is 'yes': give true, or where on the ground"),
         (("[0, 0, 1.5]\\n  - {centre", "[0]\\n  - {centre"), "waypoint 0: give"),
         (("{speed: 4, acceleration: 6}", "4"), "limits are 4: give them by name"),
-        (("{speed: 4, acceleration: 6}", "{velocity: 4}"), "is not a course"),
+        (
+            ("{speed: 4, acceleration: 6}", "{velocity: 4}"),
+            "no limit is called 'velocity': there are speed, acceleration",
+        ),
+        (("laps: 2", "vehicle: none.yaml"), "none.yaml cannot be read"),
+        (("laps: 2", "vehicle: 3"), "vehicle is 3: give its fields by name, or a YAML file"),
+        (("laps: 2", "vehicle: {mass: 1}"), "a vehicle needs inertia, arm_length"),
+        (("laps: 2", "vehicle: {mass: 1, arm: 2}"), "no field is called arm: the fields are mass"),
+        (
+            ("laps: 2", "boxes: [[0, 0, 1], [1, 1, 2]]"),
+            r"boxes are \[\[0, 0, 1\], .*give their corners as lower and upper",
+        ),
         (("x: 8", "x: .nan"), "waypoint 2"),
     ],
 )
@@ -77,3 +90,12 @@ def test_a_file_that_is_wrong_is_refused_with_its_place(write, change, message):
     file = write(TEXT.replace(change[0].replace("\\n", "\n"), change[1].replace("\\n", "\n"), 1))
     with pytest.raises(FileError, match=message):
         minsnap.read_course(file)
+
+
+def test_a_vehicle_is_a_file_beside_the_course_or_a_preset(write, tmp_path):
+    vehicle = Quadrotor.dji_f330()
+    vehicle.to_yaml(tmp_path / "racer.yaml")
+    for named in ("racer.yaml", "dji_f330"):
+        limits = minsnap.read_course(write(TEXT.replace("laps: 2", f"vehicle: {named}"))).limits
+        assert description_of(limits.vehicle) == description_of(vehicle)
+        assert limits.reserve == 0.0 and limits.speed == 4.0
