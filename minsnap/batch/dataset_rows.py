@@ -15,7 +15,7 @@ from minsnap.batch.spec import Spec
 from minsnap.certificate import certify
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
-from minsnap.errors import InfeasibleError, InputError, MinsnapError
+from minsnap.errors import InfeasibleError, InputError, MinsnapError, UnprovedError
 from minsnap.planner import plan
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -63,7 +63,7 @@ def stopped_row(spec: Spec, number: int, status: str, error: str) -> Row:
 
 def _status(error: MinsnapError) -> str:
     if isinstance(error, InfeasibleError):
-        return "infeasible"
+        return "unsolved" if isinstance(error, UnprovedError) else "infeasible"
     return "invalid" if isinstance(error, InputError) else "unsolved"
 
 

@@ -32,15 +32,16 @@ def test_gates_and_boxes_are_in_the_row():
 
 
 def test_poisoned_problems_have_their_status_and_sentence(tmp_path):
-    rows = [good_row(seed) for seed in range(5)]
+    rows = [good_row(seed) for seed in range(6)]
     rows[0]["waypoints"][1][2] = float("nan")
     rows[1] |= {"room": [[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]]}
     rows[2] |= {"start": {"velocity": [0.0, 40.0, 0.0]}, "corridor": 0.01}
     rows[3]["durations"] = [1.0]
+    rows[5] |= {"limits": {"body_rate": 1e-3}}
     write_problems(tmp_path / "p.csv", rows)
     spec = read_mapping({"table": str(tmp_path / "p.csv")})
-    found = [Asked(spec, number).row() for number in range(5)]
-    assert [row["status"] for row in found] == ["invalid", "invalid", "infeasible", "invalid", "done"]
+    found = [Asked(spec, number).row() for number in range(6)]
+    assert [row["status"] for row in found] == ["invalid", "invalid", "infeasible", "invalid", "done", "unsolved"]
     assert "waypoint 1" in found[0]["error"] and "durations" in found[3]["error"]
     assert (
         all("control_points" not in row for row in found[:4]) and (found[3]["waypoints"] == rows[3]["waypoints"]).all()
