@@ -29,7 +29,7 @@ def preflight(
     change: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Set a parameter first; may be repeated.")
     ] = None,
-    frame: options.Frame = "enu",
+    frame: options.ReadFrame = None,
     autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4 or ardupilot.")] = "auto",
     wait: Annotated[float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat.")] = 30.0,
     json: options.Json = False,

@@ -30,7 +30,7 @@ def stream(
     fields: Annotated[
         str | None, typer.Option("--fields", help="Fields to send, of position,velocity,acceleration,yaw,yaw_rate.")
     ] = None,
-    frame: options.Frame = "enu",
+    frame: options.ReadFrame = None,
     laps: Annotated[int, typer.Option("--laps", help="How often to fly it.")] = 1,
     autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4, ardupilot or generic.")] = "auto",
     trigger: Annotated[

@@ -51,16 +51,14 @@ class ChangingTable:
     ----------
     table : SetpointTable
         What is flown at first.
-    frame : str
-        The vehicle's, see :func:`~minsnap.mavlink.setpoints.tabulate`.
     added : FeedForward
         What is added to the setpoints.
     """
 
-    def __init__(self, table: SetpointTable, frame: str = "ned", added: FeedForward = NOTHING) -> None:
-        self._flown, self._frame, self._added = Flown(table, 0.0), frame, added
+    def __init__(self, table: SetpointTable, added: FeedForward = NOTHING) -> None:
+        self._flown, self._added = Flown(table, 0.0), added
         self.rate, self.fields, self.missing, self.mask = table.rate, table.fields, table.missing, table.mask
-        self.start, self.note = table.start, table.note
+        self.start, self.note, self.frame = table.start, table.note, table.frame
 
     def __len__(self) -> int:
         return len(self._flown.table)
@@ -136,7 +134,7 @@ class ChangingTable:
         samples = Samples(
             t, position, velocity, acceleration, yaw=trajectory.yaw(inside), yaw_rate=trajectory.yaw(inside, 1)
         )
-        return tabulate(self._added.applied(samples), None, self.fields, self._frame).rows
+        return tabulate(self._added.applied(samples), None, self.fields, self.frame).rows
 
     def _check(self, table: SetpointTable, trajectory: Trajectory, at: float) -> None:
         if table.laps > 1:
@@ -160,7 +158,7 @@ class ChangingTable:
             Samples(np.array([0.0, 1.0]), trajectory(np.zeros(2)), trajectory(np.zeros(2), 1)),
             None,
             ("position", "velocity"),
-            self._frame,
+            self.frame,
         ).rows[0]
         gap = float(np.linalg.norm(begin[:3] - position))
         if gap > CLOSE:

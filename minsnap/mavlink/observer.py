@@ -10,7 +10,7 @@ import numpy as np
 from minsnap.mavlink.changing_table import ChangingTable
 from minsnap.mavlink.dialect import Message
 from minsnap.mavlink.sequence import Phase, Sequence, SetpointStep
-from minsnap.mavlink.setpoints import SetpointTable, vehicle_frame
+from minsnap.mavlink.setpoints import SetpointTable
 from minsnap.mavlink.stream_log import StreamLog
 from minsnap.mavlink.stream_options import StreamOptions, StreamStatus
 from minsnap.mavlink.vehicle_state import VehicleState
@@ -45,7 +45,7 @@ class StreamObserver:
         on_status: StatusCallback | None,
     ) -> None:
         self._table, self._on_event, self._on_status = table, on_event, on_status
-        self._log = None if options.log is None else StreamLog(options.log, vehicle_frame(options.frame), start)
+        self._log = None if options.log is None else StreamLog(options.log, table.frame, start)
         self._phase = Phase.PRESTREAM
         self._error: float | None = None
         self._errors: list[float] = []

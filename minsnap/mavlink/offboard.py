@@ -8,10 +8,11 @@ from typing import Any
 
 from minsnap.errors import FlightError, InputError
 from minsnap.files.consistency import check_samples
+from minsnap.files.sidecar import frame_of
 from minsnap.mavlink.link import Link, open_link
 from minsnap.mavlink.observer import EventCallback, StatusCallback
 from minsnap.mavlink.schedule import Clock
-from minsnap.mavlink.setpoints import SetpointTable, tabulate, vehicle_frame
+from minsnap.mavlink.setpoints import SetpointTable, tabulate
 from minsnap.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.mavlink.streaming import Streamer
 from minsnap.trajectory.path import Path
@@ -33,7 +34,7 @@ def stream(
     Parameters
     ----------
     source : Path, Samples or path of a setpoint CSV
-        In z-up world axes; a file in the frame of the options.
+        In z-up world axes; a file in its own.
     connect : str or Link
         A connection string (:func:`~minsnap.mavlink.link_transport.open_transport`), or an open link, which stays open.
     options : StreamOptions, optional
@@ -85,7 +86,8 @@ def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOpti
     if added.lead and options.laps > 1:
         raise InputError("a lead holds the end of a lap: fly one lap, or leave the lead out")
     sent = added.stated(samples)
-    table = tabulate(sent, options.rate, options.fields, vehicle_frame(options.frame), options.laps)
+    frame = options.frame if isinstance(source, (Samples, Path)) else frame_of(source, options.frame)
+    table = tabulate(sent, options.rate, options.fields, frame or "enu", options.laps)
     options.check_rate(table.rate)
     return replace(table, note=added.describe(samples))
 

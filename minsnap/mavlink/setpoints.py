@@ -90,6 +90,8 @@ class SetpointTable:
         How often the rows are flown; the last row of a lap is the first of the next.
     note : str
         What is added to the source's setpoints, in words.
+    frame : str
+        The vehicle's frame: ``ned`` or ``frd``.
     """
 
     rows: FloatArray
@@ -98,6 +100,7 @@ class SetpointTable:
     missing: tuple[str, ...] = ()
     laps: int = 1
     note: str = ""
+    frame: str = "ned"
 
     def __len__(self) -> int:
         return (len(self.rows) - 1) * self.laps + 1
@@ -145,14 +148,15 @@ def tabulate(
         or laps do not close.
     """
     wanted = _check_fields(fields)
-    flown = _resampled(map_samples(samples, "enu", vehicle_frame(frame)), rate).commanded()
+    frame = vehicle_frame(frame)
+    flown = _resampled(map_samples(samples, "enu", frame), rate).commanded()
     _check_laps(flown, laps)
     held = tuple(name for name in wanted if getattr(flown, name) is not None)
     held = held if "velocity" in held else tuple(name for name in held if name != "acceleration")
     missing = tuple(name for name in wanted if name not in held) if fields is not None else _absent(flown)
     rows = np.concatenate([_column(flown, name, name in held) for name in FIELDS], axis=1)
     rows.flags.writeable = False
-    return SetpointTable(rows, samples.rate if rate is None else float(rate), held, missing, laps)
+    return SetpointTable(rows, samples.rate if rate is None else float(rate), held, missing, laps, frame=frame)
 
 
 def _absent(samples: Samples) -> tuple[str, ...]:

@@ -29,8 +29,9 @@ class StreamOptions:
         Setpoints a second [Hz]; None for the samples' own.
     fields : sequence of str or None
         Which of position, velocity, acceleration, yaw, yaw_rate; None for all that the source has.
-    frame : str
-        Of a file, and with it the vehicle's: enu and ned fly in NED; flu, frd and optitrack in the room's z-down twin.
+    frame : str or None
+        Of a file that does not say so itself (``enu`` unless given), and with it the vehicle's: enu and ned fly in NED;
+        flu, frd and optitrack in the room's z-down twin.
     laps : int
         How often.
     autopilot : str
@@ -72,7 +73,7 @@ class StreamOptions:
 
     rate: float | None = None
     fields: Sequence[str] | None = None
-    frame: str = "enu"
+    frame: str | None = None
     laps: int = 1
     autopilot: str = "auto"
     trigger: str | Callable[[], bool] = "mode"

@@ -17,7 +17,7 @@ from minsnap.mavlink.observer import EventCallback, StatusCallback, StreamObserv
 from minsnap.mavlink.schedule import Clock
 from minsnap.mavlink.sender import Foreseer, SentSetpoint, frozen_garbage, open_sender
 from minsnap.mavlink.sequence import Conditions, Phase, Sequence, SetpointStep
-from minsnap.mavlink.setpoints import SetpointTable, setpoint_message, vehicle_frame
+from minsnap.mavlink.setpoints import SetpointTable, setpoint_message
 from minsnap.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.mavlink.vehicle_state import Vector, VehicleState
 from minsnap.replanning.change import Change
@@ -59,7 +59,7 @@ class Streamer:
         on_status: StatusCallback | None = None,
     ) -> None:
         options.check_rate(table.rate)
-        self._table = ChangingTable(table, vehicle_frame(options.frame), options.feed_forward)
+        self._table = ChangingTable(table, options.feed_forward)
         self._link, self._options, self._clock = link, options, clock
         self._changing = threading.Lock()
         self._observer = StreamObserver(self._table, options, clock.now(), on_event, on_status)

@@ -19,7 +19,7 @@ def flown():
 
 
 def table_of(path, **options):
-    return ChangingTable(tabulate(path.sample(RATE), frame="ned", **options), "ned")
+    return ChangingTable(tabulate(path.sample(RATE), frame="ned", **options))
 
 
 def in_ned(position):

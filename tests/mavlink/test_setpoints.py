@@ -7,9 +7,14 @@ import pytest
 from flying import excursion
 from pymavlink.dialects.v20 import common
 
-from minsnap.errors import InputError, TimingError
+import minsnap
+from minsnap.cli import main
+from minsnap.errors import InputError, LinkError, TimingError
 from minsnap.files.consistency import check_samples
+from minsnap.frames import map_samples
+from minsnap.mavlink.offboard import prepare
 from minsnap.mavlink.setpoints import Setpoint, setpoint_message, tabulate, type_mask, vehicle_frame
+from minsnap.mavlink.stream_options import StreamOptions
 from minsnap.mavlink.vehicle_state import VehicleState
 from minsnap.trajectory.samples import Samples
 
@@ -136,3 +141,24 @@ def test_laps_of_a_path_that_does_not_close():
     open_path = Samples(half.t[:100], half.position[:100], half.velocity[:100])
     with pytest.raises(InputError, match="m from the start: only a path that closes"):
         tabulate(open_path, laps=2)
+
+
+@pytest.mark.parametrize(("frame", "vehicles"), [("enu", "ned"), ("ned", "ned"), ("flu", "frd"), ("optitrack", "frd")])
+def test_a_file_that_says_its_frame_is_flown_in_it(tmp_path, frame, vehicles):
+    samples = minsnap.circle(radius=1.0, period=6.0).sample(20.0)
+    minsnap.write_csv(samples, tmp_path / "a.csv", frame=frame)
+    table = prepare(tmp_path / "a.csv", StreamOptions())
+    assert table.frame == vehicles
+    np.testing.assert_array_equal(table.rows[:, :3], map_samples(samples, "enu", vehicles).position)
+
+
+@pytest.mark.parametrize("command", ["stream", "preflight"])
+def test_commands_take_a_file_that_says_its_frame(tmp_path, monkeypatch, capsys, command):
+    def reached(*_, **__):
+        raise LinkError("the file was read")
+
+    monkeypatch.setattr("minsnap.mavlink.link.open_link", reached)
+    minsnap.write_csv(minsnap.circle(radius=1.0, period=6.0), tmp_path / "a.csv", frame="ned")
+    with pytest.raises(SystemExit):
+        main([command, str(tmp_path / "a.csv"), "--connect", "udpin:127.0.0.1:14540"])
+    assert capsys.readouterr().err == "minsnap: the file was read\n"
