@@ -15,6 +15,7 @@ import typer
 from minsnap.errors import (
     BatchError,
     DivergenceError,
+    FileError,
     FlightError,
     InfeasibleError,
     MinsnapError,
@@ -146,7 +147,8 @@ def _leave(error: Exception) -> NoReturn:
     if isinstance(error, MinsnapError):
         from minsnap.cli.words import in_options
 
-        fail(in_options(str(error)), exit_status(error))
+        sentence = str(error) if isinstance(error, FileError) else in_options(str(error))  # columns and keys of a file
+        fail(sentence, exit_status(error))
     if isinstance(error, BrokenPipeError):
         _leave_pipe()
     if isinstance(error, OSError):

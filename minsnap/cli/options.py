@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from math import radians
+from math import degrees, radians
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from minsnap.errors import InputError
+from minsnap.errors import InputError, LimitError
 from minsnap.limits.kinds import KINDS, Kind
 
 Output = Annotated[
@@ -76,6 +76,9 @@ def limit_options() -> set[str]:
 def given_limits(options: Any) -> dict[str, Any]:
     """Return the limits that were given among options, by name, in the units of the library."""
     values = {kind: getattr(options, option_field(kind)) for kind in KINDS if kind.option}
+    for kind, value in values.items():
+        if kind.degrees and value is not None and value >= degrees(kind.below):
+            raise LimitError(f"{kind.option} is {value:g} degrees: it must be below {degrees(kind.below):g}")
     return {kind.name: radians(value) if kind.degrees else value for kind, value in values.items() if value is not None}
 
 
@@ -170,7 +173,12 @@ def parse_yaw(text: str | None) -> float | str | None:
     InputError
         If the text is none of them.
     """
-    return text if text is None or text in ("velocity", "tilt") else radians(_number("--yaw", text))
+    if text is None or text in ("velocity", "tilt"):
+        return text
+    try:
+        return radians(float(text))
+    except ValueError:
+        raise InputError(f"--yaw is {text!r}: it takes degrees, velocity or tilt") from None
 
 
 def parse_pieces(text: str | None) -> int | str | None:

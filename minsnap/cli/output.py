@@ -121,9 +121,9 @@ class Destination:
         if self.output == STANDARD_OUTPUT and self.format not in (None, "setpoints"):
             raise FileError(f"standard output takes setpoints only: write {self.format} to a file")
         if self.output not in (None, STANDARD_OUTPUT) and not self._is_csv:
-            from minsnap.files.convert import format_of
+            from minsnap.files.convert import check_frame, format_of
 
-            format_of(self.output, self.format)
+            check_frame(format_of(self.output, self.format), self.frame)
 
     @property
     def _is_csv(self) -> bool:

@@ -47,7 +47,10 @@ def plan(
     from minsnap.files.formats.polynomials import is_polynomials
     from minsnap.files.request_yaml import read_request
     from minsnap.planner import plan as plan_path
+    from minsnap.storage.atomic import refuse_source
 
+    if destination.output is not None:
+        refuse_source(destination.output, file)
     if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
         _deliver_again(file, planning, destination, closed or bool(laps) or takeoff or land)
         return

@@ -47,10 +47,13 @@ def simulate(
     from minsnap.files.convert import read_any
     from minsnap.simulation.closed_loop import simulate as fly
     from minsnap.simulation.sensors import Sensors
+    from minsnap.storage.atomic import refuse_source
     from minsnap.tracking.simulated import flight_figures
 
     check_figure(plot, view if plot else None)
     _check_files(output, plot, animate, view)
+    if output is not None:
+        refuse_source(output, file)
     path = read_any(file, frame)
     if path.dim != 3:
         raise InputError(f"{file} has {path.dim} coordinates: a vehicle flies in three; write it with an altitude")
@@ -59,7 +62,7 @@ def simulate(
     sensors = Sensors(noise=noise, seed=seed) if noise else None
     air, shown = wind_of(wind, gust, seed), on_terminal(json)
     flight = fly(craft, pilot, path, compensation=compensation, sensors=sensors, wind=air, progress=shown)
-    figures = flight_figures(flight, craft) | _write(flight, file, output, plot, animate, view or "xy", shown)
+    figures = flight_figures(flight, craft) | _write(flight, output, plot, animate, view or "xy", shown)
     print(_as_json(figures) if json else _as_text(figures))
 
 
@@ -81,7 +84,6 @@ def _check_files(output: Path | None, plot: Path | None, animate: Path | None, v
 
 def _write(
     flight: Flight,
-    file: Path,
     output: Path | None,
     plot: Path | None,
     animate: Path | None,
@@ -98,7 +100,7 @@ def _write(
         from minsnap.tracking.comparison_plot import plot_comparison
         from minsnap.tracking.simulated import compared
 
-        save_figure(plot_comparison({file.name: compared(flight)}, view), plot)
+        save_figure(plot_comparison({"simulated": compared(flight)}, view), plot)
     if animate is not None:
         from minsnap.plot.animation import animate_path
 

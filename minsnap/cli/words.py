@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 ARGUMENTS = {
+    "align": "--align",
     "closed": "--closed",
     "continuity": "--continuity",
     "corridor": "--corridor",

@@ -10,9 +10,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from minsnap.errors import FileError
+from minsnap.errors import FileError, FrameError
 from minsnap.files.format import Content, Format, Writing
 from minsnap.files.formats.pieces import polynomials_of
+from minsnap.frames import get_frame
 from minsnap.shapes.phase import PhasePath
 from minsnap.trajectory.path import Path as Curve
 from minsnap.trajectory.samples import Samples
@@ -129,6 +130,13 @@ def written(
         content = refit(content, chosen.most_pieces)
     sentences = [sentence for sentence in (note, chosen.write(content, path, writing)) if sentence]
     return chosen.name, "; ".join(sentences) or None
+
+
+def check_frame(chosen: Format, frame: str) -> None:
+    """Raise FrameError if a frame other than the default is asked of a format that has its own."""
+    name = get_frame(frame).name
+    if chosen.frame and name not in ("enu", chosen.frame):
+        raise FrameError(f"{chosen.name} is written in {chosen.frame}, not in {name}: leave the frame out")
 
 
 def format_of(path: str | os.PathLike[str], to: str | None = None) -> Format:

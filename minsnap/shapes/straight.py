@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_positive, is_whole
+from minsnap.checks import check_positive, is_whole, refuse_repeated
 from minsnap.errors import ShapeError, TimingError
 from minsnap.shapes.shape_checks import check_finite, check_point
 
@@ -144,7 +144,8 @@ def rectangle_limits() -> Limits:
 
 
 def leg_durations(waypoints: FloatArray) -> FloatArray:
-    """Return leg durations for an average speed of 1 m/s, shape (n - 1,) [s]."""
+    """Return leg durations for an average speed of 1 m/s, shape (n - 1,) [s], or refuse a leg without length."""
+    refuse_repeated(waypoints, "give every leg a duration")
     return np.asarray(np.linalg.norm(np.diff(waypoints, axis=0), axis=1) / SPEED)
 
 

@@ -98,6 +98,12 @@ def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> 
     return destination
 
 
+def refuse_source(path: str | os.PathLike[str], source: str | os.PathLike[str]) -> None:
+    """Raise FileError if a file that is to be written is the one that is read, under whatever name."""
+    if Path(path).is_file() and Path(source).exists() and os.path.samefile(path, source):
+        raise FileError(f"{path} is the file that is read: choose another name")
+
+
 @contextmanager
 def _named(beside: Path, destination: Path) -> Iterator[None]:
     """Report system errors with the requested name instead of the temporary one."""

@@ -192,7 +192,7 @@ def _common(reference: Samples, flight: Samples, offset: float) -> tuple[FloatAr
     if np.count_nonzero(kept) < 2:
         raise InputError(
             f"the flight, {t[0]:g} to {t[-1]:g} s, and its reference, {reference.t[0]:g} to {reference.t[-1]:g} s, "
-            "have no time in common: align them"
+            "have no time in common: compare them with align=True"
         )
     return t[kept], flight.position[kept]
 

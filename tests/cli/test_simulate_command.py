@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 import minsnap
@@ -30,6 +31,14 @@ def test_a_plan_is_flown_and_everything_is_written(call, path, tmp_path):
     assert np.sqrt((apart**2).mean()) == pytest.approx(said["rmse"], rel=0.05)
     assert apart.max() == pytest.approx(said["max_error"], rel=0.02) and 0.0 < said["rmse"] < 0.5
     assert (tmp_path / "flown.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_figure_names_the_flight_simulated(call, path, monkeypatch):
+    names = []
+    monkeypatch.setattr(
+        "minsnap.tracking.comparison_plot.plot_comparison", lambda flights, view: names.extend(flights) or Figure()
+    )
+    assert call("simulate", "path.json", "--plot", "flown.png").returncode == 0 and names == ["simulated"]
 
 
 def test_an_animation_is_written(call, tmp_path):

@@ -10,6 +10,7 @@ import pytest
 
 import minsnap
 from minsnap.cli.words import ARGUMENTS, in_options
+from minsnap.trajectory.samples import Samples
 
 SENTENCES = [
     (
@@ -46,6 +47,39 @@ def test_messages_name_options(call, arguments):
     assert run.returncode == 2 and run.stderr.count("\n") == 1
     assert "--" in run.stderr
     assert not re.search(rf"\b({'|'.join(ARGUMENTS)})=|[a-z]_[a-z]", run.stderr), run.stderr
+
+
+def test_files_are_spoken_of_in_their_own_words(call):
+    Path("pose.csv").write_text("t,x,y,z,qw\n0,0,0,1,1\n")
+    run = call("check", "pose.csv")
+    assert run.returncode == 2 and "the columns are t,x,y,z,vx,vy,vz,ax,ay,az,yaw,yaw_rate,ffx" in run.stderr
+
+
+REFUSED = [
+    (("plan", "twice.csv", "-o", "o.csv"), "waypoints 0 and 1 are both (0, 0, 1): remove one, or give every leg a dur"),
+    (("plan", "w.csv", "-o", "w.csv"), "w.csv is the file that is read: choose another name"),
+    (("plan", "w.csv", "-o", "./link.csv"), "link.csv is the file that is read: choose another name"),
+    (("simulate", "s.csv", "-o", "s.csv"), "s.csv is the file that is read: choose another name"),
+    (("plan", "w.csv", "--yaw", "north"), "--yaw is 'north': it takes degrees, velocity or tilt"),
+    (("plan", "w.csv", "--max-tilt", "120"), "--max-tilt is 120 degrees: it must be below 90"),
+    (("plan", "w.csv", "-o", "w.traj", "--frame", "ned"), "crazyflie-compressed is written in enu, not in ned: leave"),
+    (("convert", "s.csv", "s.json", "--to-frame", "frd"), "polynomials is written in enu, not in frd: leave the frame"),
+    (("compare", "s.csv", "late.csv"), "have no time in common: compare them with --align"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "said"), REFUSED)
+def test_what_is_careless_is_refused(call, arguments, said):
+    Path("w.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,4,1\n")
+    Path("twice.csv").write_text("x,y,z\n0,0,1\n0,0,1\n4,4,1\n")
+    Path("link.csv").symlink_to("w.csv")
+    samples = minsnap.line(total_time=8.0).sample(20.0)
+    minsnap.write_csv(samples, "s.csv")
+    minsnap.write_csv(Samples(samples.t + 1e9, samples.position), "late.csv")
+    before = Path("w.csv").read_text()
+    run = call(*arguments)
+    assert run.returncode == 2 and said in run.stderr and run.stderr.count("\n") == 1
+    assert Path("w.csv").read_text() == before and not Path("o.csv").exists()
 
 
 def test_closed_appends_the_first_waypoint(call):

@@ -57,7 +57,7 @@ def test_clocks_are_aligned(eight, offset) -> None:
     log = flown(eight, rate=30.0)
     found = compare(eight.sample(20.0), moved(log, offset), align=True)
     assert found.offset == pytest.approx(-offset, abs=2e-3) and found.rmse_3d < 0.005
-    with pytest.raises(InputError, match="no time in common: align"):
+    with pytest.raises(InputError, match="no time in common: compare them with align=True"):
         compare(eight.sample(20.0), moved(log, 1000.0))
 
 
