@@ -284,3 +284,8 @@ def test_what_is_no_polygon_in_space_or_no_list_of_radii_is_refused():
         Gate.polygon([(0, 0), (1, 0), (0, 1)])
     with pytest.raises(WaypointError, match="radius of a ball"):
         Ball([[0.1], [0.2]])
+
+
+def test_a_gate_that_is_level_but_for_rounding_is_a_flat_box():
+    region = gate_region(Gate.polygon([(0, 0, 1), (1, 0, 1), (0, 1, 1.0 + 2e-13)]))
+    assert region.plane is None and region.lower[2] == region.upper[2] == 0.0
