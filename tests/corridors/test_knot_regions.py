@@ -57,6 +57,8 @@ def test_position_that_agrees_with_its_waypoint_is_welcome():
         ),
         ({"corridor": PAIR, "start": {"position": "here"}}, WaypointError, "position of start is 'here'"),
         ({"corridor": PAIR, "start": {"position": (np.nan, 0)}}, WaypointError, "one finite number per axis"),
+        ({"corridor": PAIR, "start": {"position": [(0.5, 0.5)]}}, WaypointError, "one finite number per axis"),
+        ({"corridor": PAIR, "start": {"position": ()}}, WaypointError, "one finite number per axis"),
         ({"corridor": 0.3, "start": {"position": (0, 0)}}, CorridorError, "needs a corridor of Boxes or Polytopes"),
         ({"start": {"position": (0, 0)}}, CorridorError, "needs a corridor of Boxes or Polytopes"),
         ({"corridor": PAIR, "waypoint_tolerance": 0.1}, WaypointError, "waypoint_tolerance needs waypoints"),
