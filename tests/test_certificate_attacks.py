@@ -9,6 +9,7 @@ from scipy.interpolate import PPoly
 import minsnap
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Balls, Faces
+from minsnap.corridors.exact_margins import margin_holds
 from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.errors import MinsnapError
 from minsnap.native.library import core, using
@@ -68,6 +69,20 @@ def test_the_other_half_of_a_double_cone_is_outside(choice):
     cone = Balls([0], [[[1.0, 0, 0], [0, 1.0, 0]]], [[0.0, 0, 0]], [0.5], slope=[[0.0, 0.0, 1.0]])
     with using(choice):
         assert nearest_wall(line, [cone]).value <= -1.0
+
+
+@pytest.mark.parametrize(("margin", "holds"), ((-0.0098, False), (-0.01, True)))
+def test_a_margin_outside_of_a_cone_is_proved_near_its_apex(margin, holds):
+    """The radius is a millimetre there, and 0.1 m from the axis the margin is -0.0099."""
+    line = Trajectory([[[0.05, 0.0, -0.499], [0.1, 0.0, -0.499]]], [1.0])
+    cone = Balls([0], [[[1.0, 0, 0], [0, 1.0, 0]]], [[0.0, 0, 0]], [0.5], slope=[[0.0, 0.0, 1.0]])
+    assert margin_holds(line, cone, margin) is holds
+
+
+def test_an_infinite_margin_is_proved_only_where_there_are_no_walls():
+    line = Trajectory([[[0.0, 0.0], [1.0, 0.0]]], [1.0])
+    walls = [Faces([0], [[1.0, 0.0]], [[0.0, 0.0]], [-np.inf], [upper], [1.0]) for upper in (np.inf, 9.0)]
+    assert [margin_holds(line, wall, np.inf) for wall in walls] == [True, False]
 
 
 @CORES
