@@ -8,13 +8,12 @@ of 2^-30, which ``above`` allows for once.  Stored control points, durations and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import perm
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.arrays import FloatArray
 from minsnap.polynomials.bernstein import squared_norm
 
 UNIT = float(np.finfo(np.float64).eps) / 2.0
@@ -53,17 +52,9 @@ class Enclosure:
         difference = self.points - other.points
         return Enclosure(difference, self.errors + other.errors + UNIT * np.abs(difference))
 
-    def chosen(self, index: IntArray | BoolArray) -> Enclosure:
-        """Return some of the polynomials."""
-        return Enclosure(self.points[index], self.errors[index])
-
     def component(self, axis: int) -> Enclosure:
         """Return one coordinate of curves (m, n + 1, dim): (m, n + 1)."""
         return Enclosure(self.points[..., axis], self.errors[..., axis])
-
-    def negative(self) -> Enclosure:
-        """Return minus the polynomials."""
-        return Enclosure(-self.points, self.errors)
 
     def along(self, normal: FloatArray) -> Enclosure:
         """Components of curves (r, n + 1, dim) along normals (r, dim): (r, n + 1).
@@ -94,11 +85,6 @@ class Enclosure:
         sizes, outers = (squared_norm(np.ascontiguousarray(part)) for part in (size, outer))
         share = (dim + count + 6) * UNIT
         return Enclosure(squared_norm(self.points), np.maximum(outers - sizes, 0.0) + 4.0 * share * outers)
-
-
-def joined(parts: Sequence[Enclosure]) -> Enclosure:
-    """Return polynomials of one degree one after the other."""
-    return Enclosure(np.concatenate([p.points for p in parts]), np.concatenate([p.errors for p in parts]))
 
 
 def above(points: FloatArray, errors: FloatArray) -> FloatArray:

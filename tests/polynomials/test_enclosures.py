@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from minsnap.polynomials.enclosures import UNIT, Enclosure, above, below, derivative, joined
+from minsnap.polynomials.enclosures import UNIT, Enclosure, above, below, derivative
 from minsnap.polynomials.extrema import _as_good, _bend
 
 
@@ -82,14 +82,10 @@ def test_a_squared_norm_encloses_all_that_its_curve_can_be():
     assert (single.errors <= 60.0 * UNIT * np.abs(points[:, :, 0]).max(axis=1, keepdims=True) ** 2).all()
 
 
-def test_polynomials_are_chosen_joined_and_negated_with_their_errors():
+def test_a_component_has_its_errors():
     part = Enclosure(drawn(9, (4, 3, 2)), np.abs(drawn(10, (4, 3, 2))))
-    assert np.array_equal(part.chosen(np.array([2, 0])).errors, part.errors[[2, 0]])
     assert np.array_equal(part.component(1).points, part.points[..., 1])
     assert np.array_equal(part.component(1).errors, part.errors[..., 1])
-    assert np.array_equal(part.negative().points, -part.points) and part.negative().errors is part.errors
-    both = joined([part, part.negative()])
-    assert both.points.shape == (8, 3, 2) and np.array_equal(both.errors[4:], part.errors)
 
 
 def test_sums_are_rounded_outwards_and_exact_ones_left_alone():
