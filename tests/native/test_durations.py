@@ -105,6 +105,16 @@ def test_a_price_of_time_is_balanced(weight, corridor):
     assert 7.0 * path.report.cost == pytest.approx(weight * path.duration, rel=2e-3)
 
 
+@pytest.mark.parametrize("seed", [6, 11, 12, 13, 15])
+def test_evaluations_in_a_corridor_are_exact_where_the_search_ends(seed):
+    """Walls that move inwards for a proof made costs differ by 3e-7, and searches take steps against that noise."""
+    points, durations = random_legs(seed, legs=8)
+    steps = minsnap.plan(points, total_time=float(durations.sum()), corridor=0.05).report.steps
+    values = np.array([step.value for step in steps])
+    last = values[np.argmax(values <= (1.0 + 1e-6) * values.min()) :]
+    assert len(last) > 1 and np.diff(last).max() <= 1e-9 * last[0]
+
+
 def test_tasks_of_other_kinds_are_left_to_python():
     points, durations = random_legs(0)
     for task in (

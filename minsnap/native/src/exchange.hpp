@@ -143,7 +143,7 @@ private:
         for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
             find_peaks();
             if (aim_ != Aim::proved && worst_ <= (aim_ == Aim::near ? nearly : affordable() / 10)) return Status::done;
-            if (share_ == 0 && worst_ <= affordable() / 2) {
+            if (aim_ == Aim::proved && share_ == 0 && worst_ <= affordable() / 2) {
                 if (!pressed() && peak_count_ == 0 && proved(points)) return Status::done;
                 share_ = Real(0.66) * affordable();
                 if (!active.tighten(share_)) return Status::no_progress;

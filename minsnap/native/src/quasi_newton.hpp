@@ -37,6 +37,7 @@ public:
         for (int idle = 0; idle < 2;) {
             if (largest(gradient_.data()) < stopping.slope) return Status::done;
             const double slope = find_direction();
+            if (idle > 0 && -slope < stopping.gain) return Status::done;  // by its model a step falls by half of that
             double trial_value = value;
             if (!search(stopping, slope, value, trial_value, evaluate)) {
                 if (kept_ == 0) return Status::done;  // not even along the gradient: rounding
