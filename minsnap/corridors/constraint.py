@@ -74,19 +74,19 @@ class Cones(ReadOnly):
 
         For planes the negative slack; else the difference of the squares of both sides, where ``reach`` is positive.
         """
-        curve, row, piece = self._on_pieces(trajectory)
+        curve, row, piece = self._curves(trajectory)
         if self.flat:
             return curve.along(-self.slope[row]).minus(self.radius[row, None]), row, piece
         return self._squares(curve, row).less(self._reach(curve, row).squared_norm()), row, piece
 
     def squares(self, trajectory: Trajectory) -> tuple[Enclosure, IntArray, IntArray]:
         """Square of the left side over each piece: control points (r, 2n + 1), rows, pieces."""
-        curve, row, piece = self._on_pieces(trajectory)
+        curve, row, piece = self._curves(trajectory)
         return self._squares(curve, row), row, piece
 
     def reach(self, trajectory: Trajectory) -> Enclosure:
         """Right side over each piece: control points (r, n + 1)."""
-        curve, row, _ = self._on_pieces(trajectory)
+        curve, row, _ = self._curves(trajectory)
         return self._reach(curve, row).component(0)
 
     def _squares(self, curve: Enclosure, row: IntArray) -> Enclosure:
@@ -95,10 +95,35 @@ class Cones(ReadOnly):
     def _reach(self, curve: Enclosure, row: IntArray) -> Enclosure:
         return curve.mapped(self.slope[row, None]).minus(-self.radius[row, None, None])
 
-    def _on_pieces(self, trajectory: Trajectory) -> tuple[Enclosure, IntArray, IntArray]:
-        """Repeat each wall on every piece of its leg: the derivative from its anchor, indices of wall and piece."""
-        row = np.repeat(np.arange(len(self.leg)), trajectory.pieces)
-        piece = np.add.outer(self.leg * trajectory.pieces, np.arange(trajectory.pieces)).reshape(-1)
+    def on_pieces(self, pieces: int) -> tuple[IntArray, IntArray]:
+        """Wall and piece of every pair of them, for so many pieces on each leg: (r,) and (r,)."""
+        row = np.arange(len(self.leg))
+        if pieces == 1:
+            return row, self.leg
+        return np.repeat(row, pieces), (self.leg[:, None] * pieces + np.arange(pieces)).reshape(-1)
+
+    def in_widths(self, row: IntArray, origin: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Right side and A x of some walls, in their widths, of derivatives d from an origin: rows @ d + offset.
+
+        Parameters
+        ----------
+        row : ndarray of int, shape (r,)
+        origin : ndarray, shape (dim,)
+            Of positions; derivatives are taken as they are.
+
+        Returns
+        -------
+        rows : ndarray, shape (r, 1 + q, dim)
+        offset : ndarray, shape (r, 1 + q)
+        """
+        rows = np.concatenate((self.slope[row, None], self.matrix[row]), axis=1) / self.width[row, None, None]
+        offset = np.einsum("rcd,rd->rc", rows, (origin if self.order == 0 else 0.0) - self.anchor[row])
+        offset[:, 0] += self.radius[row] / self.width[row]
+        return rows, offset
+
+    def _curves(self, trajectory: Trajectory) -> tuple[Enclosure, IntArray, IntArray]:
+        """Return the derivative from each wall's anchor on every piece of its leg, and indices of wall and piece."""
+        row, piece = self.on_pieces(trajectory.pieces)
         points, durations = trajectory.control_points[piece], trajectory.durations[piece]
         return derivative(points, durations, self.order).minus(self.anchor[row][:, None, :]), row, piece
 

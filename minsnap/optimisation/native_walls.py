@@ -16,24 +16,17 @@ from minsnap.optimisation.problem import Task
 
 def native_walls(task: Task) -> WallArrays:
     """Walls of a task in the order of ``compile_walls``, then slanted planes of gates, in which waypoints must lie."""
-    blocks = [_on_pieces(walls.cones, task.pieces) for walls in task.walls]
+    blocks = [_arrays(walls.cones, *walls.cones.on_pieces(task.pieces)) for walls in task.walls]
     for walls in knot_walls(task):
         piece, end = ends_of_pieces(task, walls.leg)
-        blocks.append(_arrays(walls, piece, np.arange(len(piece)), end))
+        blocks.append(_arrays(walls, np.arange(len(piece)), piece, end))
     return _joined([*blocks, *_gate_planes(task)])
 
 
-def _on_pieces(cones: Cones, pieces: int) -> WallArrays:
-    """Planes or balls that hold on every piece of their legs."""
-    leg, row = cones.leg, np.arange(len(cones.leg))
-    if pieces > 1:
-        leg, row = (leg[:, None] * pieces + np.arange(pieces)).reshape(-1), np.repeat(row, pieces)
-    return _arrays(cones, leg, row)
-
-
-def _arrays(cones: Cones, piece: IntArray, row: IntArray, when: IntArray | None = None) -> WallArrays:
+def _arrays(cones: Cones, row: IntArray, piece: IntArray, when: IntArray | None = None) -> WallArrays:
     """Wall ``row[i]`` of some planes or balls on piece ``piece[i]``."""
     matrix = None if cones.flat else _square(cones.matrix)[row]
+    when = np.full(len(row), -1) if when is None else when
     known = np.full(len(row), cones.order), -cones.slope[row], cones.anchor[row], cones.radius[row], cones.width[row]
     return WallArrays(piece, *known, when, matrix=matrix)
 
@@ -58,17 +51,11 @@ def _joined(blocks: Sequence[WallArrays]) -> WallArrays:
     """Return all walls of some blocks, in their order."""
     if len(blocks) == 1 and blocks[0].matrix is None:
         return blocks[0]
-    names = ("piece", "order", "normal", "anchor", "bound", "width")
+    names = ("piece", "order", "normal", "anchor", "bound", "width", "when")
     walls = WallArrays(*(np.concatenate([getattr(block, name) for block in blocks]) for name in names))
-    if any(block.when is not None for block in blocks):
-        walls = replace(walls, when=np.concatenate([_or_none(block.when, len(block.piece)) for block in blocks]))
     if all(block.matrix is None for block in blocks):
         return walls
     matrix = np.concatenate([block.matrix for block in blocks if block.matrix is not None])
     ball = np.concatenate([np.full(len(block.piece), -1 if block.matrix is None else 0) for block in blocks])
     ball[ball == 0] = np.arange(len(matrix))
     return replace(walls, ball=ball, matrix=matrix)
-
-
-def _or_none(values: IntArray | None, count: int) -> IntArray:
-    return np.full(count, -1) if values is None else values

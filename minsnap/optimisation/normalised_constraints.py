@@ -117,9 +117,7 @@ def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
 
 def _on_pieces(cones: Cones, problem: Problem, units: Units, pieces: int) -> Block:
     """Walls of legs on all their pieces; a plane that a nominal knot lies on, but for rounding, goes through it."""
-    row, piece = np.arange(len(cones.leg)), cones.leg
-    if pieces > 1:
-        row, piece = np.repeat(row, pieces), (piece[:, None] * pieces + np.arange(pieces)).reshape(-1)
+    row, piece = cones.on_pieces(pieces)
     unit, anchor = units.of_order(cones.order), cones.anchor[row]
     origin = problem.nominal[piece] - (anchor - units.origin) / unit if cones.order == 0 else -anchor / unit
     block = _block(cones, row, piece, origin, unit)

@@ -175,10 +175,6 @@ def wall_blocks(walls: Sequence[Walls], units: Units, per_leg: int, pieces: int)
 
 
 def _on_pieces(cones: Cones, units: Units, per_leg: int, pieces: int) -> WallBlock:
-    row = np.repeat(np.arange(len(cones.leg)), per_leg)
-    piece = (cones.leg[:, None] * per_leg + np.arange(per_leg)).reshape(-1)
-    rows = np.concatenate((cones.slope[row, None], cones.matrix[row]), axis=1) / cones.width[row, None, None]
-    shift = (units.origin if cones.order == 0 else 0.0) - cones.anchor[row]
-    offset = np.einsum("rcd,rd->rc", rows, shift)
-    offset[:, 0] += cones.radius[row] / cones.width[row]
+    row, piece = cones.on_pieces(per_leg)
+    rows, offset = cones.in_widths(row, units.origin)
     return WallBlock(cones.order, piece, rows * units.of_order(cones.order), offset, pieces, cones.name)

@@ -66,11 +66,7 @@ def conditions_of(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[
 
 
 def _condition(cones: Cones, leg: int, origin: FloatArray) -> Condition:
-    own = np.flatnonzero(cones.leg == leg)
-    rows = np.concatenate((cones.slope[own, None], cones.matrix[own]), axis=1) / cones.width[own, None, None]
-    shift = (origin if cones.order == 0 else 0.0) - cones.anchor[own]
-    offset = np.einsum("rcd,rd->rc", rows, shift)
-    offset[:, 0] += cones.radius[own] / cones.width[own]
+    rows, offset = cones.in_widths(np.flatnonzero(cones.leg == leg), origin)
     return Condition(cones.order, rows, offset, cones.name)
 
 
