@@ -115,7 +115,7 @@ def check_samples(
         problems += [] if problems else ["there is only one sample: a path needs two or more"]
         rate = 0.0 if problems else samples.rate
         return ConsistencyReport(tuple(problems), len(samples), 0.0, rate, 0.0, 0.0, (), None, None)
-    problems += _uneven_steps(samples.t)
+    problems += _uneven_steps(samples.t) + _wrapped(samples)
     axes = tuple(_axes(samples, resolution, problems))
     problems += _leaps(samples, resolution, largest_acceleration) if samples.velocity is None else []
     jumps = np.linalg.norm(np.diff(samples.position, axis=0), axis=1)
@@ -172,6 +172,21 @@ def _uneven_steps(t: FloatArray) -> list[str]:
     if astray[worst] <= 0.02 * even:
         return []
     return [f"the rate is not uniform: sample {worst} is at {t[worst]:.6g} s, {astray[worst]:.3g} s off the even grid"]
+
+
+def _wrapped(samples: Samples) -> list[str]:
+    """Find steps of the yaw that are half a turn or more away from what its rate says, or from none without a rate."""
+    if samples.yaw is None:
+        return []
+    rate = np.zeros(len(samples)) if samples.yaw_rate is None else samples.yaw_rate
+    astray = np.diff(samples.yaw) - np.diff(samples.t) * (rate[:-1] + rate[1:]) / 2.0
+    worst = int(np.abs(astray).argmax())
+    if abs(astray[worst]) < np.pi:
+        return []
+    return [
+        f"yaw jumps from {samples.yaw[worst]:.4g} to {samples.yaw[worst + 1]:.4g} rad at t = {samples.t[worst]:.6g} s: "
+        "in a file it is continuous, so unwrap it (numpy.unwrap)"
+    ]
 
 
 def _axes(samples: Samples, resolution: float, problems: list[str]) -> list[AxisFigures]:

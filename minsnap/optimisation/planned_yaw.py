@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, numbers
 from minsnap.checks import is_number
-from minsnap.errors import YawError
+from minsnap.errors import MagnitudeWarning, YawError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.tolerances import EXACT
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
 
 AIRLESS = Medium()
 """Gravity without drag."""
+
+MANY_TURNS = 4.0 * np.pi
+"""Angle beyond which a yaw looks like degrees [rad]."""
 
 SAMPLED, FOLLOWED = 50.0, 1e-2
 """Rate at which a function of time is sampled [Hz], and the largest difference of the spline from it [rad]."""
@@ -174,6 +178,10 @@ def _angles(yaw: Any) -> FloatArray:
         raise _unknown(yaw)
     if not np.isfinite(angles).all():
         raise YawError("yaw must be finite [rad]")
+    largest = np.abs(angles).max(initial=0.0)
+    if largest > MANY_TURNS:
+        message = f"yaw goes to {largest:g} rad, {largest / (2.0 * np.pi):.0f} turns: if it is degrees, give radians"
+        warnings.warn(message, MagnitudeWarning, stacklevel=4)
     return angles
 
 

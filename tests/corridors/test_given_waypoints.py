@@ -111,6 +111,16 @@ def test_metres_are_not_warned_of(points):
         minsnap.plan(points, durations=np.full(len(points) - 1, 10.0))
 
 
+@pytest.mark.parametrize("yaw", [90.0, [0.0, 45.0, 170.0]])
+def test_a_yaw_that_may_be_in_degrees_is_warned_of(yaw):
+    points = [(0, 0, 1), (2, 0, 1), (2, 2, 1)]
+    with pytest.warns(MagnitudeWarning, match="if it is degrees, give radians"):
+        minsnap.plan(points, durations=[2, 2], yaw=yaw)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        minsnap.plan(points, durations=[2, 2], yaw=np.radians(yaw))
+
+
 def test_a_thrust_that_may_be_in_newtons_is_warned_of():
     with pytest.warns(MagnitudeWarning, match="max_thrust is 20 times the weight: if it is newtons"):
         Limits(max_thrust=20.0)

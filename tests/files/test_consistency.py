@@ -45,6 +45,15 @@ def test_rounding_to_millimetres_passes(decimals):
     assert check_samples(helix(decimals=decimals)).ok
 
 
+@pytest.mark.parametrize("rate", [True, False])
+def test_a_yaw_that_is_wrapped_is_seen(rate):
+    turning = helix() if rate else replace(helix(), yaw_rate=None)
+    assert check_samples(turning).ok
+    wrapped = replace(turning, yaw=(turning.yaw + np.pi) % (2.0 * np.pi) - np.pi)
+    problem = check_samples(wrapped).problems[0]
+    assert "yaw jumps from 3.098 to -3.133 rad at t = 2.95 s" in problem and "unwrap it" in problem
+
+
 def test_figures_of_a_helix():
     report = check_samples(helix())
     x, _, z, yaw = report.axes
