@@ -10,28 +10,28 @@ from minsnap.optimisation.qp import Programme, Solution, solve_qp
 from minsnap.optimisation.window import loss, solve_near
 
 
-def winding(legs):
-    points = np.cumsum(np.random.default_rng(5).uniform(-3.0, 3.0, (legs + 1, 3)), axis=0)
+def winding(seed, legs=120):
+    points = np.cumsum(np.random.default_rng(seed).uniform(-3.0, 3.0, (legs + 1, 3)), axis=0)
     return points, np.linalg.norm(np.diff(points, axis=0), axis=1)
 
 
 def planned(monkeypatch, reach):
-    """Cost and rounds of a long corridor, and the numbers of unknowns that were solved for."""
+    """Costs of long corridors, and the numbers of unknowns that were solved for."""
     sizes, solved = [], qp._through_qpsolvers
     monkeypatch.setattr(axis_group, "REACH", reach)
     monkeypatch.setattr(qp, "_through_qpsolvers", lambda asked, name: sizes.append(len(asked.q)) or solved(asked, name))
-    curve = minsnap.plan(*winding(120), corridor=0.2)
+    curves = [minsnap.plan(*winding(seed), corridor=0.2) for seed in (4, 5, 6)]
     monkeypatch.undo()
-    assert curve.report.corridor_margin >= 0.0 and not curve.report.rungs
-    return curve.cost(), sizes
+    assert all(curve.report.corridor_margin >= 0.0 and not curve.report.rungs for curve in curves)
+    return [curve.cost() for curve in curves], sizes
 
 
 def test_late_rounds_solve_for_few_unknowns_and_cost_the_same(monkeypatch):
-    cost, sizes = planned(monkeypatch, 4)
+    costs, sizes = planned(monkeypatch, 4)
     whole, all_sizes = planned(monkeypatch, 1000)
     assert min(all_sizes) == max(all_sizes) == max(sizes)
-    assert 2 * min(sizes) < max(sizes)
-    assert cost == pytest.approx(whole, rel=1e-7)
+    assert 4 * min(sizes) < max(sizes)
+    assert costs == pytest.approx(whole, rel=1e-7)
 
 
 def chain(count):
