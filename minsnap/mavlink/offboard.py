@@ -6,8 +6,10 @@ import os
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from minsnap.errors import FlightError, InputError
-from minsnap.files.consistency import check_samples
+from minsnap.files.consistency import ConsistencyReport, check_samples
 from minsnap.files.sidecar import frame_of
 from minsnap.mavlink.link import Link, open_link
 from minsnap.mavlink.observer import EventCallback, StatusCallback
@@ -89,7 +91,17 @@ def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOpti
     frame = options.frame if isinstance(source, (Samples, Path)) else frame_of(source, options.frame)
     table = tabulate(sent, options.rate, options.fields, frame or "enu", options.laps)
     options.check_rate(table.rate)
-    return replace(table, note=added.describe(samples))
+    return replace(table, note="; ".join(filter(None, (added.describe(samples), _at_speed(samples, report)))))
+
+
+def _at_speed(samples: Samples, report: ConsistencyReport) -> str:
+    """Say how fast a path begins and ends that does so at speed, where the vehicle is held at rest."""
+    if samples.velocity is None:
+        return ""
+    speeds = np.linalg.norm(samples.velocity[[0, -1]], axis=1)
+    ends = zip(("begins", "ends"), speeds, (report.starts_at_rest, report.ends_at_rest), strict=True)
+    moving = [f"{verb} at {speed:.2g} m/s" for verb, speed, rest in ends if not rest]
+    return f"the path {' and '.join(moving)}, where the vehicle is held at rest" if moving else ""
 
 
 def _sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> Samples:

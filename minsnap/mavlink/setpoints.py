@@ -89,7 +89,7 @@ class SetpointTable:
     laps : int
         How often the rows are flown; the last row of a lap is the first of the next.
     note : str
-        What is added to the source's setpoints, in words.
+        What is added to the source's setpoints, and how fast they begin and end, in words.
     frame : str
         The vehicle's frame: ``ned`` or ``frd``.
     """

@@ -1,6 +1,7 @@
 """What a setpoint says on the wire, and how rows become setpoints."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -162,3 +163,12 @@ def test_commands_take_a_file_that_says_its_frame(tmp_path, monkeypatch, capsys,
     with pytest.raises(SystemExit):
         main([command, str(tmp_path / "a.csv"), "--connect", "udpin:127.0.0.1:14540"])
     assert capsys.readouterr().err == "minsnap: the file was read\n"
+
+
+def test_a_path_that_begins_or_ends_at_speed_is_told_of():
+    corners = [(0, 0, 1), (4, 0, 1), (4, 4, 1), (0, 0, 1)]
+    assert prepare(minsnap.plan(corners, total_time=9.0), StreamOptions()).note == ""
+    lap = prepare(minsnap.plan(corners, total_time=9.0, closed=True), StreamOptions()).note
+    assert re.fullmatch(r"the path begins at (\S+) m/s and ends at \1 m/s, where the vehicle is held at rest", lap)
+    goes_on = minsnap.plan(corners, total_time=9.0, end={"velocity": (-1, -1, 0)})
+    assert prepare(goes_on, StreamOptions()).note == "the path ends at 1.4 m/s, where the vehicle is held at rest"
