@@ -13,7 +13,7 @@ from minsnap.corridors.exact_margins import margin_holds
 from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.errors import MinsnapError
 from minsnap.native.library import core, using
-from minsnap.polynomials.rationals import is_never_negative
+from minsnap.polynomials.rationals import derivative, is_never_negative
 from minsnap.trajectory.trajectory import Trajectory
 
 CORNERS = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)], float)
@@ -305,6 +305,12 @@ def test_exact_polynomials_know_their_sign():
     below = [value - Fraction(1, 10**30) for value in third]
     assert is_never_negative(above) and not is_never_negative(below)
     assert is_never_negative([Fraction(0)] * 4) and not is_never_negative([Fraction(1), Fraction(0), Fraction(-1)])
+
+
+def test_exact_derivatives_are_those_of_the_polynomial():
+    cube, three_halves = [[Fraction(value) for value in (0, 0, 0, 1)]], Fraction(3, 2)
+    expected = {1: [0, 0, three_halves], 2: [0, three_halves], 3: [Fraction(3, 4)], 4: [0]}
+    assert {order: derivative(cube, Fraction(2), order)[0] for order in expected} == expected
 
 
 def test_an_excess_between_samples_is_still_seen_by_verify():

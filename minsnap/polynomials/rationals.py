@@ -85,11 +85,14 @@ def is_never_negative(points: Sequence[Fraction]) -> bool:
 
 
 def _halves(part: list[int]) -> tuple[list[int], list[int]]:
-    """Control points of both halves, times 2^degree: de Casteljau's sums are not divided but counted."""
+    """Control points of both halves, times 2^degree: de Casteljau's sums are not divided but counted.
+
+    Those of the right half are backwards, which has no part in their sign.
+    """
     degree = len(part) - 1
     left, right = [part[0] << degree], [part[-1] << degree]
     for level in range(1, degree + 1):
         part = [a + b for a, b in zip(part, part[1:], strict=False)]
         left.append(part[0] << degree - level)
         right.append(part[-1] << degree - level)
-    return left, right[::-1]
+    return left, right
