@@ -26,6 +26,7 @@ from relaxation import Relaxation
 
 import minsnap
 from minsnap import Boxes, Polytopes, Room, RoundTube, Tube
+from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InfeasibleError, MinsnapError
@@ -148,7 +149,7 @@ def _relaxed(asked):
     points = place(asked["waypoints"], tolerance, constraints, *ends, asked.get("closed", False)).points
     if "limits" in asked:
         constraints = [*constraints, asked["limits"]]
-    walls = [wall for constraint in constraints for wall in constraint.walls(points)]
+    walls = walls_of(constraints, points)
     share = None
     for instants in INSTANTS:
         share = Relaxation(asked, walls, instants).least_share()

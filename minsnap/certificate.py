@@ -18,7 +18,7 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.cards import Facts, card
 from minsnap.checks import is_number
-from minsnap.corridors.constraint import Constraint, Walls
+from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.knot_regions import Placement, place
 from minsnap.corridors.margins import Margin, nearest_wall
@@ -185,7 +185,7 @@ def certify(
     curve: Trajectory = traj.as_trajectory()
     placement = None if waypoints is None else _matching(curve, place(waypoints, tolerance, (), None, None, False))
     points = _knot_positions(curve)[1] if placement is None else placement.points
-    walls = tuple(wall for constraint in as_constraints(corridor) for wall in constraint.walls(points))
+    walls = tuple(walls_of(as_constraints(corridor), points))
     nearest = nearest_wall(curve, walls)
     error, excess, met = (None, None, True) if placement is None else _passing(curve, placement)
     utilisation = () if limits is None else _use(limits, curve, _start_of_limits(limits_from, curve))

@@ -24,7 +24,7 @@ from minsnap.checks import (
     check_samples,
     check_words,
 )
-from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.constraint import Constraint, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import check_dimension, is_table, read_columns, warn_magnitude
 from minsnap.corridors.knot_regions import place
@@ -293,7 +293,7 @@ def placed_task(
     warn_magnitude(points)
     pinned = check_pins(pins, placement.start, placement.end, closed, half, points)
     lap = check_closing(closed, points)
-    walls = [wall for constraint in constraints for wall in constraint.walls(points) if len(wall.leg)]
+    walls = walls_of(constraints, points)
     check_reach(placement, pinned, walls)
     return Task(points, lower, upper, pinned, half, continuity, lap, pieces, walls, solver, placement.regions)
 

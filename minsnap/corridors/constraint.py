@@ -231,6 +231,11 @@ class Constraint(Protocol):
         ...
 
 
+def walls_of(constraints: Sequence[Constraint], waypoints: FloatArray) -> list[Walls]:
+    """Return the walls of some constraints for waypoints (n, dim), without empty ones."""
+    return [wall for constraint in constraints for wall in constraint.walls(waypoints) if len(wall.leg)]
+
+
 def leg_scales(waypoints: FloatArray) -> FloatArray:
     """Length of each leg, the mean length if it is zero: the scale of an excess over a single plane [m]."""
     lengths = lengths_of(waypoints)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import WaypointError
 from minsnap.trajectory.samples import Samples
@@ -72,7 +73,7 @@ def check_membership(samples: Samples, waypoints: FloatArray, corridor: Any) -> 
 def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Any) -> FloatArray:
     """Return the margin of every position, shape (m, dim), in every leg: (legs, m), infinite without walls."""
     margins = np.full((len(waypoints) - 1, len(position)), np.inf)
-    for wall in (wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints)):
+    for wall in walls_of(as_constraints(corridor), waypoints):
         if wall.order == 0:
             np.minimum.at(margins, wall.cones.leg, wall.cones.slack(position[None]))
     return margins

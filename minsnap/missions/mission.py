@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.corridors.constraint import Cones, Constraint
+from minsnap.corridors.constraint import Cones, Constraint, walls_of
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
@@ -199,7 +199,7 @@ def _section(section: list[tuple[str, Stop]], course: Course, yaw: str | None, f
 def _walls(corridor: Sequence[Constraint], places: Any) -> list[Cones]:
     """Return the walls that positions stay inside, for waypoints and gates."""
     points = np.array([place.centre if isinstance(place, Gate) else place for place in places])
-    return [wall.cones for part in corridor for wall in part.walls(points) if wall.order == 0]
+    return [wall.cones for wall in walls_of(corridor, points) if wall.order == 0]
 
 
 def _corridor(joined: Trajectory, flown: Sequence[_Flown]) -> tuple[HalfSpaces, ...]:

@@ -27,7 +27,7 @@ from minsnap.checks import (
     check_waypoints,
     is_whole,
 )
-from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.constraint import Constraint, walls_of
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import CorridorError, WaypointError
 from minsnap.optimisation.textbook_rows import RowCollector, join, keep_states, pass_waypoints, sample_planes
@@ -176,10 +176,9 @@ def build_qp(
     pass_waypoints(equations, points)
     keep_states(equations, states, times, shared)
     join(equations, times, shared, closed)
-    walls = [wall for constraint in as_constraints(corridor) for wall in constraint.walls(points)]
     instants = _instants(samples)
     rows = RowCollector(len(times), points.shape[1], 2 * half)
-    for wall in walls:
+    for wall in walls_of(as_constraints(corridor), points):
         sample_planes(rows, wall, times, instants)
     A, b, equalities = equations.collected()
     G, h, inequalities = rows.collected()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.corridors.constraint import Cones
+from minsnap.corridors.constraint import Cones, walls_of
 from minsnap.corridors.half_spaces import of_unit_length
 from minsnap.corridors.linear_programmes import bounding_boxes, inner_balls
 from minsnap.corridors.tubes import as_constraints
@@ -38,8 +38,7 @@ def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
     list of ndarray, shape (corners, dim)
         [m].
     """
-    found = (wall for constraint in as_constraints(corridor) for wall in constraint.walls(waypoints))
-    walls = [wall.cones for wall in found if wall.order == 0]
+    walls = [wall.cones for wall in walls_of(as_constraints(corridor), waypoints) if wall.order == 0]
     bodies: dict[bytes, FloatArray] = {}
     for leg in range(len(waypoints) - 1):
         corners = _body(walls, leg, waypoints)

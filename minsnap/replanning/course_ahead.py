@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, numbers
 from minsnap.checks import DERIVATIVES, check_pins, check_waypoints, refuse_repeated
-from minsnap.corridors.constraint import Constraint, Walls
+from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.errors import CorridorError, WaypointError
@@ -90,7 +90,7 @@ def course_ahead(
         placement = place(points, None, constraints, names, None, False)
     along = points.copy()
     along[0] = leg_start if np.linalg.norm(points[1] - leg_start) > 0.0 else points[0]
-    walls = [wall for constraint in constraints for wall in constraint.walls(along) if len(wall.leg)]
+    walls = walls_of(constraints, along)
     outside, name = start_outside(walls, start)
     pins = check_pins(None, placement.start, placement.end, False, splice.half, points)
     if outside <= 0.0:
