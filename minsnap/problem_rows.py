@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray, numbers
-from minsnap.checks import DERIVATIVES, check_state
+from minsnap.checks import DERIVATIVES, check_state, is_whole
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, InputError, LimitError, MinsnapError, SolverError, TimingError, WaypointError
 from minsnap.limits.limits import Limits
@@ -110,7 +110,7 @@ def thread_count(threads: Any) -> int:
     """Return how many threads to use: as many as processors unless given."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 1 <= threads <= 256:
+    if not is_whole(threads) or not 1 <= threads <= 256:
         raise InputError(f"threads is {threads!r}: use 1 to 256")
     return int(threads)
 

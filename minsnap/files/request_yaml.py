@@ -8,15 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from minsnap.checks import is_whole
 from minsnap.errors import FileError
 from minsnap.files.plan_request import RESERVE, VEHICLES, Box, Point, SceneRequest
 from minsnap.files.waypoints import Waypoints, read_waypoints, waypoints_of
 from minsnap.frames import FRAMES
 from minsnap.limits.kinds import KIND
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import shown
+from minsnap.storage.reading import finite_number, shown
 from minsnap.storage.text import load_yaml
 
 FURTHER = ("total_time", "limits", "corridor", "boxes", "room", "degree", "continuity", "pieces", "closed", "view")
@@ -135,7 +134,7 @@ def _with_further(where: str, found: SceneRequest, content: Mapping[str, Any]) -
     given = {key: content[key] for key in FURTHER if content.get(key) is not None}
     changes: dict[str, Any] = {}
     if "total_time" in given:
-        changes["total_time"] = _number(f"{where}: total_time", given["total_time"])
+        changes["total_time"] = finite_number(f"{where}: total_time", given["total_time"])
     if "limits" in given:
         changes |= _limits(f"{where}: limits", given["limits"])
     if "corridor" in given:
@@ -155,14 +154,14 @@ def _with_further(where: str, found: SceneRequest, content: Mapping[str, Any]) -
 def _limits(where: str, given: Any) -> dict[str, Any]:
     if not isinstance(given, dict) or not set(given) <= {*LIMITS, "rotors"}:
         raise FileError(f"{where} is {shown(given)}: give a mapping of {', '.join(LIMITS)} or rotors")
-    plain = tuple((str(k), _number(f"{where}: {k}", v)) for k, v in given.items() if k != "rotors")
+    plain = tuple((str(k), finite_number(f"{where}: {k}", v)) for k, v in given.items() if k != "rotors")
     return {"limits": plain} | (_rotors(f"{where}: rotors", given["rotors"]) if "rotors" in given else {})
 
 
 def _rotors(where: str, given: Any) -> dict[str, Any]:
     if not isinstance(given, dict) or not set(given) <= {"vehicle", "reserve"} or "vehicle" not in given:
         raise FileError(f"{where} is {shown(given)}: give a mapping of vehicle and reserve")
-    reserve = _number(f"{where}: reserve", given.get("reserve", RESERVE))
+    reserve = finite_number(f"{where}: reserve", given.get("reserve", RESERVE))
     return {"vehicle": _one_of(f"{where}: vehicle", given["vehicle"], VEHICLES), "rotors": reserve}
 
 
@@ -175,8 +174,8 @@ def _view(where: str, given: Any) -> dict[str, Any]:
 
 def _widths(where: str, given: Any, legs: int) -> tuple[float, ...]:
     if isinstance(given, list):
-        return tuple(_number(f"{where} {i}", width) for i, width in enumerate(given))
-    return (_number(where, given),) * max(legs, 1)
+        return tuple(finite_number(f"{where} {i}", width) for i, width in enumerate(given))
+    return (finite_number(where, given),) * max(legs, 1)
 
 
 def _box(where: str, given: Any) -> Box:
@@ -187,7 +186,7 @@ def _box(where: str, given: Any) -> Box:
 
 
 def _point(where: str, given: Any) -> Point:
-    return tuple(_number(where, value) for value in _list(where, given))
+    return tuple(finite_number(where, value) for value in _list(where, given))
 
 
 def _list(where: str, given: Any) -> list[Any]:
@@ -202,16 +201,10 @@ def _one_of(where: str, given: Any, known: tuple[str, ...]) -> str:
     return str(given)
 
 
-def _number(where: str, given: Any) -> float:
-    if isinstance(given, bool) or not isinstance(given, (int, float)) or not np.isfinite(given):
-        raise FileError(f"{where} is {shown(given)}, not a finite number")
-    return float(given)
-
-
 def _whole(where: str, given: Any) -> int:
-    if isinstance(given, bool) or not isinstance(given, int):
+    if not is_whole(given):
         raise FileError(f"{where} is {shown(given)}, not a whole number")
-    return given
+    return int(given)
 
 
 def _truth(where: str, given: Any) -> bool:

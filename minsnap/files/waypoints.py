@@ -13,7 +13,7 @@ import numpy as np
 from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import FileError
 from minsnap.storage.loose_table import LooseColumns, read_loose_table
-from minsnap.storage.reading import shown
+from minsnap.storage.reading import finite_number, shown
 from minsnap.storage.text import load_yaml
 
 COLUMNS = ("x", "y", "z", "yaw", "duration")
@@ -180,7 +180,7 @@ def _waypoint(where: str, item: Any) -> dict[str, float]:
         item = dict(zip(COLUMNS, item, strict=False))
     if not isinstance(item, dict) or not {"x", "y"} <= item.keys() <= set(COLUMNS):
         raise FileError(f"{where}: give [x, y], [x, y, z] or a mapping of {', '.join(COLUMNS)}, not {shown(item)}")
-    return {name: _number(f"{where}: {name}", value) for name, value in item.items() if value is not None}
+    return {name: finite_number(f"{where}: {name}", value) for name, value in item.items() if value is not None}
 
 
 def _check_complete(where: str, row: Mapping[str, float], names: list[str]) -> None:
@@ -198,10 +198,4 @@ def _listed(
         return found
     if found is not None or not isinstance(values, list):
         raise FileError(f"{path}: {name} is one list of numbers, or a value with each waypoint, not both")
-    return np.array([_number(f"{path}: {name} {i}", value) for i, value in enumerate(values)])
-
-
-def _number(where: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
-        raise FileError(f"{where} is {shown(value)}, not a finite number")
-    return float(value)
+    return np.array([finite_number(f"{path}: {name} {i}", value) for i, value in enumerate(values)])

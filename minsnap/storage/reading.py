@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from minsnap.checks import is_number
 from minsnap.errors import FileError, MinsnapError
 
 LARGEST = 1 << 30
@@ -62,6 +63,13 @@ def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
     if size > largest:
         raise FileError(f"{path} has {size / 1e6:.0f} MB: files of this kind are read up to {largest / 1e6:.0f} MB")
     return size
+
+
+def finite_number(where: str, value: Any) -> float:
+    """Return a finite number of a file as a float, or raise FileError, which says where it is."""
+    if not is_number(value):
+        raise FileError(f"{where} is {shown(value)}, not a finite number")
+    return float(value)
 
 
 def shown(value: Any) -> str:
