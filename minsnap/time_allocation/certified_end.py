@@ -41,6 +41,13 @@ QUICK, ROOM, NEARBY = 3, 1e-7, 1e-2
 ALMOST = 1e-4
 """Room that may be left below the most used limit."""
 
+FAR = 1e-3
+"""Share by which the certified curve may be slower; beyond, it is not the one found, and steps inwards go on.
+
+Where the thrust nearly vanishes, its direction turns fast over an instant that a grid misses, and flying more slowly
+does not always turn it more slowly.
+"""
+
 NARROW = 129
 """Instants a piece at which excesses are looked for."""
 
@@ -78,21 +85,26 @@ class CertifiedEnd:
     def run(self, found: Evaluated) -> SolvedTask | None:
         """Return a curve near the one found that is certified, barely slower; None if there is none nearby."""
         self.search.finder.refine(NARROW)
-        state = self._clipped(found.state)
+        state, best = self._clipped(found.state), None
         for attempt in range(TRIES):
             measured = self.search.finder.measure(state)
             solved = solved_state(self.layout, state, self.search.iterations)
             kept = measured.limit < (SMALL if self.still else KEPT)
             if solved.inside:
                 self.inside = state
-                if kept and (self.still or self._excess(solved) <= KEPT):
-                    return self._touching(state) if self.still else solved
+                if kept and self.still:
+                    touching = self._touching(state)
+                    best = touching if best is None else min(best, touching, key=_duration)
+                    if self.limits.yaw_rate is not None or _duration(best) <= (1.0 + FAR) * _duration(solved):
+                        return best
+                elif kept and self._excess(solved) <= KEPT:
+                    return solved
             least = FLOOR * GROWTH**attempt
-            limit = 0.0 if kept and self.still else max(ENOUGH * measured.limit, least)
+            limit = 0.0 if kept and self.still and not solved.inside else max(ENOUGH * measured.limit, least)
             wall = 0.0 if solved.inside else max(ENOUGH * measured.wall, least)
             self.inwards = Inwards(self.inwards.limit + limit, self.inwards.wall + wall)
             state = self._closer(state, measured)
-        return self._touching(self.inside) if self.still and self.inside is not None else None
+        return self._touching(self.inside) if best is None and self.still and self.inside is not None else best
 
     def _excess(self, solved: SolvedTask) -> float:
         return largest_use(self.limits, self.finish(solved.trajectory)) - 1.0
@@ -119,17 +131,25 @@ class CertifiedEnd:
         The limits searched for are measured first, which is quick; the exact measure has the last word.  Limits that
         are no part of the search, such as the rate of a planned yaw, are kept by that alone.
         """
-        touches = self.search.objective.touches
+        touches, flown = self.search.objective.touches, state
         for _ in range(QUICK):
-            measured = self.search.finder.measure(state)
+            measured = self.search.finder.measure(flown)
             change = float(np.clip(measured.limit + ROOM, -NEARBY if touches else 0.0, NEARBY))
-            state = JointState(state.scaled, state.durations * (1.0 + change))
-        solved = solved_state(self.layout, state, self.search.iterations)
-        if (-ALMOST if touches else -np.inf) <= self._excess(solved) <= KEPT:
+            flown = JointState(flown.scaled, flown.durations * (1.0 + change))
+        least = -ALMOST if touches else -np.inf
+        solved, given = (solved_state(self.layout, one, self.search.iterations) for one in (flown, state))
+        excess = self._excess(solved)
+        if least <= excess <= KEPT:
             return solved
+        if excess > KEPT and least <= self._excess(given) <= KEPT:
+            return given
         curve = self.finish(solved.trajectory)
         factor = nearby_factor(self.limits, curve) or touching_factor(self.limits, curve)
-        return solved_state(self.layout, JointState(state.scaled, state.durations * factor), self.search.iterations)
+        return solved_state(self.layout, JointState(flown.scaled, flown.durations * factor), self.search.iterations)
+
+
+def _duration(solved: SolvedTask) -> float:
+    return float(solved.durations.sum())
 
 
 def _over(measured: Measured) -> float:
