@@ -246,7 +246,8 @@ class LeastTime:
         looks = isinstance(self.problem.heading, LookAtHeading) and self.limits.yaw_rate is not None
         if not looks or self.first is not None or self.interrupted:
             return found
-        other = self._settled(search, self._slow_enough(search, self._guess(search)))
+        again = self.problem.search(1, self._tell, self._tick)
+        other = self._settled(again, self._slow_enough(again, self._guess(again)))
         return min(found, other, key=lambda one: self._slowed_time(search, one))
 
     def _slowed_time(self, search: JointSearch, found: Evaluated) -> float:
