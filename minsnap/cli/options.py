@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from minsnap.cli.vehicles import VEHICLE_HELP
 from minsnap.errors import InputError, LimitError
 from minsnap.limits.kinds import KINDS, Kind
 
@@ -42,7 +43,7 @@ OffsetDrag = Annotated[
     float, typer.Option("--drag", metavar="K", help="Feed-forward of K times the velocity [1/s]: offsets drag.")
 ]
 OffsetVehicle = Annotated[
-    Path | None, typer.Option("--vehicle", metavar="FILE", help="Vehicle YAML whose drag is offset instead.")
+    str | None, typer.Option("--vehicle", metavar="NAME", help="Vehicle whose drag is offset instead: " + VEHICLE_HELP)
 ]
 Lead = Annotated[
     float, typer.Option("--lead", metavar="S", help="Send setpoints earlier by this: compensates the vehicle's delay.")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from minsnap.cli import options
 from minsnap.cli.summary import as_json, as_text, summarise
+from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import FileError, InputError
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ class Destination:
         Print the summary as JSON.
     no_clobber : bool
         Refuse to replace files.
-    drag, vehicle, lead : float, path or None, float
+    drag, vehicle, lead : float, str or None, float
         What to offset by feed-forward in setpoints (:class:`~minsnap.mavlink.compensation.FeedForward`).
 
     Raises
@@ -113,9 +114,8 @@ class Destination:
 
     def _feed_forward(self) -> FeedForward:
         from minsnap.mavlink.compensation import FeedForward
-        from minsnap.vehicle import read_vehicle
 
-        return FeedForward(self.drag, None if self.vehicle is None else read_vehicle(self.vehicle), self.lead)
+        return FeedForward(self.drag, None if self.vehicle is None else vehicle_of(self.vehicle), self.lead)
 
     def _check_format(self) -> None:
         if self.output == STANDARD_OUTPUT and self.format not in (None, "setpoints"):

@@ -12,6 +12,7 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -89,9 +90,8 @@ def stream(
     from minsnap.mavlink.compensation import FeedForward
     from minsnap.mavlink.safety import SafetyRules
     from minsnap.mavlink.stream_options import StreamOptions
-    from minsnap.vehicle import read_vehicle
 
-    craft = None if vehicle is None else read_vehicle(vehicle)
+    craft = None if vehicle is None else vehicle_of(vehicle)
     settings = StreamOptions(
         rate=rate,
         fields=None if fields is None else [name.strip() for name in fields.split(",")],

@@ -77,14 +77,15 @@ def summarise(
 
 def as_text(figures: Mapping[str, Any]) -> str:
     """Return the figures that are not None, one per line."""
-    lines = [(label, _line(figures, name, form)) for name, label, form in _LINES if figures.get(name) is not None]
-    lines[_LIMITS_AFTER:_LIMITS_AFTER] = [
-        (f"limit {KIND[used['name']].label}", _usage(used)) for used in figures["limits"]
-    ]
-    if figures["limits"]:
-        what = ", ".join(KIND[name].label for name in figures["binding"]) or "none"
-        lines.insert(_LIMITS_AFTER + len(figures["limits"]), ("limits that bind", what))
-    return labelled(lines)
+    limits = [(f"limit {KIND[used['name']].label}", _usage(used)) for used in figures["limits"]]
+    if limits:
+        limits.append(("limits that bind", ", ".join(KIND[name].label for name in figures["binding"]) or "none"))
+    return labelled(_lines(figures, _LINES[:_LIMITS_AFTER]) + limits + _lines(figures, _LINES[_LIMITS_AFTER:]))
+
+
+def _lines(figures: Mapping[str, Any], wanted: tuple[tuple[str, str, str], ...]) -> list[tuple[str, str]]:
+    """Return labels and texts of the figures that are not None."""
+    return [(label, _line(figures, name, form)) for name, label, form in wanted if figures.get(name) is not None]
 
 
 def _line(figures: Mapping[str, Any], name: str, form: str) -> str:

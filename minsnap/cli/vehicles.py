@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from minsnap.errors import InputError
@@ -18,11 +19,22 @@ CONTROLLER_HELP = "cascade (PX4's), lee or mellinger."
 
 
 def vehicle_of(name: str) -> Quadrotor:
-    """Return a preset by its name, or the vehicle of a YAML file."""
+    """Return a preset by its name, here or in Python and files, or the vehicle of a YAML file.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    from minsnap.files.plan_request import VEHICLES, named_vehicle
     from minsnap.vehicle.quadrotor import Quadrotor
 
-    known = {"f330": Quadrotor.dji_f330, "crazyflie": Quadrotor.crazyflie, "px4-sih": Quadrotor.px4_sih}
-    return known[name]() if name in known else Quadrotor.from_yaml(name)
+    preset = {"f330": "dji_f330", "px4-sih": "px4_sih"}.get(name, name)
+    if preset in VEHICLES:
+        return named_vehicle(preset)
+    if not Path(name).suffix and not Path(name).exists():
+        raise InputError(f"--vehicle is {name!r}: give {VEHICLE_HELP.rstrip('.')}")
+    return Quadrotor.from_yaml(name)
 
 
 def controller_of(name: str, references: str) -> Controller:

@@ -31,6 +31,12 @@ def test_commands_write_it(call, tmp_path, command):
     assert call("plot", "a.csv", "-o", "a.png").returncode == 0
 
 
+def test_a_preset_is_known_by_its_names(call, tmp_path):
+    written = [call("circle", "-o", f"{name}.csv", "--vehicle", name) for name in ("px4-sih", "px4_sih")]
+    assert all(done.returncode == 0 and "drag offset" in done.stdout for done in written)
+    assert (tmp_path / "px4-sih.csv").read_bytes() == (tmp_path / "px4_sih.csv").read_bytes()
+
+
 def test_a_lead_is_written_and_shown(call, tmp_path):
     plain, led = call("circle", "-o", "a.csv"), call("circle", "-o", "b.csv", "--lead", 0.2)
     assert plain.returncode == led.returncode == 0 and "setpoints sent 200 ms ahead" in led.stdout

@@ -71,7 +71,8 @@ def test_the_summary_says_what_it_took(call, path):
         (["path.csv", "--animate", "a.avi"], "a.avi does not end in .gif or .mp4"),
         (["path.csv", "-o", "a.json"], "a.json does not end in .csv"),
         (["path.csv", "--controller", "mpc"], "--controller is 'mpc'"),
-        (["path.csv", "--vehicle", "none.yaml"], "none.yaml"),
+        (["path.csv", "--vehicle", "none.yaml"], "none.yaml cannot be read"),
+        (["path.csv", "--vehicle", "racer"], "--vehicle is 'racer': give f330, crazyflie, px4-sih, or a YAML file"),
         (["none.csv"], "none.csv"),
     ],
 )

@@ -31,6 +31,13 @@ def test_text_shows_limits_below_the_greatest_values(figures):
     ]  # fmt: skip
 
 
+def test_limits_of_a_shape_stand_below_the_greatest_values_too():
+    limits = Limits(speed=2.0)
+    figures = summarise(minsnap.circle(radius=3.0, limits=limits), limits=limits) | {"output": "circle.csv"}
+    labels = [line[:20].strip() for line in as_text(figures).splitlines()]
+    assert labels[3:] == ["max jerk", "limit speed", "limits that bind", "written"]
+
+
 @pytest.mark.parametrize(("degree", "unit"), ((3, "m²/s³"), (7, "m²/s⁷"), (11, "m²/s¹¹")))
 def test_the_cost_is_that_of_the_derivative_minimised_in_its_unit(degree, unit):
     traj = minsnap.rectangle(degree=degree)
