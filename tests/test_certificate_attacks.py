@@ -47,6 +47,16 @@ def test_margins_are_the_lower_end_in_exact_rationals(choice, shift, corridor):
 
 
 @CORES
+def test_margins_to_slanted_planes_far_away_are_proved(choice):
+    random = np.random.default_rng(8)
+    for _ in range(60):
+        normal, line = random.normal(size=3), Trajectory(1e6 * random.normal(size=(1, 3, 3)), [1.0])
+        (wall,) = minsnap.HalfSpaces(normal, 3e6).walls(np.zeros((2, 3)))
+        with using(choice):
+            assert margin_holds(line, wall, nearest_wall(line, [wall]).value)
+
+
+@CORES
 def test_a_claim_that_is_too_good_is_not_verified(choice):
     traj = minsnap.plan(CORNERS, DURATIONS, corridor=0.3)
     with using(choice):
