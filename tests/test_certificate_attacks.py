@@ -57,6 +57,22 @@ def test_margins_to_slanted_planes_far_away_are_proved(choice):
 
 
 @CORES
+@pytest.mark.parametrize("growth", (0.0, 0.3))
+def test_margins_to_slanted_cylinders_and_cones_far_away_are_proved(choice, growth):
+    """Every second time the curve is behind the apex of the cone."""
+    random = np.random.default_rng(9)
+    for number in range(60):
+        along = random.normal(size=3)
+        along /= np.linalg.norm(along)
+        line = Trajectory(random.normal(size=3) * 1e6 + random.normal(size=(1, 3, 3)), [1.0])
+        anchor = line.control_points[0, 0] + random.normal(size=3) + number % 2 * 130.0 * growth * along
+        across = 0.999 * (np.eye(3) - np.outer(along, along))
+        wall = Balls([0], [across], [anchor], [3.0], slope=[growth * along] if growth else None)
+        with using(choice):
+            assert margin_holds(line, wall, nearest_wall(line, [wall]).value)
+
+
+@CORES
 def test_a_claim_that_is_too_good_is_not_verified(choice):
     traj = minsnap.plan(CORNERS, DURATIONS, corridor=0.3)
     with using(choice):
