@@ -115,6 +115,24 @@ def test_evaluations_in_a_corridor_are_exact_where_the_search_ends(seed):
     assert len(last) > 1 and np.diff(last).max() <= 1e-9 * last[0]
 
 
+@pytest.mark.parametrize(
+    ("legs", "width", "closed"), [(60, 0.5, False), (60, 0.05, False), (100, 0.3, False), (60, 0.1, True)]
+)
+def test_the_best_split_of_many_legs_costs_less_than_others(legs, width, closed):
+    points, durations = random_legs(3, legs=legs)
+    points[-1] = points[0] if closed else points[-1]
+    task = task_of(points, minsnap.Tube(width), closed=closed)
+    found = native_split(task, durations, None)
+    assert found.durations.sum() == pytest.approx(durations.sum(), rel=1e-12)
+    asked = {"corridor": width, "closed": closed}
+    best = minsnap.plan(points, found.durations, **asked).cost()
+    assert best == pytest.approx(found.history[:, 1].min(), rel=2e-6)
+    for seed in range(6):
+        others = found.durations * np.exp(0.01 * np.random.default_rng(seed).normal(size=legs))
+        others *= found.durations.sum() / others.sum()
+        assert minsnap.plan(points, others, **asked).cost() > (1.0 + 1e-5) * best
+
+
 def test_tasks_of_other_kinds_are_left_to_python():
     points, durations = random_legs(0)
     for task in (

@@ -67,5 +67,5 @@ def test_a_split_in_a_tube_has_the_status_of_what_is_wrong_with_it():
     points, first = REFERENCE.copy(), np.array([4.0, 2.0, 4.0, 2.0])
     assert best_tube_split(points, first, np.array(-1.0), 4) is Status.BAD_NUMBER
     assert best_tube_split(points, first, np.array(0.3), 9) is Status.BAD_SIZE
-    many, durations = random_legs(0, legs=65)
+    many, durations = random_legs(0, legs=257)
     assert best_tube_split(many, durations, np.array(0.3), 4) is Status.BAD_SIZE

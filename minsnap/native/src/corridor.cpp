@@ -9,7 +9,7 @@
 namespace minsnap {
 namespace {
 
-constexpr std::int64_t most_whole = 48, most_again = 96, most_pieces = 200'000, most_walls = 10'000'000;
+constexpr std::int64_t most_pieces = 200'000, most_walls = 10'000'000;
 
 bool all_finite(const double *values, std::int64_t count) {
     for (std::int64_t i = 0; i < count; ++i)

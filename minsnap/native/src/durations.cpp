@@ -7,19 +7,19 @@
 
 #include "cost_slopes.hpp"
 #include "dispatch.hpp"
-#include "exchange_solver.hpp"
 #include "export.hpp"
 #include "for_all.hpp"
 #include "quasi_newton.hpp"
 #include "tube.hpp"
 #include "unconstrained.hpp"
+#include "windows.hpp"
 
 namespace minsnap {
 namespace {
 
 using Integer = std::int64_t;
 
-constexpr Integer most_split_legs = Integer{1} << 20, most_split_pieces = 64;
+constexpr Integer most_split_legs = Integer{1} << 20, most_split_pieces = 256;
 
 // Optimal cost of a chain without walls, and its slopes.
 class FreeCost {
@@ -147,7 +147,7 @@ private:
 // slope, at an instant that keeps its share of the piece.
 class CorridorCost {
 public:
-    CorridorCost(const Request &given) : given_(given) {}
+    CorridorCost(const Request &given) : given_(given), windows_(given.half) {}
 
     [[nodiscard]] bool allocate() {
         const std::size_t pieces = std::size_t(given_.pieces), state = std::size_t(given_.half) * given_.dim;
@@ -161,8 +161,7 @@ public:
     Status evaluate(const double *durations, double &cost, double *slopes) {
         given_.durations = durations;
         Answer answer = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
-        Status status = solver_.solve(given_, answer, Aim::measured, known_.data(), known_count_);
-        if (status != Status::done && known_count_ > 0) status = solver_.solve(given_, answer, Aim::measured);
+        const Status status = solve(answer);
         if (status != Status::done) return status;
         known_count_ = int(answer.rows);
         for (int k = 0; k < known_count_; ++k)
@@ -171,6 +170,19 @@ public:
     }
 
 private:
+    static constexpr int few = 48;
+
+    // Windows are the quicker way where pieces and contacts are many.
+    Status solve(Answer &answer) {
+        const bool known = known_count_ > 0, many = !known || known_count_ > few || given_.pieces > most_again;
+        if (given_.pieces > most_whole && many) {
+            const Status windows = windows_.solve(given_, answer);
+            if (windows == Status::done || given_.pieces > most_again) return windows;
+        }
+        const Status status = solver_.solve(given_, answer, Aim::measured, known_.data(), known_count_);
+        return known && status != Status::done ? solver_.solve(given_, answer, Aim::measured) : status;
+    }
+
     template <int half>
     Status slope(int rows, double &cost, double *slopes) {
         const LegTables<double> &tables = leg_tables<double>(half);
@@ -224,6 +236,7 @@ private:
     }
 
     Request given_;
+    Windows windows_;
     ExchangeSolver solver_;
     Buffer<double> points_, knots_, s_, multiplier_, direction_;
     Buffer<Integer> wall_;

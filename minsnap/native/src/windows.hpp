@@ -19,6 +19,9 @@
 
 namespace minsnap {
 
+// Pieces up to which a request is solved whole at first, and at all.
+constexpr int most_whole = 48, most_again = 96;
+
 class Windows {
 public:
     explicit Windows(int half) : chain_(half) {}
@@ -274,6 +277,8 @@ private:
                 const Kept &kept = kept_[std::size_t(piece) * most_contacts + i];
                 if (answer_->rows == std::int64_t(given_->pieces * state)) return Status::bad_size;
                 answer_->wall[answer_->rows] = walls_.source(walls_.first(piece) + kept.wall), answer_->s[answer_->rows] = kept.s;
+                if (answer_->direction != nullptr)
+                    std::memcpy(answer_->direction + answer_->rows * dim, kept.direction, dim * sizeof(double));
                 answer_->multiplier[answer_->rows++] = 2.0 * kept.pressure;
             }
         double unit = given_->length;
