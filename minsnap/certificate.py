@@ -20,8 +20,9 @@ from minsnap.cards import Facts, card
 from minsnap.checks import is_number
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
-from minsnap.corridors.knot_regions import Placement, place
+from minsnap.corridors.knot_regions import STORED, Placement, place
 from minsnap.corridors.margins import Margin, nearest_wall
+from minsnap.corridors.passing import excess_at_waypoints, knot_positions, passes
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
 from minsnap.native import proved_extrema as native
@@ -36,9 +37,6 @@ from minsnap.trajectory.trajectory import Trajectory
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.report import Utilisation
-
-STORED = 8.0 * UNIT
-"""Error of a stored position, relative to the largest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +136,7 @@ class Certificate:
         if self.waypoints is None or self.waypoint_error is None:
             return True
         square = Fraction(self.waypoint_error) ** 2
-        pairs = zip(_knot_positions(self.trajectory).tolist(), [self.waypoints.tolist()] * 2, strict=True)
+        pairs = zip(knot_positions(self.trajectory).tolist(), [self.waypoints.tolist()] * 2, strict=True)
         return all(
             sum((Fraction(a) - Fraction(b)) ** 2 for a, b in zip(position, point, strict=True)) <= square
             for positions, points in pairs
@@ -184,10 +182,12 @@ def certify(
         raise InputError(f"certify takes a Trajectory or a shape, not {type(traj).__name__}")
     curve: Trajectory = traj.as_trajectory()
     placement = None if waypoints is None else _matching(curve, place(waypoints, tolerance, (), None, None, False))
-    points = _knot_positions(curve)[1] if placement is None else placement.points
+    points = knot_positions(curve)[1] if placement is None else placement.points
     walls = tuple(walls_of(as_constraints(corridor), points))
     nearest = nearest_wall(curve, walls)
-    error, excess, met = (None, None, True) if placement is None else _passing(curve, placement)
+    error = None if placement is None else _waypoint_error(curve, placement.points)
+    excess = None if placement is None else excess_at_waypoints(curve, placement)
+    met = placement is None or passes(curve, placement)
     utilisation = () if limits is None else _use(limits, curve, _start_of_limits(limits_from, curve))
     inside = nearest is None or nearest.value >= 0.0
     speed, acceleration, jerk, snap = (norm for norm, _ in curve.max_norms((1, 2, 3, 4)))
@@ -223,23 +223,10 @@ def _start_of_limits(instant: float, traj: Trajectory) -> float:
     return float(instant)
 
 
-def _knot_positions(traj: Trajectory) -> FloatArray:
-    """Positions at the waypoints' instants where a leg ends and where one starts: (2, legs + 1, dim)."""
-    starts, ends = traj.control_points[:: traj.pieces, 0], traj.control_points[traj.pieces - 1 :: traj.pieces, -1]
-    return np.stack((np.concatenate((starts[:1], ends)), np.concatenate((starts, ends[-1:]))))
-
-
-def _passing(traj: Trajectory, placement: Placement) -> tuple[float, float, bool]:
-    """Largest distance to a waypoint, to where it lets the curve pass, and whether all are met.
-
-    What counts as met is measured from the first waypoint, so that it does not depend on where the origin is, but for
-    the rounding of stored positions.
-    """
-    positions, points = _knot_positions(traj), placement.points
-    distance = np.sqrt(((positions - points) ** 2).sum(axis=2)).max() * (1.0 + (traj.dim + 8) * UNIT)
-    excess = max(float(placement.outside(side).max()) for side in positions)
-    allowed = EXACT * np.abs(points - points[0]).max() + STORED * np.abs(points).max()
-    return float(distance), excess, bool(excess <= allowed) and _crossed(traj, placement)
+def _waypoint_error(traj: Trajectory, points: FloatArray) -> float:
+    """Largest distance to a waypoint, not less than the exact one."""
+    distance = np.sqrt(((knot_positions(traj) - points) ** 2).sum(axis=2)).max()
+    return float(distance * (1.0 + (traj.dim + 8) * UNIT))
 
 
 def continuity(traj: Trajectory) -> int:
@@ -261,15 +248,6 @@ def _continuity(traj: Trajectory) -> int:
         if (jump > EXACT * np.abs(points).max() + rounding).any():
             return order - 1
     return traj.degree
-
-
-def _crossed(traj: Trajectory, placement: Placement) -> bool:
-    """Whether every gate that asks for a direction is crossed in it, to rounding."""
-    asked = [(k, region.crossing) for k, region in placement.regions.items() if region.crossing is not None]
-    if not asked:
-        return True
-    velocity, size = traj(traj.leg_breaks, 1), traj.max_norm(1)[0]
-    return all(float(velocity[k] @ crossing) >= -EXACT * size for k, crossing in asked)
 
 
 def _matching(traj: Trajectory, placement: Placement) -> Placement:

@@ -16,6 +16,11 @@ from minsnap.corridors.gates import Ball, Gate, without_gates
 from minsnap.corridors.regions import KnotRegion, ball_region, gate_region
 from minsnap.corridors.room import Room
 from minsnap.errors import CorridorError, WaypointError
+from minsnap.polynomials.enclosures import UNIT
+from minsnap.tolerances import EXACT
+
+STORED = 8.0 * UNIT
+"""Error of a stored position, relative to the largest."""
 
 State = Mapping[str, npt.ArrayLike] | None
 
@@ -65,6 +70,16 @@ class Placement:
         for knot, region in self.regions.items():
             excess[knot] = max(region.excess(offset[knot]), 0.0)
         return np.asarray(excess)
+
+    @property
+    def rounding(self) -> float:
+        """Distance outside that counts as none [m].
+
+        It is measured from the first waypoint, so that it does not depend on where the origin is, but for the rounding
+        of stored positions.
+        """
+        points = self.points
+        return float(EXACT * np.abs(points - points[0]).max() + STORED * np.abs(points).max())
 
     def name(self, knot: int) -> str:
         """Return the name of the point, box, ball or gate for a message."""

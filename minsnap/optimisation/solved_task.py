@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.corridors.knot_regions import Placement
 from minsnap.corridors.margins import Margin, margin_to
+from minsnap.corridors.passing import passes
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.problem import Task
@@ -72,8 +74,18 @@ class SolvedTask:
 
     @property
     def inside(self) -> bool:
-        """Whether no margin is negative."""
-        return all(margin.value >= 0.0 for margin in self.margins)
+        """Whether no margin is negative, and every waypoint that may vary is where it may be."""
+        return all(margin.value >= 0.0 for margin in self.margins) and self._passes
+
+    @property
+    def _passes(self) -> bool:
+        task = self.task
+        if not task.held.any():
+            return True
+        return passes(
+            self.trajectory,
+            Placement(task.waypoints, task.lower, task.upper, None, None, regions=task.regions),
+        )
 
     @property
     def corridor_margin(self) -> float | None:

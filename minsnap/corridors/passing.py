@@ -1,0 +1,37 @@
+"""How a curve passes its waypoints: how far from them, and whether where their boxes, balls and gates let it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.arrays import FloatArray
+from minsnap.corridors.knot_regions import Placement
+from minsnap.tolerances import EXACT
+from minsnap.trajectory.trajectory import Trajectory
+
+
+def knot_positions(traj: Trajectory) -> FloatArray:
+    """Positions at the waypoints' instants where a leg ends and where one starts: (2, legs + 1, dim) [m]."""
+    starts, ends = traj.control_points[:: traj.pieces, 0], traj.control_points[traj.pieces - 1 :: traj.pieces, -1]
+    return np.stack((np.concatenate((starts[:1], ends)), np.concatenate((starts, ends[-1:]))))
+
+
+def excess_at_waypoints(traj: Trajectory, placement: Placement) -> float:
+    """Largest distance outside of where a waypoint lets a curve pass, on either side of its knot [m]."""
+    return max(float(placement.outside(side).max()) for side in knot_positions(traj))
+
+
+def passes(traj: Trajectory, placement: Placement) -> bool:
+    """Whether a curve passes all waypoints where they let it, and their gates in the direction asked for.
+
+    To rounding: ``Placement.rounding`` of a distance, ``EXACT`` of the largest speed.
+    """
+    return excess_at_waypoints(traj, placement) <= placement.rounding and _crossed(traj, placement)
+
+
+def _crossed(traj: Trajectory, placement: Placement) -> bool:
+    asked = [(k, region.crossing) for k, region in placement.regions.items() if region.crossing is not None]
+    if not asked:
+        return True
+    velocity, size = traj(traj.leg_breaks, 1), traj.max_norm(1)[0]
+    return all(float(velocity[k] @ crossing) >= -EXACT * size for k, crossing in asked)
