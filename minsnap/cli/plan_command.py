@@ -14,6 +14,7 @@ from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning
 from minsnap.errors import InputError
+from minsnap.tolerances import EXACT
 
 if TYPE_CHECKING:
     from minsnap.files.plan_request import SceneRequest
@@ -91,12 +92,17 @@ def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: boo
 
 
 def _deliver_again(file: Path, planning: Planning, destination: Destination, closed: bool) -> None:
+    from minsnap.certificate import certify
     from minsnap.files.formats.polynomials import read_polynomials
 
     if planning != Planning() or closed:
         raise InputError(f"{file} is a plan already: leave out the options of planning, or plan through its waypoints")
     stored = read_polynomials(file)
-    destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, limits=stored.limits)
+    found = certify(stored.trajectory, stored.waypoints, stored.corridor, stored.limits)
+    inside = found.corridor_margin is None or found.corridor_margin >= 0.0
+    kept = inside and all(used.fraction <= 1.0 + EXACT for used in found.utilisation)
+    note = {} if kept else {"note": "the plan is not within the corridor and the limits of its file"}
+    destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, limits=stored.limits, further=note)
 
 
 def _closed(given: SceneRequest, file: Path, searched: bool) -> SceneRequest:
