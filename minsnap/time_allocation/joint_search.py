@@ -29,6 +29,9 @@ SHARES = (1.0, 0.5, 0.25, 0.1)
 PATIENCE = 2
 """Steps in a row that gain nothing that end the search; one is enough where the gain is given."""
 
+HOPEFUL = 5.0
+"""Times the gain that counts as none which a step with several pieces promised, so that the search goes on after it."""
+
 FAILURES = 6
 """Steps in a row without descent that end the search."""
 
@@ -132,7 +135,8 @@ class JointSearch:
             now = self._best = best
             if self.told is not None:
                 self.told(now)
-            idle = idle + 1 if won < gain * now.merit else 0
+            hopeful = patience == 1 and self.layout.task.pieces > 1 and promised > HOPEFUL * gain * now.merit
+            idle = idle + 1 if won < gain * now.merit and not hopeful else 0
             if idle >= patience or now.state.total < VANISHING * state.total:
                 break
         return now
