@@ -94,7 +94,9 @@ def raising_sites():
     """Return module, function and class of every refusal that the package makes, and the keywords of its call."""
     found = []
     for path in PACKAGE.rglob("*.py"):
-        for function in (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.FunctionDef)):
+        text = path.read_text()
+        tree = ast.parse(text if any(f"{name}(" in text for name in KINDS) else "")
+        for function in (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)):
             for call in (node for node in ast.walk(function) if isinstance(node, ast.Call)):
                 kind = KINDS.get(getattr(call.func, "id", ""))
                 if kind is not None:
