@@ -72,3 +72,8 @@ def test_components_of_a_direction_are_within_one():
     short = Interval(np.array([1.0]), np.array([2.0]))
     for vector in ((wide, short, wide), (short, wide, wide), (wide, wide, short)):
         assert all(-1.0 <= part.low[0] <= part.high[0] <= 1.0 for part in along(vector))
+
+
+def test_ranges_beyond_what_is_known_end_there():
+    found = Interval(np.array([2.0, -3.0, -2.0]), np.array([3.0, -2.0, 0.5])).within(-1.0, 1.0)
+    assert found.low.tolist() == [1.0, -1.0, -1.0] and found.high.tolist() == [1.0, -1.0, 0.5]
