@@ -396,7 +396,7 @@ MINSNAP_EXPORT std::int32_t minsnap_many_gradients(const double *points, const d
                                                    double *costs, double *slopes, double *displacements,
                                                    std::int32_t *statuses) {
     if (count < 0 || !ascending(offsets, count)) return int(Status::bad_size);
-    for_all<8>(count, threads, statuses, [&](Integer b) {
+    for_all(count, 8, threads, statuses, [&](Integer b) {
         const Integer first = offsets[b], legs = offsets[b + 1] - first, state = b * (half - 1) * dim;
         if (!well_sized(half, legs, dim, 0)) return Status::bad_size;
         ChainProblem chain;

@@ -17,6 +17,15 @@ namespace {
 
 constexpr std::int64_t small = 2048, large = 1 << 20;  // doubles: of a result kept in the first cache; of results beyond all
 
+// How many problems a thread takes at once: of results beyond all caches those of nearly 2 MB, since two threads that write
+// side by side would both ask the system for the same fresh page of 2 MB, and both would clear it. Whole pages would be
+// worse: places a power of two apart lie in the same banks of the memory.
+std::int64_t chunk_of(std::int64_t count, std::int64_t all, std::int32_t threads) {
+    constexpr std::int64_t part = (15 << 17) / sizeof(double), least = 64;
+    if (all < large) return least;
+    return std::max(least, std::min(count * part / all, count / (4 * std::max(threads, 1))));
+}
+
 // The optimum of one problem of many, whose results are ``all`` doubles together.
 Status solve_one(const ChainProblem &chain, int half, std::int64_t all, double *out) {
     Spread spread;
@@ -44,13 +53,14 @@ MINSNAP_EXPORT std::int32_t minsnap_many(const double *points, const double *dur
     using namespace minsnap;
     if (count < 0 || dim < 1 || half < 2 || !ascending(offsets, count))
         return static_cast<std::int32_t>(Status::bad_size);
-    for_all<64>(count, threads, statuses, [&](std::int64_t b) {
+    const std::int64_t all = offsets[count] * 2 * half * dim;
+    for_all(count, chunk_of(count, all, threads), threads, statuses, [=](std::int64_t b) {
         const std::int64_t first = offsets[b], state = b * (half - 1) * dim;
         ChainProblem chain;
         chain.points = points + (first + b) * dim, chain.durations = durations + first;
         chain.legs = offsets[b + 1] - first, chain.stride = dim;
         chain.start = starts ? starts + state : nullptr, chain.end = ends ? ends + state : nullptr;
-        const Status status = solve_one(chain, half, offsets[count] * 2 * half * dim, out + first * 2 * half * dim);
+        const Status status = solve_one(chain, half, all, out + first * 2 * half * dim);
         if (status == Status::done) write_breaks(chain.durations, chain.legs, breaks + first + b);
         return status;
     }, settle_copies);
@@ -69,7 +79,7 @@ MINSNAP_EXPORT std::int32_t minsnap_evaluate_many(const double *points, const do
     using namespace minsnap;
     if (count < 0 || dim < 1 || degree < 0 || instants < 0 || order < 0 || order > degree || !ascending(offsets, count))
         return static_cast<std::int32_t>(Status::bad_size);
-    for_all<64>(count, threads, statuses, [&](std::int64_t b) {
+    for_all(count, 64, threads, statuses, [&](std::int64_t b) {
         const std::int64_t first = offsets[b];
         const PiecewiseCurve curve = {points + first * (degree + 1) * dim, durations + first,      breaks + first + b,
                                       offsets[b + 1] - first,              degree, dim};

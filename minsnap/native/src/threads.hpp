@@ -1,8 +1,6 @@
-// A call's work shared among threads.  Each begins with a run of chunks of its own and then helps the others: two that
-// write side by side would both ask the system for the same fresh page of up to 2 MB, and both would clear it.
+// A call's work shared among threads: chunks are taken in turn, so what is computed does not depend on their number.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #if !defined(_WIN32)
@@ -21,14 +19,13 @@ public:
     // Call task(chunk) for 0 ... count - 1 on so many threads, the caller's among them.  A thread that cannot be had is
     // done without.
     void run(int threads) {
-        runs_ = static_cast<int>(std::max<std::int64_t>(1, std::min<std::int64_t>({threads, most_threads, count_})));
-        for (int run = 0; run < runs_; ++run) next_[run] = first(run);
 #if defined(_WIN32)
+        (void)threads;
         work();
 #else
         pthread_t started[most_threads];
         int running = 0;
-        for (int i = 1; i < runs_; ++i)
+        for (int i = 1; i < threads && i < most_threads && i < count_; ++i)
             if (pthread_create(&started[running], nullptr, &Chunks::enter, this) == 0) ++running;
         work();
         for (int i = 0; i < running; ++i) pthread_join(started[i], nullptr);
@@ -41,22 +38,15 @@ private:
         return nullptr;
     }
 
-    std::int64_t first(int run) const { return count_ * run / runs_; }
-
     void work() {
-        const int own = joined_++;
-        for (int i = 0; i < runs_; ++i) {
-            const int run = (own + i) % runs_;
-            const std::int64_t end = first(run + 1);
-            for (std::int64_t chunk = next_[run]++; chunk < end; chunk = next_[run]++) task_(chunk);
-        }
+        const Task task = task_;  // what other threads write beside the caller's would slow all of them down
+        const std::int64_t count = count_;
+        for (std::int64_t chunk = next_++; chunk < count; chunk = next_++) task(chunk);
     }
 
     std::int64_t count_;
     Task &task_;
-    int runs_ = 1;
-    std::atomic<int> joined_{0};
-    std::atomic<std::int64_t> next_[most_threads];  // of each run, the chunk to be taken next
+    std::atomic<std::int64_t> next_{0};
 };
 
 }  // namespace minsnap

@@ -37,7 +37,7 @@ MINSNAP_EXPORT std::int32_t minsnap_many_tubes(const double *points, const doubl
     using namespace minsnap;
     if (count < 0 || dim < 1 || half < least_half || half > most_half || !ascending(offsets, count))
         return std::int32_t(Status::bad_size);
-    for_all<8>(count, threads, statuses, [&](std::int64_t b) {
+    for_all(count, 8, threads, statuses, [&](std::int64_t b) {
         const std::int64_t first = offsets[b], legs = offsets[b + 1] - first;
         const TubeProblem given = {points + (first + b) * dim, durations + first, widths + first, legs, dim, half, false};
         Status status = Status::no_progress;
