@@ -17,6 +17,7 @@ class Status(IntEnum):
     NOT_PROVED = 6
     INFEASIBLE = 7
     NO_PROGRESS = 8
+    SPENT = 9
 
     @property
     def reason(self) -> str:
@@ -34,4 +35,5 @@ _REASONS = {
     Status.NOT_PROVED: "the native core did not prove its answer",
     Status.INFEASIBLE: "the native core found no answer",
     Status.NO_PROGRESS: "the native core made no progress",
+    Status.SPENT: "the native core worked on it for as long as a problem is worth",
 }

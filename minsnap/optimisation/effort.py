@@ -1,45 +1,64 @@
-"""How much work one problem is worth: counted, not timed, so that it ends alike on every machine."""
+"""How much work one problem is worth: counted, not timed, so that it ends alike on every machine.
+
+The unit is about a nanosecond of one processor.  A call of a solver counts by its rows and unknowns and by what the
+solver was measured to take for them.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from minsnap.optimisation.qp import DENSE
+MOST = 4e8
+"""Work that ten legs are worth."""
 
-MOST = 5e7
-"""Work for ten legs, in units of one to some ten nanoseconds."""
+SHARED = 0.25
+"""Share of it where others work on the problem too: the native core before, or one polynomial per leg after."""
 
-AT_ONCE = 30.0
-"""How much less a QP takes that the first solver answers."""
+EXPLAINED = 2.5
+"""The same where the least width that would do is looked for, to a thousandth."""
 
-ALONE = 20.0
-"""How much more a problem is worth for which no simpler curve is known."""
+PRICES = {
+    "daqp": (1e5, 45.0, 0.3),
+    "piqp": (1e5, 300.0, 2.0),
+    "clarabel": (1e5, 300.0, 100.0),
+    "nnls": (1e5, 0.0, 5.0),
+}
+"""Work of a call, for each entry of its rows, and for each of these times the entries of a row.
+
+Other solvers count as Clarabel; with non-negative least squares it is times the rows with which it ends.
+"""
 
 
 @dataclass(eq=False)
 class Effort:
-    """Work on all QPs of a problem.
+    """Work on all programmes of a problem.
 
     Parameters
     ----------
     legs : int
         More than ten are worth more in proportion.
+    share : float
+        Share of what the problem is worth that may be spent here.
     spent : float
         Work so far.
-    alone : bool
-        Whether no curve inside all walls is known that could be taken instead.
     """
 
     legs: int
+    share: float = 1.0
     spent: float = 0.0
-    alone: bool = False
 
     @property
     def over(self) -> bool:
         """Whether the problem is worth no more."""
-        worth = MOST * (ALONE if self.alone else 1.0)
-        return self.spent > worth * max(1.0, self.legs / 10.0)
+        return self.spent > self.share * MOST * max(1.0, self.legs / 10.0)
 
-    def spend(self, rows: int, unknowns: int, width: int, at_once: bool) -> None:
+    def spend(self, solver: str, rows: int, unknowns: int, width: float) -> None:
         """Count one call of a solver, for rows with ``width`` entries other than zero."""
-        self.spent += (rows + unknowns) * width * (width + DENSE) / (AT_ONCE if at_once else 1.0)
+        call, entry, pair = PRICES.get(solver, PRICES["clarabel"])
+        self.spent += call + (rows + unknowns) * width * (entry + pair * width)
+
+    def spend_on_least_squares(self, rows: int, unknowns: int, active: int) -> bool:
+        """Count one call of non-negative least squares; whether the problem is worth more."""
+        call, _, pair = PRICES["nnls"]
+        self.spent += call + pair * rows * unknowns * (active + 1)
+        return not self.over

@@ -20,6 +20,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
+from minsnap.optimisation.effort import EXPLAINED, Effort
 from minsnap.optimisation.linear_rows import LinearRows
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.qp import ACCURACY as SOLVED
@@ -145,6 +146,8 @@ class Elastic:
     problem : Problem
     compiled : Compiled
     give : Give
+    effort : Effort, optional
+        What its solvers may spend; unless given, what a problem is worth where its least width is looked for.
     seed : WallRows, optional
         Rows to begin with, beside those of every wall.
     accuracy : float
@@ -162,6 +165,7 @@ class Elastic:
         problem: Problem,
         compiled: Compiled,
         give: Give,
+        effort: Effort | None = None,
         seed: WallRows | None = None,
         accuracy: float = ACCURACY,
         evident: bool = False,
@@ -169,6 +173,7 @@ class Elastic:
         sign: bool = False,
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, problem.values, compiled, give
+        self.effort = effort or Effort(len(problem.durations), EXPLAINED)
         self.accuracy, self.evident, self.inward, self.sign = accuracy, evident, inward, sign
         self.linear = LinearRows(problem, self.base)
         self.ends = problem.plain_ends(self.base)
@@ -181,7 +186,8 @@ class Elastic:
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
 
-        After ``ROUNDS`` solves the slacks are from below, or with ``inward`` those that the last curve needs.
+        After ``ROUNDS`` solves or the effort the slacks are from below, or with ``inward`` those that the last curve
+        needs, which is also where it ends once the curve sticks out by no more than that.
 
         Raises
         ------
@@ -192,18 +198,19 @@ class Elastic:
             return Relaxed(self.base, self._needed(self.base), None, self.multipliers, 0, np.zeros(0))
         knots, slacks = self._solve()
         rounds = 1
-        while rounds < ROUNDS:
+        while True:
             given = self._amounts(slacks)
             curve = Curve(self.problem, self.compiled.relaxed(given), knots)
             found, excess = rows_outside(curve, self.rows, self.multipliers, self.accuracy)
             if not found or (self.sign and self._known(slacks, excess)):
                 break
+            if rounds == ROUNDS or self.effort.over or excess <= self.moved:
+                slacks = np.maximum(slacks, self._needed(knots)) if self.inward else slacks
+                break
             self.rows = self.rows.joined(self._expressed([self._unrelaxed(rows, given) for rows in found]))
             self.moved = self.inward if slacks.max() > ACCURACY else 0.0
             knots, slacks = self._solve()
             rounds += 1
-        else:
-            slacks = np.maximum(slacks, self._needed(knots)) if self.inward else slacks
         self.moved = 0.0
         evidence = self._evidence() if self.evident and slacks.max() > self.accuracy else np.zeros(0)
         return Relaxed(knots, slacks, self.rows, self.multipliers, rounds, evidence)
@@ -269,7 +276,7 @@ class Elastic:
             answer = self._attempt(*way)
             if answer is not None:
                 found.append((way, answer))
-                if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()):
+                if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()) or self.effort.over:
                     break
         if not found:
             raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")
@@ -308,7 +315,9 @@ class Elastic:
         moved = coo_matrix((-moves, (gives, self.give.group[wall[gives]])), shape=(len(right), m))
         parts = [[coordinates.A, None], [rows, moved], [csc_matrix((m, n)), -identity(m)]]
         sides = np.concatenate((coordinates.b, right, np.full(m, -self.give.lowest)))
-        found = _least_sum(bmat(parts, format="csc"), sides, len(coordinates.b), m, solver)
+        system = bmat(parts, format="csc")
+        self.effort.spend(NAMES[solver], system.shape[0], system.shape[1], system.nnz / system.shape[0])
+        found = _least_sum(system, sides, len(coordinates.b), m, solver)
         if found is None:
             return None
         x, multipliers, broken, lost = found
@@ -366,6 +375,9 @@ def _by_piqp(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tu
     solver.setup(np.zeros((len(linear), len(linear))), linear, *equations, dense[equal:], below, sides[equal:])
     solver.solve()
     return np.array(solver.result.x), np.concatenate((solver.result.y, solver.result.z_u))
+
+
+NAMES: dict[Solver, str] = {_by_clarabel: "clarabel", _by_piqp: "piqp"}
 
 
 def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:

@@ -253,22 +253,12 @@ def _with_room(last: Attempt) -> Attempt:
         return last
     give = Give(np.zeros(count, dtype=np.intp), np.ones(count), 1, -NEAR)
     try:
-        found = Elastic(last.problem, compiled, give, accuracy=ACCURACY, sign=True).run()
+        found = Elastic(last.problem, compiled, give, last.master.effort, accuracy=ACCURACY, sign=True).run()
     except SolverError:
         return last
     if found.slacks[0] > APPARENT:
         raise InfeasibleRowsError
     return replace(last, inner=found.knots) if found.slacks[0] < 0.0 else last
-
-
-def _simpler(last: Attempt) -> bool:
-    """Whether there is a curve to take instead: one polynomial per leg, or a curve with room that is proved."""
-    if last.single is not None:
-        return True
-    if last.inner is None:
-        return False
-    curve = _joined(last, replace(last.state.nearest, knots=last.inner))
-    return last.proof is None or last.proof(replace(last.state, curve=curve))
 
 
 def _joined(last: Attempt, curve: Curve) -> Curve:
@@ -335,7 +325,6 @@ def climb(first: Attempt) -> tuple[Attempt, tuple[str, ...]]:
     last, taken, number = first, ("next solver",) if first.state.failed else (), 0
     if last.trouble not in (None, LATE) and not last.once and not straight_inside(last.state.curve):
         last = _with_room(last)
-        last.master.effort.alone = not _simpler(last)
     while last.trouble is not None and number < len(LADDER):
         rung = LADDER[number]
         fits = last.trouble in rung.after and rung.when(last)

@@ -5,6 +5,8 @@ C. L. Lawson and R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 2
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray, IntArray
@@ -13,12 +15,21 @@ from minsnap.tolerances import ROUNDING
 KEPT = 1e-14
 """Violation of a normalised row, beside the solution, that is rounding."""
 
+Spend = Callable[[int, int, int], bool]
+"""Counts a call of non-negative least squares with so many rows, unknowns and multipliers; whether more may follow."""
+
 RESCALINGS = 6
 """How often a least-distance problem is scaled again so that its solution is of order one."""
 
 
 def least_distance(
-    G: FloatArray, h: FloatArray, A: FloatArray | None, b: FloatArray | None, q: FloatArray, active: BoolArray | None
+    G: FloatArray,
+    h: FloatArray,
+    A: FloatArray | None,
+    b: FloatArray | None,
+    q: FloatArray,
+    active: BoolArray | None,
+    spend: Spend | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
     r"""Minimise :math:`|x|^2 / 2 + q^\top x` over :math:`Gx \le h`, :math:`Ax = b`.
 
@@ -27,11 +38,13 @@ def least_distance(
     active : ndarray of bool, shape (a,), optional
         Which of the first a rows of G were active in a similar problem.  The time grows fast with the rows, so it
         begins with those and the ones that follow, and takes in others as they are broken.
+    spend : callable, optional
+        Counts the calls of non-negative least squares, and ends them.
 
     Returns
     -------
     x, multipliers, equality_multipliers : ndarray
-        None if the rows contradict each other.
+        None if the rows contradict each other, or ``spend`` ended it.
     """
     rows, bounds = (G, h) if A is None or b is None else (np.vstack((G, A, -A)), np.concatenate((h, b, -b)))
     bounds = bounds + rows @ q
@@ -40,7 +53,7 @@ def least_distance(
         used[: len(active)] = active
     multipliers = np.zeros(len(rows))
     while True:
-        found = _least_norm(rows[used], bounds[used])
+        found = _least_norm(rows[used], bounds[used], spend)
         if found is None:
             return None
         x, multipliers[used] = found
@@ -54,7 +67,7 @@ def least_distance(
     return x - q, multipliers[:inequalities], both[:equalities] - both[equalities:]
 
 
-def _least_norm(rows: FloatArray, bounds: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+def _least_norm(rows: FloatArray, bounds: FloatArray, spend: Spend | None) -> tuple[FloatArray, FloatArray] | None:
     """Point of least norm within rows, and their multipliers; None where there is none."""
     from scipy.optimize import nnls
 
@@ -64,6 +77,8 @@ def _least_norm(rows: FloatArray, bounds: FloatArray) -> tuple[FloatArray, Float
         try:
             weights, _ = nnls(dual, np.eye(len(dual))[-1], maxiter=50 * dual.shape[1])
         except RuntimeError:
+            return None
+        if spend is not None and not spend(len(rows), rows.shape[1], int(np.count_nonzero(weights))):
             return None
         residual = dual @ weights
         residual[-1] -= 1.0

@@ -159,14 +159,14 @@ class MasterQP:
         suited = tuple(solver for solver in self.solvers if group.whitened or solver != "nnls")
         width = len(group.columns) if group.whitened else 2 * self.problem.half * self.problem.dim
         for number, solver in enumerate(suited):
-            found = solve_qp(asked, solver, active=active)
-            at_once = found is not None and not number and solver != "nnls"
-            self.effort.spend(len(chosen), len(group.columns), width, at_once)
+            if solver != "nnls":
+                self.effort.spend(solver, len(chosen), len(group.columns), width)
+            if number and self.effort.over:
+                break
+            found = solve_qp(asked, solver, active=active, spend=self.effort.spend_on_least_squares)
             if found is not None:
                 multipliers = 2.0 * size * found.multipliers / norms
                 return GroupAnswer(size * found.x, multipliers, solver, suited[:number])
-            if self.effort.over:
-                break
         raise InfeasibleRowsError
 
     def _near(
@@ -185,7 +185,7 @@ class MasterQP:
             shift * rows.width[chosen] / norms,
         )
         found = solve_near(asked, last, near, room / size)
-        self.effort.spend(len(chosen), len(near), 2 * self.problem.half * self.problem.dim, True)
+        self.effort.spend(known.solver, len(chosen), len(near), 2 * self.problem.half * self.problem.dim)
         if found is None:
             return None
         return GroupAnswer(size * found.x, 2.0 * size * found.multipliers / norms, known.solver)

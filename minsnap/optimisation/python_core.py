@@ -9,7 +9,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.deadline import LateError
 from minsnap.errors import CorridorError, SolverError
-from minsnap.optimisation.effort import Effort
+from minsnap.optimisation.effort import SHARED, Effort
 from minsnap.optimisation.exchange import State, Trouble
 from minsnap.optimisation.fallbacks import Attempt, Single, climb, first_attempt, optimum
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
@@ -32,15 +32,20 @@ def solved_in_python(
     gap: float,
     prove: bool,
     single: Single | None,
+    spent: bool,
 ) -> SolvedTask:
-    """Solve with the Python core; the arguments are those of ``solve``, and what finds a curve of one piece per leg."""
+    """Solve with the Python core.
+
+    The arguments are those of ``solve``, what finds a curve of one piece per leg, and whether the native core has
+    worked on it for as long as a problem is worth.
+    """
     problem = task.problem(durations, units)
     base = unbounded_optimum(problem)
     compiled = compile_walls(task, problem, units)
     once = samples is not None
     seed = seed if samples is None else _sampled(problem, base, compiled, samples)
     proof = (lambda state: SolvedTask(task, durations, units, _bare(state), problem).inside) if prove else None
-    effort = Effort(task.legs)
+    effort = Effort(task.legs, SHARED if spent or single is not None else 1.0)
     first = first_attempt(problem, base, compiled, task.solver, effort, seed, proof, gap, task.deadline, once, single)
     last, rungs = climb(first)
     if last.trouble is not None:

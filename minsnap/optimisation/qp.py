@@ -12,7 +12,7 @@ import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray
 from minsnap.errors import UnknownSolverError
-from minsnap.optimisation.least_distance import least_distance
+from minsnap.optimisation.least_distance import Spend, least_distance
 from minsnap.tolerances import ROUNDING
 
 DENSE = 150
@@ -97,6 +97,7 @@ def solve_qp(
     active: BoolArray | None = None,
     weight: float = 1.0,
     accuracy: float = ACCURACY,
+    spend: Spend | None = None,
 ) -> Solution | None:
     """Solve a programme, or return None if the solver fails or gives an answer that fails the check.
 
@@ -111,15 +112,17 @@ def solve_qp(
         Which of the first a rows were active in a similar programme: where ``"nnls"`` begins.
     accuracy : float
         Relative duality gap that is accepted.
+    spend : callable, optional
+        Counts the calls of non-negative least squares, and ends them.
     """
-    found = _nearest(asked, active, weight) if solver == "nnls" else _through_qpsolvers(asked, solver)
+    found = _nearest(asked, active, weight, spend) if solver == "nnls" else _through_qpsolvers(asked, solver)
     return found if found is not None and _holds(asked, found, tiny, accuracy) else None
 
 
-def _nearest(asked: Programme, active: BoolArray | None, weight: float) -> Solution | None:
+def _nearest(asked: Programme, active: BoolArray | None, weight: float, spend: Spend | None) -> Solution | None:
     if asked.G is None or asked.h is None:
         return None
-    answer = least_distance(asked.G, asked.h, asked.A, asked.b, asked.q / weight, active)
+    answer = least_distance(asked.G, asked.h, asked.A, asked.b, asked.q / weight, active, spend)
     return None if answer is None else Solution(answer[0], weight * answer[1], weight * answer[2], "nnls")
 
 

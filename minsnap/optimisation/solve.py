@@ -11,6 +11,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
+from minsnap.native.status import Status
 from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.problem import Task
@@ -61,7 +62,7 @@ def solve(
     native = _solved_natively(task, units, durations, gap, prove)
     if isinstance(native, SolvedTask):
         return native
-    found = _solved_in_python(task, durations, units, samples, seed, gap, prove)
+    found = _solved_in_python(task, durations, units, samples, seed, gap, prove, native == Status.SPENT.reason)
     return replace(found, optimum=replace(found.optimum, handed_over=native))
 
 
@@ -102,12 +103,13 @@ def _solved_in_python(
     seed: WallRows | None,
     gap: float,
     prove: bool,
+    spent: bool = False,
 ) -> SolvedTask:
     from minsnap.optimisation.python_core import solved_in_python
 
     smooth = task.continuity == task.half - 1
     single = partial(_in_one_piece, task, durations, units, gap) if task.pieces > 1 and smooth and not samples else None
-    return solved_in_python(task, durations, units, samples, seed, gap, prove, single)
+    return solved_in_python(task, durations, units, samples, seed, gap, prove, single, spent)
 
 
 def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -> FloatArray | None:

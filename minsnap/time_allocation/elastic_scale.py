@@ -95,7 +95,7 @@ class ElasticScale:
 
     def _relaxed(self, problem: Problem) -> Relaxed:
         compiled = compile_walls(self.task, problem, self.units)
-        return Elastic(problem, compiled, give_limits(compiled), self.seed).run()
+        return Elastic(problem, compiled, give_limits(compiled), seed=self.seed).run()
 
 
 def give_limits(compiled: Compiled) -> Give:

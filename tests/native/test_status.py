@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +15,15 @@ from helpers.tasks import REFERENCE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import minsnap
 from minsnap.native.corridor import CorridorQuestion, WallArrays, solve_corridor
 from minsnap.native.library import core
 from minsnap.native.status import Status
 from minsnap.native.tube import tube_optimum
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+from corners import problem
 
 pytestmark = pytest.mark.skipif(core().library is None, reason="there is no native core")
 
@@ -70,6 +76,13 @@ def test_a_wall_on_a_high_derivative_that_no_curve_can_change_is_no_progress():
     planes = replace(walls, order=np.full_like(walls.order, 4), normal=np.zeros_like(walls.normal), bound=-walls.width)
     question = replace(tube_question(REFERENCE, DURATIONS, 0.3), walls=planes)
     assert solve_corridor(question).status is Status.NO_PROGRESS
+
+
+def test_a_request_that_is_too_much_work_is_handed_over_for_that_reason():
+    points, durations, width, degree, pieces = problem(12)
+    many = minsnap.plan(points, durations, corridor=width, degree=degree, pieces=pieces, dim=points.shape[1])
+    assert many.report.handed_over == Status.SPENT.reason
+    assert minsnap.certify(many, points, width).ok
 
 
 def drawn(data, *shape):

@@ -48,8 +48,8 @@ public:
 
 private:
     static constexpr int most_rounds = 1000, most_tries = 8, shortest_pause = 3;
-    // Products of vectors' entries, about, after which it gives up: a third of a second or so in either precision.
-    static constexpr double most_work = sizeof(Real) > 8 ? 1e8 : 5e8;
+    // Products of vectors' entries, about, after which it gives up: 0.2 to 0.4 s in either precision.
+    static constexpr double most_work = sizeof(Real) > 8 ? 6e7 : 5e8;
     static constexpr Real absurd = Real(1e6);        // times the cost of stops at all knots: rounding has taken over
     static constexpr Real most_inward = Real(1e-3);  // share of their widths by which walls move
     static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);  // of Aim::near: excess, over walls moved so
@@ -161,7 +161,8 @@ private:
                 pause_ = largest(pause_, 2);
             }
             if (pause_ == 0 && near_rows() && moved()) continue;
-            if (work_ > most_work || !(active.squared_distance() < most_cost_)) return Status::no_progress;
+            if (work_ > most_work) return Status::spent;
+            if (!(active.squared_distance() < most_cost_)) return Status::no_progress;
             if (pause_ > 0) --pause_;
             const Status status = take_in();
             if (status != Status::done) return status;

@@ -28,6 +28,7 @@ MINSNAP_EXPORT const char *minsnap_status_name(std::int32_t status) {
         case Status::not_proved: return "NOT_PROVED";
         case Status::infeasible: return "INFEASIBLE";
         case Status::no_progress: return "NO_PROGRESS";
+        case Status::spent: return "SPENT";
     }
     return nullptr;
 }

@@ -14,7 +14,8 @@ enum class Status : std::int32_t {
     singular = 5,     // a pivot is not positive to working precision
     not_proved = 6,   // an answer was found, but not proved; the output must not be used
     infeasible = 7,   // no answer seems to exist; only a guess, to be settled elsewhere
-    no_progress = 8,  // the iteration stalled or reached its limit
+    no_progress = 8,  // the iteration stalled or reached its limit of rounds
+    spent = 9,        // it took as much work as a request is worth
 };
 
 }  // namespace minsnap

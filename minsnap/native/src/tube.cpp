@@ -7,7 +7,8 @@
 #include "for_all.hpp"
 #include "unconstrained.hpp"
 
-// The curve of least cost from rest to rest that stays inside the tube at every instant, which is proved. shared: one
+// The curve of least cost from rest to rest that stays inside the tube at every instant, which is proved, in double
+// precision: ``minsnap_corridor``, which the caller asks next, has more. shared: one
 // half-width for all legs. Out: control points (legs, 2k, dim) [m], instants of the knots (legs + 1,) [s], and figures
 // (4,): cost and lower bound [m^2/s^(2k-1)], contacts, rounds.
 MINSNAP_EXPORT std::int32_t minsnap_tube(const double *points, const double *durations, const double *widths,
@@ -17,7 +18,7 @@ MINSNAP_EXPORT std::int32_t minsnap_tube(const double *points, const double *dur
     const TubeProblem given = {points, durations, widths, legs, dim, half, shared != 0};
     TubeWalls walls;
     TubeAnswer found;
-    const Status status = solve_tube(given, gap, out, walls, found);
+    const Status status = solve_tube(given, gap, false, out, walls, found);
     if (status != Status::done) return std::int32_t(status);
     write_breaks(durations, legs, breaks);
     const double unit = cost_unit(given, walls);
@@ -44,7 +45,7 @@ MINSNAP_EXPORT std::int32_t minsnap_many_tubes(const double *points, const doubl
         for (double share = gap; status != Status::done; share = most_gap) {
             TubeWalls walls;
             TubeAnswer found;
-            status = solve_tube(given, share, out + first * 2 * half * dim, walls, found);
+            status = solve_tube(given, share, true, out + first * 2 * half * dim, walls, found);
             if (status != Status::done && share < most_gap) continue;
             if (status != Status::done) return status;
             write_breaks(given.durations, legs, breaks + first + b);

@@ -120,13 +120,16 @@ inline Status request_tube(const TubeProblem &given, double gap, TubeWalls &wall
     return check_request(request);
 }
 
-// Find the curve of least cost, proved to be inside; points (legs, 2k, dim).
-inline Status solve_tube(const TubeProblem &given, double gap, double *points, TubeWalls &walls, TubeAnswer &found) {
+// Find the curve of least cost, proved to be inside; points (legs, 2k, dim). longest: where double precision does not end
+// with a proof, try the longest floating type too.
+inline Status solve_tube(const TubeProblem &given, double gap, bool longest, double *points, TubeWalls &walls,
+                         TubeAnswer &found) {
     Request request = {};
-    Status status = request_tube(given, gap, walls, request);
-    if (status == Status::done && !found.allocate(given, points)) status = Status::no_memory;
+    const Status status = request_tube(given, gap, walls, request);
+    if (status != Status::done) return status;
+    if (!found.allocate(given, points)) return Status::no_memory;
     std::int64_t attempts = 0;
-    return status == Status::done ? solve_request(request, found.answer, attempts) : status;
+    return longest ? solve_request(request, found.answer, attempts) : solve_in_double(request, found.answer);
 }
 
 // What a normalised cost is worth [m^2/s^(2k-1)].
