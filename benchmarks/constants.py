@@ -46,7 +46,7 @@ CONSTANTS = (
     (fallbacks, "NOISE"),
     (effort, "MOST"),
     (effort, "SHARED"),
-    (effort, "EXPLAINED"),
+    (effort, "ALONE"),
     (high_precision, "DIGITS"),
     (least_distance, "KEPT"),
     (least_distance, "RESCALINGS"),

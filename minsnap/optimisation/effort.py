@@ -14,8 +14,8 @@ MOST = 4e8
 SHARED = 0.25
 """Share of it where others work on the problem too: the native core before, or one polynomial per leg after."""
 
-EXPLAINED = 2.5
-"""The same where the least width that would do is looked for, to a thousandth."""
+ALONE = 2.5
+"""The same where stop-and-go is not inside, and where the least width that would do is looked for."""
 
 PRICES = {
     "daqp": (1e5, 45.0, 0.3),

@@ -20,7 +20,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
-from minsnap.optimisation.effort import EXPLAINED, Effort
+from minsnap.optimisation.effort import ALONE, Effort
 from minsnap.optimisation.linear_rows import LinearRows
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.qp import ACCURACY as SOLVED
@@ -173,7 +173,7 @@ class Elastic:
         sign: bool = False,
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, problem.values, compiled, give
-        self.effort = effort or Effort(len(problem.durations), EXPLAINED)
+        self.effort = effort or Effort(len(problem.durations), ALONE)
         self.accuracy, self.evident, self.inward, self.sign = accuracy, evident, inward, sign
         self.linear = LinearRows(problem, self.base)
         self.ends = problem.plain_ends(self.base)

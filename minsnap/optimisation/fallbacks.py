@@ -16,7 +16,7 @@ from minsnap.arrays import FloatArray
 from minsnap.deadline import NEVER, Deadline
 from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import floating
-from minsnap.optimisation.effort import Effort
+from minsnap.optimisation.effort import ALONE, Effort
 from minsnap.optimisation.elastic import ACCURACY as APPARENT
 from minsnap.optimisation.elastic import Elastic, Give
 from minsnap.optimisation.exchange import NEAR, Proof, State, Trouble, begun, exchange, solved_once
@@ -324,6 +324,7 @@ def climb(first: Attempt) -> tuple[Attempt, tuple[str, ...]]:
     """
     last, taken, number = first, ("next solver",) if first.state.failed else (), 0
     if last.trouble not in (None, LATE) and not last.once and not straight_inside(last.state.curve):
+        last.master.effort.share = ALONE
         last = _with_room(last)
     while last.trouble is not None and number < len(LADDER):
         rung = LADDER[number]

@@ -120,3 +120,7 @@ def test_a_problem_without_a_simpler_curve_is_solved():
     """Three rungs reach a start that flies towards a wall 1 cm ahead at 3 m/s, where no curve has room to spare."""
     traj = minsnap.plan(**question("half-spaces", 84067)[1])
     assert traj.report.rungs.count("inward shift") == 3
+
+
+def test_a_problem_whose_stop_and_go_is_outside_is_worth_more():
+    assert minsnap.plan(**question("round tubes", 96125)[1]).report.rungs[-1] == "blend"
