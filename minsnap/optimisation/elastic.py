@@ -367,7 +367,7 @@ def _by_piqp(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tu
     import piqp
 
     solver = piqp.DenseSolver()
-    settings, accuracy = solver.settings, TOLERANCES["clarabel"]["tol_feas"]
+    settings, accuracy = solver.settings, TOLERANCES["piqp"]["eps_abs"]
     settings.eps_abs = settings.eps_rel = settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = accuracy
     settings.max_iter = TOLERANCES["piqp"]["max_iter"]
     dense, below = rows.toarray(), np.full(len(sides) - equal, -np.inf)

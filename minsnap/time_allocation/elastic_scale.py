@@ -43,10 +43,12 @@ class ElasticScale:
         Its walls include those of the limits.
     shares : ndarray, shape (legs,)
         Durations whose proportions are kept [s].
+    found : Relaxed
+        Of the limits at these durations, as ``give_limits`` says.
     """
 
-    def __init__(self, task: Task, shares: FloatArray) -> None:
-        self.task, self.shares = task, shares
+    def __init__(self, task: Task, shares: FloatArray, found: Relaxed) -> None:
+        self.task, self.shares, self.found = task, shares, found
         self.units = task.units(task.piece_durations(shares))
         self.scale = 0.0
         self.seed: WallRows | None = None
@@ -63,8 +65,10 @@ class ElasticScale:
         until it is not.
         """
         steep: FloatArray | None = None
+        found: Relaxed | None = self.found
         for _ in range(NEWTON_STEPS):
-            slack, slopes = self.relaxation(shares * np.exp(self.scale))
+            slack, slopes = self._relaxation(shares * np.exp(self.scale), found)
+            found = None
             total = float(slopes.sum())
             if total > -FLAT:
                 if slack > CLOSE:
@@ -82,10 +86,10 @@ class ElasticScale:
             raise nothing_limits(sorted({wall.name for wall in self.task.walls if wall.order}))
         raise SolverError("no durations were found at which the corridor and the limits agree")
 
-    def relaxation(self, durations: FloatArray) -> tuple[float, FloatArray]:
+    def _relaxation(self, durations: FloatArray, known: Relaxed | None) -> tuple[float, FloatArray]:
         r"""Return :math:`\tau` at these leg durations, and :math:`T_i \partial\tau / \partial T_i`, shape (legs,)."""
         problem = self.task.problem(self.task.piece_durations(durations), self.units)
-        found = self._relaxed(problem)
+        found = known or self._relaxed(problem)
         rows, multipliers = found.rows, found.multipliers
         if rows is None:
             return LOWEST, np.zeros(len(durations))

@@ -65,7 +65,7 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverErro
     if proof is None:
         return SolverError(f"{UNPROVED}give more time, or loosen the limits")
     leg, instant = hardest_pressed(task, problem, units, found)
-    stretch = ElasticScale(task, leg_sums(durations, task.pieces)).factor()
+    stretch = ElasticScale(task, leg_sums(durations, task.pieces), found).factor()
     message = (
         f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s; "
         f"{stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"
