@@ -136,13 +136,16 @@ class Contradiction:
         return replace(self, rows=rows, joints=joints)
 
     def refined(self) -> Contradiction | None:
-        """Return it with multipliers of which less is left, with which it verifies; None where three steps fail."""
+        """Return it with multipliers with which it verifies, its own or refined ones; None where three steps fail.
+
+        No more steps are taken than needed: each may also take away from the contradiction.
+        """
         exact, multipliers = ExactRows(self.task, self.durations, self.rows, self.joints), self._multipliers
         for _ in range(3):
-            multipliers = exact.refined(multipliers)
             if exact.contradict(multipliers):
-                return self.with_multipliers(multipliers)
-        return None
+                break
+            multipliers = exact.refined(multipliers)
+        return self.with_multipliers(multipliers) if exact.contradict(multipliers) else None
 
 
 class ExactRows:
@@ -280,6 +283,8 @@ def _dot(left: list[Fraction], right: list[Fraction]) -> Fraction:
 def find_contradiction(task: Task, durations: FloatArray, problem: Problem, found: Relaxed) -> Contradiction | None:
     """Find rows of an elastic solve that contradict each other, and prove it; None where that fails.
 
+    The multipliers tried are those of least squares, which are few, then those of the least slack.
+
     Parameters
     ----------
     task : Task
@@ -288,13 +293,17 @@ def find_contradiction(task: Task, durations: FloatArray, problem: Problem, foun
         [s].
     """
     rows = found.rows
-    if rows is None or not found.evidence.any():
+    if rows is None:
         return None
-    walls, pressed = native_walls(task), np.flatnonzero(found.evidence)
-    chosen = [_pressed(walls, rows.source, int(i), float(found.evidence[i])) for i in pressed]
-    chosen += _planes(walls)
-    joints = tuple((joint, Fraction(0)) for joint in _joints(problem))
-    return Contradiction(task, durations, tuple(chosen), joints).refined()
+    walls = native_walls(task)
+    planes, joints = _planes(walls), tuple((joint, Fraction(0)) for joint in _joints(problem))
+    of_slack = np.where(found.multipliers > EXACT * found.multipliers.max(), found.multipliers, 0.0)
+    for multipliers in (found.evidence, of_slack):
+        chosen = [_pressed(walls, rows.source, int(i), float(multipliers[i])) for i in np.flatnonzero(multipliers)]
+        proof = Contradiction(task, durations, (*chosen, *planes), joints).refined() if chosen else None
+        if proof is not None:
+            return proof
+    return None
 
 
 def contradicting_joints(task: Task, durations: FloatArray, problem: Problem) -> Contradiction | None:
@@ -319,8 +328,7 @@ def contradicting_joints(task: Task, durations: FloatArray, problem: Problem) ->
     if not left.any():
         return None
     multipliers = [Fraction(-value) for value in (left / sizes).tolist()]
-    found = Contradiction(task, durations, tuple(planes), tuple(joints)).with_multipliers(multipliers)
-    return found if exact.contradict(multipliers) else found.refined()
+    return Contradiction(task, durations, tuple(planes), tuple(joints)).with_multipliers(multipliers).refined()
 
 
 def _planes(walls: WallArrays) -> list[PressedRow]:

@@ -11,6 +11,7 @@ import minsnap
 from minsnap.errors import InfeasibleError
 from minsnap.optimisation import infeasibility
 from minsnap.optimisation.contradiction import ExactRows
+from minsnap.optimisation.elastic import Elastic
 
 SIDEWAYS = {"velocity": (0.0, 3.0, 0.0)}
 LEG = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)]
@@ -152,6 +153,20 @@ def test_pins_that_break_a_continuity_have_a_proof():
     points, pins = [(0, 0, 0), (2, 1, 0), (4, 0, 0)], {1: {"velocity": (1, 1, 0)}}
     refused = refusal(points, [1.5, 0.9], degree=3, continuity=2, pins=pins)
     assert refused.verify()
+
+
+SHORT_LEGS = [(-6.32, 9.3), (-6.07, 9.51), (-4.97, 3.14), (-5.29, 2.93), (-5.31, 0.1), (-4.6, -0.47)]
+
+
+def test_multipliers_that_prove_enough_are_not_refined():
+    """A step of refinement may leave nothing of a contradiction, here where durations differ by a hundred."""
+    durations, start = [0.225, 19.936, 0.171, 5.831, 0.63], {"velocity": (3.315, -1.312)}
+    assert refusal(SHORT_LEGS, durations, degree=11, corridor=0.0725, start=start).verify()
+
+
+def test_multipliers_of_the_slack_prove_what_least_squares_do_not_find(monkeypatch):
+    monkeypatch.setattr(Elastic, "_evidence", lambda self: np.zeros(0))
+    assert CASES["pieces"]().verify()
 
 
 def test_without_a_proof_nothing_is_called_infeasible(monkeypatch):
