@@ -22,6 +22,7 @@ import numpy as np
 from minsnap.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
 from minsnap.errors import CorridorError
 from minsnap.polynomials.enclosures import Enclosure, derivative
+from minsnap.tolerances import EXACT
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -237,9 +238,10 @@ def walls_of(constraints: Sequence[Constraint], waypoints: FloatArray) -> list[W
 
 
 def leg_scales(waypoints: FloatArray) -> FloatArray:
-    """Length of each leg, the mean length if it is zero: the scale of an excess over a single plane [m]."""
+    """Length of each leg, the mean length if it is zero but for rounding: the scale of an excess over a plane [m]."""
     lengths = lengths_of(waypoints)
-    lengths[lengths == 0.0] = lengths.mean() or 1.0
+    mean = lengths.mean()
+    lengths[lengths <= EXACT * mean] = mean or 1.0
     return lengths
 
 

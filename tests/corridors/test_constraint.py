@@ -118,3 +118,4 @@ def test_bounds_on_a_derivative_that_cannot_hold_are_refused_in_a_sentence():
 def test_the_scale_of_a_leg_without_length_is_that_of_the_others():
     assert leg_scales(np.array([(0.0, 0.0), (3.0, 4.0), (3.0, 4.0), (3.0, 8.0)])).tolist() == [5.0, 3.0, 4.0]
     assert leg_scales(np.zeros((2, 2))).tolist() == [1.0]
+    assert leg_scales(np.array([0.0, 2.0, 2.0 + 1e-15])[:, None]) == pytest.approx([2.0, 1.0])
