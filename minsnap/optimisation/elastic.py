@@ -288,7 +288,7 @@ class Elastic:
     def _dense_first(self) -> list[Way]:
         """Ways of solving: dense coordinates where the unknowns are few, first where they are fewest."""
         dense: list[Way] = [(True, _by_piqp), (True, _by_clarabel)] if self.linear.size <= 2 * DENSE else []
-        sparse: list[Way] = [(False, _by_clarabel)]
+        sparse: list[Way] = [(False, _by_clarabel), (False, _by_sparse_piqp)]
         return dense + sparse if self.linear.size <= DENSE else sparse + dense
 
     def _coordinates(self, dense: bool) -> Coordinates:
@@ -366,18 +366,30 @@ def _by_clarabel(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -
 def _by_piqp(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tuple[FloatArray, FloatArray]:
     import piqp
 
-    solver = piqp.DenseSolver()
+    return _with_piqp(piqp.DenseSolver(), np.zeros((len(linear), len(linear))), linear, rows.toarray(), sides, equal)
+
+
+def _by_sparse_piqp(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tuple[FloatArray, FloatArray]:
+    import piqp
+    from scipy.sparse import csc_matrix
+
+    return _with_piqp(piqp.SparseSolver(), csc_matrix((len(linear), len(linear))), linear, rows, sides, equal)
+
+
+def _with_piqp(
+    solver: Any, quadratic: Any, linear: FloatArray, rows: Any, sides: FloatArray, equal: int
+) -> tuple[FloatArray, FloatArray]:
     settings, accuracy = solver.settings, TOLERANCES["piqp"]["eps_abs"]
     settings.eps_abs = settings.eps_rel = settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = accuracy
     settings.max_iter = TOLERANCES["piqp"]["max_iter"]
-    dense, below = rows.toarray(), np.full(len(sides) - equal, -np.inf)
-    equations = (dense[:equal], sides[:equal]) if equal else (None, None)
-    solver.setup(np.zeros((len(linear), len(linear))), linear, *equations, dense[equal:], below, sides[equal:])
+    below = np.full(len(sides) - equal, -np.inf)
+    equations = (rows[:equal], sides[:equal]) if equal else (None, None)
+    solver.setup(quadratic, linear, *equations, rows[equal:], below, sides[equal:])
     solver.solve()
     return np.array(solver.result.x), np.concatenate((solver.result.y, solver.result.z_u))
 
 
-NAMES: dict[Solver, str] = {_by_clarabel: "clarabel", _by_piqp: "piqp"}
+NAMES: dict[Solver, str] = {_by_clarabel: "clarabel", _by_piqp: "piqp", _by_sparse_piqp: "piqp"}
 
 
 def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:
