@@ -169,21 +169,27 @@ class ExactRows:
         return side + sum(abs(value) * self.largest(place) for place, value in left.items()) < 0
 
     def refined(self, multipliers: list[Fraction]) -> list[Fraction]:
-        """Return multipliers of which less is left, by least squares relative to them."""
+        """Return multipliers of which less is left, by least squares relative to them; a sum below 0 stays."""
         index = {place: i for i, place in enumerate(self.places)}
         largest = np.array([float(self.largest(place)) for place in self.places])
         matrix, right = np.zeros((len(index), len(multipliers))), np.zeros(len(index))
         for column, (row, _) in enumerate(self.rows):
             for place, value in row.items():
                 matrix[index[place], column] = float(value)
-        for place, value in self._sum(multipliers)[0].items():
+        left, side = self._sum(multipliers)
+        for place, value in left.items():
             right[index[place]] = -float(value)
         weights = np.abs([float(value) for value in multipliers])
         matrix *= largest[:, None]
         sizes = np.linalg.norm(matrix, axis=0)
         weights[self.free] = (weights * sizes).max() / sizes[self.free]
         matrix *= weights
-        change = weights * np.linalg.lstsq(matrix, largest * right, rcond=ROUNDING**1.25)[0]
+        right *= largest
+        if side < 0:
+            bounds = weights * [float(bound) for _, bound in self.rows]
+            bounds *= np.abs(matrix).max() / np.abs(bounds).max()
+            matrix, right = np.vstack((matrix, bounds)), np.append(right, 0.0)
+        change = weights * np.linalg.lstsq(matrix, right, rcond=ROUNDING**1.25)[0]
         sums = [value + Fraction(float(more)) for value, more in zip(multipliers, change, strict=True)]
         return [m if free else max(m, Fraction(0)) for m, free in zip(sums, self.free, strict=True)]
 

@@ -1,6 +1,7 @@
 """Proofs that nothing fits: exact multipliers, against a linear programme in other unknowns, and tampered ones."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -162,6 +163,20 @@ def test_multipliers_that_prove_enough_are_not_refined():
     """A step of refinement may leave nothing of a contradiction, here where durations differ by a hundred."""
     durations, start = [0.225, 19.936, 0.171, 5.831, 0.63], {"velocity": (3.315, -1.312)}
     assert refusal(SHORT_LEGS, durations, degree=11, corridor=0.0725, start=start).verify()
+
+
+def test_refined_multipliers_keep_what_they_contradict():
+    proof = CASES["degree 5"]().contradiction
+    exact = ExactRows(proof.task, proof.durations, proof.rows, proof.joints)
+    multipliers = [part.multiplier for part in proof.rows] + [multiplier for _, multiplier in proof.joints]
+    multipliers[0] *= Fraction(1001, 1000)
+    refined = exact.refined(multipliers)
+    assert sum_of_bounds(exact, refined) == pytest.approx(sum_of_bounds(exact, multipliers), rel=1e-9)
+    assert exact.contradict(refined)
+
+
+def sum_of_bounds(exact, multipliers):
+    return float(sum(m * bound for m, (_, bound) in zip(multipliers, exact.rows, strict=True)))
 
 
 def test_multipliers_of_the_slack_prove_what_least_squares_do_not_find(monkeypatch):
