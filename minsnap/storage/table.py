@@ -55,7 +55,9 @@ def _check_names(
 ) -> None:
     missing = [name for name in required if name not in names]
     if missing:
-        raise FileError(f"{path}, line 1: no column {', '.join(missing)}; the header reads {','.join(names)[:80]!r}")
+        hint = "; waypoints have no instants before they are planned" if missing == ["t"] and "x" in names else ""
+        header = ",".join(names)[:80]
+        raise FileError(f"{path}, line 1: no column {', '.join(missing)}; the header reads {header!r}{hint}")
     for name in names:
         if name not in required and name not in optional:
             known = ",".join([*required, *optional])

@@ -104,6 +104,7 @@ def test_columns_may_come_in_any_order_with_windows_lines_and_a_byte_order_mark(
         ("t,x,y,z\n", "no rows"),
         ("t,x,y\n0,1,2\n", "line 1: no column z"),
         ("0,1,2,3\n1,1,2,3\n", "line 1: no column t, x, y, z"),
+        ("x,y,z\n1,2,3\n", "line 1: no column t; .*; waypoints have no instants before they are planned$"),
         ("t,x,y,z,vx,vy\n0,1,2,3,4,5\n", "line 1: vz missing"),
         ("t,x,y,z,speed\n0,1,2,3,4\n", "line 1: column 'speed' is not known"),
         ("t,x,y,z,x\n0,1,2,3,4\n", "line 1: column x is there twice"),
