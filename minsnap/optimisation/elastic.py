@@ -302,7 +302,7 @@ class Elastic:
         return self._made[dense]
 
     def _attempt(self, dense: bool, solver: Solver) -> Found | None:
-        """Solve one way; None where the answer is not accurate enough to be used."""
+        """Solve one way; None where the answer is not accurate enough; a curve with room, if asked for, always is."""
         from scipy.sparse import bmat, coo_matrix, csc_matrix, identity
 
         coordinates = self._coordinates(dense)
@@ -322,7 +322,8 @@ class Elastic:
             return None
         x, multipliers, broken, lost = found
         size = 1.0 + max(0.0, float(x[n:].max()))
-        if broken > 0.1 * self.accuracy * size or lost > ACCURACY * size:
+        room = self.sign and x[n:].max() < 0.0
+        if broken > 0.1 * self.accuracy * size or (lost > ACCURACY * size and not room):
             return None
         multipliers = multipliers[len(coordinates.b) :][: len(wall)] / self.compiled.widths[wall]
         knots = self.problem.add(self.base, coordinates.unknowns(x[:n]) * self.linear.scale[:-1])

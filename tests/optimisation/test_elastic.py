@@ -7,7 +7,9 @@ from tasks import random_legs, task_of
 import minsnap
 from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.tubes import Tube
+from minsnap.errors import SolverError
 from minsnap.limits.limits import Limits
+from minsnap.optimisation import elastic
 from minsnap.optimisation.elastic import Elastic, Give
 from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.normalised_constraints import compile_walls
@@ -100,3 +102,19 @@ def test_programmes_with_many_unknowns_that_one_sparse_solver_leaves_are_solved_
     durations, widths = [12.3, 0.2, 4.5, 8.0, 1.0, 7.5, 1.2], [0.016, 0.76, 0.046, 0.029, 0.26, 1.66, 0.31]
     traj = minsnap.plan(points, durations, degree=11, pieces=3, continuity=7, corridor=widths)
     assert minsnap.certify(traj, points, widths).ok
+
+
+def test_a_curve_with_room_need_not_be_the_best(monkeypatch):
+    """An answer that keeps all rows is of use although its duality gap is wide; the least slack it does not give."""
+    least_sum = elastic._least_sum
+
+    def with_wide_gap(*given):
+        *answer, lost = least_sum(*given)
+        return *answer, lost + 1.0
+
+    monkeypatch.setattr(elastic, "_least_sum", with_wide_gap)
+    points, durations = random_legs(2, 3)
+    task = task_of(points, limits=Limits(speed=1e3))
+    assert relaxed(task, durations, sign=True).slacks[0] < 0.0
+    with pytest.raises(SolverError):
+        relaxed(task, durations)
