@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-MOST = 3e8
+MOST = 4e8
 """Work that ten legs are worth."""
 
 SHARED = 0.25
