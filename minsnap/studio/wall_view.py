@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +22,7 @@ NO_FACES, ROOM_FACES = "none", "room"
 
 
 class WallView:
-    """Walls of the scene.
+    """Walls of the scene; drags end in the server's thread while plans are shown in others, one at a time.
 
     Parameters
     ----------
@@ -33,6 +34,7 @@ class WallView:
 
     def __init__(self, server: Any, editor: Editor) -> None:
         self._server, self._editor = server, editor
+        self._lock = threading.RLock()
         self._tubes: dict[int, tuple[Any, Any]] = {}
         self._boxes: dict[str, tuple[Any, Any]] = {}
         self._faces: dict[tuple[int, int], Any] = {}
@@ -43,10 +45,11 @@ class WallView:
 
     def show(self, state: BenchState) -> None:
         """Draw the walls of the document; the leg that cannot be planned is red, with the reason beside it."""
-        self._request = state.request
         self._show_tubes(state)
         self._show_boxes(state)
-        self._show_faces()
+        with self._lock:
+            self._request = state.request
+            self._show_faces()
         self._warning.visible = bool(state.refusal) and state.leg is not None
         if self._warning.visible and state.leg is not None:
             ends = np.array(state.request.waypoints)[state.leg : state.leg + 2]
@@ -55,12 +58,13 @@ class WallView:
 
     def choose(self, which: str) -> None:
         """Give the room, a box or nothing faces to drag."""
-        self._chosen = which
-        for handle in self._faces.values():
-            handle.remove()
-        self._faces = {}
-        self._dragged.clear()
-        self._show_faces()
+        with self._lock:
+            self._chosen = which
+            for handle in self._faces.values():
+                handle.remove()
+            self._faces = {}
+            self._dragged.clear()
+            self._show_faces()
 
     def _show_tubes(self, state: BenchState) -> None:
         request = state.request
@@ -141,9 +145,10 @@ class WallView:
                 value = float(handle.position[axis])
                 self._editor.edit(lambda request: self._moved(request, axis, side, value), "face", held=True)
             else:
-                self._dragged.discard((axis, side))
                 self._editor.pause()
-                self._show_faces()
+                with self._lock:
+                    self._dragged.discard((axis, side))
+                    self._show_faces()
 
         handle.on_update(moved)
         return handle

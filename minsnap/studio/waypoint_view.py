@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from typing import Any
 
@@ -28,19 +29,21 @@ class WaypointView:
 
     def __init__(self, server: Any, editor: Editor) -> None:
         self._server, self._editor = server, editor
+        self._lock = threading.RLock()
         self._gizmos: list[Any] = []
         self._dragged: set[int] = set()
         self._points: Sequence[tuple[float, ...]] = ()
 
     def show(self, state: BenchState) -> None:
         """Draw the waypoints of the document."""
-        points = self._points = state.request.waypoints
-        while len(self._gizmos) > len(points):
-            self._gizmos.pop().remove()
-            self._dragged.discard(len(self._gizmos))
-        while len(self._gizmos) < len(points):
-            self._gizmos.append(self._gizmo(len(self._gizmos), points))
-        self._place()
+        with self._lock:
+            points = self._points = state.request.waypoints
+            while len(self._gizmos) > len(points):
+                self._gizmos.pop().remove()
+                self._dragged.discard(len(self._gizmos))
+            while len(self._gizmos) < len(points):
+                self._gizmos.append(self._gizmo(len(self._gizmos), points))
+            self._place()
 
     def _place(self) -> None:
         """Move the gizmos to where the document has them, but for those that a hand holds."""
@@ -63,9 +66,10 @@ class WaypointView:
                 position = tuple(float(value) for value in gizmo.position)
                 self._editor.edit(lambda request: move_waypoint(request, index, position), f"drag {index}", held=True)
             else:
-                self._dragged.discard(index)
                 self._editor.pause()
-                self._place()
+                with self._lock:
+                    self._dragged.discard(index)
+                    self._place()
 
         gizmo.on_update(moved)
         return gizmo

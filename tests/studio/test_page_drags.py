@@ -74,6 +74,22 @@ def test_a_dragged_face_moves_its_wall_alone(studio):
     assert studio.trajectory is not None
 
 
+def test_faces_are_chosen_while_plans_are_shown(studio):
+    """The page chooses in the server's thread; a face drawn by both threads stayed behind as one that was removed."""
+
+    def choose():
+        for which in ("room", "box 1") * 50:
+            studio._walls.choose(which)
+
+    def show():
+        for _ in range(200):
+            studio._walls.show(studio._shown)
+
+    with ThreadPoolExecutor(2) as pool:
+        for job in (pool.submit(choose), pool.submit(show)):
+            job.result()
+
+
 @pytest.mark.parametrize(("name", "view"), [("/faces/21", "_walls"), ("/waypoints/1", "_waypoints")])
 def test_a_plan_that_arrives_during_a_drag_does_not_move_what_a_hand_holds(studio, name, view):
     studio._walls.choose("room")
