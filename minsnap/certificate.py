@@ -22,7 +22,7 @@ from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.knot_regions import STORED, Placement, place
 from minsnap.corridors.margins import Margin, nearest_wall
-from minsnap.corridors.passing import excess_at_waypoints, knot_positions, passes
+from minsnap.corridors.passing import knot_positions, passing
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
 from minsnap.native import proved_extrema as native
@@ -186,8 +186,7 @@ def certify(
     walls = tuple(walls_of(as_constraints(corridor), points))
     nearest = nearest_wall(curve, walls)
     error = None if placement is None else _waypoint_error(curve, placement.points)
-    excess = None if placement is None else excess_at_waypoints(curve, placement)
-    met = placement is None or passes(curve, placement)
+    excess, met = (None, True) if placement is None else passing(curve, placement)
     utilisation = () if limits is None else _use(limits, curve, _start_of_limits(limits_from, curve))
     inside = nearest is None or nearest.value >= 0.0
     speed, acceleration, jerk, snap = (norm for norm, _ in curve.max_norms((1, 2, 3, 4)))

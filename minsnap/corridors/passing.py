@@ -16,17 +16,19 @@ def knot_positions(traj: Trajectory) -> FloatArray:
     return np.stack((np.concatenate((starts[:1], ends)), np.concatenate((starts, ends[-1:]))))
 
 
-def excess_at_waypoints(traj: Trajectory, placement: Placement) -> float:
-    """Largest distance outside of where a waypoint lets a curve pass, on either side of its knot [m]."""
-    return max(float(placement.outside(side).max()) for side in knot_positions(traj))
+def passing(traj: Trajectory, placement: Placement) -> tuple[float, bool]:
+    """How far outside of where a waypoint lets it pass a curve is, and whether it passes all of them.
 
-
-def passes(traj: Trajectory, placement: Placement) -> bool:
-    """Whether a curve passes all waypoints where they let it, and their gates in the direction asked for.
-
-    To rounding: ``Placement.rounding`` of a distance, ``EXACT`` of the largest speed.
+    Returns
+    -------
+    excess : float
+        Largest distance, on either side of a knot [m].
+    passes : bool
+        Whether that is 0, and gates are passed in the direction asked for, to rounding: ``Placement.rounding`` of a
+        distance, ``EXACT`` of the largest speed.
     """
-    return excess_at_waypoints(traj, placement) <= placement.rounding and _crossed(traj, placement)
+    excess = max(float(placement.outside(side).max()) for side in knot_positions(traj))
+    return excess, excess <= placement.rounding and _crossed(traj, placement)
 
 
 def _crossed(traj: Trajectory, placement: Placement) -> bool:

@@ -143,7 +143,7 @@ class Contradiction:
         exact, multipliers = ExactRows(self.task, self.durations, self.rows, self.joints), self._multipliers
         for _ in range(3):
             if exact.contradict(multipliers):
-                break
+                return self.with_multipliers(multipliers)
             multipliers = exact.refined(multipliers)
         return self.with_multipliers(multipliers) if exact.contradict(multipliers) else None
 

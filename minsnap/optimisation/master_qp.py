@@ -180,11 +180,8 @@ class MasterQP:
             return None
         asked, size, norms = programme(group, rows, chosen, shift)
         multipliers = np.pad(known.multipliers, (0, len(chosen) - len(known.multipliers))) * norms / (2.0 * size)
-        last, room = (
-            Solution(known.x / size, multipliers, np.zeros(0), known.solver),
-            shift * rows.width[chosen] / norms,
-        )
-        found = solve_near(asked, last, near, room / size)
+        last = Solution(known.x / size, multipliers, np.zeros(0), known.solver)
+        found = solve_near(asked, last, near, shift * rows.width[chosen] / norms / size)
         self.effort.spend(known.solver, len(chosen), len(near), 2 * self.problem.half * self.problem.dim)
         if found is None:
             return None

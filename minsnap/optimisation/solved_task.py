@@ -11,7 +11,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.corridors.knot_regions import Placement
 from minsnap.corridors.margins import Margin, margin_to
-from minsnap.corridors.passing import passes
+from minsnap.corridors.passing import passing
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.problem import Task
@@ -82,10 +82,8 @@ class SolvedTask:
         task = self.task
         if not task.held.any():
             return True
-        return passes(
-            self.trajectory,
-            Placement(task.waypoints, task.lower, task.upper, None, None, regions=task.regions),
-        )
+        placement = Placement(task.waypoints, task.lower, task.upper, None, None, regions=task.regions)
+        return passing(self.trajectory, placement)[1]
 
     @property
     def corridor_margin(self) -> float | None:

@@ -4,7 +4,7 @@ import pytest
 import minsnap
 from minsnap import Ball, Gate
 from minsnap.corridors.knot_regions import place
-from minsnap.corridors.passing import excess_at_waypoints, passes
+from minsnap.corridors.passing import passing
 from minsnap.trajectory.trajectory import Trajectory
 
 POINTS = np.array([(0, 0, 1), (3, 1, 1), (6, 0, 2)], dtype=float)
@@ -25,15 +25,16 @@ def test_a_waypoint_that_is_outside_by_more_than_rounding_is_not_passed(toleranc
     through = minsnap.plan(POINTS, durations=TIMES)
     for aside, passed in ((0.199, True), (0.2 + 0.5e-9 * 6.0, True), (0.2 + 2e-9 * 6.0, False)):
         curve = moved(through, (0.0, aside, 0.0))
-        assert passes(curve, placement) is passed
-        assert excess_at_waypoints(curve, placement) == pytest.approx(max(aside - 0.2, 0.0), abs=1e-15)
+        excess, passes = passing(curve, placement)
+        assert passes is passed
+        assert excess == pytest.approx(max(aside - 0.2, 0.0), abs=1e-15)
 
 
 def test_a_gate_is_passed_in_its_direction_only():
     curve = minsnap.plan(POINTS, durations=TIMES)
     for normal, passed in (((1, 0, 0), True), ((-1, 0, 0), False)):
         gate = Gate(POINTS[1], normal, 1.0, 1.0, crossing=1)
-        assert passes(curve, place([POINTS[0], gate, POINTS[2]], None, (), None, None, False)) is passed
+        assert passing(curve, place([POINTS[0], gate, POINTS[2]], None, (), None, None, False))[1] is passed
 
 
 def test_a_plan_whose_solvers_stop_short_passes_its_waypoints():
