@@ -191,7 +191,7 @@ def certify(
     inside = nearest is None or nearest.value >= 0.0
     speed, acceleration, jerk, snap = (norm for norm, _ in curve.max_norms((1, 2, 3, 4)))
     return Certificate(
-        inside and met and all(used.fraction <= 1.0 + EXACT for used in utilisation),
+        inside and met and all(used.kept for used in utilisation),
         None if nearest is None else nearest.value,
         nearest,
         error,

@@ -13,7 +13,6 @@ from minsnap.cli import options
 from minsnap.cli.app import app
 from minsnap.errors import InputError
 from minsnap.storage.text_columns import aligned, labelled
-from minsnap.tolerances import EXACT
 
 if TYPE_CHECKING:
     from minsnap.files.consistency import AxisFigures, ConsistencyReport
@@ -89,7 +88,7 @@ def _proved(file: Path) -> ExactProof:
         raise InputError(f"{file} holds no plan to prove: --exact takes .json or .yaml of polynomials")
     plan = read_polynomials(file)
     certificate = certify(plan.trajectory, plan.waypoints, plan.corridor, plan.limits)
-    exceeded = tuple(used for used in certificate.utilisation if used.fraction > 1.0 + EXACT)
+    exceeded = tuple(used for used in certificate.utilisation if not used.kept)
     return ExactProof(certificate.verify(), certificate.corridor_margin, certificate.waypoint_error, exceeded)
 
 

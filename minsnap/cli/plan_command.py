@@ -14,7 +14,6 @@ from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning
 from minsnap.errors import InputError
-from minsnap.tolerances import EXACT
 
 if TYPE_CHECKING:
     from minsnap.files.plan_request import SceneRequest
@@ -100,7 +99,7 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
     stored = read_polynomials(file)
     found = certify(stored.trajectory, stored.waypoints, stored.corridor, stored.limits)
     inside = found.corridor_margin is None or found.corridor_margin >= 0.0
-    kept = inside and all(used.fraction <= 1.0 + EXACT for used in found.utilisation)
+    kept = inside and all(used.kept for used in found.utilisation)
     note = {} if kept else {"note": "the plan is not within the corridor and the limits of its file"}
     destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, limits=stored.limits, further=note)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.cards import card, strip_svg
+from minsnap.tolerances import EXACT
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,11 @@ class Utilisation:
     leg: int
     instant: float
     method: str = "exact"
+
+    @property
+    def kept(self) -> bool:
+        """Whether the limit is kept, to ``EXACT``."""
+        return self.fraction <= 1.0 + EXACT
 
 
 def utilisation_facts(utilisation: tuple[Utilisation, ...]) -> list[tuple[str, str | None]]:
