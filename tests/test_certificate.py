@@ -8,6 +8,8 @@ from oracles.curves import offsets
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 import minsnap
+from minsnap.certificate import _continuity, continuity
+from minsnap.corridors.knot_regions import STORED
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import CorridorError, InputError, WaypointError
 from minsnap.trajectory.trajectory import Trajectory
@@ -64,6 +66,20 @@ def test_maxima_are_those_of_the_roots(seed):
         values = np.concatenate((ppoly(roots[np.isfinite(roots)]), ends))
         assert found == pytest.approx(np.abs(values).max(), rel=1e-9)
     assert certificate.max_snap == 0.0
+
+
+def test_the_largest_snap_is_that_of_samples():
+    traj = minsnap.plan(CORNERS, DURATIONS)
+    snap = np.linalg.norm(traj(np.linspace(0.0, traj.duration, 20_001), 4), axis=1).max()
+    assert snap <= minsnap.certify(traj).max_snap <= snap * (1.0 + 1e-6)
+
+
+def test_limits_are_asked_for_from_an_instant_before_the_end():
+    traj, limits = minsnap.plan(CORNERS, DURATIONS), minsnap.Limits(speed=2.0)
+    with pytest.raises(InputError, match="limits_from is 12.0: give an instant from 0 to below 12 s"):
+        minsnap.certify(traj, limits=limits, limits_from=traj.duration)
+    certificate = minsnap.certify(traj, limits=limits, limits_from=traj.duration - 1e-3)
+    assert certificate.ok and 0.0 < certificate.limits_from < traj.duration
 
 
 def test_what_a_plan_keeps_is_confirmed():
@@ -131,6 +147,24 @@ def test_continuity_is_counted(degree, expected):
 
 def test_a_jump_in_position_is_counted_as_none():
     assert minsnap.certify(Trajectory([[[0.0], [1.0]], [[1.5], [2.0]]], [1.0, 1.0])).continuity == -1
+
+
+@pytest.mark.parametrize("judge", (continuity, _continuity))
+@pytest.mark.parametrize(("share", "expected"), ((0.9, 1), (1.1, 0)))
+def test_a_jump_of_the_velocity_is_judged_by_the_legs_beside_it(judge, share, expected):
+    """Far away a velocity is known to the rounding of the positions over the shorter of two legs."""
+    durations = np.array([1.0, 1.0, 0.01, 0.01, 1.0, 1.0])
+    velocity = np.array([1.0, 1.0, 1.0, 1.0, 0.0, 0.0]) * share * STORED * 1e9 * 2.0 / 0.01
+    ends = 1e9 + np.cumsum(velocity * durations)
+    traj = Trajectory(np.stack((np.append(1e9, ends[:-1]), ends), axis=1)[:, :, None], durations)
+    assert judge(traj) == expected
+
+
+@pytest.mark.parametrize("judge", (continuity, _continuity))
+def test_parts_of_one_polynomial_are_continuous_in_all_derivatives(judge):
+    """1 + (t - 1)^3, cut at 1."""
+    cubic = np.array([[0.0, 1.0, 1.0, 1.0], [1.0, 1.0, 1.0, 2.0]])
+    assert judge(Trajectory(cubic[:, :, None], [1.0, 1.0])) == 3
 
 
 def test_constraints_of_several_kinds_give_the_least_margin():
