@@ -1,10 +1,14 @@
-"""Distances to round walls against decimals of sixty digits: never too large, and too small by rounding alone."""
+"""Distances to round walls against decimals of sixty digits: never too large, too small by rounding alone; no bounds."""
 
 from decimal import Decimal, localcontext
 
 import numpy as np
+import pytest
 
-from minsnap.corridors.margins import _ball_slacks, _cone_slacks
+import minsnap
+from minsnap.corridors.constraint import Faces
+from minsnap.corridors.margins import Margin, _ball_slacks, _cone_slacks, margin_to
+from minsnap.native.library import core, using
 
 UNIT = Decimal(2) ** -53
 
@@ -37,3 +41,11 @@ def test_a_distance_to_a_cone_is_the_lower_end():
             exact = -off / (r + max(r * r + off, Decimal(0)).sqrt())
             least = -off / (r + (max(r * r + off, Decimal(0)) + 10 * UNIT * (r * r + abs(off))).sqrt())
             assert min(exact, least) - 16 * UNIT * abs(exact) <= Decimal(slack) <= exact
+
+
+@pytest.mark.parametrize("choice", ("python", *(("native",) if core().library is not None else ())))
+def test_planes_that_bound_nothing_are_infinitely_far_at_the_beginning(choice):
+    path = minsnap.plan([(0, 0), (1, 0), (2, 1)], [1.0, 1.0])
+    unbounded = Faces([1], [[0.0, 1.0]], [[0.0, 0.0]], [-np.inf], [np.inf], [1.0])
+    with using(choice):
+        assert margin_to(path, unbounded) == Margin(np.inf, 0, 0.0, "corridor")

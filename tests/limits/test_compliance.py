@@ -13,12 +13,14 @@ POWERS = np.array([[0.0, 0.0], [6.0, 0.0], [-2.25, 0.0]])
 SLOWING = Trajectory((powers_to_points(2) @ POWERS)[None], np.array([1.5]))
 
 
-def test_the_instant_is_that_from_which_samples_keep_the_limit():
-    start = kept_from(Limits(speed=3.0), SLOWING)
-    assert start == pytest.approx(0.5, abs=1e-8)
-    assert start <= 0.5 + 1.5e-9, "by bisection, to a billionth of the duration, 1.5 s"
-    after = np.linspace(start, 1.5, 1001)
-    assert np.linalg.norm(SLOWING(after, 1), axis=1).max() <= 3.0 * (1.0 + 1e-9)
+@pytest.mark.parametrize("stretch", (1.0, 0.01))
+def test_the_instant_is_that_from_which_samples_keep_the_limit(stretch):
+    path, speed = SLOWING.stretched(stretch), 3.0 / stretch
+    start = kept_from(Limits(speed=speed), path)
+    assert start == pytest.approx(0.5 * stretch, abs=1e-8 * stretch)
+    assert start <= (0.5 + 1.5e-9) * stretch, "by bisection, to a billionth of the duration, 1.5 s"
+    after = np.linspace(start, path.duration, 1001)
+    assert np.linalg.norm(path(after, 1), axis=1).max() <= speed * (1.0 + 1e-9)
 
 
 def test_kept_always_or_never():
