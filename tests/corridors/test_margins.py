@@ -1,4 +1,4 @@
-"""Distances to round walls against decimals of sixty digits: never too large, too small by rounding alone; no bounds."""
+"""Distances to round walls against decimals of sixty digits, never too large; walls that bound nothing."""
 
 from decimal import Decimal, localcontext
 

@@ -5,7 +5,8 @@ import pytest
 
 import minsnap
 from minsnap import Limits, Trajectory
-from minsnap.limits.compliance import keeps, kept_from, largest_use, use_from
+from minsnap.limits.compliance import keeps, kept_from, largest_use, turns_within, use_from
+from minsnap.limits.yaw_rate import largest_yaw_rate
 from minsnap.polynomials.bernstein import powers_to_points
 
 # x = 4 t - t^2 on [0, 1.5]: the speed falls from 4 to 1 and is 3 at 0.5 s
@@ -35,6 +36,14 @@ def test_a_limit_is_kept_to_a_billionth(share, kept):
     for limits in (Limits(speed=1.0 / share), Limits(speed=1.0 / share, norm="axis")):
         assert keeps(limits, line) is kept
         assert kept_from(limits, line) == (0.0 if kept else pytest.approx(2.0))
+
+
+def test_turns_are_within_a_limit_on_the_yaw_rate_to_a_billionth():
+    path = minsnap.plan([(0, 0), (2, 1), (4, 0)], [1.0, 1.0], yaw=[0.0, 1.0, 0.5])
+    most = largest_yaw_rate(path)[0]
+    assert turns_within(None, path) and turns_within(Limits(speed=1e-3), path)
+    assert turns_within(Limits(yaw_rate=most / (1.0 + 0.9e-9)), path)
+    assert not turns_within(Limits(yaw_rate=most / (1.0 + 1.1e-9)), path)
 
 
 def test_use_is_told_in_legs_and_instants_of_the_whole():
