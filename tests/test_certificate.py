@@ -1,5 +1,7 @@
 """certify against dense grids and roots, on curves made otherwise than by plan."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,10 +10,13 @@ from oracles.curves import offsets
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 import minsnap
+from minsnap.cards import BAD, GOOD, card
 from minsnap.certificate import _continuity, continuity
 from minsnap.corridors.knot_regions import STORED
-from minsnap.corridors.margins import nearest_wall
+from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.errors import CorridorError, InputError, WaypointError
+from minsnap.trajectory.path_card import path_drawings
+from minsnap.trajectory.report import utilisation_facts
 from minsnap.trajectory.trajectory import Trajectory
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
@@ -179,6 +184,28 @@ def test_pieces_of_a_leg_belong_to_one_tube():
     certificate = minsnap.certify(traj, CORNERS, 0.3)
     assert certificate.ok
     assert certificate.nearest.leg in range(4)
+
+
+@pytest.mark.parametrize(("ok", "word", "colour"), ((True, "everything", GOOD), (False, "not everything", BAD)))
+def test_a_card_shows_what_was_found(ok, word, colour):
+    path = minsnap.plan(CORNERS, DURATIONS)
+    none = minsnap.certify(path, limits=minsnap.Limits(speed=4.0))
+    norms = {"max_speed": 1.5, "max_acceleration": 2.5, "max_jerk": 3.5, "max_snap": 4.5}
+    named = [
+        ("max speed", "1.5 m/s"),
+        ("max acceleration", "2.5 m/s²"),
+        ("max jerk", "3.5 m/s³"),
+        ("max snap", "4.5 m/s⁴"),
+    ]
+    always = [*named, ("continuous derivatives", "6"), *utilisation_facts(none.utilisation)]
+    assert [fact for fact in replace(none, **norms)._facts() if fact[1]] == always
+    places = {"nearest": Margin(0.25, 1, 2.5, "corridor"), "waypoint_error": 0.125, "waypoint_excess": 0.5}
+    all_ = replace(none, ok=ok, corridor_margin=0.25, **places, **norms)
+    where = [("corridor margin", "0.25 m, least on leg 1 at 2.5 s"), ("waypoint error", "0.125 m")]
+    facts = [*where, ("outside of waypoints", "0.5 m"), *always]
+    title = f"Certificate: {word} asked holds"
+    assert all_._repr_html_() == card(title, facts, path_drawings(path), good=ok)
+    assert f'{colour}">{title}<' in all_._repr_html_()
 
 
 def test_no_walls_no_margin():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.limits.proved_bound import Lift
+from minsnap.limits.proved_bound import Lift, proved
 from minsnap.limits.rotor_bounds import axis_ranges, heading_ranges
 from minsnap.limits.vehicle_use import LIFTED, VehicleBound, _yaw_jerk
 from minsnap.polynomials.intervals import Interval
@@ -45,6 +45,29 @@ def test_quadratic_drag_is_differentiated_twice(seed):
         for axis, value in zip(found, expected, strict=True):
             assert (axis.low[0], axis.high[0]) == pytest.approx((value, value), rel=1e-6, abs=1e-6)
     assert [axis.low[0] for axis in lift.velocity] == list(values[3])
+
+
+@pytest.mark.parametrize(
+    ("share_open", "counts"),
+    ((1.0, [1, 32, 128, 512, 2048, 8192, 32768, 131072]), (0.0, [1, 32, 4, 4, 4, 4, 4, 4, 4])),
+)
+def test_what_is_not_proved_is_raised_to_its_own_bound(share_open, counts):
+    """Parts that begin up to ``share_open`` are open, until they would be too many, or were divided too often."""
+    path, found = Trajectory(np.zeros((1, 4, 3)), [1.0]), []
+
+    def bounds(lift, start, width):
+        found.append(len(start))
+        return np.stack((np.where(start <= share_open, 2.0, 0.5), np.full(len(start), 4.0)))
+
+    medium = VehicleBound(VEHICLE, path, {}).medium
+    assert proved(np.array([1.0, 5.0]), bounds, medium, path).tolist() == [2.0, 5.0]
+    assert found == counts
+
+
+def test_what_has_no_bound_is_infinite():
+    path = Trajectory(np.zeros((1, 4, 3)), [1.0])
+    medium = VehicleBound(VEHICLE, path, {}).medium
+    assert proved(np.array([1.0]), lambda lift, start, width: start[None] * np.nan, medium, path) == np.inf
 
 
 def test_without_drag_there_is_no_velocity():
