@@ -21,6 +21,7 @@ PRICES = {
     "daqp": (1e5, 45.0, 0.3),
     "piqp": (1e5, 300.0, 2.0),
     "clarabel": (1e5, 300.0, 100.0),
+    "native": (1e5, 600.0, 0.0),
     "nnls": (1e5, 0.0, 5.0),
 }
 """Work of a call, for each entry of its rows, and for each of these times the entries of a row.

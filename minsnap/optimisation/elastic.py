@@ -6,12 +6,12 @@ from feasible; one slack per leg shows which leg is too narrow; a slack below ze
 
 The cost of the curve has no part in it, and neither have its coordinates.  Where there are few unknowns they are those
 in which the rows to begin with have orthonormal columns, which PIQP solves; else an unknown is a derivative times a
-power of the longer of its two pieces' durations, so that it is a difference of control points there.
+power of the longer of its two pieces' durations, so that it is a difference of control points there, and the native
+core solves them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Any
@@ -24,9 +24,19 @@ from minsnap.optimisation.effort import ALONE, Effort
 from minsnap.optimisation.linear_rows import LinearRows
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.qp import ACCURACY as SOLVED
-from minsnap.optimisation.qp import DENSE, TOLERANCES
+from minsnap.optimisation.qp import DENSE
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, all_walls_rows, rows_in_unknowns, rows_outside
+from minsnap.optimisation.slack_programme import (
+    NAMES,
+    SlackProgramme,
+    Solver,
+    by_clarabel,
+    by_native_core,
+    by_piqp,
+    by_sparse_piqp,
+    least_sum,
+)
 from minsnap.polynomials.extrema import maxima
 from minsnap.tolerances import ROUNDING
 
@@ -34,9 +44,6 @@ ACCURACY = 3e-4
 """Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
 
 ROUNDS = 20
-
-Solver = Callable[[FloatArray, Any, FloatArray, int], tuple[FloatArray, FloatArray]]
-"""Minimises linear . x over rows that are at most their sides, the first ones equal to them: x, and multipliers."""
 
 Way = tuple[bool, Solver]
 """Whether in dense coordinates, and by which solver."""
@@ -220,14 +227,16 @@ class Elastic:
         return bool(slacks.max() > ACCURACY or excess < -slacks.max() / 2.0)
 
     def _evidence(self) -> FloatArray:
-        """Multipliers of rows that contradict each other, by non-negative least squares; empty where none are found."""
+        """Multipliers of rows that contradict each other, by non-negative least squares; empty where none are found.
+
+        They are sought among all rows of the pieces that press: the time grows with the fourth power of the unknowns.
+        """
         from scipy.optimize import nnls
 
         coordinates = self._coordinates(self.linear.size <= 2 * DENSE)
-        matrix, bound = self._in_widths
-        chosen = np.arange(len(bound))
-        if coordinates.basis is None:
-            chosen = np.flatnonzero(self.multipliers > ROUNDING * self.multipliers.max())
+        (matrix, bound), piece = self._in_widths, self.rows.source.piece
+        press = np.bincount(piece, self.multipliers * self.compiled.widths[self.rows.source.wall])
+        chosen = np.flatnonzero((press > ROUNDING**0.5 * press.max())[piece])
         rows, right = coordinates.rows(matrix)[chosen], (bound - matrix @ coordinates.origin)[chosen]
         touched = np.flatnonzero(np.abs(rows).sum(axis=0))
         system = np.vstack((rows[:, touched].toarray().T, right / (np.abs(right).max() or 1.0)))
@@ -276,7 +285,7 @@ class Elastic:
             answer = self._attempt(*way)
             if answer is not None:
                 found.append((way, answer))
-                if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()) or self.effort.over:
+                if answer.lost <= max(SOLVED, 0.01 * abs(answer.slacks.max())) or self.effort.over:
                     break
         if not found:
             raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")
@@ -287,8 +296,8 @@ class Elastic:
 
     def _dense_first(self) -> list[Way]:
         """Ways of solving: dense coordinates where the unknowns are few, first where they are fewest."""
-        dense: list[Way] = [(True, _by_piqp), (True, _by_clarabel)] if self.linear.size <= 2 * DENSE else []
-        sparse: list[Way] = [(False, _by_clarabel), (False, _by_sparse_piqp)]
+        dense: list[Way] = [(True, by_piqp), (True, by_clarabel)] if self.linear.size <= 2 * DENSE else []
+        sparse: list[Way] = [(False, by_native_core), (False, by_clarabel), (False, by_sparse_piqp)]
         return dense + sparse if self.linear.size <= DENSE else sparse + dense
 
     def _coordinates(self, dense: bool) -> Coordinates:
@@ -315,82 +324,20 @@ class Elastic:
         moved = coo_matrix((-moves, (gives, self.give.group[wall[gives]])), shape=(len(right), m))
         parts = [[coordinates.A, None], [rows, moved], [csc_matrix((m, n)), -identity(m)]]
         sides = np.concatenate((coordinates.b, right, np.full(m, -self.give.lowest)))
+        piece = np.append(self.rows.source.piece, np.full(m, len(self.problem.durations)))
         system = bmat(parts, format="csc")
         self.effort.spend(NAMES[solver], system.shape[0], system.shape[1], system.nnz / system.shape[0])
-        found = _least_sum(system, sides, len(coordinates.b), m, solver)
+        found = least_sum(SlackProgramme(system, sides, len(coordinates.b), piece, m), solver)
         if found is None:
             return None
-        x, multipliers, broken, lost = found
+        x = found.x
         size = 1.0 + max(0.0, float(x[n:].max()))
         room = self.sign and x[n:].max() < 0.0
-        if broken > 0.1 * self.accuracy * size or (lost > ACCURACY * size and not room):
+        if found.broken > 0.1 * self.accuracy * size or (found.lost > ACCURACY * size and not room):
             return None
-        multipliers = multipliers[len(coordinates.b) :][: len(wall)] / self.compiled.widths[wall]
+        multipliers = found.multipliers[len(coordinates.b) :][: len(wall)] / self.compiled.widths[wall]
         knots = self.problem.add(self.base, coordinates.unknowns(x[:n]) * self.linear.scale[:-1])
-        return Found(knots, x[n:], multipliers, lost / size)
-
-
-def _least_sum(
-    rows: Any, sides: FloatArray, equal: int, m: int, solver: Solver
-) -> tuple[FloatArray, FloatArray, float, float] | None:
-    """Minimise the sum of the last m unknowns; rows are at most their sides, the first ones equal to them.
-
-    Returns
-    -------
-    tuple or None
-        Unknowns, multipliers, the largest violation of a row, and what all residuals may add to the sum; None where
-        they are not finite.
-    """
-    linear = np.append(np.zeros(rows.shape[1] - m), np.ones(m))
-    x, z = solver(linear, rows, sides, equal)
-    if not (np.isfinite(x).all() and np.isfinite(z).all()):
-        return None
-    out = rows @ x - sides
-    broken = max(float(np.abs(out[:equal]).max(initial=0.0)), float(out[equal:].max(initial=0.0)))
-    lost = np.abs(rows.T @ z + linear) @ np.abs(x) + np.abs(out) @ np.abs(z)
-    return x, z, broken, float(lost)
-
-
-def _by_clarabel(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tuple[FloatArray, FloatArray]:
-    import clarabel
-    from scipy.sparse import csc_matrix
-
-    settings = clarabel.DefaultSettings()
-    settings.verbose, settings.max_threads, settings.max_iter = False, 1, TOLERANCES["clarabel"]["max_iter"]
-    settings.tol_feas = settings.tol_gap_rel = settings.tol_gap_abs = TOLERANCES["clarabel"]["tol_feas"]
-    cones = [clarabel.ZeroConeT(equal), clarabel.NonnegativeConeT(len(sides) - equal)]
-    nothing = csc_matrix((len(linear), len(linear)))
-    found = clarabel.DefaultSolver(nothing, linear, rows, sides, cones[not equal :], settings).solve()
-    return np.array(found.x), np.array(found.z)
-
-
-def _by_piqp(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tuple[FloatArray, FloatArray]:
-    import piqp
-
-    return _with_piqp(piqp.DenseSolver(), np.zeros((len(linear), len(linear))), linear, rows.toarray(), sides, equal)
-
-
-def _by_sparse_piqp(linear: FloatArray, rows: Any, sides: FloatArray, equal: int) -> tuple[FloatArray, FloatArray]:
-    import piqp
-    from scipy.sparse import csc_matrix
-
-    return _with_piqp(piqp.SparseSolver(), csc_matrix((len(linear), len(linear))), linear, rows, sides, equal)
-
-
-def _with_piqp(
-    solver: Any, quadratic: Any, linear: FloatArray, rows: Any, sides: FloatArray, equal: int
-) -> tuple[FloatArray, FloatArray]:
-    settings, accuracy = solver.settings, TOLERANCES["piqp"]["eps_abs"]
-    settings.eps_abs = settings.eps_rel = settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = accuracy
-    settings.max_iter = TOLERANCES["piqp"]["max_iter"]
-    below = np.full(len(sides) - equal, -np.inf)
-    equations = (rows[:equal], sides[:equal]) if equal else (None, None)
-    solver.setup(quadratic, linear, *equations, rows[equal:], below, sides[equal:])
-    solver.solve()
-    return np.array(solver.result.x), np.concatenate((solver.result.y, solver.result.z_u))
-
-
-NAMES: dict[Solver, str] = {_by_clarabel: "clarabel", _by_piqp: "piqp", _by_sparse_piqp: "piqp"}
+        return Found(knots, x[n:], multipliers, found.lost / size)
 
 
 def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:

@@ -5,10 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.optimize
 
 import minsnap
 from minsnap.errors import InfeasibleError, MinsnapError
-from minsnap.optimisation import effort, elastic, fallbacks, master_qp
+from minsnap.native.library import using
+from minsnap.optimisation import effort, elastic, fallbacks, master_qp, slack_programme
 from minsnap.optimisation.effort import Effort
 from minsnap.optimisation.least_distance import least_distance
 
@@ -28,12 +30,12 @@ def calls(monkeypatch):
         counted.append((0 if asked.G is None else len(asked.h), len(asked.q)))
         return solve(asked, *rest, **options)
 
-    def least_sum(rows, *rest, solve=elastic._least_sum):
-        counted.append(rows.shape)
-        return solve(rows, *rest)
+    def least_sum(programme, solver, solve=elastic.least_sum):
+        counted.append(programme.rows.shape)
+        return solve(programme, solver)
 
     monkeypatch.setattr(master_qp, "solve_qp", solve_qp)
-    monkeypatch.setattr(elastic, "_least_sum", least_sum)
+    monkeypatch.setattr(elastic, "least_sum", least_sum)
     return counted
 
 
@@ -45,6 +47,29 @@ def test_a_refusal_takes_few_solves_and_its_proof_holds(calls, kind, seed):
         minsnap.plan(**question(kind, seed)[1])
     assert len(calls) <= 30
     assert max(unknowns for _, unknowns in calls) <= 200
+    assert refused.value.verify()
+
+
+def test_what_many_pieces_contradict_is_found_by_the_native_core_and_proved_where_they_press(monkeypatch):
+    """Seven legs of three pieces, 342 unknowns, of which those of the first legs are contradicted."""
+    solvers, unknowns = [], []
+
+    def solved(programme, solver, solve=elastic.least_sum):
+        solvers.append(slack_programme.NAMES[solver])
+        return solve(programme, solver)
+
+    def least_squares(matrix, right, solve=scipy.optimize.nnls):
+        unknowns.append(len(matrix))
+        return solve(matrix, right)
+
+    monkeypatch.setattr(elastic, "least_sum", solved)
+    monkeypatch.setattr(scipy.optimize, "nnls", least_squares)
+    with using("auto") as core, pytest.raises(InfeasibleError) as refused:
+        if core.library is None:
+            pytest.skip("there is no native core")
+        minsnap.plan(**question("rooms", 140941)[1])
+    assert set(solvers) == {"native"} and len(solvers) <= 12
+    assert max(unknowns) <= 100 and max(refused.value.contradiction.legs) <= 1
     assert refused.value.verify()
 
 
