@@ -70,14 +70,15 @@ private:
 
     // From the present point to the solution; false where it is not found.
     bool iterate() {
+        residuals();
         for (iterations_ = 0; iterations_ < most_; ++iterations_) {
-            residuals();
             if (small()) return true;
             if (late()) break;
             if (!scale() || !form()) return close();
-            if (!(advance() > 1e-10)) break;
+            const double step = advance();
+            measure(step);
+            if (!(step > 1e-10)) break;
         }
-        residuals();
         return close();
     }
 
@@ -212,25 +213,34 @@ private:
         for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) u[row] += 1.0 + std::max(depth, 0.0);
     }
 
+    // Residuals after a step. Far from the solution one with a share of the whole leaves the rest of them, and only where
+    // they are small are they computed anew.
+    void measure(double step) {
+        gap_ = dot(s_.data(), z_, rows());
+        if (gap_ < coarse || gap_ <= 2.0 * tolerance_ * (1.0 + std::abs(cost_))) return residuals();
+        for (std::size_t j = 0; j < p_.size; ++j) rx_[j] *= 1.0 - step;
+        for (std::size_t i = 0; i < rows(); ++i) rz_[i] *= 1.0 - step;
+        primal_ *= 1.0 - step;
+        dual_ *= 1.0 - step;
+    }
+
     // rx = P x + q + G'z,  rz = G x + s - h,  gap = s'z
     void residuals() {
         hessian_times(x_, rx_.data());
-        double curve = 0.0, slope = 0.0;
-        for (std::size_t j = 0; j < p_.size; ++j) {
-            curve += x_[j] * rx_[j];
-            slope += x_[j] * p_.linear[j];
-            rx_[j] += p_.linear[j];
-        }
+        cost_ = 0.5 * dot(x_, rx_.data(), p_.size) + dot(x_, p_.linear, p_.size);
+        for (std::size_t j = 0; j < p_.size; ++j) rx_[j] += p_.linear[j];
         add_transposed(z_, rx_.data());
         rows_of(x_, rz_.data(), false);
-        gap_ = primal_ = dual_ = 0.0;
-        for (std::size_t i = 0; i < rows(); ++i) {
-            rz_[i] = s_[i] - rz_[i];
-            gap_ += s_[i] * z_[i];
-            primal_ = std::max(primal_, std::abs(rz_[i]));
-        }
-        for (std::size_t j = 0; j < p_.size; ++j) dual_ = std::max(dual_, std::abs(rx_[j]));
-        cost_ = 0.5 * curve + slope;
+        for (std::size_t i = 0; i < rows(); ++i) rz_[i] = s_[i] - rz_[i];
+        gap_ = dot(s_.data(), z_, rows());
+        primal_ = largest(rz_.data(), rows());
+        dual_ = largest(rx_.data(), p_.size);
+    }
+
+    static double largest(const double *u, std::size_t count) {
+        double most = 0.0;
+        for (std::size_t i = 0; i < count; ++i) most = std::max(most, std::abs(u[i]));
+        return most;
     }
 
     bool within(double tolerance) const {
@@ -273,15 +283,17 @@ private:
         }
     }
 
-    // dx, dz, ds for the shift d_s of the complementarity: ds = d_s - W^2 dz.
+    // dx, dz, ds for the shift d_s of the complementarity: ds = d_s - W^2 dz, where the solution leaves W^2 dz in one_.
     void direction(const double *shift, bool precise) {
         solve_reduced(rx_.data(), rz_.data(), shift);
-        if (precise && gap_ < coarse) refine(shift);
-        squared(dz_.data(), one_.data());
+        if (precise && gap_ < coarse) {
+            refine(shift);
+            squared(dz_.data(), one_.data());
+        }
         for (std::size_t i = 0; i < rows(); ++i) ds_[i] = shift[i] - one_[i];
     }
 
-    // P dx + G'dz = -rx, G dx - W^2 dz = -rz - shift, into dx_ and dz_.
+    // P dx + G'dz = -rx, G dx - W^2 dz = -rz - shift, into dx_ and dz_; W^2 dz into one_.
     void solve_reduced(const double *rx, const double *rz, const double *shift) {
         for (std::size_t i = 0; i < rows(); ++i) one_[i] = rz[i] + (shift != nullptr ? shift[i] : 0.0);
         inverse_squared(one_.data(), two_.data());
@@ -338,8 +350,8 @@ private:
         for (std::size_t i = 0; i < rows(); ++i) aim_[i] = -s_[i];
         direction(aim_.data(), false);
         const double whole = std::min(longest(s_.data(), ds_.data()), longest(z_, dz_.data()));
-        double after = 0.0;
-        for (std::size_t i = 0; i < rows(); ++i) after += (s_[i] + whole * ds_[i]) * (z_[i] + whole * dz_[i]);
+        const double after = gap_ + whole * (dot(s_.data(), dz_.data(), rows()) + dot(z_, ds_.data(), rows())) +
+                             whole * whole * dot(ds_.data(), dz_.data(), rows());
         const double share = std::min(1.0, std::max(0.0, after / gap_));
         correction(share * share * share * gap_ / static_cast<double>(cones()), aim_.data());
         direction(aim_.data(), true);
