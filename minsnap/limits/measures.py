@@ -16,8 +16,8 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.corridors.constraint import Balls, Faces, Walls
+from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
-from minsnap.polynomials.extrema import maximum
 from minsnap.polynomials.ratios import largest_ratio
 from minsnap.tolerances import EXACT, ROUNDING
 from minsnap.trajectory.medium import Medium, norm
@@ -165,7 +165,7 @@ class _Tilt:
         lowest, piece, s = maximum(-thrust[..., 2])
         if lowest >= 0.0:
             return np.pi / 2.0 if lowest == 0.0 else np.pi, piece, s
-        value, piece, s = largest_ratio(squared_norm(thrust[..., :2]), squared_norm(thrust[..., 2:]))
+        value, piece, s = largest_ratio(squared_norm(thrust[..., :2]), squared_norm(thrust[..., 2:]), maximum)
         return float(np.arctan(np.sqrt(max(value, 0.0)))), piece, s
 
     def sampled(self, motion: Motion, order: int) -> FloatArray:
@@ -192,7 +192,7 @@ class _BodyRate:
             for a, b in ((1, 2), (2, 0), (0, 1))
         ]
         top, bottom = sum(multiply(part, part) for part in cross), multiply(square, square)
-        value, piece, s = largest_ratio(elevate(np.asarray(top), bottom.shape[1]), bottom)
+        value, piece, s = largest_ratio(elevate(np.asarray(top), bottom.shape[1]), bottom, maximum)
         return float(np.sqrt(max(value, 0.0))), piece, s
 
     def sampled(self, motion: Motion, order: int) -> FloatArray:

@@ -1,7 +1,7 @@
 """What holds of polynomials and trajectories over all time, in the native core.
 
-Every function returns None where the Python core has to answer: there is no native one, or the request is outside what
-it takes.  Bounds are proved, with running error bounds; local maxima are exact to working precision.
+Every function but ``maximum`` returns None where the Python core has to answer: there is no native one, or the request
+is outside what it takes.  Bounds are proved, with running error bounds; local maxima are exact to working precision.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry, address, optional_address
 from minsnap.native.status import Status
+from minsnap.polynomials import extrema
 
 _MAXIMA = Entry("minsnap_maxima", *[c_int64] * 3, *[c_void_p] * 4)
 _NORMS = Entry("minsnap_largest_norms", *[c_int64] * 3, *[c_void_p] * 2, c_int64, *[c_void_p] * 3)
@@ -68,6 +69,15 @@ def maxima(
     if call(groups, count, points.shape[1] - 1, address(points), known, address(values), address(rows)):
         return None
     return values[:, 0], values[:, 1], rows, values[:, 2]
+
+
+def maximum(points: FloatArray, errors: FloatArray | None = None) -> tuple[float, int, float]:
+    """Largest value over all the polynomials, as ``polynomials.extrema.maximum``, which answers without a core."""
+    found = maxima(points, errors)
+    if found is None:
+        return extrema.maximum(points, errors)
+    _, bounds, rows, where = found
+    return float(bounds[0]), int(rows[0]), float(where[0])
 
 
 def local_maxima(points: FloatArray, level: float = -np.inf) -> tuple[IntArray, FloatArray, FloatArray] | None:

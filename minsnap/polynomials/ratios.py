@@ -6,20 +6,27 @@ superlinearly (W. Dinkelbach, "On nonlinear fractional programming", Management 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.polynomials import extrema
 from minsnap.polynomials.bernstein import basis
-from minsnap.polynomials.extrema import maximum
+
+Maximum = Callable[[FloatArray], tuple[float, int, float]]
+"""Gives the largest value of polynomials, which of them has it, and where on [0, 1]."""
 
 
-def largest_ratio(top: FloatArray, bottom: FloatArray) -> tuple[float, int, float]:
+def largest_ratio(top: FloatArray, bottom: FloatArray, maximum: Maximum = extrema.maximum) -> tuple[float, int, float]:
     """Largest p/q over many pairs of polynomials on [0, 1], q not negative.
 
     Parameters
     ----------
     top, bottom : ndarray, shape (m, n + 1)
         Control points of p and q, of the same degree.
+    maximum : callable, optional
+        The Python one unless given.
 
     Returns
     -------

@@ -11,6 +11,7 @@ from math import comb, inf
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
+from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
 from minsnap.polynomials.ratios import largest_ratio
 from minsnap.trajectory.look_at import LookAtHeading
@@ -121,7 +122,7 @@ def _fastest_turn(vectors: FloatArray, durations: FloatArray) -> tuple[float, in
     if scaled.shape[1] > 1:
         top = multiply(scaled[..., 0], change[..., 1]) - multiply(scaled[..., 1], change[..., 0])
     top = elevate(top, bottom.shape[1]) / durations[:, None]
-    value, row, s = largest_ratio(np.concatenate((top, -top)), np.concatenate((bottom, bottom)))
+    value, row, s = largest_ratio(np.concatenate((top, -top)), np.concatenate((bottom, bottom)), maximum)
     return value, row % len(vectors), s
 
 

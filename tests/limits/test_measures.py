@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+import minsnap
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, Extent, Motion
+from minsnap.native.library import using
 from minsnap.trajectory.medium import Medium
 
 
@@ -36,3 +38,13 @@ def test_speeds_upwards_and_downwards_at_samples():
     motion = Motion(lambda order: np.array([[1.0, 1.0, 0.2], [1.0, 1.0, -0.3]]), "euclidean", Medium(1.0))
     assert MEASURES["upwards"].sampled(motion, 1).tolist() == [0.2, 0.0]
     assert MEASURES["downwards"].sampled(motion, 1).tolist() == [0.0, 0.3]
+
+
+def test_both_cores_measure_the_same():
+    path = minsnap.plan([(0.0, 0.0, 1.0), (3.0, 1.0, 2.0), (4.0, -2.0, 0.5), (0.0, 0.0, 1.0)], [1.0, 0.9, 1.2])
+    limits = Limits(tilt=0.5, body_rate=2.0, max_thrust=1.5, min_thrust=0.3, climb_speed=1.0, horizontal_speed=2.0)
+    found = limits.utilisation(path)
+    with using("python"):
+        expected = limits.utilisation(path)
+    for one, other in zip(found, expected, strict=True):
+        assert (one.value, one.instant) == pytest.approx((other.value, other.instant), rel=1e-9), one.name

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from minsnap.native import proved_extrema as native
 from minsnap.native.library import core, using
 from minsnap.polynomials.bernstein import basis
+from minsnap.polynomials.extrema import maximum
 from minsnap.polynomials.local_maxima import peaks
 
 pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
@@ -40,6 +41,12 @@ def test_local_maxima_agree_with_the_python_core():
     found, expected = native.local_maxima(points, 0.0), peaks(points, 0.0)
     for row in np.unique(expected[0]):
         assert found[2][found[0] == row].max() == pytest.approx(expected[2][expected[0] == row].max(), rel=1e-9)
+
+
+@pytest.mark.parametrize("degree", [0, 7, 24, 150])
+def test_a_maximum_is_that_of_the_python_core(degree):
+    points = np.random.default_rng(degree).normal(size=(5, degree + 1))
+    assert native.maximum(points) == pytest.approx(maximum(points), rel=1e-12)
 
 
 def test_what_the_core_does_not_take_is_left_to_python():
