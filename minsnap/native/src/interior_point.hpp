@@ -21,7 +21,7 @@
 
 #include "buffer.hpp"
 #include "cone_rows.hpp"
-#include "cone_scaling.hpp"
+#include "cone_product.hpp"
 #include "dot.hpp"
 #include "profile_matrix.hpp"
 #include "status.hpp"
@@ -74,7 +74,7 @@ private:
         for (iterations_ = 0; iterations_ < most_; ++iterations_) {
             if (small()) return true;
             if (late()) break;
-            if (!scale() || !form()) return close();
+            if (!product_.scale(s_.data(), z_) || !form()) return close();
             const double step = advance();
             measure(step);
             if (!(step > 1e-10)) break;
@@ -91,23 +91,15 @@ private:
         const std::size_t n = p_.size, m = rows();
         bool made = true;
         for (Vector *v : {&dx_, &rx_, &right_, &again_}) made = made && v->allocate(n + 1);
-        for (Vector *v : {&s_, &ds_, &dz_, &rz_, &w_, &lambda_, &one_, &two_, &three_, &shift_, &push_, &aim_}) {
-            made = made && v->allocate(m + 1);
-        }
-        made = made && scalings_.allocate(cones() + 1) && block_.allocate(width() * width()) && local_.allocate(width());
-        if (!made) return false;
-        std::size_t row = 0;
-        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
-            scalings_[k].w = w_.data() + row;
-            scalings_[k].lambda = lambda_.data() + row;
-        }
-        return list_firsts() && matrix_.shape(n, first_.data());
+        for (Vector *v : {&s_, &ds_, &dz_, &rz_, &one_, &two_, &three_, &push_, &aim_}) made = made && v->allocate(m + 1);
+        made = made && product_.set(cones(), m, [&](std::size_t k) { return p_.cones->size_of(k); });
+        made = made && block_.allocate(width() * width()) && local_.allocate(width());
+        return made && list_firsts() && matrix_.shape(n, first_.data());
     }
 
     std::size_t rows() const { return p_.cones->rows(p_.pieces); }
     std::size_t cones() const { return p_.cones->cones(); }
     std::size_t width() const { return p_.cones->shape().width(); }
-    std::size_t size_of(std::size_t cone) const { return p_.cones->size_of(cone); }
     const std::int64_t *columns_of(std::size_t piece) const { return p_.columns + piece * width(); }
 
     // First unknown that each unknown meets in a piece.
@@ -172,12 +164,7 @@ private:
     // Start from the solution without cones' boundaries: W = 1 (Vandenberghe, section 7.3).
     bool begin() {
         const std::size_t n = p_.size, m = rows();
-        std::size_t row = 0;
-        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) {
-            scalings_[k].eta = 1.0;
-            std::fill(w_.data() + row, w_.data() + row + size_of(k), 0.0);
-            w_[row] = 1.0;
-        }
+        product_.unscale();
         if (!form()) return false;
         for (std::size_t j = 0; j < n; ++j) right_[j] = -p_.linear[j];
         add_transposed(p_.bound, right_.data());
@@ -194,23 +181,13 @@ private:
     void begin_at(const double *x) {
         std::copy(x, x + p_.size, x_);
         rows_of(x_, s_.data(), false);
-        each_cone([&](std::size_t, std::size_t row, auto count) {
-            double *s = s_.data() + row, *z = z_ + row;
-            s[0] += std::max(0.0, start_room + cone_depth(s, count));
-            const double share = start_room / (count == 1 ? s[0] * s[0] : cone_determinant(s, count));
-            z[0] = share * s[0];
-            for (std::size_t i = 1; i < count; ++i) z[i] = -share * s[i];
-        });
+        product_.centre(s_.data(), z_, start_room);
     }
 
     // Move a point along the axes of the cones until it is inside.
     void inwards(double *u) const {
-        double depth = -1.0;
-        std::size_t row = 0;
-        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) depth = std::max(depth, cone_depth(u + row, size_of(k)));
-        if (depth < -1e-8) return;
-        row = 0;
-        for (std::size_t k = 0; k < cones(); row += size_of(k), ++k) u[row] += 1.0 + std::max(depth, 0.0);
+        const double depth = product_.depth(u);
+        if (depth >= -1e-8) product_.raise(u, 1.0 + std::max(depth, 0.0));
     }
 
     // Residuals after a step. Far from the solution one with a share of the whole leaves the rest of them, and only where
@@ -249,12 +226,6 @@ private:
     bool small() const { return within(tolerance_); }
     bool close() const { return within(1e2 * tolerance_); }
 
-    bool scale() {
-        bool inside = true;
-        each_cone([&](std::size_t k, std::size_t row, auto count) { inside = scalings_[k].set(s_.data() + row, z_ + row, count) && inside; });
-        return inside;
-    }
-
     // Normal equations for the present scaling, factored.
     bool form() {
         matrix_.clear();
@@ -262,7 +233,7 @@ private:
         for (std::size_t i = 0; i < p_.pieces; ++i) {
             const double *hessian = p_.hessian + i * width() * width();
             std::copy(hessian, hessian + width() * width(), block_.data());
-            p_.cones->add_squares(i, scalings_.data(), block_.data());
+            p_.cones->add_squares(i, product_.scalings(), block_.data());
             scatter(i);
         }
         return matrix_.factor();
@@ -288,7 +259,7 @@ private:
         solve_reduced(rx_.data(), rz_.data(), shift);
         if (precise && gap_ < coarse) {
             refine(shift);
-            squared(dz_.data(), one_.data());
+            product_.square(dz_.data(), one_.data());
         }
         for (std::size_t i = 0; i < rows(); ++i) ds_[i] = shift[i] - one_[i];
     }
@@ -296,14 +267,14 @@ private:
     // P dx + G'dz = -rx, G dx - W^2 dz = -rz - shift, into dx_ and dz_; W^2 dz into one_.
     void solve_reduced(const double *rx, const double *rz, const double *shift) {
         for (std::size_t i = 0; i < rows(); ++i) one_[i] = rz[i] + (shift != nullptr ? shift[i] : 0.0);
-        inverse_squared(one_.data(), two_.data());
+        product_.divide_square(one_.data(), two_.data());
         for (std::size_t j = 0; j < p_.size; ++j) dx_[j] = 0.0;
         add_transposed(two_.data(), dx_.data());
         for (std::size_t j = 0; j < p_.size; ++j) dx_[j] = -rx[j] - dx_[j];
         matrix_.solve(dx_.data());
         rows_of(dx_.data(), dz_.data(), true);
         for (std::size_t i = 0; i < rows(); ++i) one_[i] += dz_[i];
-        inverse_squared(one_.data(), dz_.data());
+        product_.divide_square(one_.data(), dz_.data());
     }
 
     // One step of iterative refinement of both equations.
@@ -312,7 +283,7 @@ private:
         add_transposed(dz_.data(), again_.data());
         for (std::size_t j = 0; j < p_.size; ++j) again_[j] += rx_[j];
         rows_of(dx_.data(), three_.data(), true);
-        squared(dz_.data(), one_.data());
+        product_.square(dz_.data(), one_.data());
         for (std::size_t i = 0; i < rows(); ++i) three_[i] += rz_[i] + shift[i] - one_[i];
         std::copy(dx_.data(), dx_.data() + p_.size, right_.data());
         std::copy(dz_.data(), dz_.data() + rows(), push_.data());
@@ -321,67 +292,23 @@ private:
         for (std::size_t i = 0; i < rows(); ++i) dz_[i] += push_[i];
     }
 
-    void squared(const double *u, double *out) {
-        each_cone([&](std::size_t k, std::size_t row, auto count) { scalings_[k].square(u + row, out + row, count); });
-    }
-
-    void inverse_squared(const double *u, double *out) {
-        each_cone([&](std::size_t k, std::size_t row, auto count) { scalings_[k].divide_square(u + row, out + row, count); });
-    }
-
-    // Call action(cone, first row, number of rows); the sizes met most are known when compiling.
-    template <class Action>
-    MINSNAP_INLINE void each_cone(Action &&action) const {
-        std::size_t row = 0;
-        for (std::size_t k = 0; k < cones(); ++k) {
-            const std::size_t count = size_of(k);
-            switch (count) {
-                case 1: action(k, row, std::integral_constant<std::size_t, 1>{}); break;
-                case 3: action(k, row, std::integral_constant<std::size_t, 3>{}); break;
-                case 4: action(k, row, std::integral_constant<std::size_t, 4>{}); break;
-                default: action(k, row, count); break;
-            }
-            row += count;
-        }
-    }
-
     // Predict, correct, move; the step taken.
     double advance() {
         for (std::size_t i = 0; i < rows(); ++i) aim_[i] = -s_[i];
         direction(aim_.data(), false);
-        const double whole = std::min(longest(s_.data(), ds_.data()), longest(z_, dz_.data()));
+        const double whole = std::min(product_.longest(s_.data(), ds_.data()), product_.longest(z_, dz_.data()));
         const double after = gap_ + whole * (dot(s_.data(), dz_.data(), rows()) + dot(z_, ds_.data(), rows())) +
                              whole * whole * dot(ds_.data(), dz_.data(), rows());
         const double share = std::min(1.0, std::max(0.0, after / gap_));
-        correction(share * share * share * gap_ / static_cast<double>(cones()), aim_.data());
+        product_.correct(share * share * share * gap_ / static_cast<double>(cones()), ds_.data(), dz_.data(), aim_.data());
         direction(aim_.data(), true);
-        const double step = 0.99 * std::min(longest(s_.data(), ds_.data(), 1.0 / 0.99), longest(z_, dz_.data(), 1.0 / 0.99));
+        const double step = 0.99 * std::min(product_.longest(s_.data(), ds_.data(), 1.0 / 0.99), product_.longest(z_, dz_.data(), 1.0 / 0.99));
         for (std::size_t j = 0; j < p_.size; ++j) x_[j] += step * dx_[j];
         for (std::size_t i = 0; i < rows(); ++i) {
             s_[i] += step * ds_[i];
             z_[i] += step * dz_[i];
         }
         return step;
-    }
-
-    // shift = W (lambda \ (centre e - lambda o lambda - (W^-1 ds) o (W dz)))
-    void correction(double centre, double *aim) {
-        each_cone([&](std::size_t k, std::size_t row, auto count) {
-            const ConeScaling &scaling = scalings_[k];
-            double *a = one_.data() + row, *b = two_.data() + row, *right = three_.data() + row;
-            const double *lambda = scaling.lambda;
-            scaling.divide(ds_.data() + row, a, count);
-            scaling.multiply(dz_.data() + row, b, count);
-            right[0] = centre - lambda[0] * lambda[0] - tail_product(lambda, lambda, count) - a[0] * b[0] - tail_product(a, b, count);
-            for (std::size_t i = 1; i < count; ++i) right[i] = -2.0 * lambda[0] * lambda[i] - a[0] * b[i] - b[0] * a[i];
-            cone_quotient(lambda, right, a, count);
-            scaling.multiply(a, aim + row, count);
-        });
-    }
-
-    double longest(const double *u, const double *d, double most = 1.0) const {
-        each_cone([&](std::size_t, std::size_t row, auto count) { most = cone_step(u + row, d + row, count, most); });
-        return most;
     }
 
     const ChainProgramme &p_;
@@ -392,9 +319,9 @@ private:
     std::int64_t iterations_ = 0;
     double *x_ = nullptr, *z_ = nullptr;
     double gap_ = 0.0, primal_ = 0.0, dual_ = 0.0, cost_ = 0.0;
-    Vector s_, ds_, dz_, rz_, w_, lambda_, one_, two_, three_, shift_, push_, aim_;
+    Vector s_, ds_, dz_, rz_, one_, two_, three_, push_, aim_;
     Vector dx_, rx_, right_, again_, block_, local_;
-    Buffer<ConeScaling> scalings_;
+    ConeProduct product_;
     Buffer<std::size_t> first_;
     ProfileMatrix matrix_;
 };

@@ -16,6 +16,7 @@
 #if !defined(MINSNAP_INLINE)
 #define MINSNAP_INLINE inline __attribute__((always_inline))
 #endif
+#define MINSNAP_INLINED __attribute__((always_inline))  // of a lambda
 #define MINSNAP_APART __attribute__((noinline))
 
 namespace minsnap {

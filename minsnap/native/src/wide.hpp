@@ -12,4 +12,15 @@ inline bool wide() { return __builtin_cpu_supports("avx2"); }
 inline bool wide() { return false; }
 #endif
 
+template <class Job>
+MINSNAP_WIDE void run_wide(Job &job) {
+    job();
+}
+
+// Run a job that is MINSNAP_INLINED, for wide registers where there are some.
+template <class Job>
+void widely(Job job) {
+    wide() ? run_wide(job) : job();
+}
+
 }  // namespace minsnap
