@@ -107,7 +107,7 @@ class VehicleBound:
 
         inner = np.linspace(0.0, 1.0, GRID, endpoint=False)
         grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * inner
-        t = np.append(grid.reshape(-1), self.traj.duration)
+        t = np.append(grid, self.traj.duration)
         states = flatness_of(self.vehicle, self.traj, t, drag=flat_drag(self.vehicle))
         return t, self._quantities(states)
 

@@ -11,6 +11,7 @@ from minsnap.errors import InfeasibleError, LimitError
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import sampled_motion
 from minsnap.limits.vehicle_drag import flat_drag, lateral_alike
+from minsnap.limits.vehicle_use import VehicleBound
 from minsnap.time_allocation.time_stretch import most_used
 from minsnap.vehicle import BodyDrag, Quadrotor, RotorSpeedDrag, flat_states, flatness_of
 
@@ -50,6 +51,7 @@ def test_no_sampled_thrust_is_beyond_the_bound_and_the_bound_is_close(seed, yaw,
     most, least = rotors(Limits.of(body, 0.0), path)
     found = thrusts(body, path)
     assert most.method == least.method == "interval"
+    assert all(path.breaks[used.leg] <= used.instant <= path.breaks[used.leg + 1] for used in (most, least))
     assert found.max() <= most.value <= found.max() + 2e-3 * body.hover_thrust
     assert found.min() >= least.value >= found.min() - 2e-3 * body.hover_thrust
     assert most.limit == pytest.approx(body.rotor_thrust_limits[1])
@@ -67,6 +69,20 @@ def test_a_yaw_along_the_velocity_is_sampled_and_says_so():
     found = thrusts(VEHICLES["f330"], path)
     assert most.method == least.method == "sampled"
     assert found.max() <= most.value <= 1.01 * found.max()
+
+
+def test_many_instants_of_every_piece_are_sampled():
+    body, path = VEHICLES["f330"], minsnap.plan(*random_legs(0, 2), yaw="velocity")
+    bound = VehicleBound(body, path, dict.fromkeys(LIFTED, 1.0))
+    t, (most, least, tilt, turning, upwards, downwards) = bound.sampled()
+    assert t == pytest.approx(np.append(np.interp(np.arange(512.0), [0.0, 256.0, 512.0], path.breaks), path.duration))
+    states = flatness_of(body, path, t, drag=body.drag)
+    assert most == pytest.approx(states.thrust / body.weight) and (least == -most).all()
+    assert np.cos(tilt) == pytest.approx(states.rotation[:, 2, 2]) and (tilt >= 0.0).all()
+    assert turning == pytest.approx(np.linalg.norm(states.body_rates[:, :2], axis=1))
+    forces = body.thrust_coefficient * states.rotor_speed * np.abs(states.rotor_speed)
+    assert body.hover_thrust + upwards == pytest.approx(forces.max(axis=1))
+    assert body.hover_thrust - downwards == pytest.approx(forces.min(axis=1))
 
 
 def test_hover_uses_neither_side():
@@ -189,6 +205,7 @@ def test_rotors_without_spin_are_proved_too(seed, vehicle):
     most, least = rotors(Limits.of(body, 0.0), path)
     found = thrusts(body, path)
     assert most.method == least.method == "interval"
+    assert all(path.breaks[used.leg] <= used.instant <= path.breaks[used.leg + 1] for used in (most, least))
     assert found.max() <= most.value <= found.max() + 2e-3 * body.hover_thrust
     assert found.min() >= least.value >= found.min() - 2e-3 * body.hover_thrust
 
@@ -227,3 +244,6 @@ def test_drag_is_the_same_sideways_if_all_of_it_is(linear, quadratic, alike):
 def test_a_drag_that_is_not_of_the_body_has_no_part_in_limits():
     vehicle = dataclasses.replace(Quadrotor.dji_f330(), drag=RotorSpeedDrag((1e-4, 1e-4, 1e-4)))
     assert not flat_drag(vehicle).linear.any() and not Limits.of(vehicle).medium.drags
+    path = minsnap.plan(*random_legs(0, 1))
+    bare = rotors(Limits.of(dataclasses.replace(vehicle, drag=BodyDrag())), path)
+    assert [used.value for used in rotors(Limits.of(vehicle), path)] == [used.value for used in bare]
