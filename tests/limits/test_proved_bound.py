@@ -85,6 +85,7 @@ def test_without_drag_there_is_no_velocity():
 def test_bounds_of_single_motions_are_what_they_bound():
     random = np.random.default_rng(3)
     f, change = random.normal(size=(2, 50, 3)) * [[[9.0, 9.0, 9.0]], [[5.0, 5.0, 5.0]]]
+    f[:10] /= 50.0  # close to free fall
     path = Trajectory(np.zeros((1, 4, 3)), [1.0])
     bound = VehicleBound(VEHICLE, path, {})
     lift = Lift(columns(f), columns(change), columns(f), columns(np.zeros((50, 3))))
