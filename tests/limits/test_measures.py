@@ -24,9 +24,17 @@ def test_walls_of_the_tilt_begin_a_billionth_of_gravity_above_free_fall():
     assert 0.9e-9 < up.lower[0] / 9.81 + 1.0 < 1.1e-9
 
 
-def test_a_thrust_without_a_vertical_part_is_at_a_right_angle():
-    motion = Motion(lambda order: np.array([[[1.0, 0.0, -1.0]]]), "euclidean", Medium(1.0))
-    assert MEASURES["tilt"].largest(motion, 2)[0] == np.pi / 2.0
+@pytest.mark.parametrize(("vertical", "tilt"), ((0.0, np.pi / 2.0), (-1e-9, np.pi), (1.0, np.pi / 4.0)))
+def test_a_thrust_without_a_vertical_part_is_at_a_right_angle(vertical, tilt):
+    """And one that points down at all counts as upside down."""
+    motion = Motion(lambda order: np.array([[[1.0, 0.0, vertical - 1.0]]]), "euclidean", Medium(1.0))
+    assert MEASURES["tilt"].largest(motion, 2)[0] == pytest.approx(tilt, rel=1e-12)
+
+
+def test_free_fall_from_rest_has_no_thrust_with_drag_either():
+    orders = {1: (0.0, 0.0, 0.0), 2: (0.0, 0.0, -1.0)}
+    motion = Motion(lambda order: np.array([orders[order]]), "euclidean", Medium(1.0, 0.5, 0.1, 0.2, 0.1))
+    assert motion.thrust().tolist() == [[0.0, 0.0, 0.0]]
 
 
 def test_derivatives_of_a_state_that_are_not_given_are_zero():
