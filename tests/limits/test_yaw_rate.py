@@ -27,7 +27,7 @@ HEADINGS = {
 
 
 @pytest.mark.parametrize("name", HEADINGS)
-@pytest.mark.parametrize("span", ((0.0, 3.0), (0.5, 3.0), (0.2, 0.9), (1.2, 1.7), (0.7, 1.6), (1.6, 2.5), (2.7, 3.0)))
+@pytest.mark.parametrize("span", ((0.0, 3.0), (0.9, 3.0), (0.2, 0.9), (1.2, 1.7), (0.7, 1.6), (1.6, 2.5), (2.7, 3.0)))
 def test_the_largest_rate_between_two_instants_is_that_of_samples(name, span):
     heading = HEADINGS[name]
     value, instant = _largest(heading, *span)
@@ -49,8 +49,8 @@ def by_rate(rate):
 
 def test_a_yaw_of_any_formula_is_sampled():
     """Greatest on the second leg, and at the end; a part of no known rate hides the whole."""
-    value, instant, method = largest_yaw_rate(by_rate(lambda t: -np.exp(-((t - 1.3) ** 2))))
-    assert (value, instant) == (pytest.approx(1.0, abs=1e-4), pytest.approx(1.3, abs=0.01)) and method == "sampled"
+    value, instant, method = largest_yaw_rate(by_rate(lambda t: -np.exp(-((25.0 * (t - 1.3)) ** 2))))
+    assert (value, instant) == (pytest.approx(1.0, abs=5e-3), pytest.approx(1.3, abs=0.01)) and method == "sampled"
     growing = by_rate(lambda t: 2.0 * t)
     assert largest_yaw_rate(growing) == (pytest.approx(6.0), pytest.approx(3.0), "sampled")
     for first, second in ((PLANNED, growing.yaw), (growing.yaw, PLANNED)):
