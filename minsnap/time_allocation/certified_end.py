@@ -23,7 +23,7 @@ from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.time_allocation.true_peaks import Measured
 from minsnap.trajectory.trajectory import Trajectory
 
-TRIES = 10
+TRIES = 30
 """Steps towards walls and limits moved inwards."""
 
 FLOOR, GROWTH = 2e-9, 8.0
@@ -99,7 +99,7 @@ class CertifiedEnd:
                         return best
                 elif kept and self._excess(solved) <= KEPT:
                     return solved
-            least = FLOOR * GROWTH**attempt
+            least = min(FLOOR * GROWTH**attempt, FAR)
             limit = 0.0 if kept and self.still and not solved.inside else max(ENOUGH * measured.limit, least)
             wall = 0.0 if solved.inside else max(ENOUGH * measured.wall, least)
             self.inwards = Inwards(self.inwards.limit + limit, self.inwards.wall + wall)
