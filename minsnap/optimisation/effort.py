@@ -18,15 +18,19 @@ ALONE = 2.5
 """The same where stop-and-go is not inside, and where the least width that would do is looked for."""
 
 PRICES = {
-    "daqp": (1e5, 45.0, 0.3),
     "piqp": (1e5, 300.0, 2.0),
     "clarabel": (1e5, 300.0, 100.0),
     "native": (1e5, 600.0, 0.0),
-    "nnls": (1e5, 0.0, 5.0),
 }
 """Work of a call, for each entry of its rows, and for each of these times the entries of a row.
 
-Other solvers count as Clarabel; with non-negative least squares it is times the rows with which it ends.
+Other solvers count as Clarabel.
+"""
+
+ITERATED = {"daqp": (1e5, 0.2, 0.0), "nnls": (1e5, 1.0, 2.0)}
+"""Work of a call, and of an iteration for each entry of the rows and for each pair of rows.
+
+Non-negative least squares counts the rows with which it ends: it takes more iterations where it can choose among many.
 """
 
 
@@ -54,12 +58,14 @@ class Effort:
         return self.spent > self.share * MOST * max(1.0, self.legs / 10.0)
 
     def spend(self, solver: str, rows: int, unknowns: int, width: float) -> None:
-        """Count one call of a solver, for rows with ``width`` entries other than zero."""
+        """Count one call of a solver, for rows with ``width`` entries other than zero, unless it counts its own."""
+        if solver in ITERATED:
+            return
         call, entry, pair = PRICES.get(solver, PRICES["clarabel"])
         self.spent += call + (rows + unknowns) * width * (entry + pair * width)
 
-    def spend_on_least_squares(self, rows: int, unknowns: int, active: int) -> bool:
-        """Count one call of non-negative least squares; whether the problem is worth more."""
-        call, _, pair = PRICES["nnls"]
-        self.spent += call + pair * rows * unknowns * (active + 1)
+    def spend_on_iterations(self, solver: str, rows: int, unknowns: int, iterations: int) -> bool:
+        """Count one call of a solver that ended after so many iterations; whether the problem is worth more."""
+        call, entry, pair = ITERATED[solver]
+        self.spent += call + rows * (unknowns * entry + rows * pair) * iterations
         return not self.over

@@ -4,10 +4,9 @@ Each group of walls gets a slack: :math:`g(z) \le b + \sigma\,\text{width}\,\tex
 minimised over all time by the same exchange of rows.  One slack for all limits measures how far given durations are
 from feasible; one slack per leg shows which leg is too narrow; a slack below zero gives a curve with room to all walls.
 
-The cost of the curve has no part in it, and neither have its coordinates.  Where there are few unknowns they are those
-in which the rows to begin with have orthonormal columns, which PIQP solves; else an unknown is a derivative times a
-power of the longer of its two pieces' durations, so that it is a difference of control points there, and the native
-core solves them.
+The cost of the curve has no part in it, and neither have its coordinates.  An unknown is a derivative times a power of
+the longer of its two pieces' durations, so that it is a difference of control points there.  Where the native core does
+not solve that and there are few unknowns, they are coordinates in which the rows to begin with have orthonormal columns.
 """
 
 from __future__ import annotations
@@ -165,6 +164,8 @@ class Elastic:
         Widths by which rows are moved inwards once a slack is certain, so that it ends after fewer solves.
     sign : bool
         Whether it is sufficient to know whether the slack is above zero, or of a curve with room to all walls.
+    far : float
+        Slack above which it ends where the slack grows by less than a hundredth in a round.
     """
 
     def __init__(
@@ -178,17 +179,18 @@ class Elastic:
         evident: bool = False,
         inward: float = 0.0,
         sign: bool = False,
+        far: float = np.inf,
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, problem.values, compiled, give
         self.effort = effort or Effort(len(problem.durations), ALONE)
-        self.accuracy, self.evident, self.inward, self.sign = accuracy, evident, inward, sign
+        self.accuracy, self.evident, self.inward, self.sign, self.far = accuracy, evident, inward, sign, far
         self.linear = LinearRows(problem, self.base)
         self.ends = problem.plain_ends(self.base)
         self.multipliers, self.moved = np.zeros(0), 0.0
         begin = all_walls_rows(Curve(problem, compiled, self.base)) + ([] if seed is None else [seed])
         self.rows = self._expressed(begin)
         self._made: dict[bool, Coordinates] = {}
-        self._ways = self._dense_first()
+        self._ways = self._ways_in_turn()
 
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
@@ -216,8 +218,11 @@ class Elastic:
                 break
             self.rows = self.rows.joined(self._expressed([self._unrelaxed(rows, given) for rows in found]))
             self.moved = self.inward if slacks.max() > ACCURACY else 0.0
+            before = slacks
             knots, slacks = self._solve()
             rounds += 1
+            if slacks.max() > self.far and slacks.max() - before.max() < 0.01 * slacks.max():
+                break
         self.moved = 0.0
         evidence = self._evidence() if self.evident and slacks.max() > self.accuracy else np.zeros(0)
         return Relaxed(knots, slacks, self.rows, self.multipliers, rounds, evidence)
@@ -285,7 +290,7 @@ class Elastic:
             answer = self._attempt(*way)
             if answer is not None:
                 found.append((way, answer))
-                if answer.lost <= max(SOLVED, 0.01 * abs(answer.slacks.max())) or self.effort.over:
+                if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()) or self.effort.over:
                     break
         if not found:
             raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")
@@ -294,11 +299,11 @@ class Elastic:
         self.multipliers = best.multipliers
         return best.knots, best.slacks
 
-    def _dense_first(self) -> list[Way]:
-        """Ways of solving: dense coordinates where the unknowns are few, first where they are fewest."""
+    def _ways_in_turn(self) -> list[Way]:
+        """Ways of solving, after the native core: dense coordinates where unknowns are few, first where fewest."""
         dense: list[Way] = [(True, by_piqp), (True, by_clarabel)] if self.linear.size <= 2 * DENSE else []
-        sparse: list[Way] = [(False, by_native_core), (False, by_clarabel), (False, by_sparse_piqp)]
-        return dense + sparse if self.linear.size <= DENSE else sparse + dense
+        sparse: list[Way] = [(False, by_clarabel), (False, by_sparse_piqp)]
+        return [(False, by_native_core), *(dense + sparse if self.linear.size <= DENSE else sparse + dense)]
 
     def _coordinates(self, dense: bool) -> Coordinates:
         if dense not in self._made:

@@ -15,8 +15,8 @@ from minsnap.tolerances import ROUNDING
 KEPT = 1e-14
 """Violation of a normalised row, beside the solution, that is rounding."""
 
-Spend = Callable[[int, int, int], bool]
-"""Counts a call of non-negative least squares with so many rows, unknowns and multipliers; whether more may follow."""
+Spend = Callable[[str, int, int, int], bool]
+"""Counts a call of a solver with so many rows, unknowns and iterations; whether more may follow."""
 
 RESCALINGS = 6
 """How often a least-distance problem is scaled again so that its solution is of order one."""
@@ -78,7 +78,7 @@ def _least_norm(rows: FloatArray, bounds: FloatArray, spend: Spend | None) -> tu
             weights, _ = nnls(dual, np.eye(len(dual))[-1], maxiter=50 * dual.shape[1])
         except RuntimeError:
             return None
-        if spend is not None and not spend(len(rows), rows.shape[1], int(np.count_nonzero(weights))):
+        if spend is not None and not spend("nnls", len(rows), rows.shape[1], 1 + int(np.count_nonzero(weights))):
             return None
         residual = dual @ weights
         residual[-1] -= 1.0

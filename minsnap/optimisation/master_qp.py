@@ -159,11 +159,10 @@ class MasterQP:
         suited = tuple(solver for solver in self.solvers if group.whitened or solver != "nnls")
         width = len(group.columns) if group.whitened else 2 * self.problem.half * self.problem.dim
         for number, solver in enumerate(suited):
-            if solver != "nnls":
-                self.effort.spend(solver, len(chosen), len(group.columns), width)
+            self.effort.spend(solver, len(chosen), len(group.columns), width)
             if number and self.effort.over:
                 break
-            found = solve_qp(asked, solver, active=active, spend=self.effort.spend_on_least_squares)
+            found = solve_qp(asked, solver, active=active, spend=self.effort.spend_on_iterations)
             if found is not None:
                 multipliers = 2.0 * size * found.multipliers / norms
                 return GroupAnswer(size * found.x, multipliers, solver, suited[:number])

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,7 +31,7 @@ TOLERANCES: dict[str, dict[str, Any]] = {
     "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 60},
     "osqp": {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 200_000, "polishing": True},
 }
-DENSE_SOLVERS = frozenset({"daqp", "quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})
+DENSE_SOLVERS = frozenset({"quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,9 +111,12 @@ def solve_qp(
     accuracy : float
         Relative duality gap that is accepted.
     spend : callable, optional
-        Counts the calls of non-negative least squares, and ends them.
+        Counts the calls of DAQP and of non-negative least squares, and ends the latter.
     """
-    found = _nearest(asked, active, weight, spend) if solver == "nnls" else _through_qpsolvers(asked, solver)
+    if solver == "nnls":
+        found = _nearest(asked, active, weight, spend)
+    else:
+        found = _by_daqp(asked, spend) if solver == "daqp" else _through_qpsolvers(asked, solver)
     return found if found is not None and _holds(asked, found, tiny, accuracy) else None
 
 
@@ -126,16 +127,39 @@ def _nearest(asked: Programme, active: BoolArray | None, weight: float, spend: S
     return None if answer is None else Solution(answer[0], weight * answer[1], weight * answer[2], "nnls")
 
 
+def _by_daqp(asked: Programme, spend: Spend | None) -> Solution | None:
+    """Solve by DAQP itself: qpsolvers does not say how many iterations it took."""
+    import daqp
+
+    count, nothing = len(asked.q), np.zeros((0, len(asked.q)))
+    G, A = (nothing if rows is None else _dense(rows) for rows in (asked.G, asked.A))
+    sides = np.concatenate([np.zeros(0) if side is None else side for side in (asked.h, asked.b)])
+    equal = np.repeat(np.array([0, 5], dtype=np.int32), (len(G), len(A)))
+    rows = np.vstack((G, A)) if len(A) else G
+    asked_of = _dense(asked.P), asked.q, rows, sides, np.full(len(sides), -1e30), equal
+    x, _, status, told = daqp.solve(*asked_of, **TOLERANCES["daqp"])
+    if spend is not None:
+        spend("daqp", len(sides), count, told["iterations"])
+    if status <= 0 or not np.isfinite(x).all():
+        return None
+    return Solution(x, np.maximum(told["lam"][: len(G)], 0.0), told["lam"][len(G) :], "daqp")
+
+
+def _dense(matrix: Any) -> FloatArray:
+    return np.ascontiguousarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix)
+
+
 def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
     import qpsolvers
 
     P, G, A = asked.P, asked.G, asked.A
     if solver in DENSE_SOLVERS:
-        P, G, A = (matrix.toarray() if hasattr(matrix, "toarray") else matrix for matrix in (P, G, A))
+        P, G, A = (None if matrix is None else _dense(matrix) for matrix in (P, G, A))
     elif solver != "piqp" or not isinstance(P, np.ndarray):
         P, G, A = (_sparse(matrix) for matrix in (P, G, A))
     try:
-        with _silence(solver):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
             problem = qpsolvers.Problem(P, asked.q, G, asked.h, A, asked.b)
             solution = qpsolvers.solve_problem(problem, solver, **TOLERANCES.get(solver, {}))
     except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
@@ -167,17 +191,6 @@ def _within(violation: FloatArray, x: FloatArray, bounds: FloatArray) -> bool:
     """Whether violations are rounding relative to a solution and bounds of at least order one."""
     size = max(1.0, float(np.abs(x).max(initial=0.0)), float(np.abs(bounds).max(initial=0.0)))
     return float(violation.max(initial=0.0)) <= 0.1 * ACCURACY * size
-
-
-@contextmanager
-def _silence(name: str) -> Iterator[None]:
-    """Ignore warnings of solvers; DAQP, which is called most often, emits none."""
-    if name == "daqp":
-        yield
-        return
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
 
 
 def _sparse(matrix: Any) -> Any:

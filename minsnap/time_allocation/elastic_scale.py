@@ -22,6 +22,9 @@ from minsnap.time_allocation.time_stretch import nothing_limits
 CLOSE = 3e-3
 """Relaxation below which one Newton step gives the scale."""
 
+FAR = 0.1
+"""Relaxation above which it need not be known to more than a hundredth for a Newton step."""
+
 NEWTON_STEPS = 40
 
 FLAT = 1e-4
@@ -99,7 +102,7 @@ class ElasticScale:
 
     def _relaxed(self, problem: Problem) -> Relaxed:
         compiled = compile_walls(self.task, problem, self.units)
-        return Elastic(problem, compiled, give_limits(compiled), seed=self.seed).run()
+        return Elastic(problem, compiled, give_limits(compiled), seed=self.seed, far=FAR).run()
 
 
 def give_limits(compiled: Compiled) -> Give:

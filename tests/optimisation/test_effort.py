@@ -13,6 +13,7 @@ from minsnap.native.library import using
 from minsnap.optimisation import effort, elastic, fallbacks, master_qp, slack_programme
 from minsnap.optimisation.effort import Effort
 from minsnap.optimisation.least_distance import least_distance
+from minsnap.optimisation.qp import Programme, solve_qp
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
@@ -93,20 +94,31 @@ def test_effort_is_over_after_a_count_of_work_that_grows_with_the_legs(monkeypat
 
 def test_dear_solvers_count_more():
     spent = {}
-    for solver in ("daqp", "piqp", "clarabel", "another"):
+    for solver in ("piqp", "clarabel", "another"):
         counted = Effort(10)
         counted.spend(solver, 300, 100, 100)
         spent[solver] = counted.spent
-    assert spent["daqp"] < spent["piqp"] < spent["clarabel"] == spent["another"]
+    assert spent["piqp"] < spent["clarabel"] == spent["another"]
+
+
+def test_daqp_counts_by_its_iterations():
+    """The same rows in a square take more the more of them are broken."""
+    spent, corner = [], np.vstack((np.eye(20), -np.eye(20)))
+    for broken in (1, 20):
+        counted = Effort(10)
+        sides = np.where(np.arange(40) < broken, -1.0, 10.0)
+        solve_qp(Programme(np.eye(20), np.zeros(20), corner, sides), "daqp", spend=counted.spend_on_iterations)
+        spent.append(counted.spent - effort.ITERATED["daqp"][0])
+    assert spent[1] > 5.0 * spent[0] > 0.0
 
 
 def test_least_squares_end_with_the_effort(monkeypatch):
     monkeypatch.setattr(effort, "MOST", 1e6)
     counted = Effort(10)
-    assert counted.spend_on_least_squares(10, 10, 3) and not counted.spend_on_least_squares(1000, 100, 50)
+    assert counted.spend_on_iterations("nnls", 10, 10, 4) and not counted.spend_on_iterations("nnls", 1000, 100, 51)
     G, h = np.array([[-1.0]]), np.array([-1.0])
     assert least_distance(G, h, None, None, np.zeros(1), None) is not None
-    assert least_distance(G, h, None, None, np.zeros(1), None, counted.spend_on_least_squares) is None
+    assert least_distance(G, h, None, None, np.zeros(1), None, counted.spend_on_iterations) is None
 
 
 def test_the_elastic_problem_ends_with_the_effort(calls, monkeypatch):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import qpsolvers
+from programmes import change_daqp
 from tasks import REFERENCE, many_legs
 
 import minsnap
@@ -27,8 +28,10 @@ def inside(traj, width=0.3):
 
 
 def refusing(monkeypatch, *names):
-    """Let solvers of qpsolvers refuse every programme."""
+    """Let DAQP, or solvers of qpsolvers, refuse every programme."""
     original = qpsolvers.solve_problem
+    if "daqp" in names:
+        change_daqp(monkeypatch, lambda x: None)
 
     def solve(problem, solver, **options):
         if solver in names:
@@ -70,15 +73,7 @@ def test_the_next_solver_answers_where_one_refuses(monkeypatch):
 
 def faulty(monkeypatch, error):
     """Let daqp's answers be wrong by so much, which its check lets pass."""
-    original = qpsolvers.solve_problem
-
-    def solve(problem, solver, **options):
-        solution = original(problem, solver, **options)
-        if solver == "daqp" and solution.x is not None:
-            solution.x = solution.x + error * np.sin(1.0 + np.arange(len(solution.x)))
-        return solution
-
-    monkeypatch.setattr(qpsolvers, "solve_problem", solve)
+    change_daqp(monkeypatch, lambda x: x + error * np.sin(1.0 + np.arange(len(x))))
 
 
 def test_answers_that_break_their_rows_lead_to_non_negative_least_squares(monkeypatch):

@@ -83,7 +83,7 @@ def test_dense_and_sparse_coordinates_and_all_solvers_name_the_same_width(monkey
     with using("auto") as core:
         native = [] if core.library is None else [(False, by_native_core)]
         for way in [(True, by_piqp), (True, by_clarabel), (False, by_clarabel), *native]:
-            monkeypatch.setattr(elastic.Elastic, "_dense_first", lambda run, way=way: [way])
+            monkeypatch.setattr(elastic.Elastic, "_ways_in_turn", lambda run, way=way: [way])
             widths.append(width())
     assert widths == pytest.approx(widths[:1] * len(widths), rel=1e-4)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import qpsolvers
-from programmes import least_distance
+from programmes import change_daqp, least_distance
 from scipy.sparse import csc_matrix
 
 import minsnap
@@ -60,14 +60,7 @@ def test_an_infeasible_programme_is_not_taken_for_solved(solver):
 
 
 def test_the_next_solver_is_tried_and_the_failure_told(monkeypatch):
-    original = qpsolvers.solve_problem
-
-    def refusing(problem, solver, **options):
-        if solver == "daqp":
-            raise qpsolvers.SolverError("refused")
-        return original(problem, solver, **options)
-
-    monkeypatch.setattr(qpsolvers, "solve_problem", refusing)
+    change_daqp(monkeypatch, lambda x: None)
     traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
     assert traj.report.solver != "daqp"
     assert "daqp" in traj.report.fallback
@@ -77,38 +70,17 @@ def test_the_next_solver_is_tried_and_the_failure_told(monkeypatch):
 
 @pytest.mark.parametrize("wrong", ("zeros", "huge", "nan", "near"))
 def test_a_solver_that_lies_is_not_believed(monkeypatch, wrong):
-    original = qpsolvers.solve_problem
-
-    def lying(problem, solver, **options):
-        solution = original(problem, solver, **options)
-        if solver == "daqp":
-            values = {"zeros": 0.0 * solution.x, "huge": solution.x + 1e9, "nan": solution.x * np.nan}
-            solution.x = values.get(wrong, solution.x * (1.0 - 1e-4))
-        return solution
-
-    monkeypatch.setattr(qpsolvers, "solve_problem", lying)
+    lies = {"zeros": lambda x: 0.0 * x, "huge": lambda x: x + 1e9, "nan": lambda x: x * np.nan}
+    change_daqp(monkeypatch, lies.get(wrong, lambda x: x * (1.0 - 1e-4)))
     traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
     assert traj.report.fallback == ("daqp",)
     assert traj.cost() == pytest.approx(1557.0050, rel=1e-5)
 
 
-def answering(monkeypatch, change):
-    """Let daqp's answer be changed before it is looked at."""
-    original = qpsolvers.solve_problem
-
-    def changed(problem, solver, **options):
-        solution = original(problem, solver, **options)
-        if solver == "daqp":
-            solution.x = change(solution.x)
-        return solution
-
-    monkeypatch.setattr(qpsolvers, "solve_problem", changed)
-
-
 def test_an_answer_that_breaks_a_row_is_refused_even_at_the_right_cost(monkeypatch):
     # the optimum (1, 0) of least distance to x >= 1, |y| <= 1e-5; moved along y its cost stays and a row breaks
     P, q, G = np.eye(2), np.zeros(2), np.array([[-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-    answering(monkeypatch, lambda x: x + np.array([0.0, 1e-4]))
+    change_daqp(monkeypatch, lambda x: x + np.array([0.0, 1e-4]))
     asked = Programme(P, q, G, np.array([-1.0, 1e-5, 1e-5]))
     assert solve_qp(asked, "daqp") is None
     assert solve_qp(asked, "clarabel").x == pytest.approx([1.0, 0.0], abs=1e-6)
@@ -116,21 +88,14 @@ def test_an_answer_that_breaks_a_row_is_refused_even_at_the_right_cost(monkeypat
 
 def test_an_answer_inside_that_costs_too_much_is_refused(monkeypatch):
     P, q, G = np.eye(2), np.zeros(2), np.array([[-1.0, 0.0]])
-    answering(monkeypatch, lambda x: x + np.array([1e-3, 0.0]))
+    change_daqp(monkeypatch, lambda x: x + np.array([1e-3, 0.0]))
     asked = Programme(P, q, G, np.array([-1.0]))
     assert solve_qp(asked, "daqp") is None
     assert solve_qp(asked, "clarabel").x == pytest.approx([1.0, 0.0], abs=1e-6)
 
 
 def test_a_solver_that_is_wrong_by_very_little_still_leaves_the_curve_inside(monkeypatch):
-    original = qpsolvers.solve_problem
-
-    def sloppy(problem, solver, **options):
-        solution = original(problem, solver, **options)
-        solution.x = solution.x + 1e-9 * np.sin(np.arange(len(solution.x)))
-        return solution
-
-    monkeypatch.setattr(qpsolvers, "solve_problem", sloppy)
+    change_daqp(monkeypatch, lambda x: x + 1e-9 * np.sin(np.arange(len(x))))
     traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
     assert minsnap.certify(traj, CORNERS, 0.3).corridor_margin >= 0.0
     assert traj.cost() == pytest.approx(1557.0050, rel=1e-5)
@@ -141,6 +106,7 @@ def test_when_every_solver_fails_stop_and_go_is_still_inside(monkeypatch):
         raise qpsolvers.SolverError("refused")
 
     monkeypatch.setattr(qpsolvers, "solve_problem", refusing)
+    change_daqp(monkeypatch, lambda x: None)
     traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
     assert minsnap.certify(traj, CORNERS, 0.3).corridor_margin >= 0.0
     assert "daqp" in traj.report.fallback
