@@ -6,7 +6,8 @@ from feasible; one slack per leg shows which leg is too narrow; a slack below ze
 
 The cost of the curve has no part in it, and neither have its coordinates.  An unknown is a derivative times a power of
 the longer of its two pieces' durations, so that it is a difference of control points there.  Where the native core does
-not solve that and there are few unknowns, they are coordinates in which the rows to begin with have orthonormal columns.
+not solve that and there are few unknowns, these are coordinates in which the rows to begin with have orthonormal
+columns.
 """
 
 from __future__ import annotations
@@ -303,7 +304,8 @@ class Elastic:
         """Ways of solving, after the native core: dense coordinates where unknowns are few, first where fewest."""
         dense: list[Way] = [(True, by_piqp), (True, by_clarabel)] if self.linear.size <= 2 * DENSE else []
         sparse: list[Way] = [(False, by_clarabel), (False, by_sparse_piqp)]
-        return [(False, by_native_core), *(dense + sparse if self.linear.size <= DENSE else sparse + dense)]
+        native: list[Way] = [] if self.linear.equations else [(False, by_native_core)]
+        return [*native, *(dense + sparse if self.linear.size <= DENSE else sparse + dense)]
 
     def _coordinates(self, dense: bool) -> Coordinates:
         if dense not in self._made:
