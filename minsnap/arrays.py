@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.errors import InputError
+from minsnap.messages import shown
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -16,6 +17,10 @@ BoolArray = npt.NDArray[np.bool_]
 
 GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
+
+SMALLEST, LARGEST = 1e-40, 1e40
+"""Least positive number of a question, and greatest number: squares and ratios of them are then well within the range
+of a double, also beside the greatest ratio of durations."""
 
 
 def owned(values: npt.ArrayLike) -> FloatArray:
@@ -27,9 +32,9 @@ def owned(values: npt.ArrayLike) -> FloatArray:
         If the values are not numbers in rows of equal length.
     """
     try:
-        array = np.asarray(values, dtype=np.float64)
+        array = _floats(values)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"numbers in rows of equal length were expected, not {values!r}") from None
+        raise InputError(f"numbers in rows of equal length were expected, not {shown(values)}") from None
     if array.flags.writeable or array.base is not None:
         array = array.copy()
         array.flags.writeable = False
@@ -42,11 +47,33 @@ def numbers(values: Any, copy: bool = True) -> FloatArray | None:
     Without ``copy`` it is a view of what is such an array already, which must not be kept.
     """
     try:
-        array = np.array(values, np.float64, order="C") if copy else np.asarray(values, np.float64, order="C").view()
+        array = _floats(values)
     except (TypeError, ValueError, OverflowError):
         return None
+    array = array.copy() if copy and not isinstance(values, (list, tuple)) else array.view()
     array.flags.writeable = False
     return array
+
+
+def _floats(values: Any) -> FloatArray:
+    """Convert to float64 in C order, perhaps the caller's own array; what is masked is not a number.
+
+    Complex numbers, dates and records are no numbers here, for which NumPy would drop a part or a unit.
+    """
+    if hasattr(values, "filled") and isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(np.float64), np.nan)
+    array: Any = np.asarray(values)
+    if array.dtype.kind not in "biufOUS":
+        raise TypeError(f"{array.dtype} is no type of numbers")
+    if array.dtype.itemsize <= 8:
+        return np.asarray(array, np.float64, order="C")
+    with np.errstate(over="ignore"):  # of a long double
+        return np.asarray(array, np.float64, order="C")
+
+
+def bounded(values: FloatArray) -> BoolArray:
+    """Whether each is a number of the size that a question may have, at most ``LARGEST``."""
+    return np.asarray(np.abs(values) <= LARGEST)
 
 
 def lengths_of(points: FloatArray) -> FloatArray:

@@ -25,6 +25,7 @@ from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.corridors.passing import knot_positions, passing
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
+from minsnap.messages import shown
 from minsnap.native import proved_extrema as native
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
@@ -218,7 +219,7 @@ def _use(limits: Limits, traj: Trajectory, start: float) -> tuple[Utilisation, .
 def _start_of_limits(instant: float, traj: Trajectory) -> float:
     """Return the instant from which limits are asked for, or raise InputError."""
     if not (is_number(instant) and 0.0 <= instant < traj.duration):
-        raise InputError(f"limits_from is {instant!r}: give an instant from 0 to below {traj.duration:g} s")
+        raise InputError(f"limits_from is {shown(instant)}: give an instant from 0 to below {traj.duration:g} s")
     return float(instant)
 
 

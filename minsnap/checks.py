@@ -3,31 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from math import inf
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.arrays import LARGEST, SMALLEST, FloatArray, bounded, numbers
 from minsnap.errors import CorridorError, DegreeError, InputError, MinsnapError, TimingError, WaypointError
+from minsnap.messages import shown
 
 DERIVATIVES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")
 DEGREES = (3, 5, 7, 9, 11)
-LARGEST = float(np.finfo(np.float64).max)
+SHORTEST, LONGEST = 1e-12, 1e9
+"""Least and greatest duration of a leg, and total time [s]; the native core has the same.
+
+The derivatives and the costs of any degree, with legs of both side by side, and the proofs of them are then well within
+the range of a double.
+"""
+TIME = "it must be positive, from 1e-12 to 1e9 s"
+"""What a message says of such a time."""
+SIZE = "at most 1e40 in size"
+"""What a message says of a number."""
+NO_NUMBERS = (bool, np.timedelta64)
+"""Kinds of integers that are no numbers here."""
 SAMPLES = 20
 """Instants per polynomial at which a sampled corridor holds unless the caller says otherwise."""
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is a finite number: an integer or a float of Python or NumPy, not a bool."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+    """Whether a value is a number up to ``LARGEST``: an integer or a float of Python or NumPy, not a bool."""
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, (int, float, np.integer, np.floating)):
         return False
-    return bool(-LARGEST <= value <= LARGEST)
+    try:
+        return abs(float(value)) <= LARGEST
+    except OverflowError:
+        return False
 
 
 def is_whole(value: Any) -> bool:
     """Whether a value is a whole number: an integer of Python or NumPy, not a bool."""
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    return isinstance(value, (int, np.integer)) and not isinstance(value, NO_NUMBERS)
 
 
 def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
@@ -39,27 +55,35 @@ def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
         raise WaypointError(f"waypoints have shape {points.shape}: give (n, 3) or (n, 2), one row per waypoint")
     if len(points) < 2:
         raise WaypointError(f"a trajectory needs at least 2 waypoints, {len(points)} given")
-    if not np.isfinite(points).all():
-        index = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+    if not bounded(points).all():
+        index = int(np.flatnonzero(~bounded(points).all(axis=1))[0])
         raise WaypointError(
-            f"waypoint {index} is {point_text(points[index])}: every coordinate must be a finite number", waypoint=index
+            f"waypoint {index} is {point_text(points[index])}: every coordinate must be a finite number, {SIZE}",
+            waypoint=index,
         )
     return points
 
 
 def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
-    """Return leg durations (legs,) as a read-only array, positive and finite [s]."""
+    """Return leg durations (legs,) as a read-only array, from ``SHORTEST`` to ``LONGEST`` [s]."""
     values = numbers(durations)
     if values is None:
         raise TimingError("durations must be numbers, one for each leg [s]")
     if values.shape != (legs,):
         count = len(values) if values.ndim == 1 else f"shape {values.shape}"
         raise TimingError(f"{legs} legs need {legs} durations, {count} given")
-    good = np.isfinite(values) & (values > 0.0)
+    good = (values >= SHORTEST) & (values <= LONGEST)
     if not good.all():
         leg = int(np.flatnonzero(~good)[0])
-        raise TimingError(f"the duration of leg {leg} is {values[leg]} s: it must be positive and finite", leg=leg)
+        raise TimingError(f"the duration of leg {leg} is {values[leg]} s: {TIME}", leg=leg)
     return values
+
+
+def check_time(what: str, value: Any, error: type[MinsnapError]) -> float:
+    """Return a time from ``SHORTEST`` to ``LONGEST`` as a float [s], or raise the error given."""
+    if not is_number(value) or not SHORTEST <= float(value) <= LONGEST:
+        raise error(f"{what} is {shown(value)}: {TIME}")
+    return float(value)
 
 
 def check_array(
@@ -72,43 +96,50 @@ def check_array(
 ) -> FloatArray:
     """Return a read-only array of one of some shapes, finite and not below ``least``, or raise the error given."""
     array = numbers(value)
-    if array is None or array.shape not in shapes or not np.isfinite(array).all() or (array < least).any():
-        raise error(f"{what} is {value!r}: give {give}")
+    if array is None or array.shape not in shapes or not bounded(array).all() or (array < least).any():
+        raise error(f"{what} is {shown(value)}: give {give}")
     return array
 
 
 def check_distance(what: str, value: Any, error: type[MinsnapError]) -> float:
     """Return a finite number of 0 or more as a float, or raise the error given."""
     if not is_number(value) or value < 0.0:
-        raise error(f"{what} is {value!r}: give a distance of 0 or more [m]")
+        raise error(f"{what} is {shown(value)}: give a distance of 0 or more [m]")
     return float(value)
 
 
 def check_positive(what: str, value: Any, unit: str, error: type[MinsnapError]) -> float:
     """Return a positive, finite number as a float, or raise the error given."""
-    if not is_number(value) or value <= 0.0:
-        raise error(f"{what} is {value!r}: it must be a positive number" + (f" [{unit}]" if unit else ""))
+    if not is_number(value) or float(value) < SMALLEST:
+        named = f" [{unit}]" if unit else ""
+        raise error(f"{what} is {shown(value)}: it must be a positive number{named}{beyond(value)}")
     return float(value)
+
+
+def beyond(value: Any) -> str:
+    """Return what a message adds about a number that is positive, but beyond the range of those of a question."""
+    positive = isinstance(value, (int, float, np.floating)) and not isinstance(value, NO_NUMBERS) and 0 < value < inf
+    return f", from {SMALLEST:g} to {LARGEST:g}" if positive else ""
 
 
 def check_words(**words: Any) -> None:
     """Refuse options that are not text, by name."""
     for name, word in words.items():
         if not isinstance(word, str):
-            raise InputError(f"{name} is {word!r}: it is a word")
+            raise InputError(f"{name} is {shown(word)}: it is a word")
 
 
 def check_flag(name: str, value: Any) -> bool:
     """Return a bool of Python or NumPy as Python's, or raise InputError."""
     if not isinstance(value, (bool, np.bool_)):
-        raise InputError(f"{name} is {value!r}: it is True or False")
+        raise InputError(f"{name} is {shown(value)}: it is True or False")
     return bool(value)
 
 
 def check_degree(degree: Any) -> int:
     """Return k for degree 2k - 1, or raise DegreeError."""
     if not is_whole(degree) or int(degree) not in DEGREES:
-        raise DegreeError(f"degree is {degree!r}: it must be odd, from 3 to 11 (7 minimises snap)")
+        raise DegreeError(f"degree is {shown(degree)}: it must be odd, from 3 to 11 (7 minimises snap)")
     return (int(degree) + 1) // 2
 
 
@@ -118,8 +149,8 @@ def check_continuity(continuity: Any, half: int) -> int:
         return half - 1
     if not is_whole(continuity) or not 0 <= continuity <= 2 * half - 2:
         raise DegreeError(
-            f"continuity is {continuity!r}: pieces of degree {2 * half - 1} can share derivatives 0 to {2 * half - 2} "
-            "at their knots"
+            f"continuity is {shown(continuity)}: pieces of degree {2 * half - 1} can share derivatives 0 to "
+            f"{2 * half - 2} at their knots"
         )
     if continuity < half - 2:
         raise DegreeError(
@@ -146,7 +177,7 @@ def check_pieces(pieces: Any) -> tuple[int, bool]:
     if isinstance(pieces, str) and pieces == "auto":
         return 1, True
     if not is_whole(pieces) or pieces < 1:
-        raise DegreeError(f"pieces is {pieces!r}: a leg has a whole number of polynomials, at least 1, or 'auto'")
+        raise DegreeError(f"pieces is {shown(pieces)}: a leg has a whole number of polynomials, at least 1, or 'auto'")
     return int(pieces), False
 
 
@@ -162,11 +193,11 @@ def check_samples(method: str, samples: Any, limited: bool) -> int | None:
         Whether there are limits, which hold at every instant.
     """
     if method not in ("exact", "sampled"):
-        raise CorridorError(f"corridor_method is {method!r}: use 'exact' or 'sampled'")
+        raise CorridorError(f"corridor_method is {shown(method)}: use 'exact' or 'sampled'")
     if method == "exact":
         if samples is not None:
             raise CorridorError(
-                f"samples={samples!r} has no meaning where the corridor holds at every instant: "
+                f"samples={shown(samples)} has no meaning where the corridor holds at every instant: "
                 "leave it out, or set corridor_method='sampled'"
             )
         return None
@@ -176,7 +207,7 @@ def check_samples(method: str, samples: Any, limited: bool) -> int | None:
         )
     samples = SAMPLES if samples is None else samples
     if not is_whole(samples) or samples < 1:
-        raise CorridorError(f"samples is {samples!r}: give a whole number of instants per polynomial, at least 1")
+        raise CorridorError(f"samples is {shown(samples)}: give a whole number of instants per polynomial, at least 1")
     return int(samples)
 
 
@@ -211,10 +242,10 @@ def check_pins(
         raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
     collected: dict[int, dict[int, FloatArray]] = {}
     if pins is not None and not isinstance(pins, Mapping):
-        raise WaypointError(f"pins must be a mapping such as {{1: {{'velocity': (1, 0, 0)}}}}, not {pins!r}")
+        raise WaypointError(f"pins must be a mapping such as {{1: {{'velocity': (1, 0, 0)}}}}, not {shown(pins)}")
     for index, state in (pins or {}).items():
         if not is_whole(index) or not 0 <= index <= last:
-            raise WaypointError(f"pins name waypoint {index!r}: there are waypoints 0 to {last}")
+            raise WaypointError(f"pins name waypoint {shown(index)}: there are waypoints 0 to {last}")
         if index in (0, last):
             raise WaypointError(f"pins name waypoint {index}, an end of the trajectory: use start= or end=")
         collected[int(index)] = check_state(state, f"pins[{index}]", half, dim)
@@ -230,7 +261,7 @@ def check_state(state: Mapping[str, npt.ArrayLike] | None, where: str, half: int
     if state is None:
         return {}
     if not isinstance(state, Mapping):
-        raise WaypointError(f"{where} must be a mapping such as {{'velocity': (1, 0, 0)}}, not {state!r}")
+        raise WaypointError(f"{where} must be a mapping such as {{'velocity': (1, 0, 0)}}, not {shown(state)}")
     give = f"{dim} finite numbers"
     return {
         _order(name, where, half): check_array(f"the {name} of {where}", value, ((dim,),), give, WaypointError)
@@ -241,7 +272,7 @@ def check_state(state: Mapping[str, npt.ArrayLike] | None, where: str, half: int
 def _order(name: Any, where: str, half: int) -> int:
     allowed = DERIVATIVES[1:half]
     if name not in allowed:
-        raise WaypointError(f"{where} pins {name!r}: degree {2 * half - 1} can pin {', '.join(allowed)}")
+        raise WaypointError(f"{where} pins {shown(name)}: degree {2 * half - 1} can pin {', '.join(allowed)}")
     return DERIVATIVES.index(name)
 
 

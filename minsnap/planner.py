@@ -198,7 +198,7 @@ def plan(
     smoothness = half, check_continuity(continuity, half), parts
     constraints = as_constraints(corridor) + as_room(room)
     asked = waypoints, waypoint_tolerance, start, end, pins, closed, dim
-    deadline = _deadline(time_limit, durations, limits)
+    deadline = _deadline(timing.time_limit, durations, limits)
     task = placed_task(*asked, constraints, *smoothness, _named_solver(solver))
     check_jumps(task.continuity, half, parts == 1 and not refine and not (task.upper > task.lower).any())
     task = task if deadline is NEVER else replace(task, deadline=deadline)

@@ -14,8 +14,17 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray, IntArray, numbers
 from minsnap.checks import DERIVATIVES, check_state, is_whole
 from minsnap.corridors.tubes import Tube, as_constraints
-from minsnap.errors import CorridorError, InputError, LimitError, MinsnapError, SolverError, TimingError, WaypointError
+from minsnap.errors import (
+    CorridorError,
+    InputError,
+    LimitError,
+    MinsnapError,
+    SolverError,
+    TimingError,
+    WaypointError,
+)
 from minsnap.limits.limits import Limits
+from minsnap.messages import shown
 from minsnap.planner import placed_task, plan
 from minsnap.trajectory.gradients import Slopes, free_slopes
 from minsnap.trajectory.trajectory import Trajectory
@@ -103,7 +112,7 @@ def _rows(values: Any, name: str) -> list[Any]:
     try:
         return list(values)
     except TypeError:
-        raise InputError(f"{name} are {values!r}: give one row for each problem") from None
+        raise InputError(f"{name} are {shown(values)}: give one row for each problem") from None
 
 
 def thread_count(threads: Any) -> int:
@@ -111,7 +120,7 @@ def thread_count(threads: Any) -> int:
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if not is_whole(threads) or not 1 <= threads <= 256:
-        raise InputError(f"threads is {threads!r}: use 1 to 256")
+        raise InputError(f"threads is {shown(threads)}: use 1 to 256")
     return int(threads)
 
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from minsnap.batch.spec import Spec
 from minsnap.errors import BatchError, FileError
+from minsnap.messages import shown
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import shown
 from minsnap.storage.text import read_text
 
 SPEC, MANIFEST, DATASHEET = "_spec.json", "_manifest.json", "_datasheet"

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.errors import FileError
-from minsnap.storage.reading import check_size, reading, shown
+from minsnap.messages import shown
+from minsnap.storage.reading import check_size, reading
 
 COLUMNS = (
     *("waypoints", "durations", "corridor", "waypoint_tolerance", "total_time", "time_weight", "limits"),

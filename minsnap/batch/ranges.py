@@ -10,7 +10,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.checks import is_number, is_whole
 from minsnap.errors import FileError
-from minsnap.storage.reading import shown
+from minsnap.messages import shown
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from minsnap.batch.spec import Spec
 from minsnap.batch.tally import Tally
 from minsnap.checks import is_number, is_whole
 from minsnap.errors import BatchError, FileError, InputError
-from minsnap.storage.reading import shown
+from minsnap.messages import shown
 
 TIMEOUT = 60.0
 """Seconds of processor time that a problem may take, unless told otherwise."""

@@ -17,7 +17,7 @@ from minsnap.batch.ranges import Range, read_range
 from minsnap.checks import is_whole
 from minsnap.errors import FileError
 from minsnap.limits.limits import Limits
-from minsnap.storage.reading import shown
+from minsnap.messages import shown
 from minsnap.storage.text import load_yaml
 
 BIGGEST = 1e6

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly, numbers
+from minsnap.arrays import FloatArray, ReadOnly, bounded, numbers
+from minsnap.checks import SIZE
 from minsnap.corridors.constraint import Faces, Walls, leg_scales
 from minsnap.errors import CorridorError
 
@@ -106,7 +107,10 @@ def check_bounds(lower: npt.ArrayLike, upper: npt.ArrayLike, what: str, ndim: in
             f"the lower and upper bounds of the {what} have shapes {low.shape} and {high.shape}: "
             f"give both the shape {'(boxes, dim)' if ndim == 2 else '(dim,)'}"
         )
+    far = np.argwhere(~(bounded(low) | np.isinf(low)) | ~(bounded(high) | np.isinf(high)))
     wrong = np.argwhere(~(low < high))
+    if len(far) and not len(wrong):
+        raise CorridorError(f"the bounds of the {what} are numbers {SIZE}, or infinite: one is beyond")
     if len(wrong):
         place = tuple(wrong[0])
         which = f"box {place[0]}" if ndim == 2 else f"the {what}"

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly, numbers
+from minsnap.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers
 from minsnap.checks import check_array
 from minsnap.errors import WaypointError
+from minsnap.messages import shown
 from minsnap.tolerances import EXACT, ROUNDING
 
 
@@ -35,7 +36,9 @@ class Ball(ReadOnly):
     def __init__(self, radius: npt.ArrayLike) -> None:
         values = _numbers(radius, "the radius of a ball")
         if values.ndim > 1 or (values < 0.0).any():
-            raise WaypointError(f"the radius of a ball is {radius!r}: give one, or one per waypoint, not negative [m]")
+            raise WaypointError(
+                f"the radius of a ball is {shown(radius)}: give one, or one per waypoint, not negative [m]"
+            )
         object.__setattr__(self, "radius", values)
 
     def of_waypoints(self, count: int) -> FloatArray:
@@ -50,7 +53,7 @@ class Ball(ReadOnly):
             raise WaypointError(
                 f"the ball has {len(self.radius)} radii: give one, or one for each of {count} waypoints"
             )
-        radii = np.array(np.broadcast_to(self.radius, count))
+        radii = np.where(self.radius < SMALLEST, 0.0, self.radius) + np.zeros(count)
         if not self.radius.ndim:
             radii[[0, -1]] = 0.0
         return radii
@@ -107,7 +110,7 @@ class Gate(ReadOnly):
         middle, axis = _numbers(centre, "the centre of a gate"), _numbers(normal, "the normal of a gate")
         if middle.shape not in ((2,), (3,)) or axis.shape != middle.shape:
             raise WaypointError(
-                f"a gate has a centre and a normal of 3 (or 2) coordinates, not {centre!r} and {normal!r}"
+                f"a gate has a centre and a normal of 3 (or 2) coordinates, not {shown(centre)} and {shown(normal)}"
             )
         sides = [_size(width, "width"), _size(width if height is None else height, "height")]
         axis = _unit(axis, "the normal of a gate")
@@ -150,7 +153,7 @@ class Gate(ReadOnly):
     def _fill(self, centre: FloatArray, normal: FloatArray, corners: FloatArray, crossing: int) -> None:
         if crossing not in (-1, 0, 1) or isinstance(crossing, bool):
             raise WaypointError(
-                f"the crossing of a gate is {crossing!r}: 1 along its normal, -1 against it, 0 either way"
+                f"the crossing of a gate is {shown(crossing)}: 1 along its normal, -1 against it, 0 either way"
             )
         for name, value in (("centre", centre), ("normal", normal), ("corners", corners)):
             value.flags.writeable = False
@@ -190,7 +193,7 @@ def _sides(axis: FloatArray, up: npt.ArrayLike | None) -> Sequence[FloatArray]:
     upwards = check_array("up of a gate", vertical if up is None else up, ((3,),), "three coordinates", WaypointError)
     across = np.cross(upwards, axis)
     if np.linalg.norm(across) <= EXACT * np.linalg.norm(upwards):
-        raise WaypointError(f"up of a gate is {up!r}, along its normal: give a direction in its plane")
+        raise WaypointError(f"up of a gate is {shown(up)}, along its normal: give a direction in its plane")
     across = _snapped(across / np.linalg.norm(across))
     return [across, _snapped(np.cross(axis, across))]
 
@@ -210,12 +213,12 @@ def _snapped(vectors: FloatArray) -> FloatArray:
 def _size(value: Any, what: str) -> float:
     number = _numbers(value, f"the {what} of a gate")
     if number.ndim or not number > 0.0:
-        raise WaypointError(f"the {what} of a gate is {value!r}: it must be positive [m]")
+        raise WaypointError(f"the {what} of a gate is {shown(value)}: it must be positive [m]")
     return float(number)
 
 
 def _numbers(values: Any, what: str) -> FloatArray:
     array = numbers(values)
-    if array is None or not np.isfinite(array).all():
-        raise WaypointError(f"{what} must be finite numbers, not {values!r}")
+    if array is None or not bounded(array).all():
+        raise WaypointError(f"{what} must be finite numbers, not {shown(values)}")
     return array

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import is_whole
 from minsnap.errors import MagnitudeWarning, WaypointError
-from minsnap.storage.reading import shown
+from minsnap.messages import shown
 
 AXES = ("x", "y", "z")
 BESIDE = ("yaw", "t", "time", "duration")
@@ -116,8 +117,10 @@ def check_dimension(count: int, dim: int | None) -> None:
             f"waypoints have {count} coordinates: give rows of x, y, z (transpose an array whose rows are x, y and z), "
             f"or dim={count} if there are as many"
         )
-    if dim is not None and dim != count:
-        raise WaypointError(f"dim={dim!r}, and the waypoints have {count} coordinates: leave dim out, or mend them")
+    if dim is not None and not (is_whole(dim) and dim == count):
+        raise WaypointError(
+            f"dim={shown(dim)}, and the waypoints have {count} coordinates: leave dim out, or mend them"
+        )
 
 
 def warn_magnitude(points: FloatArray) -> None:

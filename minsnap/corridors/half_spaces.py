@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.arrays import FloatArray, IntArray, ReadOnly, bounded
 from minsnap.corridors.boxes import as_numbers, check_dim
 from minsnap.corridors.constraint import Faces, Walls, leg_scales
 from minsnap.errors import CorridorError
+from minsnap.messages import shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,7 @@ class HalfSpaces(ReadOnly):
 
     def __post_init__(self) -> None:
         if self.order not in (0, 1, 2):
-            raise CorridorError(f"the order of half-spaces is {self.order!r}: give 0, 1 or 2")
+            raise CorridorError(f"the order of half-spaces is {shown(self.order)}: give 0, 1 or 2")
         normal, offset = half_space_rows(self.normal, self.offset, "the half-spaces")
         object.__setattr__(self, "normal", normal)
         object.__setattr__(self, "offset", offset)
@@ -75,7 +76,7 @@ def half_space_rows(normal: Any, offset: Any, what: str) -> tuple[FloatArray, Fl
         raise CorridorError(
             f"the normals of {what} have shape {normals.shape} and the offsets {offsets.shape}: give (m, dim) and (m,)"
         )
-    wrong = ~(np.isfinite(normals).all(axis=1) & np.isfinite(offsets))
+    wrong = ~(bounded(normals).all(axis=1) & bounded(offsets))
     if wrong.any():
         raise CorridorError(f"row {int(np.argmax(wrong))} of {what} is not finite: every entry must be a finite number")
     flat = ~normals.any(axis=1)

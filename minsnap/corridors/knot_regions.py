@@ -9,13 +9,14 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.arrays import SMALLEST, FloatArray, bounded, numbers
 from minsnap.checks import check_array, check_waypoints, point_text
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, without_gates
 from minsnap.corridors.regions import KnotRegion, ball_region, gate_region
 from minsnap.corridors.room import Room
 from minsnap.errors import CorridorError, WaypointError
+from minsnap.messages import shown
 from minsnap.polynomials.enclosures import UNIT
 from minsnap.tolerances import EXACT
 
@@ -148,8 +149,8 @@ def _without_position(state: Any, where: str) -> tuple[FloatArray | None, State]
         return None, state
     rest = {name: value for name, value in state.items() if name != "position"}
     position = numbers(state["position"])
-    if position is None or position.ndim != 1 or not position.size or not np.isfinite(position).all():
-        raise WaypointError(f"the position of {where} is {state['position']!r}: give one finite number per axis")
+    if position is None or position.ndim != 1 or not position.size or not bounded(position).all():
+        raise WaypointError(f"the position of {where} is {shown(state['position'])}: give one finite number per axis")
     return position, rest
 
 
@@ -220,6 +221,7 @@ def _tolerances(tolerance: npt.ArrayLike | None, points: FloatArray) -> FloatArr
     give = f"one finite number of 0 or more [m], or one for each of {count} waypoints"
     shapes = (), (count,), points.shape
     given = check_array("waypoint_tolerance", tolerance, shapes, give, WaypointError, least=0.0)
+    given = np.where(given < SMALLEST, 0.0, given)
     if given.ndim == 0:
         widths[1:-1] = given
     else:

@@ -19,6 +19,7 @@ from minsnap.corridors.grid_boxes import inflated, pruned
 from minsnap.corridors.grid_gaps import grown
 from minsnap.corridors.grid_path import connected, visited
 from minsnap.errors import CorridorError
+from minsnap.messages import shown
 from minsnap.tolerances import EXACT
 
 
@@ -88,7 +89,7 @@ def corridor_from_grid(
     start = 0.0 if origin is None else origin
     corner = check_array("the origin", start, shapes, give, CorridorError) + np.zeros(taken.ndim)
     if not (size > 0.0).all():
-        raise CorridorError(f"the resolution is {resolution!r}: a cell has a positive side [m]")
+        raise CorridorError(f"the resolution is {shown(resolution)}: a cell has a positive side [m]")
     points = check_waypoints(path)
     if points.shape[1] != taken.ndim:
         raise CorridorError(f"the path has {points.shape[1]} coordinates and the grid {taken.ndim} axes")

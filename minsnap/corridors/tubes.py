@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
+from minsnap.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, lengths_of, numbers
+from minsnap.checks import beyond
 from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
 from minsnap.errors import CorridorError
+from minsnap.messages import shown
 from minsnap.tolerances import ROUNDING
 
 
@@ -45,11 +47,12 @@ def across(projections: FloatArray) -> tuple[IntArray, IntArray]:
 def _half_widths(value: npt.ArrayLike, name: str) -> FloatArray:
     widths = numbers(value)
     if widths is None:
-        raise CorridorError(f"the {name} must be numbers [m], not {value!r}")
-    wrong = np.flatnonzero(~((widths > 0.0) & np.isfinite(widths)))
+        raise CorridorError(f"the {name} must be numbers [m], not {shown(value)}")
+    wrong = np.flatnonzero(~((widths >= SMALLEST) & bounded(widths)))
     if len(wrong) or not widths.size:
         where = f" (entry {wrong[0]})" if widths.ndim and len(wrong) else ""
-        raise CorridorError(f"the {name} must be positive and finite [m], not {value!r}{where}")
+        where += beyond(widths.flat[wrong[0]]) if len(wrong) else ""
+        raise CorridorError(f"the {name} must be positive and finite [m], not {shown(value)}{where}")
     return widths
 
 

@@ -13,7 +13,8 @@ import numpy as np
 from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import FileError
 from minsnap.files.geodesy import local_positions
-from minsnap.storage.reading import reading, shown
+from minsnap.messages import shown
+from minsnap.storage.reading import reading
 from minsnap.storage.text import read_text
 
 LARGEST = 64_000_000

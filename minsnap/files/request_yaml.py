@@ -14,8 +14,9 @@ from minsnap.files.plan_request import RESERVE, VEHICLES, Box, Point, SceneReque
 from minsnap.files.waypoints import Waypoints, read_waypoints, waypoints_of
 from minsnap.frames import FRAMES
 from minsnap.limits.kinds import KIND
+from minsnap.messages import shown
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import finite_number, shown
+from minsnap.storage.reading import finite_number
 from minsnap.storage.text import load_yaml
 
 FURTHER = ("total_time", "limits", "corridor", "boxes", "room", "degree", "continuity", "pieces", "closed", "view")

@@ -13,8 +13,8 @@ from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.sidecar import frame_of, note_frame
 from minsnap.frames import get_frame, map_samples
+from minsnap.messages import shown
 from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import shown
 from minsnap.storage.table import read_table
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples

@@ -12,8 +12,9 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, ReadOnly
 from minsnap.errors import FileError
+from minsnap.messages import shown
 from minsnap.storage.loose_table import LooseColumns, read_loose_table
-from minsnap.storage.reading import finite_number, shown
+from minsnap.storage.reading import finite_number
 from minsnap.storage.text import load_yaml
 
 COLUMNS = ("x", "y", "z", "yaw", "duration")

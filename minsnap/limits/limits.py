@@ -19,6 +19,7 @@ from minsnap.limits.measures import MEASURES, Extent, Motion, exact_motion
 from minsnap.limits.utilisation import measured
 from minsnap.limits.vehicle_drag import medium_of
 from minsnap.limits.vehicle_use import measure_vehicle
+from minsnap.messages import shown
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -83,7 +84,7 @@ class Limits:
 
     def __post_init__(self) -> None:
         if not isinstance(self.norm, str) or self.norm not in ("euclidean", "axis"):
-            raise LimitError(f"the norm of the limits is {self.norm!r}: use 'euclidean' or 'axis'")
+            raise LimitError(f"the norm of the limits is {shown(self.norm)}: use 'euclidean' or 'axis'")
         for name, value in self.given().items():
             _check_limit(KIND[name], value)
         check_positive("gravity", self.gravity, "m/s²", LimitError)
@@ -116,7 +117,7 @@ class Limits:
             If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
         """
         if not (is_number(reserve) and 0.0 <= reserve < 1.0):
-            raise LimitError(f"the reserve is {reserve!r}: it must be at least 0 and below 1")
+            raise LimitError(f"the reserve is {shown(reserve)}: it must be at least 0 and below 1")
         ratio = vehicle.max_thrust_to_weight
         if ratio <= 1.0:
             raise LimitError(f"the vehicle's rotors lift {ratio:.3f} of its weight: it cannot hover", smallest=1.0)

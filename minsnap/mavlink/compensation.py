@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.errors import InputError
 from minsnap.mavlink.setpoints import resampled_at
+from minsnap.messages import shown
 from minsnap.simulation.controllers.feed_forward import drag_feed_forward
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.quadrotor import Quadrotor
@@ -42,11 +43,11 @@ class FeedForward:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.drag) and self.drag >= 0.0):
-            raise InputError(f"the drag is {self.drag!r} 1/s: it must be 0 or more")
+            raise InputError(f"the drag is {shown(self.drag)} 1/s: it must be 0 or more")
         if self.drag and self.vehicle is not None:
             raise InputError("a drag and a vehicle were given: the vehicle has its own drag, so give one of them")
         if not 0.0 <= self.lead <= LONGEST_LEAD:
-            raise InputError(f"the lead is {self.lead!r} s: it must be between 0 and {LONGEST_LEAD:g} s")
+            raise InputError(f"the lead is {shown(self.lead)} s: it must be between 0 and {LONGEST_LEAD:g} s")
 
     @property
     def given(self) -> bool:

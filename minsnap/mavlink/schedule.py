@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.errors import TimingError
+from minsnap.messages import shown
 
 
 class Clock:
@@ -78,7 +79,7 @@ class Schedule:
 
     def __init__(self, rate: float, start: float) -> None:
         if not (math.isfinite(rate) and rate > 0):
-            raise TimingError(f"the rate is {rate!r}: it must be a positive number of setpoints per second")
+            raise TimingError(f"the rate is {shown(rate)}: it must be a positive number of setpoints per second")
         self.rate = rate
         self.start = start
         self.skipped = 0

@@ -14,6 +14,7 @@ from minsnap.errors import InputError, TimingError
 from minsnap.frames import get_frame, map_samples
 from minsnap.mavlink.dialect import Message, load_dialect
 from minsnap.mavlink.vehicle_state import Vector, VehicleState
+from minsnap.messages import shown
 from minsnap.trajectory.heading import wrap
 from minsnap.trajectory.samples import Samples
 
@@ -169,7 +170,7 @@ def _check_fields(fields: Sequence[str] | None) -> tuple[str, ...]:
         return tuple(FIELDS)
     unknown = [name for name in fields if name not in FIELDS]
     if unknown:
-        raise InputError(f"no setpoint field is called {unknown[0]!r}: choose from {', '.join(FIELDS)}")
+        raise InputError(f"no setpoint field is called {shown(unknown[0])}: choose from {', '.join(FIELDS)}")
     if "position" not in fields:
         raise InputError("position must be among the fields: holding and every safety rule need it")
     if "acceleration" in fields and "velocity" not in fields:
@@ -207,7 +208,7 @@ def _check_laps(samples: Samples, laps: int) -> None:
 def _resampled(samples: Samples, rate: float | None) -> Samples:
     """Return the samples at another rate, by Hermite interpolation of position and the given derivatives."""
     if rate is not None and not (math.isfinite(rate) and rate > 0):
-        raise TimingError(f"the rate is {rate!r}: it must be a positive number of setpoints per second")
+        raise TimingError(f"the rate is {shown(rate)}: it must be a positive number of setpoints per second")
     if rate is None or abs(samples.rate - rate) <= 1e-6 * rate:
         return samples
     from minsnap.trajectory.path import sample_times

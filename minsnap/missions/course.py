@@ -18,6 +18,7 @@ from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits
+from minsnap.messages import shown
 
 SPEED, ACCELERATION = 3.0, 6.0
 """Limits of a course that has none [m/s], [m/s^2]."""
@@ -54,7 +55,7 @@ class Stop:
         for name in ("ball", "hold", "straight"):
             value = getattr(self, name)
             if not is_number(value) or value < 0.0:
-                raise WaypointError(f"{name} of a waypoint is {value!r}: give a number, 0 or more")
+                raise WaypointError(f"{name} of a waypoint is {shown(value)}: give a number, 0 or more")
         if self.straight and not (isinstance(self.place, Gate) and self.place.crossing):
             raise WaypointError("only a gate with a crossing, 1 or -1, is passed straight: give both, or leave it out")
 
@@ -111,7 +112,7 @@ class Course:
 
     def __post_init__(self) -> None:
         if not is_whole(self.laps) or self.laps < 1:
-            raise WaypointError(f"laps is {self.laps!r}: give a whole number, at least 1")
+            raise WaypointError(f"laps is {shown(self.laps)}: give a whole number, at least 1")
         if self.boxes is None and len(self.stops) < 2:
             raise WaypointError(f"a course has at least 2 waypoints or gates, {len(self.stops)} given")
         if self.boxes is not None and (self.laps > 1 or self.closed or self.stops):

@@ -18,8 +18,9 @@ from minsnap.errors import FileError, VehicleError
 from minsnap.files.plan_request import VEHICLES, named_vehicle
 from minsnap.files.waypoints import COLUMNS
 from minsnap.limits.limits import Limits
+from minsnap.messages import shown
 from minsnap.missions.course import Course, Stop
-from minsnap.storage.reading import reading, shown
+from minsnap.storage.reading import reading
 from minsnap.storage.text import load_yaml
 from minsnap.vehicle import Quadrotor
 from minsnap.vehicle.yaml import vehicle_from

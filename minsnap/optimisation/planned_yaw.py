@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.arrays import FloatArray, bounded, numbers
 from minsnap.checks import is_number
 from minsnap.errors import MagnitudeWarning, YawError
+from minsnap.messages import shown
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.tolerances import EXACT
@@ -65,9 +66,11 @@ class Held:
         for name in ("yaw_rate", "hold_below"):
             value = getattr(self, name)
             if value is not None and not (isinstance(yaw, str) and yaw == "velocity"):
-                raise YawError(f"{name}={value!r} is for a heading along the velocity: give yaw='velocity' with it")
+                raise YawError(
+                    f"{name}={shown(value)} is for a heading along the velocity: give yaw='velocity' with it"
+                )
             if value is not None and not (is_number(value) and value > 0):
-                raise YawError(f"{name} is {value!r}: give a positive number")
+                raise YawError(f"{name} is {shown(value)}: give a positive number")
         if self.yaw_rate is not None and self.limit is not None and self.yaw_rate > self.limit:
             raise YawError(f"yaw_rate={self.yaw_rate:g} is more than the limit of {self.limit:g} rad/s: lower it")
 
@@ -176,7 +179,7 @@ def _angles(yaw: Any) -> FloatArray:
     angles = numbers(yaw)
     if angles is None:
         raise _unknown(yaw)
-    if not np.isfinite(angles).all():
+    if not bounded(angles).all():
         raise YawError("yaw must be finite [rad]")
     largest = np.abs(angles).max(initial=0.0)
     if largest > MANY_TURNS:
@@ -187,5 +190,6 @@ def _angles(yaw: Any) -> FloatArray:
 
 def _unknown(yaw: Any) -> YawError:
     return YawError(
-        f"yaw is {yaw!r}: give an angle [rad], one per waypoint, 'velocity', 'tilt', a LookAt or a function of time"
+        f"yaw is {shown(yaw)}: give an angle [rad], one per waypoint, 'velocity', 'tilt', a LookAt or a function of "
+        "time"
     )

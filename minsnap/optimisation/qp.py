@@ -10,6 +10,7 @@ import numpy as np
 
 from minsnap.arrays import BoolArray, FloatArray
 from minsnap.errors import UnknownSolverError
+from minsnap.messages import shown
 from minsnap.optimisation.least_distance import Spend, least_distance
 from minsnap.tolerances import ROUNDING
 
@@ -84,7 +85,7 @@ def check_solver(solver: str) -> str:
 
     if solver not in qpsolvers.available_solvers:
         installed = ", ".join(sorted(qpsolvers.available_solvers))
-        raise UnknownSolverError(f"the solver {solver!r} is not installed: use 'auto' or one of {installed}")
+        raise UnknownSolverError(f"the solver {shown(solver)} is not installed: use 'auto' or one of {installed}")
     return solver
 
 

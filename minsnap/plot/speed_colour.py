@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.errors import InputError
+from minsnap.messages import shown
 from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def draw_coloured(ax: Axes, samples: Samples, chosen: list[int], by: str) -> Non
         If it is to be coloured by anything but the speed, or the samples have no velocity.
     """
     if by != "speed":
-        raise InputError(f"colour_by is {by!r}: a path can be coloured by 'speed'")
+        raise InputError(f"colour_by is {shown(by)}: a path can be coloured by 'speed'")
     if samples.velocity is None:
         raise InputError("the samples have no velocity to colour them by")
     speed = np.linalg.norm(samples.velocity, axis=1)

@@ -8,6 +8,7 @@ from minsnap.arrays import FloatArray
 from minsnap.checks import check_array, check_degree, is_number, is_whole
 from minsnap.errors import DegreeError, InputError, LimitError, YawError
 from minsnap.limits.limits import Limits
+from minsnap.messages import shown
 from minsnap.optimisation.planned_yaw import ChosenHeading, asked_heading
 from minsnap.vehicle import Quadrotor
 
@@ -38,7 +39,7 @@ def chosen_heading(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
     if yaw is None:
         return None
     if not isinstance(yaw, str) and not is_number(yaw):
-        raise YawError(f"yaw is {yaw!r}: give an angle [rad], 'velocity' or 'tilt', or nothing to hold it")
+        raise YawError(f"yaw is {shown(yaw)}: give an angle [rad], 'velocity' or 'tilt', or nothing to hold it")
     return asked_heading(yaw, 1, False, limits)
 
 
@@ -56,5 +57,5 @@ def waypoint_angles(yaw: Any, legs: int) -> FloatArray | None:
 def check_horizon(horizon: Any) -> int | None:
     """Return a number of legs, or None for all."""
     if horizon is not None and not (is_whole(horizon) and horizon >= 1):
-        raise InputError(f"horizon is {horizon!r}: give a number of legs, 1 or more")
+        raise InputError(f"horizon is {shown(horizon)}: give a number of legs, 1 or more")
     return None if horizon is None else int(horizon)

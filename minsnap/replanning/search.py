@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.checks import SHORTEST, check_durations, check_time
 from minsnap.corridors.margins import nearest_wall
-from minsnap.errors import SolverError
+from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
@@ -43,6 +45,12 @@ class Aim:
     durations: npt.ArrayLike | None = None
     total_time: float | None = None
 
+    @classmethod
+    def of(cls, limits: Limits | None, durations: npt.ArrayLike | None, total_time: Any, legs: int) -> Aim:
+        """Check what a caller asks for, or raise TimingError."""
+        times = None if durations is None else check_durations(durations, legs)
+        return cls(limits, times, None if total_time is None else check_time("total_time", total_time, TimingError))
+
     @property
     def timed(self) -> bool:
         """Whether the time is what is minimised."""
@@ -67,7 +75,8 @@ class Aim:
             return replace(self, durations=others) if others and np.isclose(first, left, rtol=MET, atol=0.0) else None
         if self.total_time is None:
             return self
-        return replace(self, total_time=self.total_time - left) if self.total_time > left else None
+        rest = self.total_time - left
+        return replace(self, total_time=rest) if rest >= SHORTEST else None
 
     def timing(self, seconds: float) -> Timing:
         """Return how durations are chosen, in so many seconds."""

@@ -10,6 +10,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_positive, is_number
 from minsnap.errors import InputError, TimingError
+from minsnap.messages import shown
 from minsnap.polynomials.bernstein import split
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -112,7 +113,7 @@ def splice_of(flown: Trajectory, now: float, budget: float, half: int) -> Splice
         raise InputError(f"a Trajectory is replanned, not a {type(flown).__name__}")
     for name, value in (("now", now), ("budget", budget)):
         if not is_number(value) or not np.isfinite(value):
-            raise InputError(f"{name} is {value!r}: give a number of seconds")
+            raise InputError(f"{name} is {shown(value)}: give a number of seconds")
     check_positive("the budget", budget, "s", TimingError)
     if not 0.0 <= now <= flown.duration * (1.0 + ROUNDING):
         where = f"{now - flown.duration:.4g} s beyond the end" if now > 0.0 else "before the start"

@@ -6,6 +6,7 @@ from collections import defaultdict, deque
 
 from minsnap.checks import is_number
 from minsnap.errors import InputError, TimingError
+from minsnap.messages import shown
 
 ANSWERS = 50
 """Answers whose times are remembered."""
@@ -69,7 +70,7 @@ def due_of(called: float, now: float, seconds: float, began: float | None) -> fl
     if began is None:
         return called + seconds
     if not is_number(began):
-        raise InputError(f"began is {began!r}: give a number of seconds")
+        raise InputError(f"began is {shown(began)}: give a number of seconds")
     due = began + now + seconds
     if called >= due:
         raise TimingError(

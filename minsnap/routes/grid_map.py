@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray, ReadOnly, numbers, own_arrays
+from minsnap.arrays import SMALLEST, BoolArray, FloatArray, IntArray, ReadOnly, bounded, numbers, own_arrays
 from minsnap.checks import check_array
 from minsnap.corridors.boxes import axis_name
 from minsnap.errors import CorridorError
+from minsnap.messages import shown
 from minsnap.tolerances import EXACT
 
 LARGEST_MAP = 50_000_000
@@ -122,6 +123,8 @@ class GridMap(ReadOnly):
 
 def _sides(name: str, resolution: npt.ArrayLike, dim: int) -> FloatArray:
     sides = numbers(resolution)
-    if sides is None or sides.shape not in ((), (dim,)) or not (np.isfinite(sides) & (sides > 0.0)).all():
-        raise CorridorError(f"the resolution of {name} is {resolution!r}: give the side of a cell [m], or one per axis")
+    if sides is None or sides.shape not in ((), (dim,)) or not (bounded(sides) & (sides >= SMALLEST)).all():
+        raise CorridorError(
+            f"the resolution of {name} is {shown(resolution)}: give the side of a cell [m], or one per axis"
+        )
     return sides

@@ -12,11 +12,12 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.checks import is_number
 from minsnap.errors import CorridorError, FileError
+from minsnap.messages import shown
 from minsnap.routes.grid_map import LARGEST_MAP, GridMap
 from minsnap.routes.map_images import read_map_yaml
 from minsnap.routes.map_values import Reading
 from minsnap.routes.point_clouds import CLOUDS, cloud_map, read_cloud
-from minsnap.storage.reading import check_size, reading, shown
+from minsnap.storage.reading import check_size, reading
 
 ENDINGS = (".yaml", ".yml", ".npy", *CLOUDS)
 """Endings of maps."""

@@ -17,9 +17,10 @@ import numpy.typing as npt
 
 from minsnap.checks import is_number
 from minsnap.errors import FileError
+from minsnap.messages import shown
 from minsnap.routes.grid_map import LARGEST_MAP, GridMap
 from minsnap.routes.map_values import Reading
-from minsnap.storage.reading import check_size, reading, shown
+from minsnap.storage.reading import check_size, reading
 from minsnap.storage.text import load_yaml
 
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode")

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from minsnap.arrays import BoolArray
 from minsnap.checks import is_number
 from minsnap.errors import CorridorError
-from minsnap.storage.reading import shown
+from minsnap.messages import shown
 
 UNKNOWN = ("occupied", "free")
 """What unknown cells may count as."""

@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from minsnap.checks import check_array, check_positive, is_number
 from minsnap.errors import ShapeError, YawError
+from minsnap.messages import shown
 from minsnap.shapes.phase import PhaseLaw, PhasePath
 from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.path import ConstantHeading
@@ -24,7 +25,7 @@ def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ..
 def check_finite(name: str, value: float, unit: str) -> float:
     """Return ``value``, or raise ShapeError unless it is a finite number."""
     if not is_number(value):
-        raise ShapeError(f"the {name} is {value!r}: it must be a finite number [{unit}]")
+        raise ShapeError(f"the {name} is {shown(value)}: it must be a finite number [{unit}]")
     return float(value)
 
 
@@ -46,11 +47,13 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
     """
     if period is not None and speed is not None:
         raise ShapeError(
-            f"both a period ({period!r} s) and a speed ({speed!r} m/s) were given: one follows from the other"
+            f"both a period ({shown(period)} s) and a speed ({shown(speed)} m/s) were given: one follows from the other"
         )
     angle = 2.0 * math.pi * check_positive("the number of laps", laps, "", ShapeError)
     if not (is_number(ramp) and 0.0 <= ramp <= angle / 2.0):
-        raise ShapeError(f"the ramp is {ramp!r} rad: it must be between 0 and {angle / 2.0:.6g}, half of the way round")
+        raise ShapeError(
+            f"the ramp is {shown(ramp)} rad: it must be between 0 and {angle / 2.0:.6g}, half of the way round"
+        )
     if speed is not None:
         return PhaseLaw(check_positive("the speed", speed, "m/s", ShapeError) / reach, angle, float(ramp))
     seconds = check_positive("the period", 6.0 if period is None else period, "s", ShapeError)
@@ -70,5 +73,5 @@ def with_yaw(path: Turning, yaw: float | str | LookAt) -> Turning:
     if isinstance(yaw, LookAt):
         return replace(path, yaw=yaw.heading(path))
     if not is_number(yaw):
-        raise YawError(f"the yaw is {yaw!r}: it must be an angle in radians, 'velocity', 'tilt' or a LookAt")
+        raise YawError(f"the yaw is {shown(yaw)}: it must be an angle in radians, 'velocity', 'tilt' or a LookAt")
     return replace(path, yaw=ConstantHeading(float(yaw)))

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_positive, is_whole, refuse_repeated
 from minsnap.errors import ShapeError, TimingError
+from minsnap.messages import shown
 from minsnap.shapes.shape_checks import check_finite, check_point
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ def _corners(width: float, length: float, altitude: float, center: Sequence[floa
 def _check_count(name: str, value: int, least: int, most: int | None) -> int:
     if not is_whole(value) or value < least or (most is not None and value > most):
         span = f"from {least} to {most}" if most is not None else f"from {least} on"
-        raise ShapeError(f"the {name} is {value!r}: it must be a whole number {span}")
+        raise ShapeError(f"the {name} is {shown(value)}: it must be a whole number {span}")
     return int(value)
 
 

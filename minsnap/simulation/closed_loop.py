@@ -10,6 +10,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import DivergenceError, TimingError
+from minsnap.messages import shown
 from minsnap.progress import told
 from minsnap.simulation.controllers.controller import Command, Controller
 from minsnap.simulation.flight_record import Flight
@@ -87,13 +88,13 @@ def simulate(
         If step, rate or duration are not positive, or the delay is negative.
     """
     if not (math.isfinite(step) and 0 < step <= 0.1):
-        raise TimingError(f"the step is {step!r} s: it must be above 0 and at most 0.1 s")
+        raise TimingError(f"the step is {shown(step)} s: it must be above 0 and at most 0.1 s")
     if not (math.isfinite(setpoint_delay) and setpoint_delay >= 0):
-        raise TimingError(f"the delay of setpoints is {setpoint_delay!r} s: it must be 0 or more")
+        raise TimingError(f"the delay of setpoints is {shown(setpoint_delay)} s: it must be 0 or more")
     table = ReferenceTable(tabulate(path, setpoint_rate, step), vehicle, compensation)
     length = table.samples.duration if duration is None else duration
     if not (math.isfinite(length) and length > 0):
-        raise TimingError(f"the flight lasts {length!r} s: give a duration above 0")
+        raise TimingError(f"the flight lasts {shown(length)} s: give a duration above 0")
     run = _Run(vehicle, controller, table, sensors or Sensors(), wind or ConstantWind(), round(length / step), step)
     run.delay = setpoint_delay
     with told(progress, "flying", lambda line: line.show) as watch:

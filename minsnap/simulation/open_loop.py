@@ -9,6 +9,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import TimingError
+from minsnap.messages import shown
 from minsnap.simulation.flight_record import Flight
 from minsnap.simulation.wind import vector
 from minsnap.trajectory.path import Path
@@ -54,7 +55,7 @@ def simulate_open_loop(
     """
     air = vector("wind velocity", wind)
     if not 0 < step <= path.duration:
-        raise TimingError(f"the step is {step!r} s: it must be above 0 and within the path's {path.duration} s")
+        raise TimingError(f"the step is {shown(step)} s: it must be above 0 and within the path's {path.duration} s")
     t = _instants(path, step)
     stages = np.stack([t[:-1], 0.5 * (t[:-1] + t[1:]), t[1:] - _INSIDE * np.diff(t)], axis=-1)
     states = flatness_of(vehicle, path, stages.ravel(), wind=air)

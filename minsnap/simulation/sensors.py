@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.errors import InputError
+from minsnap.messages import shown
 from minsnap.simulation.controllers.controller import Estimate, Vector
 
 _BANDWIDTH = 5.0
@@ -46,11 +47,13 @@ class Sensors:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.pose_rate) and self.pose_rate > 0):
-            raise InputError(f"the pose rate is {self.pose_rate!r}: it must be a number of poses per second above 0")
+            raise InputError(
+                f"the pose rate is {shown(self.pose_rate)}: it must be a number of poses per second above 0"
+            )
         for name in ("delay", "noise"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
-                raise InputError(f"the pose's {name} is {value!r}: it must be 0 or more")
+                raise InputError(f"the pose's {name} is {shown(value)}: it must be 0 or more")
 
 
 class StateEstimator:

@@ -10,12 +10,10 @@ from typing import Any
 
 from minsnap.checks import is_number
 from minsnap.errors import FileError, MinsnapError
+from minsnap.messages import shown
 
 LARGEST = 1 << 30
 """Bytes of the largest file that is read."""
-
-SHOWN = 60
-"""Characters of a value that a message shows."""
 
 
 @contextmanager
@@ -70,13 +68,3 @@ def finite_number(where: str, value: Any) -> float:
     if not is_number(value):
         raise FileError(f"{where} is {shown(value)}, not a finite number")
     return float(value)
-
-
-def shown(value: Any) -> str:
-    """Return a value as shortened text for a message; fast also for large values."""
-    import reprlib
-
-    short = reprlib.Repr()
-    short.maxstring = short.maxother = short.maxlong = SHOWN
-    short.maxlevel = 2
-    return short.repr(value)[: 2 * SHOWN]

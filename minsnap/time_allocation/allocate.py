@@ -152,7 +152,7 @@ def _unlimited(task: Task, timing: Timing) -> tuple[FloatArray, Run | None]:
         raise TimingError("split='trapezoid' needs limits on speed or acceleration: give limits=")
     first = distance_split(task, timing.total)
     return (
-        (first, None)
+        (check_durations(first, task.legs), None)
         if timing.split == "distance"
         else searched(CostSearch(task, first, None, timing.progress), timing.best_on_interrupt)
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import TimingError
+from minsnap.messages import shown
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 SHORTEST = 1e-4
 """Least share of its first guess that a leg may get; the most is one over it."""
+
+LEAST_SHARE = 1e-12
+"""Least share of the length of all legs that one has in a split by distance."""
 
 ACCURACY = 1e-10
 """Relative change of the cost at which a search ends."""
@@ -49,8 +53,9 @@ class Log:
 
 
 def distance_split(task: Task, total: float) -> FloatArray:
-    """Leg durations (legs,) [s] in proportion to the straight lengths."""
-    return np.asarray(total * task.lengths / task.lengths.sum())
+    """Leg durations (legs,) [s] in proportion to the straight lengths, of the shortest legs a least share of all."""
+    lengths = np.maximum(task.lengths, LEAST_SHARE * task.lengths.sum())
+    return np.asarray(total * lengths / lengths.sum())
 
 
 def trapezoid_times(lengths: FloatArray, speed: float, acceleration: float) -> FloatArray:
@@ -164,5 +169,5 @@ def leg_sums(values: FloatArray, pieces: int) -> FloatArray:
 def check_split(split: str) -> str:
     """Return the name of a split, or raise TimingError."""
     if split not in ("optimal", "distance", "trapezoid"):
-        raise TimingError(f"split is {split!r}: use 'optimal', 'distance' or 'trapezoid'")
+        raise TimingError(f"split is {shown(split)}: use 'optimal', 'distance' or 'trapezoid'")
     return split

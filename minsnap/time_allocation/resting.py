@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
+from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, lengths_of, numbers
-from minsnap.checks import DEGREES
+from minsnap.arrays import FloatArray, bounded, lengths_of, numbers
+from minsnap.checks import DEGREES, LONGEST, SHORTEST
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.given_waypoints import warn_magnitude
 from minsnap.native.durations import SplitFound, best_split, best_tube_split
@@ -40,7 +40,7 @@ def resting_plan(
     points = numbers(waypoints)
     if points is None or points.ndim != 2 or len(points) < 2 or not points.shape[1]:
         return None
-    if (dim is None and points.shape[1] > 3) or (dim is not None and dim != points.shape[1]):
+    if (dim is None and points.shape[1] > 3) or (dim is not None and not (type(dim) is int and dim == points.shape[1])):
         return None
     times = _split_by_distance(points, total) if durations is None else numbers(durations)
     if times is None or times.shape != (len(points) - 1,):
@@ -48,27 +48,25 @@ def resting_plan(
     widths = None if corridor is None else _half_widths(corridor, len(times))
     if corridor is not None and (widths is None or points.shape[1] == 1):
         return None
-    warn_magnitude(points)
     half, history = (degree + 1) // 2, None
     if durations is None and len(times) > 1:
         split = _best_split(points, times, widths, half)
         if split is None:
             return None
         times, history = split
-    if widths is not None:
-        return _in_tube(points, times, widths, half, history, began)
-    found = resting_optimum(points, times, half)
-    if not isinstance(found, tuple):
-        return None
-    return Trajectory.solved(found[0], times, found[1], LinearSystem(began, perf_counter(), "native", history))
+    curve = _free if widths is None else partial(_in_tube, widths)
+    found = curve(points, times, half, history, began)
+    if found is not None:
+        warn_magnitude(points)
+    return found
 
 
 def _split_by_distance(points: FloatArray, total: Any) -> FloatArray | None:
-    """Durations in proportion to the legs; None unless the total is a positive number and every leg has a length."""
-    if not (type(total) in (int, float) and 0.0 < total < inf):
+    """Durations in proportion to the legs; None unless the total is a time and every leg has a length."""
+    if not (type(total) in (int, float) and SHORTEST <= total <= LONGEST and bounded(points).all()):
         return None
     lengths = lengths_of(points)
-    return np.asarray(total * lengths / lengths.sum()) if 0.0 < lengths.min() and lengths.max() < inf else None
+    return np.asarray(total * lengths / lengths.sum()) if lengths.min() > 0.0 else None
 
 
 def _best_split(points: FloatArray, first: FloatArray, widths: FloatArray | None, half: int) -> SplitFound | None:
@@ -81,8 +79,17 @@ def _best_split(points: FloatArray, first: FloatArray, widths: FloatArray | None
     return next((split for split in found if isinstance(split, SplitFound)), None)
 
 
+def _free(
+    points: FloatArray, times: FloatArray, half: int, history: FloatArray | None, began: float
+) -> Trajectory | None:
+    found = resting_optimum(points, times, half)
+    if not isinstance(found, tuple):
+        return None
+    return Trajectory.solved(found[0], times, found[1], LinearSystem(began, perf_counter(), "native", history))
+
+
 def _in_tube(
-    points: FloatArray, times: FloatArray, widths: FloatArray, half: int, history: FloatArray | None, began: float
+    widths: FloatArray, points: FloatArray, times: FloatArray, half: int, history: FloatArray | None, began: float
 ) -> Trajectory | None:
     found = tube_optimum(points, times, widths, half)
     if found is None:
@@ -95,8 +102,9 @@ def _half_widths(width: object, legs: int) -> FloatArray | None:
     """Return one half-width, or one per leg, as an array of its own; None for anything else."""
     if type(width) in (int, float):
         return numbers(width)
-    if not isinstance(width, np.ndarray | list | tuple) or len(width) != legs:
-        return None
-    plain = width.dtype.kind in "fiu" if isinstance(width, np.ndarray) else {int, float}.issuperset(map(type, width))
+    if isinstance(width, np.ndarray):
+        plain = width.ndim == 1 and width.dtype.kind in "fiu"
+    else:
+        plain = isinstance(width, list | tuple) and {int, float}.issuperset(map(type, width))
     widths = numbers(width) if plain else None
-    return widths if widths is not None and widths.ndim == 1 else None
+    return widths if widths is not None and widths.shape == (legs,) else None

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_positive
+from minsnap.checks import check_positive, check_time
 from minsnap.errors import LimitError, SolverError, TimingError
+from minsnap.messages import shown
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
@@ -61,7 +62,9 @@ class Timing:
     on_interrupt: str = "raise"
 
     def __post_init__(self) -> None:
-        for name, unit in (("total_time", "s"), ("time_weight", "cost per second"), ("time_limit", "s")):
+        if self.total_time is not None:
+            object.__setattr__(self, "total_time", check_time("total_time", self.total_time, TimingError))
+        for name, unit in (("time_weight", "cost per second"), ("time_limit", "s")):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, check_positive(name, getattr(self, name), unit, TimingError))
 
@@ -80,7 +83,7 @@ class Timing:
         check_split(self.split)
         self._check_limits()
         if self.on_interrupt not in ("raise", "return"):
-            raise TimingError(f"on_interrupt is {self.on_interrupt!r}: use 'raise' or 'return'")
+            raise TimingError(f"on_interrupt is {shown(self.on_interrupt)}: use 'raise' or 'return'")
         names = ("durations", "total_time", "time_weight")
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) > 1:
@@ -93,7 +96,7 @@ class Timing:
 
     def _check_limits(self) -> None:
         if not isinstance(self.enforce, (str, type(None))) or self.enforce not in (None, "qp", "scaling"):
-            raise TimingError(f"enforce is {self.enforce!r}: use 'qp' or 'scaling'")
+            raise TimingError(f"enforce is {shown(self.enforce)}: use 'qp' or 'scaling'")
         if self.limits is None:
             return
         from minsnap.limits.limits import Limits
@@ -106,14 +109,14 @@ class Timing:
     def _check_ignored(self, given: list[str]) -> None:
         """Raise where ``split`` or ``enforce`` would have no effect; ``given`` names what else chooses durations."""
         if self.split != "optimal" and given in (["durations"], ["time_weight"]):
-            raise TimingError(f"split={self.split!r} does not go with {given[0]}, which determines the split")
+            raise TimingError(f"split={shown(self.split)} does not go with {given[0]}, which determines the split")
         if self.enforce is not None and self.limits is None:
-            raise TimingError(f"enforce={self.enforce!r} says how limits are kept: give limits=, or leave it out")
+            raise TimingError(f"enforce={shown(self.enforce)} says how limits are kept: give limits=, or leave it out")
         if self.enforce == "scaling" and given:
             raise TimingError(f"enforce='scaling' chooses the total time itself: leave out {given[0]}, or use 'qp'")
         if self.enforce == "qp" and self.split != "optimal" and not given:
             raise TimingError(
-                f"split={self.split!r} with limits alone only scales time: leave out enforce='qp', or use "
+                f"split={shown(self.split)} with limits alone only scales time: leave out enforce='qp', or use "
                 "split='optimal'"
             )
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, bounded, numbers
 from minsnap.checks import check_array
 from minsnap.errors import YawError
 from minsnap.trajectory.path import Path
@@ -154,7 +154,7 @@ def heading_at(function: Callable[[Any], Any], t: FloatArray) -> FloatArray:
     values = _numbers(lambda: function(t))
     if values.shape != t.shape:
         values = _numbers(lambda: [float(function(instant)) for instant in t.tolist()])
-    if values.shape != t.shape or not np.isfinite(values).all():
+    if values.shape != t.shape or not bounded(values).all():
         raise YawError(
             "the function that gives the yaw must give a finite angle [rad] for every instant [s] of the path"
         )
@@ -163,6 +163,7 @@ def heading_at(function: Callable[[Any], Any], t: FloatArray) -> FloatArray:
 
 def _numbers(ask: Callable[[], Any]) -> FloatArray:
     try:
-        return np.array(ask(), dtype=np.float64)
-    except (TypeError, ValueError):
-        return np.zeros((0, 0))
+        values = numbers(ask())
+    except (TypeError, ValueError, OverflowError):
+        values = None
+    return np.zeros((0, 0)) if values is None else values

@@ -9,9 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import LARGEST, FloatArray
 from minsnap.checks import check_positive, is_whole
 from minsnap.errors import InputError, IntervalError, TimingError
+from minsnap.messages import shown
 from minsnap.tolerances import ROUNDING
 from minsnap.trajectory.samples import Samples
 
@@ -44,7 +45,7 @@ class ConstantHeading:
         return np.full(np.shape(t), self.angle if order == 0 else 0.0)
 
     def __repr__(self) -> str:
-        return f"ConstantHeading({self.angle!r})"
+        return f"ConstantHeading({shown(self.angle)})"
 
 
 class Path(ABC):
@@ -144,7 +145,8 @@ class Path(ABC):
 
 def sample_times(duration: float, rate: float) -> FloatArray:
     """Return the uniform grid k/rate from 0 to the first instant at or past the duration, shape (m,) [s]."""
-    exact = duration * check_positive("the rate", rate, "samples per second", TimingError)
+    known = LARGEST if isinstance(rate, float) and LARGEST < rate < math.inf else rate
+    exact = duration * check_positive("the rate", known, "samples per second", TimingError)
     if not exact <= MOST_SAMPLES:
         raise TimingError(
             f"{rate:g} Hz for {duration:g} s are {exact:.3g} samples: at most {MOST_SAMPLES:.0e} are made"
@@ -164,5 +166,5 @@ def check_instants(t: FloatArray, duration: float) -> None:
 def check_order(order: int) -> int:
     """Return the derivative order as an int, or raise IntervalError if it is not a whole number >= 0."""
     if not is_whole(order) or order < 0:
-        raise IntervalError(f"order is {order!r}: the order of a derivative is a whole number, 0 or more")
+        raise IntervalError(f"order is {shown(order)}: the order of a derivative is a whole number, 0 or more")
     return int(order)

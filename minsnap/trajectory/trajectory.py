@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly, owned
+from minsnap.arrays import SMALLEST, FloatArray, ReadOnly, bounded, owned
+from minsnap.checks import is_number
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
+from minsnap.messages import shown
 from minsnap.native.evaluation import Evaluator
 from minsnap.native.proved_extrema import largest_norms
 from minsnap.polynomials.bernstein import (
@@ -24,7 +26,7 @@ from minsnap.polynomials.bernstein import (
     powers_to_points,
     restriction,
 )
-from minsnap.polynomials.enclosures import UNIT, Enclosure, derivative
+from minsnap.polynomials.enclosures import TINY, UNIT, Enclosure, derivative
 from minsnap.polynomials.extrema import maximum
 from minsnap.tolerances import EXACT, ROUNDING
 from minsnap.trajectory.heading import JoinedHeading, remapped
@@ -37,6 +39,12 @@ if TYPE_CHECKING:
     from scipy.interpolate import BPoly, PPoly
 
     from minsnap.trajectory.report import Report
+
+SHORTEST_PIECE, LONGEST_PIECE = 1e-18, 1e18
+"""Least and greatest duration of a piece [s]: a cut may leave far less of a leg than is planned."""
+
+FAINT = 1e-100
+"""Norm below which its square, or it itself, may be lost to underflow: it is then scaled, and what is lost added."""
 
 PLANNED_DEGREES = (3, 5, 7, 9, 11)
 """Degrees of a plan: 2k - 1 minimises the k-th derivative."""
@@ -62,7 +70,7 @@ class Trajectory(ReadOnly, Path):
     control_points : array_like, shape (pieces in all, degree + 1, dim)
         Bernstein control points [m].
     durations : array_like, shape (pieces in all,)
-        T, positive [s].
+        T, from ``SHORTEST_PIECE`` to ``LONGEST_PIECE`` [s].
     yaw : Heading, optional
         Yaw as a function of time; zero unless given.
     pieces : int
@@ -75,7 +83,7 @@ class Trajectory(ReadOnly, Path):
     WaypointError
         If the control points are not finite or not of that shape.
     TimingError
-        If the durations are not positive and finite, one per piece.
+        If the durations are not positive, in that range, one per piece.
     """
 
     control_points: FloatArray
@@ -92,8 +100,14 @@ class Trajectory(ReadOnly, Path):
             raise WaypointError(
                 f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}"
             )
-        if durations.shape != points.shape[:1] or not (durations.min() > 0.0 and np.isfinite(durations).all()):
-            raise TimingError(f"durations must be positive and finite, one for each of {len(points)} pieces")
+        if durations.shape != points.shape[:1]:
+            raise TimingError(f"durations must be numbers, one for each of {len(points)} pieces")
+        if not (durations.min() >= SHORTEST_PIECE and durations.max() <= LONGEST_PIECE):
+            wrong = int(np.argmin((durations >= SHORTEST_PIECE) & (durations <= LONGEST_PIECE)))
+            raise TimingError(
+                f"durations must be positive and finite, from {SHORTEST_PIECE:g} to {LONGEST_PIECE:g} s, and that of "
+                f"piece {wrong} is {durations[wrong]} s"
+            )
         breaks = np.concatenate(([0.0], np.cumsum(durations)))
         breaks.flags.writeable = False
         for name, value in (("control_points", points), ("durations", durations), ("breaks", breaks)):
@@ -267,16 +281,22 @@ class Trajectory(ReadOnly, Path):
     def max_norms(self, orders: Sequence[int]) -> list[tuple[float, float]]:
         """Maxima of the norms of several derivatives, their orders ascending; see ``max_norm``."""
         found = largest_norms(self.control_points, self.durations, orders)
-        if found is None:
+        if found is None or (min(one.bound for one in found) < FAINT**2 and self._faint(min(max(orders), self.degree))):
             return [self._largest_norm(order) for order in orders]
         return [(_norm_of(one.bound), self._instant(one.row, one.where)) for one in found]
 
     def _largest_norm(self, order: int) -> tuple[float, float]:
         curve = derivative(self.control_points, self.durations, order)
         size = 2.0 ** np.frexp(np.abs(curve.points).max())[1]
+        lost = self.dim * TINY / min(self.durations.min() ** order, 1.0) if self._faint(order) else 0.0
         square = Enclosure(curve.points / size, curve.errors / size).squared_norm()
         bound, piece, s = maximum(square.points, square.errors)
-        return float(size * _norm_of(bound)), self._instant(piece, s)
+        return float(size * _norm_of(bound)) + lost, self._instant(piece, s)
+
+    def _faint(self, order: int) -> bool:
+        """Whether a derivative that is not zero may be so small that it is lost to underflow."""
+        extent = float(np.ptp(self.control_points, axis=1).max())
+        return order <= self.degree and 0.0 < extent < FAINT * max(float(self.durations.max()), 1.0) ** order
 
     def extent(self, direction: npt.ArrayLike, order: int = 0) -> tuple[float, float]:
         """Least and greatest value over time of a derivative along a direction; proved bounds, exact to rounding.
@@ -289,8 +309,8 @@ class Trajectory(ReadOnly, Path):
             0 position, 1 velocity, …
         """
         along = np.asarray(direction, dtype=np.float64)
-        if along.shape != (self.dim,) or not np.isfinite(along).all():
-            raise InputError(f"a direction has {self.dim} finite components here, not {direction!r}")
+        if along.shape != (self.dim,) or not bounded(along).all():
+            raise InputError(f"a direction has {self.dim} finite components here, not {shown(direction)}")
         curve = derivative(self.control_points, self.durations, check_order(order))
         values = curve.along(np.broadcast_to(along, (len(self.durations), self.dim)))
         return -maximum(-values.points, values.errors)[0], maximum(values.points, values.errors)[0]
@@ -312,14 +332,13 @@ class Trajectory(ReadOnly, Path):
         IntervalError
             Unless 0 <= start < end <= duration.
         """
-        if not 0.0 <= start < end <= self.duration:
-            raise IntervalError(f"[{start}, {end}] s is not an interval within [0, {self.duration}] s")
-        first = int(np.searchsorted(self.breaks, start, side="right")) - 1
-        last = int(np.searchsorted(self.breaks, end, side="left")) - 1
+        if not (is_number(start) and is_number(end) and 0.0 <= start < end <= self.duration):
+            raise IntervalError(f"[{shown(start)}, {shown(end)}] s is not an interval within [0, {self.duration}] s")
+        first, last = self._pieces_of(float(start), float(end))
         points = self.control_points[first : last + 1].copy()
         durations = self.durations[first : last + 1].copy()
-        low = (start - self.breaks[first]) / self.durations[first]
-        high = (end - self.breaks[last]) / self.durations[last]
+        low = max((start - self.breaks[first]) / self.durations[first], 0.0)
+        high = min((end - self.breaks[last]) / self.durations[last], 1.0)
         if first == last:
             points[0] = _restricted(points[0], low, high)
             durations[0] *= high - low
@@ -329,11 +348,22 @@ class Trajectory(ReadOnly, Path):
             durations[-1] *= high
         return self.turned(Trajectory(points, durations), float(start))
 
+    def _pieces_of(self, start: float, end: float) -> tuple[int, int]:
+        """First and last piece of an interval, without pieces of which only rounding is left, if there are others."""
+        first = int(np.searchsorted(self.breaks, start, side="right")) - 1
+        last = int(np.searchsorted(self.breaks, end, side="left")) - 1
+        least = np.maximum(SHORTEST_PIECE, 8.0 * UNIT * self.breaks[1:])
+        if first < last and self.breaks[first + 1] - start <= least[first]:
+            first += 1
+        if first < last and end - self.breaks[last] <= least[last]:
+            last -= 1
+        return first, last
+
     def stretched(self, factor: float) -> Trajectory:
         """Fly the same path ``factor`` times slower: the p-th derivative is divided by factor^p."""
-        if not (np.isfinite(factor) and factor > 0.0):
-            raise TimingError(f"time can be stretched by a positive factor, not by {factor!r}")
-        return self.turned(replace(self, durations=self.durations * factor, report=None), 0.0, 1.0 / factor)
+        if not (is_number(factor) and float(factor) >= SMALLEST):
+            raise TimingError(f"time can be stretched by a positive factor, not by {shown(factor)}")
+        return self.turned(replace(self, durations=self.durations * float(factor), report=None), 0.0, 1.0 / factor)
 
     def reversed(self) -> Trajectory:
         """Fly the same path backwards."""

@@ -8,9 +8,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly, numbers
+from minsnap.arrays import FloatArray, ReadOnly, bounded, numbers
 from minsnap.errors import VehicleError
-from minsnap.storage.reading import shown
+from minsnap.messages import shown
 
 
 @runtime_checkable
@@ -217,6 +217,6 @@ class SumOfDrags:
 def coefficients(name: str, values: npt.ArrayLike) -> FloatArray:
     """Return three non-negative finite numbers as a read-only array, or raise VehicleError naming them."""
     array = numbers(values)
-    if array is None or array.shape != (3,) or not np.isfinite(array).all() or (array < 0).any():
+    if array is None or array.shape != (3,) or not bounded(array).all() or (array < 0).any():
         raise VehicleError(f"{name} is {shown(values)}: give three numbers along x, y, z of the body, none below 0")
     return array

@@ -11,7 +11,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.errors import VehicleError
-from minsnap.storage.reading import shown
+from minsnap.messages import shown
 
 LAYOUTS: dict[str, tuple[float, float, float, float]] = {
     "x": (45.0, 135.0, 225.0, 315.0),

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.arrays import SMALLEST, FloatArray, bounded, numbers
 from minsnap.errors import VehicleError
-from minsnap.storage.reading import shown
+from minsnap.messages import shown
 
 _SLACK = 1e-9
 """Relative rounding allowed in the symmetry and the triangle inequality of an inertia."""
@@ -18,7 +18,7 @@ _SLACK = 1e-9
 def positive(name: str, value: Any) -> float:
     """Return a finite number above 0, or raise VehicleError."""
     number = _number(name, value)
-    if not number > 0:
+    if not number >= SMALLEST:
         raise VehicleError(f"{name} is {shown(value)}: it must be a number above 0")
     return number
 
@@ -33,7 +33,7 @@ def non_negative(name: str, value: Any) -> float:
 
 def _number(name: str, value: Any) -> float:
     number = numbers(value)
-    if number is None or number.ndim or not np.isfinite(number):
+    if number is None or number.ndim or not bounded(number):
         raise VehicleError(f"{name} is {shown(value)}: it must be a finite number")
     return float(number)
 
@@ -45,7 +45,7 @@ def checked_inertia(value: npt.ArrayLike) -> FloatArray:
     other two.
     """
     given = numbers(value)
-    if given is None or given.shape not in ((3,), (3, 3)) or not np.isfinite(given).all():
+    if given is None or given.shape not in ((3,), (3, 3)) or not bounded(given).all():
         raise VehicleError(f"inertia is {shown(value)}: give 3 finite moments or a finite 3 x 3 matrix")
     matrix = np.diag(given) if given.ndim == 1 else given
     _check_body(matrix)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import GRAVITY, FloatArray, ReadOnly
 from minsnap.errors import VehicleError
-from minsnap.storage.reading import shown
+from minsnap.messages import shown
 from minsnap.vehicle.drag import BodyDrag, Drag
 from minsnap.vehicle.mixer import mixer_matrix, rotor_positions
 from minsnap.vehicle.parameter_checks import checked_inertia, non_negative, positive

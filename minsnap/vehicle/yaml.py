@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from minsnap.errors import VehicleError
-from minsnap.storage.reading import SHOWN, shown
+from minsnap.messages import SHOWN, shown
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag
 from minsnap.vehicle.surface import Surface, SurfaceDrag
 

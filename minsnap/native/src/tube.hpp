@@ -6,6 +6,7 @@
 
 #include "cost_slopes.hpp"
 #include "exchange_solver.hpp"
+#include "unconstrained.hpp"
 
 namespace minsnap {
 
@@ -26,7 +27,7 @@ class TubeWalls {
 public:
     double length = 0.0, time = 0.0;  // mean length of a leg, geometric mean of the durations
 
-    // Two walls for each leg and axis across it. A status other than done if a number is not finite or a leg has no length.
+    // Two walls for each leg and axis across it. A status other than done if a number is out of range or a leg has no length.
     Status make(const TubeProblem &given) {
         const std::size_t most = std::size_t(given.legs) * given.dim * 2 + 1;
         if (!piece_.allocate(most) || !order_.allocate(most) || !normal_.allocate(most * given.dim) ||
@@ -35,8 +36,8 @@ public:
         double logarithms = 0.0;
         for (std::int64_t leg = 0; leg < given.legs; ++leg) {
             const double duration = given.durations[leg], width = given.width(leg);
-            if (!(duration > 0.0 && std::isfinite(duration))) return Status::bad_number;
-            if (!(width > 0.0 && std::isfinite(width))) return Status::bad_number;
+            if (!(duration >= shortest_duration && duration <= longest_duration)) return Status::bad_number;
+            if (!(width >= smallest_number && width <= largest_number)) return Status::bad_number;
             if (!around(given, leg)) return Status::bad_number;
             logarithms += std::log(duration);
         }
@@ -56,13 +57,14 @@ public:
 private:
     bool around(const TubeProblem &given, std::int64_t leg) {
         const double *from = given.points + leg * given.dim;
-        double along[max_dim], square = 0.0;
+        double along[max_dim], square = 0.0, largest = 0.0;
         for (int axis = 0; axis < given.dim; ++axis) {
+            largest = std::fmax(largest, std::fmax(std::fabs(from[axis]), std::fabs(from[given.dim + axis])));
             along[axis] = from[given.dim + axis] - from[axis];
             square += along[axis] * along[axis];
         }
         const double size = std::sqrt(square);
-        if (!(size > 0.0 && std::isfinite(size))) return false;
+        if (!(size > 0.0 && largest <= largest_number)) return false;
         length += size;
         for (int axis = 0; axis < given.dim; ++axis) along[axis] /= size;
         for (int axis = 0; axis < given.dim; ++axis) add_pair(given, leg, axis, along);

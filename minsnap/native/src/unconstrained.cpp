@@ -18,18 +18,18 @@ bool well_sized(const ChainProblem &chain, int half) {
            half >= least_half && half <= most_half && chain.pin_count >= 0 && chain.pin_count < chain.legs + 1;
 }
 
-bool finite(const double *values, std::int64_t count) {
-    double sum = 0.0;  // 0 * x is 0 for finite numbers only
-    for (std::int64_t i = 0; i < count; ++i) sum += 0.0 * values[i];
-    return sum == 0.0;
+bool in_range(const double *values, std::int64_t count) {
+    bool all = true;
+    for (std::int64_t i = 0; i < count; ++i) all &= std::fabs(values[i]) <= largest_number;
+    return all;
 }
 
-// Pins are at inner knots, ascending, and finite.
+// Pins are at inner knots, ascending, and in range.
 bool well_pinned(const ChainProblem &chain, int half) {
     for (std::int64_t i = 0; i < chain.pin_count; ++i) {
         const std::int64_t before = i ? chain.knots[i - 1] : 0;
         if (chain.knots[i] <= before || chain.knots[i] >= chain.legs) return false;
-        if (!finite(chain.pins[i].values, static_cast<std::int64_t>(half - 1) * chain.stride)) return false;
+        if (!in_range(chain.pins[i].values, static_cast<std::int64_t>(half - 1) * chain.stride)) return false;
     }
     return true;
 }
@@ -47,9 +47,9 @@ Status check_chain(const ChainProblem &chain, int half, Spread &spread) {
     }
     if (!positive || !std::isfinite(most)) return Status::bad_number;
     const std::int64_t state = static_cast<std::int64_t>(half - 1) * chain.stride;
-    if (!finite(chain.points, (chain.legs + 1) * chain.stride)) return Status::bad_number;
-    if (chain.start && !finite(chain.start, state)) return Status::bad_number;
-    if (chain.end && !finite(chain.end, state)) return Status::bad_number;
+    if (!in_range(chain.points, (chain.legs + 1) * chain.stride)) return Status::bad_number;
+    if (chain.start && !in_range(chain.start, state)) return Status::bad_number;
+    if (chain.end && !in_range(chain.end, state)) return Status::bad_number;
     if (!well_pinned(chain, half)) return Status::bad_number;
     if (least < shortest_duration || most > longest_duration) return Status::unsupported;
     if (most > resolved_twice[half] * least) return Status::unsupported;

@@ -18,7 +18,8 @@ enum class Spread { narrow, wide };
 constexpr double resolved[7] = {0, 0, std::numeric_limits<double>::infinity(), 1e4, 100.0, 10.0, 3.0};
 constexpr double resolved_twice[7] = {0, 0, std::numeric_limits<double>::infinity(), 1e20, 1e7, 5e3, 100.0};
 
-constexpr double shortest_duration = 1e-20, longest_duration = 1e20;  // [s]; their powers stay in range
+constexpr double shortest_duration = 1e-12, longest_duration = 1e9;  // [s], as in checks.py: their powers stay in range
+constexpr double smallest_number = 1e-40, largest_number = 1e40;  // of lengths and derivatives, as in arrays.py
 
 // Whether a chain is well formed and can be solved here; durations are those of all its legs.
 Status check_chain(const ChainProblem &chain, int half, Spread &spread);

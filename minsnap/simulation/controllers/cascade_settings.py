@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from minsnap.errors import InputError
+from minsnap.messages import shown
 from minsnap.simulation.controllers.controller import Vector
 from minsnap.simulation.wind import vector
 
@@ -80,7 +81,7 @@ class CascadeSettings:
 
     def __post_init__(self) -> None:
         if self.references not in REFERENCES:
-            raise InputError(f"references is {self.references!r}: it must be one of {', '.join(REFERENCES)}")
+            raise InputError(f"references is {shown(self.references)}: it must be one of {', '.join(REFERENCES)}")
         for name in _VECTORS:
             object.__setattr__(self, name, vector(name.replace("_", " "), getattr(self, name)))
         for name in ("horizontal_speed", "climb_speed", "descent_speed", "tilt_limit", "outer_rate"):
