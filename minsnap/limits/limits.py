@@ -88,6 +88,9 @@ class Limits:
         for name, value in self.given().items():
             _check_limit(KIND[name], value)
         check_positive("gravity", self.gravity, "m/s²", LimitError)
+        for name in ("gravity", *self.given()):
+            if isinstance(getattr(self, name), np.generic):  # whose own arithmetic overflows early
+                object.__setattr__(self, name, float(getattr(self, name)))
         if type(self) is Limits and self.max_thrust is not None and self.max_thrust > STRONG:
             warnings.warn(
                 f"max_thrust is {self.max_thrust:g} times the weight: if it is newtons, divide it by the weight",
@@ -116,6 +119,8 @@ class Limits:
         LimitError
             If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
         """
+        if not hasattr(vehicle, "max_thrust_to_weight"):
+            raise LimitError(f"the limits of a Quadrotor are asked for, not of a {type(vehicle).__name__}")
         if not (is_number(reserve) and 0.0 <= reserve < 1.0):
             raise LimitError(f"the reserve is {shown(reserve)}: it must be at least 0 and below 1")
         ratio = vehicle.max_thrust_to_weight

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.arrays import FloatArray, numbers
 from minsnap.native.library import Entry, address, writable
 
 _MANY = Entry("minsnap_evaluate", c_void_p, c_int32, c_void_p, c_int64, c_void_p)
@@ -58,6 +58,8 @@ class Evaluator:
         evaluate = _MANY.ready or _MANY.function()
         if evaluate is None:
             return None
-        instants = np.asarray(t, dtype=np.float64, order="C")
+        instants = numbers(t, copy=False)
+        if instants is None:
+            return None
         values = np.empty((*instants.shape, self._dim))
         return None if evaluate(self._at, order, address(instants), instants.size, address(values)) else values

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.path import ConstantHeading, Heading, as_instants
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class RemappedHeading:
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
-        return self.heading(self.start + self.rate * np.asarray(t, dtype=np.float64), order) * self.rate**order
+        return self.heading(self.start + self.rate * as_instants(t), order) * self.rate**order
 
 
 def remapped(heading: Heading, start: float, rate: float = 1.0) -> Heading:
@@ -43,7 +43,7 @@ class JoinedHeading:
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
-        instants = np.asarray(t, dtype=np.float64)
+        instants = as_instants(t)
         before = self.first(np.minimum(instants, self.switch), order)
         after = self.second(np.maximum(instants - self.switch, 0.0), order)
         return np.where(instants < self.switch, before, after + (self._turns() if order == 0 else 0.0))

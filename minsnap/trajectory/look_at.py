@@ -14,7 +14,7 @@ import numpy.typing as npt
 from minsnap.arrays import FloatArray, bounded, numbers
 from minsnap.checks import check_array
 from minsnap.errors import YawError
-from minsnap.trajectory.path import Path
+from minsnap.trajectory.path import Path, as_instants, check_order, within
 
 GRID = 256
 """Instants a polynomial piece, or a 64th of another path, at which turns around the point are counted at least."""
@@ -96,9 +96,9 @@ class LookAtHeading:
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
-        instants = np.asarray(t, dtype=np.float64)
-        flat = np.minimum(instants.reshape(-1), self.path.duration)
-        if order == 0:
+        instants = as_instants(t)
+        flat = within(instants, self.path.duration)
+        if check_order(order) == 0:
             return self._angle(flat).reshape(instants.shape)
         w = [self._spoke(flat, n) for n in range(order + 1)]
         q: list[Any] = []
@@ -153,7 +153,7 @@ def heading_at(function: Callable[[Any], Any], t: FloatArray) -> FloatArray:
     """
     values = _numbers(lambda: function(t))
     if values.shape != t.shape:
-        values = _numbers(lambda: [float(function(instant)) for instant in t.tolist()])
+        values = _numbers(lambda: [function(instant) for instant in t.tolist()]).reshape(-1)
     if values.shape != t.shape or not bounded(values).all():
         raise YawError(
             "the function that gives the yaw must give a finite angle [rad] for every instant [s] of the path"

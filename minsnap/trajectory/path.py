@@ -9,9 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import LARGEST, FloatArray
-from minsnap.checks import check_positive, is_whole
-from minsnap.errors import InputError, IntervalError, TimingError
+from minsnap.arrays import LARGEST, FloatArray, numbers
+from minsnap.checks import check_positive, is_number, is_whole
+from minsnap.errors import InputError, IntervalError, TimingError, YawError
 from minsnap.messages import shown
 from minsnap.tolerances import ROUNDING
 from minsnap.trajectory.samples import Samples
@@ -38,11 +38,13 @@ class ConstantHeading:
     """
 
     def __init__(self, angle: float = 0.0) -> None:
+        if not is_number(angle):
+            raise YawError(f"the yaw is {shown(angle)}: it must be an angle in radians")
         self.angle = float(angle)
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Return ``angle`` for order 0 and zero for every derivative, in the shape of ``t``."""
-        return np.full(np.shape(t), self.angle if order == 0 else 0.0)
+        return np.full(as_instants(t).shape, self.angle if check_order(order) == 0 else 0.0)
 
     def __repr__(self) -> str:
         return f"ConstantHeading({shown(self.angle)})"
@@ -89,7 +91,7 @@ class Path(ABC):
         IntervalError
             If an instant is outside [0, duration] or not a number.
         """
-        instants = np.asarray(t, dtype=np.float64)
+        instants = as_instants(t)
         flat = instants.reshape(-1)
         check_instants(flat, self.duration)
         inside = np.clip(flat, 0.0, self.duration)
@@ -153,6 +155,22 @@ def sample_times(duration: float, rate: float) -> FloatArray:
         )
     steps = round(exact) if abs(exact - round(exact)) <= 1e-9 * max(1.0, exact) else math.ceil(exact)
     return np.arange(max(steps, 1) + 1) / float(rate)
+
+
+def as_instants(t: npt.ArrayLike) -> FloatArray:
+    """Return instants of any shape, or raise IntervalError where they are no numbers."""
+    instants = numbers(t, copy=False)
+    if instants is None:
+        raise IntervalError(f"the instants are {shown(t)}: give numbers of seconds")
+    return instants
+
+
+def within(t: FloatArray, duration: float) -> FloatArray:
+    """Return instants as (m,), those outside [0, duration] at its ends; IntervalError where one is not a number."""
+    flat = t.reshape(-1)
+    if np.isnan(flat).any():
+        raise IntervalError("an instant is not a number: give seconds")
+    return np.asarray(np.clip(flat, 0.0, duration))
 
 
 def check_instants(t: FloatArray, duration: float) -> None:

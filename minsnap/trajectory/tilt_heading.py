@@ -10,7 +10,7 @@ import numpy.typing as npt
 from minsnap.arrays import GRAVITY, FloatArray
 from minsnap.errors import YawError
 from minsnap.trajectory.medium import Medium
-from minsnap.trajectory.path import Path, check_order
+from minsnap.trajectory.path import Path, as_instants, check_order, within
 from minsnap.trajectory.transport import (
     Frame,
     Transport,
@@ -72,8 +72,8 @@ class TiltHeading:
         """
         if check_order(order) > 2:
             raise YawError(f"a heading from the tilt has derivatives up to order 2, not {order}")
-        instants = np.asarray(t, dtype=np.float64)
-        flat = np.minimum(instants.reshape(-1), self.path.duration)
+        instants = as_instants(t)
+        flat = within(instants, self.path.duration)
         value = self._yaw(flat) if order == 0 else self._yaw_derivative(flat, order)
         return value.reshape(instants.shape)
 

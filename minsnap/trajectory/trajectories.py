@@ -14,7 +14,7 @@ from minsnap.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.plan_batches import many_values
 from minsnap.trajectory.gradients import Gradients
-from minsnap.trajectory.path import check_order
+from minsnap.trajectory.path import as_instants, check_order
 from minsnap.trajectory.report import Report
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory, costs_of_pieces
 
@@ -173,7 +173,7 @@ class Trajectories:
         IntervalError
             If an instant is outside the interval of a plan that was made.
         """
-        instants = np.asarray(t, dtype=np.float64)
+        instants = as_instants(t)
         if instants.ndim > 2 or (instants.ndim == 2 and len(instants) != len(self)):
             raise InputError(f"instants have shape {instants.shape}: give (), (m,) or ({len(self)}, m)")
         values = self._values(np.atleast_1d(instants), check_order(order))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import SMALLEST, FloatArray, ReadOnly, bounded, owned
+from minsnap.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, owned
 from minsnap.checks import is_number
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.messages import shown
@@ -45,6 +45,9 @@ SHORTEST_PIECE, LONGEST_PIECE = 1e-18, 1e18
 
 FAINT = 1e-100
 """Norm below which its square, or it itself, may be lost to underflow: it is then scaled, and what is lost added."""
+
+LEAST_TOLERANCE = 1e-13
+"""Least relative tolerance of a length, above the rounding of its terms."""
 
 PLANNED_DEGREES = (3, 5, 7, 9, 11)
 """Degrees of a plan: 2k - 1 minimises the k-th derivative."""
@@ -149,7 +152,7 @@ class Trajectory(ReadOnly, Path):
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Position, or a derivative of it, at any instants; see ``Path``."""
-        if type(order) is int and order >= 0:
+        if type(order) is int and 0 <= order <= self.degree:
             values = self._native.one(t, order) if isinstance(t, float) else self._native.many(t, order)
             if values is not None:
                 return values
@@ -239,7 +242,8 @@ class Trajectory(ReadOnly, Path):
 
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
-        points = differentiate(self.control_points, check_order(order))
+        order = min(check_order(order), self.degree + 1)
+        points = differentiate(self.control_points, order)
         derived = replace(self, control_points=points / self.durations[:, None, None] ** order, report=None)
         whole, start = self.origin
         return derived if whole is self else derived.as_rest(whole.derivative(order), start)
@@ -266,8 +270,8 @@ class Trajectory(ReadOnly, Path):
 
     def piece_costs(self, order: int | None = None) -> FloatArray:
         """Contribution of each piece to ``cost(order)``, shape (pieces in all,) [m^2 / s^(2 order - 1)]."""
-        order = self.cost_order if order is None else order
-        if check_order(order) > self.degree:
+        order = self.cost_order if order is None else check_order(order)
+        if order > self.degree:
             return np.zeros(len(self.durations))
         return costs_of_pieces(self.control_points, self.durations, order)
 
@@ -276,7 +280,7 @@ class Trajectory(ReadOnly, Path):
 
         Proved: the norm never exceeds it, whatever the rounding, and reaches it to some 1e-13 of it.
         """
-        return self.max_norms((check_order(order),))[0]
+        return self.max_norms((min(check_order(order), self.degree + 1),))[0]
 
     def max_norms(self, orders: Sequence[int]) -> list[tuple[float, float]]:
         """Maxima of the norms of several derivatives, their orders ascending; see ``max_norm``."""
@@ -308,10 +312,10 @@ class Trajectory(ReadOnly, Path):
         order : int
             0 position, 1 velocity, …
         """
-        along = np.asarray(direction, dtype=np.float64)
-        if along.shape != (self.dim,) or not bounded(along).all():
+        along = numbers(direction)
+        if along is None or along.shape != (self.dim,) or not bounded(along).all():
             raise InputError(f"a direction has {self.dim} finite components here, not {shown(direction)}")
-        curve = derivative(self.control_points, self.durations, check_order(order))
+        curve = derivative(self.control_points, self.durations, min(check_order(order), self.degree + 1))
         values = curve.along(np.broadcast_to(along, (len(self.durations), self.dim)))
         return -maximum(-values.points, values.errors)[0], maximum(values.points, values.errors)[0]
 
@@ -322,7 +326,9 @@ class Trajectory(ReadOnly, Path):
         """Length of the curve [m], by adaptive quadrature to that relative tolerance."""
         from minsnap.polynomials.quadrature import arc_length
 
-        return arc_length(self.derivative(1).control_points, self.durations, tolerance)
+        if not (is_number(tolerance) and float(tolerance) >= LEAST_TOLERANCE):
+            raise InputError(f"the tolerance of a length is {shown(tolerance)}: give {LEAST_TOLERANCE:g} or more")
+        return arc_length(self.derivative(1).control_points, self.durations, float(tolerance))
 
     def between(self, start: float, end: float) -> Trajectory:
         """Cut out [start, end] as a trajectory that begins at time 0.

@@ -11,7 +11,7 @@ from minsnap.arrays import BoolArray, FloatArray
 from minsnap.checks import check_positive
 from minsnap.errors import YawError
 from minsnap.trajectory.held_turns import HeadingTable, Turns, turns_of
-from minsnap.trajectory.path import Path
+from minsnap.trajectory.path import Path, as_instants, check_order, within
 
 HELD_RATE = 2.0
 """Largest rate at which a held heading turns, unless given [rad/s]."""
@@ -100,10 +100,10 @@ class VelocityHeading:
         YawError
             For a higher order.
         """
-        if order > 2:
+        if check_order(order) > 2:
             raise YawError(f"a yaw along the velocity has derivatives up to order 2, not {order}")
-        instants = np.asarray(t, dtype=np.float64)
-        flat = np.minimum(instants.reshape(-1), self.path.duration)
+        instants = as_instants(t)
+        flat = within(instants, self.path.duration)
         value = self._turns(flat, order)
         follows = self._turns.follows[self._turns.piece(flat)]
         value[follows] = self._following(flat[follows], order)
