@@ -42,7 +42,9 @@ def test_what_is_no_limit_is_named(given, said):
         ({"max_thrust": 0.9}, "smallest", 1.0),
         ({"max_thrust": 1.0}, "smallest", 1.0),
         ({"min_thrust": 1.2}, "largest", 1.0),
+        ({"min_thrust": 1.0}, "largest", 1.0),
         ({"tilt": 1.6}, "largest", np.pi / 2.0),
+        ({"tilt": np.pi / 2.0}, "largest", np.pi / 2.0),
     ],
 )
 def test_what_cannot_hover_is_refused_with_the_value_that_would_do(given, attribute, value):

@@ -40,6 +40,8 @@ def test_free_fall_from_rest_has_no_thrust_with_drag_either():
 def test_derivatives_of_a_state_that_are_not_given_are_zero():
     used = Limits(speed=2.0, acceleration=1.0).use_of_state({1: np.array([0.0, 3.0, 4.0])}, 3)
     assert [entry.fraction for entry in used] == [2.5, 0.0]
+    by_axis = Limits(speed=2.0, norm="axis").use_of_state({1: np.array([0.0, 3.0, 4.0])}, 3)
+    assert [entry.fraction for entry in by_axis] == [2.0]
 
 
 def test_speeds_upwards_and_downwards_at_samples():

@@ -38,6 +38,7 @@ def test_thrust_is_what_the_rotors_give_less_the_reserve():
     assert 1.0 - half.min_thrust == pytest.approx(0.5 * (1.0 - full.min_thrust))
     assert Limits.of(VEHICLES["crazyflie"]).min_thrust is None, "its rotors may stop"
     assert Limits.of(vehicle, speed=3.0, body_rate=4.0).given()["body_rate"] == 4.0
+    assert Limits.of(dataclasses.replace(vehicle, gravity=1.62)).gravity == 1.62
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
