@@ -19,6 +19,21 @@ def test_nominal_points_are_the_centres_of_the_overlaps():
     assert placement.start == {} and placement.end == {}
 
 
+def test_knots_are_named_by_what_they_are():
+    found = place(None, None, [PAIR], {"position": (0.5, 0.5)}, {"position": (4.5, 0.2)}, False)
+    assert [found.name(k) for k in range(3)] == [
+        "the position of start, (0.5, 0.5),",
+        "the overlap that leg 1 starts in, around (2.5, 0.5),",
+        "the position of end, (4.5, 0.2),",
+    ]
+    given = place([(0, 0), (1, 0), minsnap.Gate((2, 0), (1, 0), 0.5)], [0.0, 0.1, 0.0], (), None, None, False)
+    assert [given.name(k) for k in range(3)] == [
+        "waypoint 0 at (0, 0)",
+        "the box around waypoint 1 at (1, 0)",
+        "the gate of waypoint 2 at (2, 0)",
+    ]
+
+
 def test_room_moves_nominal_points_inside():
     room = minsnap.Room((0.0, 0.0), (9.0, 0.3))
     placement = place(None, None, [PAIR, room], {"position": (0.5, 0.1)}, {"position": (4.5, 0.2)}, False)
