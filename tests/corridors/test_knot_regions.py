@@ -71,6 +71,7 @@ def test_position_that_agrees_with_its_waypoint_is_welcome():
             "start has 3 coordinates and the corridor 2",
         ),
         ({"corridor": PAIR, "start": {"position": "here"}}, WaypointError, "position of start is 'here'"),
+        ({"corridor": PAIR, "end": {"position": "here"}}, WaypointError, "position of end is 'here'"),
         ({"corridor": PAIR, "start": {"position": (np.nan, 0)}}, WaypointError, "one finite number per axis"),
         ({"corridor": PAIR, "start": {"position": [(0.5, 0.5)]}}, WaypointError, "one finite number per axis"),
         ({"corridor": PAIR, "start": {"position": ()}}, WaypointError, "one finite number per axis"),
