@@ -205,11 +205,16 @@ def _within(
 
 
 def _apart(inside: FloatArray, upper: FloatArray) -> FloatArray:
-    """Move a nominal point that coincides with a neighbour, so that every leg has a positive length."""
+    """Move nominal points that coincide with the next one, so that every leg has a positive length.
+
+    From the end on every second point of several that coincide is moved; the first one, which is pinned, or the last
+    one too, never is: the second one is moved in its place, by another share of its room than the third.
+    """
     moved = inside.copy()
-    for leg in np.flatnonzero((inside[1:] == inside[:-1]).all(axis=1)):
-        free = leg if (upper[leg] > inside[leg]).any() else leg + 1
-        moved[free] += (upper[free] - inside[free]) / 4.0
+    for leg in reversed(np.flatnonzero((inside[1:] == inside[:-1]).all(axis=1)).tolist()):
+        if (moved[leg] == moved[leg + 1]).all():
+            free, share = (leg, 4.0) if leg and (upper[leg] > inside[leg]).any() else (leg + 1, 3.0)
+            moved[free] += (upper[free] - inside[free]) / share
     return moved
 
 

@@ -162,6 +162,7 @@ def test_measures_of_a_rectangle():
     assert np.abs((SLANTED.corners - SLANTED.centre) @ SLANTED.normal).max() < 1e-15
     lying = Gate((0, 0, 0), (0, 0, 1), 2.0, 1.0, up=(1, 0, 0))
     assert np.ptp(lying.corners, axis=0) == pytest.approx([1.0, 2.0, 0.0])
+    assert not lying.corners.flags.writeable and Gate.polygon(lying.corners).crossing == 0
     assert "Gate(centre=" in repr(lying) and repr(Ball(0.3)) == "Ball(0.3)"
 
 
@@ -169,8 +170,15 @@ def test_measures_of_a_rectangle():
     ("make", "message"),
     [
         (lambda: Ball(-0.1), "radius of a ball is -0.1"),
+        (lambda: Ball("wide"), "the radius of a ball must be finite numbers, not 'wide'"),
+        (lambda: Gate("here", (1, 0), 1.0), "the centre of a gate must be finite numbers, not 'here'"),
+        (lambda: Gate((0, 0), "up", 1.0), "the normal of a gate must be finite numbers, not 'up'"),
+        (lambda: Gate.polygon("round"), "the corners of a gate must be finite numbers, not 'round'"),
         (lambda: Ball(np.nan), "must be finite numbers"),
-        (lambda: Ball("wide"), "must be finite numbers"),
+        (lambda: Gate((0, 0), (1, 0), "wide"), "the width of a gate must be finite numbers"),
+        (lambda: Gate((0, 0, 0), (1, 0, 0), 1, up="up"), "^up of a gate is 'up': give three coordinates$"),
+        (lambda: Gate.polygon([(0, 0, 0), (1, 0, 0), (2, 0, 0)]), "^the area of a polygon is zero"),
+        (lambda: Gate.polygon([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 2, 0)]), "none on a straight side"),
         (lambda: Gate((0, 0), (1, 0, 0), 1), r"3 \(or 2\) coordinates"),
         (lambda: Gate((0, 0, 0), (0, 0, 0), 1), "normal of a gate is zero"),
         (lambda: Gate((0, 0, 0), (1, 0, 0), 0.0), "width of a gate is 0.0"),
@@ -226,9 +234,10 @@ def test_a_crossing_out_of_all_that_a_leg_may_reach_is_named():
         minsnap.plan([(0, 0, 1), opposite, (2, 1, 1)], [2, 2], corridor=corridor)
 
 
+@pytest.mark.parametrize("size", (1.0, 100.0))
 @pytest.mark.parametrize(("height", "flat"), ((0.9e-9, True), (1.1e-9, False)))
-def test_corners_are_in_one_plane_to_a_billionth_of_the_opening(height, flat):
-    corners = [(1, 1, height), (-1, 1, -height), (-1, -1, height), (1, -1, -height)]
+def test_corners_are_in_one_plane_to_a_billionth_of_the_opening(height, flat, size):
+    corners = size * np.array([(1, 1, height), (-1, 1, -height), (-1, -1, height), (1, -1, -height)])
     if flat:
         assert Gate.polygon(corners).normal == pytest.approx([0, 0, 1], abs=1e-8)
     else:

@@ -45,6 +45,13 @@ def test_any_table_with_names_gives_points_headings_and_durations(table):
     assert np.diff(traj.breaks) == pytest.approx([2.0, 1.0]) and traj.yaw(traj.breaks) == pytest.approx([0, 1, 2])
 
 
+def test_a_table_of_places_alone_leaves_the_times_to_others():
+    table = {"x": [0.0, 4.0, 4.0], "y": [0.0, 0.0, 3.0]}
+    assert minsnap.plan(table, durations=(1.0, 2.0)).dim == 2
+    first = minsnap.plan({**table, "duration": [np.nan, 1.0, 2.0]})
+    assert first.breaks == pytest.approx([0.0, 1.0, 3.0])
+
+
 def test_a_data_frame_without_names_is_its_numbers():
     assert minsnap.plan(pandas.DataFrame(POINTS), total_time=3.0).dim == 3
 
@@ -56,6 +63,8 @@ def test_a_data_frame_without_names_is_its_numbers():
         (FRAME[["x", "z"]], "the columns x, z"),
         (FRAME.assign(duration=1.0), "t and duration both say when"),
         (FRAME.assign(t=[0.0, 2.0, 1.0]), "waypoint 2 is passed at t = 1 s, not after waypoint 1"),
+        (FRAME.assign(t=[0.0, 1.0, 1.0]), "waypoint 2 is passed at t = 1 s, not after waypoint 1"),
+        ({"x": [0, 1, 2], "y": [0, 1, 2], "duration": [1.0, np.nan, 1.0]}, "leave the duration of the first"),
         (FRAME.assign(x=["a", "b", "c"]), "the column x of the waypoints must be numbers"),
         ({"x": [0, 1], "y": [0, 1], "duration": [1.0, 2.0]}, "leave the duration of the first or the last one empty"),
         (
@@ -74,6 +83,8 @@ def test_more_than_three_coordinates_need_dim():
     for timing in ({"durations": (1.0, 1.0)}, {"total_time": 2.0}):
         with pytest.raises(WaypointError, match="5 coordinates: give rows of x, y, z .transpose .* or dim=5"):
             minsnap.plan(points, **timing)
+        with pytest.raises(WaypointError, match="4 coordinates"):
+            minsnap.plan(points[:, :4], **timing)
         assert minsnap.plan(points, dim=5, **timing).dim == 5
     assert minsnap.plan(points.T, durations=(1.0,) * 4).dim == 3
     with pytest.raises(WaypointError, match="dim=2, and the waypoints have 3"):

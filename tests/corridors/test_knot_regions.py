@@ -39,6 +39,9 @@ def test_room_moves_nominal_points_inside():
     placement = place(None, None, [PAIR, room], {"position": (0.5, 0.1)}, {"position": (4.5, 0.2)}, False)
     assert placement.points[1] == pytest.approx([2.5, 0.15])
     assert (placement.upper + placement.points)[1] == pytest.approx([3.0, 0.3])
+    room = minsnap.Room((0.0, 0.6), (9.0, 0.9))
+    placement = place(None, None, [PAIR, room], {"position": (0.5, 0.7)}, {"position": (4.5, 0.7)}, False)
+    assert (placement.lower + placement.points)[1] == pytest.approx([2.0, 0.6])
 
 
 def test_every_leg_has_a_length_though_a_path_starts_where_it_would_pass():
@@ -106,10 +109,40 @@ def test_contradictions_and_gaps_are_named(arguments, error, message):
 
 
 def test_nominal_points_that_coincide_are_moved_apart_within_their_overlap():
-    inside = np.array([(1.0, 1.0), (1.0, 1.0), (2.0, 2.0)])
-    upper = np.array([(1.0, 1.0), (3.0, 5.0), (2.0, 2.0)])
-    assert _apart(inside, upper).tolist() == [[1.0, 1.0], [1.5, 2.0], [2.0, 2.0]]
-    assert _apart(inside, upper[[1, 1, 2]]).tolist() == [[1.5, 2.0], [1.0, 1.0], [2.0, 2.0]]
+    inside = np.array([(0.0, 0.0), (1.0, 1.0), (1.0, 1.0), (2.0, 2.0)])
+    upper = np.array([(0.0, 0.0), (3.0, 5.0), (3.0, 5.0), (2.0, 2.0)])
+    assert _apart(inside, upper).tolist() == [[0.0, 0.0], [1.5, 2.0], [1.0, 1.0], [2.0, 2.0]]
+    start = _apart(inside[[1, 1, 3]], upper[[1, 1, 3]])
+    assert start.tolist() == [[1.0, 1.0], [1.0 + 2.0 / 3.0, 1.0 + 4.0 / 3.0], [2.0, 2.0]]
+
+
+@pytest.mark.parametrize("count", (2, 3, 4, 5, 6))
+@pytest.mark.parametrize("ends", ((0.1, 0.8), (0.5, 0.5)))
+def test_sets_that_overlap_alike_several_times_leave_every_leg_a_length(count, ends):
+    start, end = ({"position": (x, x)} for x in ends)
+    alike = Boxes([[0.0, 0.0]] * count, [[1.0, 1.0]] * count)
+    for found in (place(None, None, [alike], start, end, False), place(None, None, [alike], None, None, True)):
+        assert (np.diff(found.points, axis=0) != 0.0).any(axis=1).all()
+        assert not found.points.flags.writeable
+    assert (found.points[0] == found.points[-1]).all(), "closed"
+
+
+def test_back_and_forth_between_two_boxes_is_a_closed_lap():
+    lap = minsnap.plan(None, total_time=4.0, corridor=PAIR, closed=True)
+    assert lap.report.corridor_margin >= 0.0 and lap(0.0) == pytest.approx(lap(lap.duration))
+
+
+def test_neither_end_of_a_closed_lap_is_given():
+    for first, last in (({"position": (0.5, 0.5)}, None), (None, {"position": (0.5, 0.5)})):
+        with pytest.raises(WaypointError, match="give neither start= nor end="):
+            place(None, None, [PAIR], first, last, True)
+
+
+@pytest.mark.parametrize("tolerance", (-0.1, "wide", [0.1, 0.1], [0.1, -0.1, 0.1]))
+def test_tolerances_are_distances_one_for_each_waypoint_or_one_for_all(tolerance):
+    give = r"^waypoint_tolerance is .*: give one finite number of 0 or more \[m\], or one for each of 3 waypoints$"
+    with pytest.raises(WaypointError, match=give):
+        place([(0, 0), (1, 1), (2, 0)], tolerance, (), None, None, False)
 
 
 def test_states_at_the_ends_are_kept_without_their_positions():
