@@ -41,6 +41,9 @@ REMEMBERED = 3
 SHORT = 0.3
 """Share of the median length below which a piece is taken to be that long."""
 
+COARSER = 10.0
+"""Times the objective's accuracy with which steps may be solved at most, where the last one gained that much."""
+
 VANISHING = 1e-6
 """Share of the first total below which nothing limits the time."""
 
@@ -112,7 +115,7 @@ class JointSearch:
         gain, patience = (self.objective.gain, PATIENCE) if gain is None else (gain, 1)
         now, model = self.evaluate(state), self.model(state)
         self._best = now
-        caution, idle, fails = Caution(accuracy=self.objective.accuracy), 0, 0
+        caution, idle, fails = Caution(accuracy=COARSER * self.objective.accuracy), 0, 0
         tried: Tried | None = None
         for _ in range(ITERATIONS):
             if self.ticked is not None:
@@ -131,7 +134,7 @@ class JointSearch:
                     break
                 continue
             won, fails, tried = now.merit - best.merit, 0, None
-            caution = caution.after(share, won > 0.6 * promised)
+            caution = replace(caution.after(share, won > 0.6 * promised), accuracy=self._accuracy(won / now.merit))
             now = self._best = best
             if self.told is not None:
                 self.told(now)
@@ -148,6 +151,11 @@ class JointSearch:
         typical = np.asarray(np.maximum(lengths, SHORT * np.median(lengths)))
         given = self.layout, self.blocks, self.finder.regions
         return JointModel(*given, typical, self.native, self.objective, self.least)
+
+    def _accuracy(self, gained: float) -> float:
+        """Gap and residuals at which a step is solved after one that gained a share of the merit."""
+        least = self.objective.accuracy
+        return min(max(gained, least), COARSER * least)
 
     def _done(self, now: Evaluated, promised: float, gain: float) -> bool:
         excess = max(now.measured.limit, now.measured.wall)
