@@ -42,7 +42,7 @@ SHORT = 0.3
 """Share of the median length below which a piece is taken to be that long."""
 
 COARSER = 10.0
-"""Times the objective's accuracy with which steps may be solved at most, where the last one gained that much."""
+"""Times the objective's accuracy to which steps with several pieces are solved, where the last one gained as much."""
 
 VANISHING = 1e-6
 """Share of the first total below which nothing limits the time."""
@@ -115,7 +115,7 @@ class JointSearch:
         gain, patience = (self.objective.gain, PATIENCE) if gain is None else (gain, 1)
         now, model = self.evaluate(state), self.model(state)
         self._best = now
-        caution, idle, fails = Caution(accuracy=COARSER * self.objective.accuracy), 0, 0
+        caution, idle, fails = Caution(accuracy=self._accuracy(1.0)), 0, 0
         tried: Tried | None = None
         for _ in range(ITERATIONS):
             if self.ticked is not None:
@@ -155,7 +155,7 @@ class JointSearch:
     def _accuracy(self, gained: float) -> float:
         """Gap and residuals at which a step is solved after one that gained a share of the merit."""
         least = self.objective.accuracy
-        return min(max(gained, least), COARSER * least)
+        return least if self.layout.task.pieces == 1 else min(max(gained, least), COARSER * least)
 
     def _done(self, now: Evaluated, promised: float, gain: float) -> bool:
         excess = max(now.measured.limit, now.measured.wall)
