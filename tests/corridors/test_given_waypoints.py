@@ -104,6 +104,8 @@ def test_many_problems_of_four_coordinates_are_planned():
         ([(0.5, 0.25, 1200.5), (1500.25, 3.0, 1200.0)], "millimetres"),
         ([(47.3977, 8.5456, 10.0), (47.3981, 8.5460, 12.0)], r"near \(47.3977, 8.5456\) .* latitudes and longitudes"),
         ([(47.3977, 8.5456), (47.3981, 8.5460)], "latitudes"),
+        ([(1.5, 0.0), (1.5001, 0.0)], "latitudes"),
+        ([(0, 0), (1500, 0)], "millimetres"),
     ],
 )
 def test_numbers_of_another_unit_are_warned_of(points, message):
@@ -114,7 +116,22 @@ def test_numbers_of_another_unit_are_warned_of(points, message):
 
 
 @pytest.mark.parametrize(
-    "points", [POINTS, POINTS * 100.0, POINTS[:, :2] + 700.0, POINTS * 0.02, [(0, 0, 0), (0, 0, 0.01)], POINTS - 5e5]
+    "points",
+    [
+        POINTS,
+        POINTS * 100.0,
+        POINTS[:, :2] + 700.0,
+        POINTS * 0.02,
+        [(0, 0, 0), (0, 0, 0.01)],
+        POINTS - 5e5,
+        [(0.5, 0.25), (1500.25, 3.5)],
+        [(700.0, 700.0), (700.0001, 700.0)],
+        [(180.5, 0.0), (180.5001, 0.0)],
+        [(0.5, 0.5, 50.0), (0.5001, 0.5, 50.0)],
+        [(5.0, 5.0), (5.0, 5.0)],
+        [(47.0,), (47.0001,)],
+        [(5.0, 5.0), (5.0001, 5.0), (9.0, 9.0)],
+    ],
 )
 def test_metres_are_not_warned_of(points):
     with warnings.catch_warnings():
