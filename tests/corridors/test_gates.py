@@ -229,6 +229,8 @@ def test_a_crossing_out_of_all_that_a_leg_may_reach_is_named():
     gate = Gate((4.0, 0, 1), (1, 0, 0), 1.0, crossing=1)
     with pytest.raises(CorridorError, match="crossed along .* all of leg 1's corridor lies behind it"):
         minsnap.plan([(0, 0, 1), gate, (2, 1, 1)], [2, 2], corridor=corridor)
+    near = Gate((3.5, 0, 1), (1, 0, 0), 1.0, crossing=1)
+    assert minsnap.plan([(0, 0, 1), near, (2, 1, 1)], [2, 2], corridor=corridor).report.corridor_margin >= 0.0
     with pytest.raises(CorridorError, match="all of leg 0's corridor lies beyond it"):
         opposite = Gate((-1.0, 0, 1), (1, 0, 0), 1.0, crossing=1)
         minsnap.plan([(0, 0, 1), opposite, (2, 1, 1)], [2, 2], corridor=corridor)

@@ -9,7 +9,7 @@ import pytest
 import minsnap
 from minsnap import Boxes, HalfSpaces, Polytopes, RoundTube
 from minsnap.corridors.constraint import Balls, Faces
-from minsnap.corridors.precheck import _distance
+from minsnap.corridors.precheck import _box_to_ball, _distance, _planes_at
 from minsnap.errors import CorridorError, WaypointError
 
 UNIT = Boxes([(0, 0)] * 2, [(1, 1)] * 2)
@@ -121,6 +121,37 @@ def test_a_velocity_is_judged_by_the_legs_beside_its_waypoint():
     assert traj(6.0, 1) == pytest.approx([1.0, 0.0])
 
 
+def test_pins_of_other_derivatives_are_passed_over():
+    pins = {1: {"acceleration": (0.1, 0.0)}, 2: {"velocity": (1.5, 0.0)}}
+    with refused(WaypointError, "the velocity pinned at waypoint 2"):
+        minsnap.plan([(0, 0), (1, 1), (2, 0), (3, 0)], [1, 1, 1], corridor=SpeedBox(1.0), pins=pins)
+
+
+def test_a_box_that_reaches_a_half_space_beyond_the_origin_serves():
+    points, half = [(-2, 0), (-0.9, 0), (-2, 1)], HalfSpaces((1, 0), -1.0)
+    assert minsnap.plan(points, [1, 1], corridor=half, waypoint_tolerance=0.2).report.corridor_margin >= 0.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_nearest_point_of_a_box_to_a_ball_is_its_middle_clipped(seed):
+    random = np.random.default_rng(seed)
+    middle, low, size = random.normal(size=(3, 3)) * [[3.0], [1.0], [1.0]]
+    high = low + np.abs(size) * (random.random(3) > 0.3)
+    ball = Balls([0], np.eye(3)[None], middle[None], [0.5]).cones
+    expected = np.linalg.norm(np.clip(middle, low, high) - middle) - 0.5
+    assert _box_to_ball(ball, 0, low, high) == pytest.approx(expected, abs=1e-9)
+
+
+def test_planes_of_a_leg_hold_where_their_slack_is_positive():
+    random = np.random.default_rng(0)
+    normal, anchor, points = random.normal(size=(3, 2)), random.normal(size=(3, 2)), random.normal(size=(50, 2)) * 3.0
+    walls = Faces([0, 1, 1], normal, anchor, [-1.0, -0.5, -2.0], [1.0, 0.7, np.inf], np.ones(3)).cones
+    for leg in (0, 1):
+        normals, bounds = _planes_at([walls], (leg,), 2)
+        slack = walls.slack(points[None])[walls.leg == leg]
+        assert bounds[:, None] - normals @ points.T == pytest.approx(slack, abs=1e-12)
+
+
 def test_ends_and_overlaps_outside_the_room_are_refused_by_name():
     pair = Boxes([(0, 0), (2, 0)], [(3, 1), (5, 1)])
     ends = {"start": {"position": (0.5, 0.5)}, "end": {"position": (4.5, 0.5)}}
@@ -139,6 +170,13 @@ def test_rounding_is_a_trillionth_of_a_metre_and_of_the_coordinate(excess, words
 @pytest.mark.parametrize(("metres", "found"), ((0.9e6, 0.9e6), (1.1e6, np.inf)))
 def test_a_set_more_than_a_thousand_kilometres_away_counts_as_empty(metres, found):
     assert _distance(np.array([[-1.0, 0.0]]), np.array([-metres])) == pytest.approx(found, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_distance_to_a_half_space_is_that_along_its_normal(seed):
+    normal = np.random.default_rng(seed).normal(size=3)
+    assert _distance(normal[None], np.array([-2.0])) == pytest.approx(2.0 / np.linalg.norm(normal), rel=1e-9)
+    assert _distance(np.zeros((0, 3)), np.zeros(0)) == 0.0
 
 
 class BallOfLeg:
