@@ -9,14 +9,18 @@ from functools import reduce
 import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
-from minsnap.errors import InfeasibleError, SolverError
+from minsnap.corridors.constraint import Balls, Walls
+from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.contradiction import find_contradiction
 from minsnap.optimisation.elastic import Elastic, Give, Relaxed
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
+from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, rows_in_unknowns, rows_outside
+from minsnap.optimisation.solve import solve
 from minsnap.optimisation.units import Units
+from minsnap.tolerances import EXACT
 
 NOTICEABLE = 1e-6
 """Slack, in widths, below which a problem counts as solvable after all."""
@@ -55,7 +59,8 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     proof = find_contradiction(corridor, durations, problem, found)
     if proof is None:
         return SolverError(f"{UNPROVED}widen the corridor of leg {leg}, or change durations that differ much")
-    widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + ROOM) + ROOM)
+    room = _room(corridor, durations, problem, found)
+    widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + room) + room)
     on_leg = (groups >= 0) & (np.concatenate([block.piece for block in compiled.blocks]) // task.pieces == leg)
     width = float(widths[on_leg].max())
     others = {
@@ -68,6 +73,31 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
         f"{_sufficient(width, names == [None], others)}{_advice(task)}"
     )
     return InfeasibleError(message, leg=leg, instant=instant, smallest_width=width, contradiction=proof)
+
+
+def _room(task: Task, durations: FloatArray, problem: Problem, found: Relaxed) -> float:
+    """Share to add to widths so that a plan is found: tried where the curve has control points ten million legs away.
+
+    Such curves keep walls by differences of large numbers, which solvers find only a little inside.
+    """
+    if EXACT * np.abs(problem.relative_points(found.knots)).max() < 0.01:
+        return ROOM
+    for room in (ROOM, 100.0 * ROOM):
+        share = np.broadcast_to(found.slacks * (1.0 + room) + room, task.legs)
+        try:
+            solve(replace(task, walls=[_widened(wall, share[wall.leg]) for wall in task.walls]), durations)
+        except (InfeasibleRowsError, MinsnapError):
+            continue
+        return room
+    return 200.0 * ROOM
+
+
+def _widened(wall: Walls, share: FloatArray) -> Walls:
+    """Return walls that are wider by a share of the width of each."""
+    more = share * wall.width
+    if isinstance(wall, Balls):
+        return replace(wall, radius=wall.radius + more)
+    return replace(wall, lower=wall.lower - more, upper=wall.upper + more)
 
 
 def _sufficient(width: float, everywhere: bool, others: Mapping[int, float]) -> str:

@@ -1,6 +1,8 @@
 """Why nothing fits: the smallest width that would do, against bisection."""
 
 import re
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +14,10 @@ from minsnap.errors import InfeasibleError, SolverError
 from minsnap.native.library import using
 from minsnap.optimisation import elastic
 from minsnap.optimisation.slack_programme import by_clarabel, by_native_core, by_piqp
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+from random_plans import question
 
 TIMES = np.array([4.0, 2.0, 4.0, 2.0])
 
@@ -97,3 +103,20 @@ def test_pins_that_leave_nothing_free_to_join_a_derivative_are_refused():
             continuity=2,
             pins={1: {"velocity": (1, 1, 0)}},
         )
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("further tubes", 86374), ("round tubes", 62501)])
+def test_widths_that_only_giant_curves_keep_have_room_to_find_one(kind, seed):
+    """Control points a billion legs away: the native core needs a hundredth more than the least of these widths."""
+    asked = question(kind, seed)[1]
+    with using("auto") as core:
+        if core.library is None:
+            pytest.skip("the Python core finds other curves")
+        refused = refusal(**asked)
+        corridor, width = asked["corridor"], 1.001 * refused.smallest_width
+        if isinstance(corridor, minsnap.RoundTube):
+            wider = minsnap.RoundTube(width)
+        else:
+            on_leg = np.arange(len(corridor))[:, None] == refused.leg
+            wider = np.where(on_leg, corridor * width / corridor[refused.leg].max(), corridor)
+        assert fits(**asked | {"corridor": wider})
