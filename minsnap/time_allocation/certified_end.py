@@ -93,9 +93,9 @@ class CertifiedEnd:
             if solved.inside:
                 self.inside = state
                 if kept and self.still:
-                    touching = self._touching(state)
-                    best = touching if best is None else min(best, touching, key=_duration)
-                    if self.limits.yaw_rate is not None or _duration(best) <= (1.0 + FAR) * _duration(solved):
+                    turns = self.limits.yaw_rate is not None
+                    best = _shorter(best, self._touching(state, turns))
+                    if turns or (best is not None and _duration(best) <= (1.0 + FAR) * _duration(solved)):
                         return best
                 elif kept and self._excess(solved) <= KEPT:
                     return solved
@@ -104,7 +104,9 @@ class CertifiedEnd:
             wall = 0.0 if solved.inside else max(ENOUGH * measured.wall, least)
             self.inwards = Inwards(self.inwards.limit + limit, self.inwards.wall + wall)
             state = self._closer(state, measured)
-        return self._touching(self.inside) if best is None and self.still and self.inside is not None else best
+        if best is None and self.still and self.inside is not None:
+            return self._touching(self.inside, True)
+        return best
 
     def _excess(self, solved: SolvedTask) -> float:
         return largest_use(self.limits, self.finish(solved.trajectory)) - 1.0
@@ -125,12 +127,13 @@ class CertifiedEnd:
         self.caution = self.caution.failed()
         return state
 
-    def _touching(self, state: JointState) -> SolvedTask:
+    def _touching(self, state: JointState, far: bool) -> SolvedTask | None:
         """Fly the same path at the speed at which the most used limit is just kept.
 
         The limits searched for are measured first, which is quick; the exact measure has the last word.  Limits that
         are no part of the search, such as the rate of a planned yaw, are kept by that alone.  Where more time does not
-        mean less use, the factor may lie far away: what keeps the limits as it is counts too.
+        mean less use, the factor may lie far away, and is looked for there only if asked for: what keeps the limits as
+        it is counts too.
         """
         touches, flown = self.search.objective.touches, state
         for _ in range(QUICK):
@@ -138,18 +141,26 @@ class CertifiedEnd:
             change = float(np.clip(measured.limit + ROOM, -NEARBY if touches else 0.0, NEARBY))
             flown = JointState(flown.scaled, flown.durations * (1.0 + change))
         least = -ALMOST if touches else -np.inf
-        solved, kept = solved_state(self.layout, flown, self.search.iterations), list[SolvedTask]()
+        solved, best = solved_state(self.layout, flown, self.search.iterations), None
         for one in (solved, solved_state(self.layout, state, self.search.iterations)):
             excess = self._excess(one)
             if least <= excess <= KEPT:
                 return one
             if excess <= KEPT:
-                kept.append(one)
+                best = one
                 break
         curve = self.finish(solved.trajectory)
-        factor = nearby_factor(self.limits, curve) or touching_factor(self.limits, curve)
+        factor = nearby_factor(self.limits, curve)
+        if factor is None and far and best is None:
+            factor = touching_factor(self.limits, curve)
+        if factor is None:
+            return best
         touching = JointState(flown.scaled, flown.durations * factor)
-        return min([solved_state(self.layout, touching, self.search.iterations), *kept], key=_duration)
+        return _shorter(best, solved_state(self.layout, touching, self.search.iterations))
+
+
+def _shorter(one: SolvedTask | None, other: SolvedTask | None) -> SolvedTask | None:
+    return min((plan for plan in (one, other) if plan is not None), key=_duration, default=None)
 
 
 def _duration(solved: SolvedTask) -> float:

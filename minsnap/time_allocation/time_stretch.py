@@ -88,7 +88,10 @@ def _by_bracket(over: Callable[..., float], limits: Limits, guess: float, precis
 
 
 def nearby_factor(limits: Limits, trajectory: Trajectory) -> float | None:
-    """Return the same factor where it is near one, by a few steps of the secant method; None if they do not find it."""
+    """Return the same factor where it is near one, by a few steps of the secant method; None if they do not find it.
+
+    They end where more time means more use.
+    """
     place, slope, best, last = 0.0, -2.0, np.inf, (np.nan, np.nan)
     for _ in range(SECANTS):
         used = most_used(limits, trajectory.stretched(float(np.exp(place)))).fraction
@@ -97,6 +100,8 @@ def nearby_factor(limits: Limits, trajectory: Trajectory) -> float | None:
             best = min(best, place)
             if excess >= -CLOSE:
                 break
+        if place > last[0] and excess > max(last[1], 0.0) + CLOSE:
+            break
         if place != last[0] and np.isfinite(last[0]):
             slope = float(np.clip((excess - last[1]) / (place - last[0]), -10.0, -0.2))
         last, place = (place, excess), float(place - np.clip((excess + 0.5 * CLOSE) / slope, -NEARBY, NEARBY))
