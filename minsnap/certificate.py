@@ -212,7 +212,9 @@ def certify(
 
 def _use(limits: Limits, traj: Trajectory, start: float) -> tuple[Utilisation, ...]:
     from minsnap.limits.compliance import use_from
+    from minsnap.limits.limits import check_limits
 
+    check_limits(limits)
     return use_from(limits, traj, start)
 
 
@@ -225,8 +227,12 @@ def _start_of_limits(instant: float, traj: Trajectory) -> float:
 
 def _waypoint_error(traj: Trajectory, points: FloatArray) -> float:
     """Largest distance to a waypoint, not less than the exact one."""
-    distance = np.sqrt(((knot_positions(traj) - points) ** 2).sum(axis=2)).max()
-    return float(distance * (1.0 + (traj.dim + 8) * UNIT))
+    offset = np.abs(knot_positions(traj) - points)
+    size = float(offset.max())
+    if size == 0.0:
+        return 0.0
+    distance = np.sqrt(((offset / size) ** 2).sum(axis=2)).max()
+    return float(np.nextafter(size * distance * (1.0 + (traj.dim + 10) * UNIT), np.inf))
 
 
 def continuity(traj: Trajectory) -> int:

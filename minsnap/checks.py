@@ -25,6 +25,8 @@ TIME = "it must be positive, from 1e-12 to 1e9 s"
 """What a message says of such a time."""
 SIZE = "at most 1e40 in size"
 """What a message says of a number."""
+MOST_PIECES, MOST_PER_PIECE = 1000, 100_000
+"""Most polynomials per leg, and most instants per polynomial of a sampled corridor."""
 NO_NUMBERS = (bool, np.timedelta64)
 """Kinds of integers that are no numbers here."""
 SAMPLES = 20
@@ -136,6 +138,11 @@ def check_flag(name: str, value: Any) -> bool:
     return bool(value)
 
 
+def check_switch(name: str, value: Any) -> bool:
+    """Return a bool, also of a whole number, which is False for 0; or raise InputError."""
+    return check_flag(name, bool(value) if is_whole(value) else value)
+
+
 def check_degree(degree: Any) -> int:
     """Return k for degree 2k - 1, or raise DegreeError."""
     if not is_whole(degree) or int(degree) not in DEGREES:
@@ -176,8 +183,11 @@ def check_pieces(pieces: Any) -> tuple[int, bool]:
     """Return the number of polynomials per leg, a whole number of at least 1, and whether a search may choose it."""
     if isinstance(pieces, str) and pieces == "auto":
         return 1, True
-    if not is_whole(pieces) or pieces < 1:
-        raise DegreeError(f"pieces is {shown(pieces)}: a leg has a whole number of polynomials, at least 1, or 'auto'")
+    if not is_whole(pieces) or not 1 <= pieces <= MOST_PIECES:
+        raise DegreeError(
+            f"pieces is {shown(pieces)}: a leg has a whole number of polynomials, at least 1 and at most "
+            f"{MOST_PIECES}, or 'auto'"
+        )
     return int(pieces), False
 
 
@@ -206,8 +216,11 @@ def check_samples(method: str, samples: Any, limited: bool) -> int | None:
             "corridor_method='sampled' does not go with limits, which hold at every instant: use 'exact'"
         )
     samples = SAMPLES if samples is None else samples
-    if not is_whole(samples) or samples < 1:
-        raise CorridorError(f"samples is {shown(samples)}: give a whole number of instants per polynomial, at least 1")
+    if not is_whole(samples) or not 1 <= samples <= MOST_PER_PIECE:
+        raise CorridorError(
+            f"samples is {shown(samples)}: give a whole number of instants per polynomial, at least 1 and at most "
+            f"{MOST_PER_PIECE}"
+        )
     return int(samples)
 
 

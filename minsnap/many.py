@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray, IntArray, owned
-from minsnap.checks import check_degree
+from minsnap.checks import check_degree, check_switch
 from minsnap.corridors.constraint import Constraint
 from minsnap.errors import InputError, MinsnapError
 from minsnap.limits.limits import Limits
@@ -110,7 +110,7 @@ def _problems_in(line: ProgressLine) -> Callable[[int, int], None]:
 def _solved(asked: ManyAsked, gradients: bool) -> Trajectories:
     """Plan in the way that fits what is asked for."""
     widths = asked.widths()
-    if gradients:
+    if check_switch("gradients", gradients):
         _check_gradients(asked)
     if asked.others:
         return _solved_one_by_one(asked, gradients)

@@ -23,7 +23,6 @@ from minsnap.errors import (
     TimingError,
     WaypointError,
 )
-from minsnap.limits.limits import Limits
 from minsnap.messages import shown
 from minsnap.planner import placed_task, plan
 from minsnap.trajectory.gradients import Slopes, free_slopes
@@ -133,11 +132,11 @@ def end_states(state: State | None, where: str, batch: ProblemRows, half: int) -
     )
     states = np.zeros((len(batch), half - 1, batch.dim))
     for name, value in state.items():
-        try:
-            states[:, DERIVATIVES.index(name) - 1] = np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
+        given = numbers(value)
+        if given is None or given.shape not in ((batch.dim,), (len(batch), batch.dim)):
             shapes = f"({batch.dim},) or ({len(batch)}, {batch.dim})"
-            raise WaypointError(f"the {name} of {where} must be numbers of shape {shapes}") from None
+            raise WaypointError(f"the {name} of {where} must be numbers of shape {shapes}")
+        states[:, DERIVATIVES.index(name) - 1] = given
     return states
 
 
@@ -171,12 +170,7 @@ def further_arguments(count: int, without_durations: bool, **given: Any) -> list
         return None
     each: list[dict[str, Any]] = [{"durations": None} if without_durations else {} for _ in range(count)]
     for name, value in given.items():
-        if (
-            isinstance(value, (Limits, Mapping))
-            or value is None
-            or np.ndim(value) == 0
-            and not hasattr(value, "__len__")
-        ):
+        if not isinstance(value, (list, tuple, np.ndarray)) or (isinstance(value, np.ndarray) and not value.ndim):
             values = [value] * count
         else:
             values = list(value)

@@ -142,3 +142,63 @@ def test_instants_that_are_no_numbers(yaw):
 @pytest.mark.parametrize("duration", [1e-12, 1.0, 1e9])
 def test_norms_that_underflow_are_bounded_still(size, duration):
     assert minsnap.certify(minsnap.plan(P * size, [duration, duration])).verify()
+
+
+HELD = minsnap.plan(P, T, corridor=0.3)
+REFUSED = {
+    "pieces of none": (lambda: minsnap.Trajectory(np.zeros((3, 8, 3)), [1, 1, 1], pieces=0), "no whole number of legs"),
+    "half a piece": (lambda: minsnap.Trajectory(np.zeros((3, 8, 3)), [1, 1, 1], pieces=1.5), "no whole number of legs"),
+    "far points": (lambda: minsnap.Trajectory(np.full((1, 8, 3), 1e151), [1]), "at most 1e\\+150 in size"),
+    "yaw": (lambda: minsnap.Trajectory(np.zeros((1, 8, 3)), [1], yaw=0.5), "the yaw of a trajectory is 0.5"),
+    "degree": (lambda: HELD.elevated(9.5), "the degree is 9.5"),
+    "tolerance of a length": (lambda: HELD.arc_length(0.0), "the tolerance of a length is 0.0"),
+    "interval": (lambda: HELD.between("now", 1.0), "is not an interval"),
+    "stretch": (lambda: HELD.stretched(1e300), "positive factor"),
+    "limits of a certificate": (lambda: minsnap.certify(HELD, limits=3.0), "limits must be a Limits, not float"),
+    "limits of a shape": (lambda: minsnap.circle(limits=3.0), "limits must be a Limits, not float"),
+    "limits of no vehicle": (lambda: minsnap.Limits.of(3.0), "not of a float"),
+    "direction": (lambda: minsnap.circle(clockwise=np.zeros(2)), "clockwise is .*: it is True or False"),
+    "yaw of a shape": (lambda: minsnap.circle(yaw=np.zeros(2)), "the yaw is .*: it must be an angle"),
+    "laps": (lambda: minsnap.rectangle(laps=10**20), "the number of laps is 1000.*: it must be a whole number from 1"),
+    "legs": (lambda: minsnap.HalfSpaces([(1, 0, 0)], [9], legs=0.5), "the legs of half-spaces are 0.5"),
+    "order": (lambda: minsnap.HalfSpaces([(1, 0, 0)], [9], order=1.0), "the order of half-spaces is 1.0"),
+    "faint normal": (lambda: minsnap.HalfSpaces([(1e-200, 0, 0)], [9]), "has a normal of zeros"),
+    "small gate": (lambda: minsnap.Gate((4, 0, 1), (1, 0, 0), 1e-30, 1.0), "it is too small"),
+    "gradients": (lambda: minsnap.plan_many([P], [T], gradients=np.zeros(2)), "gradients is .*: it is True or False"),
+    "states": (
+        lambda: minsnap.plan_many([P], [T], start={"velocity": 10**400}),
+        "the velocity of start must be numbers",
+    ),
+    "pieces": (lambda: minsnap.plan(P, T, pieces=10**6), "at most 1000"),
+    "samples": (lambda: minsnap.plan(P, T, corridor=1, corridor_method="sampled", samples=10**9), "at most 100000"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_other_entry_points_refuse_in_a_sentence(name):
+    ask, says = REFUSED[name]
+    with pytest.raises(MinsnapError, match=says) as refused:
+        ask()
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("apart", [5e-324, 1e-300, 1e-160])
+def test_a_waypoint_error_that_underflows_is_bounded_still(apart):
+    found = minsnap.certify(HELD, P + [(0.0, 0.0, 0.0), (0.0, apart, 0.0), (0.0, 0.0, 0.0)])
+    assert found.waypoint_error >= apart and found.verify()
+
+
+@pytest.mark.parametrize("goal", [1e9, 1e20, 1e39])
+def test_a_goal_at_any_distance_is_replanned_or_refused(goal):
+    replanner = minsnap.Replanner(minsnap.Limits(speed=6.0, acceleration=20.0), clock=lambda: 0.0)
+    try:
+        change = replanner.replan(HELD, 0.5, [(goal, 0.0, 1.0), (4.0, 3.0, 1.5)], 0.5)
+    except MinsnapError:
+        return
+    assert np.isfinite(change.trajectory.control_points).all()
+
+
+@pytest.mark.parametrize("speed", [1e6, 1e12, 1e39])
+def test_a_start_far_beyond_its_limits_is_refused(speed):
+    with pytest.raises(MinsnapError):
+        minsnap.plan(P, limits=minsnap.Limits(speed=3.0, acceleration=5.0), start={"velocity": (speed, 0.0, 0.0)})

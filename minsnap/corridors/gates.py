@@ -155,6 +155,10 @@ class Gate(ReadOnly):
             raise WaypointError(
                 f"the crossing of a gate is {shown(crossing)}: 1 along its normal, -1 against it, 0 either way"
             )
+        if (corners == np.roll(corners, 1, axis=0)).all(axis=1).any():
+            raise WaypointError(
+                f"two corners of a gate are both {corners[0].tolist()}: it is too small beside its place"
+            )
         for name, value in (("centre", centre), ("normal", normal), ("corners", corners)):
             value.flags.writeable = False
             object.__setattr__(self, name, value)
@@ -212,7 +216,7 @@ def _snapped(vectors: FloatArray) -> FloatArray:
 
 def _size(value: Any, what: str) -> float:
     number = _numbers(value, f"the {what} of a gate")
-    if number.ndim or not number > 0.0:
+    if number.ndim or not number >= SMALLEST:
         raise WaypointError(f"the {what} of a gate is {shown(value)}: it must be positive [m]")
     return float(number)
 

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly, bounded
+from minsnap.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded
+from minsnap.checks import is_whole
 from minsnap.corridors.boxes import as_numbers, check_dim
 from minsnap.corridors.constraint import Faces, Walls, leg_scales
 from minsnap.errors import CorridorError
@@ -43,23 +44,38 @@ class HalfSpaces(ReadOnly):
     order: int = 0
 
     def __post_init__(self) -> None:
-        if self.order not in (0, 1, 2):
+        if not (is_whole(self.order) and self.order in (0, 1, 2)):
             raise CorridorError(f"the order of half-spaces is {shown(self.order)}: give 0, 1 or 2")
         normal, offset = half_space_rows(self.normal, self.offset, "the half-spaces")
         object.__setattr__(self, "normal", normal)
         object.__setattr__(self, "offset", offset)
-        object.__setattr__(self, "legs", None if self.legs is None else tuple(int(leg) for leg in self.legs))
+        object.__setattr__(self, "order", int(self.order))
+        object.__setattr__(self, "legs", _legs(self.legs))
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return one plane for each leg and half-space."""
         check_dim(self.normal.shape[1], waypoints, "half-spaces")
         legs = np.arange(len(waypoints) - 1) if self.legs is None else np.array(self.legs, dtype=np.intp)
         if ((legs < 0) | (legs >= len(waypoints) - 1)).any():
-            raise CorridorError(f"half-spaces name legs {list(legs)}: there are legs 0 to {len(waypoints) - 2}")
+            raise CorridorError(f"half-spaces name legs {legs.tolist()}: there are legs 0 to {len(waypoints) - 2}")
         normal, offset = of_unit_length(self.normal, self.offset)
         leg = np.repeat(legs, len(offset))
         normal, offset = np.tile(normal, (len(legs), 1)), np.tile(offset, len(legs))
         return [one_sided(leg, normal, offset, leg_scales(waypoints)[leg], self.order, "half-space")]
+
+
+def _legs(legs: Any) -> tuple[int, ...] | None:
+    """Return the numbers of legs, or raise CorridorError."""
+    if legs is None:
+        return None
+    try:
+        named = [] if isinstance(legs, str) else list(legs)
+        good = not isinstance(legs, str) and all(is_whole(leg) and abs(int(leg)) < 2**31 for leg in named)
+    except TypeError:
+        good = False
+    if not good:
+        raise CorridorError(f"the legs of half-spaces are {shown(legs)}: give whole numbers, such as [0, 2]")
+    return tuple(map(int, named))
 
 
 def half_space_rows(normal: Any, offset: Any, what: str) -> tuple[FloatArray, FloatArray]:
@@ -79,7 +95,7 @@ def half_space_rows(normal: Any, offset: Any, what: str) -> tuple[FloatArray, Fl
     wrong = ~(bounded(normals).all(axis=1) & bounded(offsets))
     if wrong.any():
         raise CorridorError(f"row {int(np.argmax(wrong))} of {what} is not finite: every entry must be a finite number")
-    flat = ~normals.any(axis=1)
+    flat = ~(np.abs(normals) >= SMALLEST).any(axis=1)
     if flat.any():
         raise CorridorError(
             f"row {int(np.argmax(flat))} of {what} has a normal of zeros: it has no direction; remove it"

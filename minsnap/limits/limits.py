@@ -192,6 +192,12 @@ class Limits:
         return found
 
 
+def check_limits(limits: Any) -> None:
+    """Raise LimitError for what are no Limits."""
+    if not isinstance(limits, Limits):
+        raise LimitError(f"limits must be a Limits, not {type(limits).__name__}")
+
+
 def _check_limit(kind: Kind, limit: float) -> None:
     """Raise LimitError unless a limit is a positive number with which a vehicle can hold its altitude."""
     check_positive(f"the limit {kind.name}", limit, kind.unit, LimitError)

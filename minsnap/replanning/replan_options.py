@@ -6,8 +6,8 @@ from typing import Any
 
 from minsnap.arrays import FloatArray
 from minsnap.checks import check_array, check_degree, is_number, is_whole
-from minsnap.errors import DegreeError, InputError, LimitError, YawError
-from minsnap.limits.limits import Limits
+from minsnap.errors import DegreeError, InputError, YawError
+from minsnap.limits.limits import Limits, check_limits
 from minsnap.messages import shown
 from minsnap.optimisation.planned_yaw import ChosenHeading, asked_heading
 from minsnap.vehicle import Quadrotor
@@ -26,8 +26,8 @@ def check_half(degree: Any) -> int:
 
 def all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | None:
     """Return limits with those of a vehicle."""
-    if limits is not None and not isinstance(limits, Limits):
-        raise LimitError(f"limits must be a Limits, not {type(limits).__name__}")
+    if limits is not None:
+        check_limits(limits)
     if vehicle is None:
         return limits
     others: dict[str, Any] = {} if limits is None else {**limits.given(), "norm": limits.norm}

@@ -331,6 +331,7 @@ class Replanner:
         self._takes.add("ending", watch.seconds - seconds)
         return better, self._clock() < until, reason
 
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a step that overflows has no merit, and is refused
     def _better(self, call: _Call, rest: Trajectory | None, seconds: float) -> Better:
         splice, aim = call.splice, call.aim
         task = replace(call.course.task, deadline=call.deadline, explained=False)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_positive
+from minsnap.checks import check_positive, check_switch
 from minsnap.errors import ShapeError
 from minsnap.limits.limits import Limits
 from minsnap.shapes.phase import ComplexArray
@@ -184,7 +184,7 @@ def lemniscate(
     reach_x = check_positive("the length", length, "m", ShapeError) / 2.0
     reach_y = check_positive("the width", width, "m", ShapeError) / 2.0
     law = phase_law(*_pace(period, speed, limits), math.hypot(reach_x, 2.0 * reach_y), laps, ramp)
-    side = 1.0 if clockwise else -1.0
+    side = 1.0 if check_switch("clockwise", clockwise) else -1.0
     harmonics = np.array([[-1j * reach_x, 0.0, 0.0], [0.0, -1j * reach_y * side, 0.0]])
     return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
 
@@ -209,4 +209,4 @@ def _center(center: Sequence[float], altitude: float) -> FloatArray:
 def _turned(radius: float, start_angle: float, clockwise: bool) -> ComplexArray:
     """Return the harmonics of a circle with a start angle and a direction."""
     amplitude = radius * np.array([1.0, -1j, 0.0]) * np.exp(1j * check_finite("start angle", start_angle, "radians"))
-    return np.asarray([amplitude.conj() if clockwise else amplitude])
+    return np.asarray([amplitude.conj() if check_switch("clockwise", clockwise) else amplitude])

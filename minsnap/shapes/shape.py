@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from minsnap.limits.limits import Limits
+from minsnap.limits.limits import Limits, check_limits
 from minsnap.shapes.phase import PhasePath
 from minsnap.shapes.polynomial_form import ERROR, as_polynomials
 from minsnap.time_allocation.time_stretch import touching_factor
@@ -33,6 +33,7 @@ class Shape(PhasePath):
         LimitError
             If a limit is exceeded at any pace.
         """
+        check_limits(limits)
         factor = touching_factor(limits, self.as_trajectory())
         slower = replace(self, law=replace(self.law, rate=self.law.rate / factor))
         if isinstance(self.yaw, (VelocityHeading, LookAtHeading)):

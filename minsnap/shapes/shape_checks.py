@@ -62,11 +62,11 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
 
 def with_yaw(path: Turning, yaw: float | str | LookAt) -> Turning:
     """Return the path with a constant yaw [rad], with the yaw ``"velocity"`` or ``"tilt"``, or towards a point."""
-    if yaw == "velocity":
+    if isinstance(yaw, str) and yaw == "velocity":
         from minsnap.trajectory.velocity_heading import VelocityHeading
 
         return replace(path, yaw=VelocityHeading(path))
-    if yaw == "tilt":
+    if isinstance(yaw, str) and yaw == "tilt":
         from minsnap.trajectory.tilt_heading import TiltHeading
 
         return replace(path, yaw=TiltHeading(path))

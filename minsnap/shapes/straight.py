@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import FloatArray
-from minsnap.checks import check_positive, is_whole, refuse_repeated
+from minsnap.checks import check_positive, check_switch, is_whole, refuse_repeated
 from minsnap.errors import ShapeError, TimingError
 from minsnap.messages import shown
 from minsnap.shapes.shape_checks import check_finite, check_point
@@ -23,6 +23,9 @@ SPEED = 1.0
 
 SPEED_LIMIT, ACCELERATION_LIMIT = 3.0, 6.0
 """Limits of a rectangle that is given neither times nor limits [m/s, m/s^2]."""
+
+MOST_LAPS = 100_000
+"""Laps of a rectangle, which has four legs for each."""
 
 LINE_SAMPLES = 120
 """Samples of the constant-speed line at 20 Hz, both ends included, unless it is given a time."""
@@ -69,7 +72,7 @@ def line(
     distance = float(np.linalg.norm(ends[1] - ends[0]))
     if distance == 0.0:
         raise ShapeError(f"the line starts and ends at {tuple(ends[0].tolist())}: give it two ends")
-    if constant_speed:
+    if check_switch("constant_speed", constant_speed):
         return _constant_speed(ends, total_time, limits, **options)
     if total_time is None and limits is None and options.get("time_weight") is None:
         total_time = distance / SPEED
@@ -127,9 +130,9 @@ def rectangle(
         Whatever else :func:`minsnap.plan` raises.
     """
     corners = _corners(width, length, altitude, center)
-    turns = _check_count("number of laps", laps, 1, None)
+    turns = _check_count("number of laps", laps, 1, MOST_LAPS)
     first = _check_count("start corner", start_corner, 0, 3)
-    steps = np.arange(4 * turns + 1) * (-1 if clockwise else 1)
+    steps = np.arange(4 * turns + 1) * (-1 if check_switch("clockwise", clockwise) else 1)
     waypoints = corners[(first + steps) % 4]
     if total_time is None and durations is None and limits is None and options.get("time_weight") is None:
         limits = rectangle_limits()
@@ -158,10 +161,9 @@ def _corners(width: float, length: float, altitude: float, center: Sequence[floa
     return np.array([[x + i * half_x, y + j * half_y, z] for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
 
 
-def _check_count(name: str, value: int, least: int, most: int | None) -> int:
-    if not is_whole(value) or value < least or (most is not None and value > most):
-        span = f"from {least} to {most}" if most is not None else f"from {least} on"
-        raise ShapeError(f"the {name} is {shown(value)}: it must be a whole number {span}")
+def _check_count(name: str, value: int, least: int, most: int) -> int:
+    if not is_whole(value) or not least <= value <= most:
+        raise ShapeError(f"the {name} is {shown(value)}: it must be a whole number from {least} to {most}")
     return int(value)
 
 

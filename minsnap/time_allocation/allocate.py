@@ -87,6 +87,7 @@ def _timed(task: Task, timing: Timing, finish: Finish, samples: int | None = Non
     return timed(solved_or_explained(task, task.piece_durations(durations), samples), finish, search)
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a step that overflows has no merit, and is refused
 def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, samples: int | None) -> Timed:
     from minsnap.time_allocation.ways import on_limits
     from minsnap.time_allocation.within_limits import check_pinned_limits, kept, limited_plan, shortest_plan

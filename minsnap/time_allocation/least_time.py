@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import LONGEST
 from minsnap.deadline import LATE, LateError
 from minsnap.errors import LimitError, MinsnapError, SolverError, YawError
 from minsnap.limits.compliance import keeps, largest_use
@@ -167,10 +168,13 @@ class LeastTime:
         """
         task = search.layout.task
         bounded = task.with_walls(self.limits.walls(task.waypoints))
+        durations = found.state.durations * self.problem.units.time
+        if not (durations <= LONGEST).all():
+            return None
         for reserve in RESERVES:
             task.deadline.check()
             try:
-                solved = solve(bounded, found.state.durations * self.problem.units.time * (1.0 + reserve))
+                solved = solve(bounded, durations * (1.0 + reserve))
             except (InfeasibleRowsError, SolverError):
                 continue
             if keeps(self.limits, self.finish(solved.trajectory)):
@@ -312,6 +316,8 @@ class LeastTime:
         if not self.task.explained:
             return SolverError("no plan that keeps the walls and the limits was found from this start")
         durations = found.state.durations * self.problem.units.time
+        if not (durations <= LONGEST).all():
+            return SolverError(f"no plan that keeps the limits was found within {LONGEST:g} s a leg: loosen a limit")
         reason = explain(search.layout.task, durations)
         if not isinstance(reason, SolverError):
             return reason

@@ -125,7 +125,7 @@ class PricedCost:
 
     def _value(self, state: JointState, residuals: FloatArray) -> float:
         apart = state.total - self.total
-        return float((residuals**2).sum()) + self.price * state.total + 0.5 * self.stiffness * apart**2
+        return float((residuals**2).sum()) + self.price * state.total + 0.5 * self.stiffness * (apart * apart)
 
     def _residuals(self, state: JointState) -> FloatArray:
         """R of every piece, (pieces, k, dim)."""

@@ -99,10 +99,9 @@ class Timing:
             raise TimingError(f"enforce is {shown(self.enforce)}: use 'qp' or 'scaling'")
         if self.limits is None:
             return
-        from minsnap.limits.limits import Limits
+        from minsnap.limits.limits import check_limits
 
-        if not isinstance(self.limits, Limits):
-            raise LimitError(f"limits must be a Limits, not {type(self.limits).__name__}")
+        check_limits(self.limits)
         if not self.limits.given():
             raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
 

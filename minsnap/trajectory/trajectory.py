@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, owned
-from minsnap.checks import is_number
-from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
+from minsnap.checks import is_number, is_whole
+from minsnap.errors import InputError, IntervalError, TimingError, WaypointError, YawError
 from minsnap.messages import shown
 from minsnap.native.evaluation import Evaluator
 from minsnap.native.proved_extrema import largest_norms
@@ -45,6 +45,12 @@ SHORTEST_PIECE, LONGEST_PIECE = 1e-18, 1e18
 
 FAINT = 1e-100
 """Norm below which its square, or it itself, may be lost to underflow: it is then scaled, and what is lost added."""
+
+FARTHEST = 1e150
+"""Largest control point [m]: those of a plan whose durations lie far apart are far beyond its waypoints."""
+
+MOST_DEGREE = 100
+"""Highest degree to which a curve is elevated."""
 
 LEAST_TOLERANCE = 1e-13
 """Least relative tolerance of a length, above the rounding of its terms."""
@@ -99,9 +105,17 @@ class Trajectory(ReadOnly, Path):
     def __post_init__(self) -> None:
         points = owned(self.control_points)
         durations = owned(self.durations)
-        if points.ndim != 3 or 0 in points.shape or not np.isfinite(points).all():
+        if points.ndim != 3 or 0 in points.shape or not (np.abs(points) <= FARTHEST).all():
             raise WaypointError(
-                f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}"
+                f"control points must be finite, of shape (pieces, degree + 1, dim), not {points.shape}, and at most "
+                f"{FARTHEST:g} in size"
+            )
+        if not (is_whole(self.pieces) and self.pieces >= 1 and len(points) % int(self.pieces) == 0):
+            raise InputError(f"{len(points)} polynomials are no whole number of legs with pieces={shown(self.pieces)}")
+        object.__setattr__(self, "pieces", int(self.pieces))
+        if not callable(self.yaw):
+            raise YawError(
+                f"the yaw of a trajectory is {shown(self.yaw)}: give a heading, such as ConstantHeading(0.5)"
             )
         if durations.shape != points.shape[:1]:
             raise TimingError(f"durations must be numbers, one for each of {len(points)} pieces")
@@ -340,7 +354,8 @@ class Trajectory(ReadOnly, Path):
         """
         if not (is_number(start) and is_number(end) and 0.0 <= start < end <= self.duration):
             raise IntervalError(f"[{shown(start)}, {shown(end)}] s is not an interval within [0, {self.duration}] s")
-        first, last = self._pieces_of(float(start), float(end))
+        start, end = float(start), float(end)
+        first, last = self._pieces_of(start, end)
         points = self.control_points[first : last + 1].copy()
         durations = self.durations[first : last + 1].copy()
         low = max((start - self.breaks[first]) / self.durations[first], 0.0)
@@ -389,6 +404,8 @@ class Trajectory(ReadOnly, Path):
 
     def elevated(self, degree: int) -> Trajectory:
         """Return the same curve written in polynomials of a higher degree."""
+        if not (is_whole(degree) and degree <= MOST_DEGREE):
+            raise InputError(f"the degree is {shown(degree)}: give a whole number up to {MOST_DEGREE}")
         points = self.control_points
         for n in range(self.degree, degree):
             share = np.arange(n + 2)[:, None] / (n + 1)
@@ -478,7 +495,8 @@ def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> Fl
     """Integral of the squared norm of a derivative over each piece, from a sum of squares: shape (pieces,)."""
     degree = points.shape[1] - 1
     roots = np.matmul(gram_root(degree - order), perm(degree, order) * careful_differences(points, order))
-    return np.asarray((roots * roots).sum(axis=(1, 2)) * durations ** (1.0 - 2.0 * order))
+    with np.errstate(over="ignore"):  # a cost beyond all numbers is infinite
+        return np.asarray((roots * roots).sum(axis=(1, 2)) * durations ** (1.0 - 2.0 * order))
 
 
 def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
