@@ -163,7 +163,7 @@ REFUSED = {
     "legs": (lambda: minsnap.HalfSpaces([(1, 0, 0)], [9], legs=0.5), "the legs of half-spaces are 0.5"),
     "order": (lambda: minsnap.HalfSpaces([(1, 0, 0)], [9], order=1.0), "the order of half-spaces is 1.0"),
     "faint normal": (lambda: minsnap.HalfSpaces([(1e-200, 0, 0)], [9]), "has a normal of zeros"),
-    "small gate": (lambda: minsnap.Gate((4, 0, 1), (1, 0, 0), 1e-30, 1.0), "it is too small"),
+    "small gate": (lambda: minsnap.Gate((4, 4, 1), (1, 0, 0), 1e-30, 1.0), "it is too small"),
     "gradients": (lambda: minsnap.plan_many([P], [T], gradients=np.zeros(2)), "gradients is .*: it is True or False"),
     "states": (
         lambda: minsnap.plan_many([P], [T], start={"velocity": 10**400}),
