@@ -18,7 +18,7 @@ from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_model import Caution, Inwards
-from minsnap.time_allocation.joint_search import SHARES, Evaluated, JointSearch
+from minsnap.time_allocation.joint_search import SHARES, Evaluated, JointSearch, firmer
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.time_allocation.true_peaks import Measured
 from minsnap.trajectory.trajectory import Trajectory
@@ -78,7 +78,7 @@ class CertifiedEnd:
     def __init__(self, search: JointSearch, limits: Limits, finish: Finish) -> None:
         self.search, self.limits, self.finish = search, limits, finish
         self.layout, self.still = search.layout, search.layout.task.still
-        self.caution, self.inwards = LAST, Inwards()
+        self.caution, self.inwards, self.penalties = LAST, Inwards(), search.penalties
         self._clipped = search.finder.regions.clipped
         self.inside: JointState | None = None
 
@@ -112,10 +112,13 @@ class CertifiedEnd:
         return largest_use(self.limits, self.finish(solved.trajectory)) - 1.0
 
     def _closer(self, state: JointState, measured: Measured) -> JointState:
-        """Take a step towards walls and limits moved inwards, as much of it as brings the curve closer to them."""
+        """Take a step towards walls and limits moved inwards, as much of it as brings the curve closer to them.
+
+        Where none does, what is left costs more than to remove it: the next step is shorter, and excesses cost more.
+        """
         search, over = self.search, _over(measured)
         step = search.model(state).step(
-            state, measured.peaks, search.memory, self.caution, search.penalties, self.inwards
+            state, measured.peaks, search.memory, self.caution, self.penalties, self.inwards
         )
         if step is None:
             self.caution = self.caution.failed()
@@ -124,7 +127,7 @@ class CertifiedEnd:
             trial = self._clipped(self.layout.moved(state, step, share))
             if _over(search.finder.measure(trial)) < max(over, SMALL):
                 return trial
-        self.caution = self.caution.failed()
+        self.caution, self.penalties = self.caution.failed(), firmer(self.penalties)
         return state
 
     def _touching(self, state: JointState, far: bool) -> SolvedTask | None:
