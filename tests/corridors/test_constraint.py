@@ -119,3 +119,18 @@ def test_the_scale_of_a_leg_without_length_is_that_of_the_others():
     assert leg_scales(np.array([(0.0, 0.0), (3.0, 4.0), (3.0, 4.0), (3.0, 8.0)])).tolist() == [5.0, 3.0, 4.0]
     assert leg_scales(np.zeros((2, 2))).tolist() == [1.0]
     assert leg_scales(np.array([0.0, 2.0, 2.0 + 1e-15])[:, None]) == pytest.approx([2.0, 1.0])
+
+
+@pytest.mark.parametrize("order", (0, 1))
+def test_walls_in_their_widths_have_the_same_slack_from_any_origin(order):
+    """A derivative is not measured from an origin."""
+    random = np.random.default_rng(1)
+    matrix, anchor, slope = random.normal(size=(2, 2, 3)), random.normal(size=(2, 3)), random.normal(size=(2, 3)) / 4.0
+    origin, row = random.normal(size=3), np.array([1, 0])
+    values = random.normal(size=(10, 3))
+    faces = Faces([0, 1], anchor, 2.0 * slope, [-np.inf, -np.inf], [1.5, 2.0], [0.5, 3.0], order)
+    for walls in (Balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope).cones, faces.cones):
+        rows, offset = walls.in_widths(row, origin)
+        found = (values - (origin if order == 0 else 0.0)) @ rows.transpose(0, 2, 1) + offset[:, None]
+        slack = found[..., 0] - np.linalg.norm(found[..., 1:], axis=2)
+        assert slack == pytest.approx(walls.slack(values[None])[row] / walls.width[row, None], abs=1e-12)
