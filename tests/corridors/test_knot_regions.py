@@ -128,8 +128,17 @@ def test_sets_that_overlap_alike_several_times_leave_every_leg_a_length(count, e
 
 
 def test_back_and_forth_between_two_boxes_is_a_closed_lap():
+    for boxes in (PAIR, Boxes(PAIR.lower[::-1], PAIR.upper[::-1])):
+        assert place(None, None, [boxes], None, None, True).points[0] == pytest.approx([2.5, 0.5])
     lap = minsnap.plan(None, total_time=4.0, corridor=PAIR, closed=True)
     assert lap.report.corridor_margin >= 0.0 and lap(0.0) == pytest.approx(lap(lap.duration))
+
+
+@pytest.mark.parametrize("turned", (1, -1))
+def test_a_closed_lap_needs_its_first_set_to_meet_its_last(turned):
+    row = Boxes([[0, 0], [2, 0], [4, 0]][::turned], [[3, 1], [5, 1], [7, 1]][::turned])
+    with pytest.raises(CorridorError, match="closed"):
+        place(None, None, [row], None, None, True)
 
 
 def test_neither_end_of_a_closed_lap_is_given():

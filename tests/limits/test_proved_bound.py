@@ -174,3 +174,11 @@ def test_components_of_axes_are_never_beyond_one():
     axes = np.array([[1.0], [0.0], [0.0]]), np.array([[0.0], [1.0], [0.0]])
     for axis in axis_ranges(force, jerk, axes, np.array([10.0])):
         assert all(-1.0 <= part.low[0] <= part.high[0] <= 1.0 for part in axis)
+
+
+def test_axes_turn_as_fast_as_a_small_force_turns():
+    """0.1 m/s^2 upwards and 1 m/s^3 across turn by 0.1 rad in 10 ms."""
+    force, jerk = columns(np.array([[0.0, 0.0, 0.1]])), columns(np.array([[1.0, 0.0, 0.0]]))
+    axes = np.zeros((3, 1)), np.zeros((3, 1))
+    for axis in axis_ranges(force, jerk, axes, np.array([0.01])):
+        assert [part.high[0] for part in axis] == pytest.approx([0.1] * 3)
