@@ -127,9 +127,21 @@ def test_pins_of_other_derivatives_are_passed_over():
         minsnap.plan([(0, 0), (1, 1), (2, 0), (3, 0)], [1, 1, 1], corridor=SpeedBox(1.0), pins=pins)
 
 
-def test_a_box_that_reaches_a_half_space_beyond_the_origin_serves():
-    points, half = [(-2, 0), (-0.9, 0), (-2, 1)], HalfSpaces((1, 0), -1.0)
-    assert minsnap.plan(points, [1, 1], corridor=half, waypoint_tolerance=0.2).report.corridor_margin >= 0.0
+class Cone:
+    """|x| at most (1 + y) / 2."""
+
+    def walls(self, waypoints):
+        legs = len(waypoints) - 1
+        matrix, slope = np.tile([[1.0, 0.0]], (legs, 1, 1)), np.tile((0.0, 0.5), (legs, 1))
+        return [Balls(np.arange(legs), matrix, np.zeros((legs, 2)), np.full(legs, 0.5), slope=slope)]
+
+
+@pytest.mark.parametrize(
+    ("wall", "points"),
+    ((HalfSpaces((1, 0), -1.0), [(-2, 0), (-0.9, 0), (-2, 1)]), (Cone(), [(0, 1), (1.1, 1), (0, 2)])),
+)
+def test_a_box_that_reaches_into_a_half_space_or_a_cone_serves(wall, points):
+    assert minsnap.plan(points, [1, 1], corridor=wall, waypoint_tolerance=0.2).report.corridor_margin >= 0.0
 
 
 @pytest.mark.parametrize("seed", range(5))
