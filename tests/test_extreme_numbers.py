@@ -149,7 +149,6 @@ REFUSED = {
     "pieces of none": (lambda: minsnap.Trajectory(np.zeros((3, 8, 3)), [1, 1, 1], pieces=0), "no whole number of legs"),
     "half a piece": (lambda: minsnap.Trajectory(np.zeros((3, 8, 3)), [1, 1, 1], pieces=1.5), "no whole number of legs"),
     "far points": (lambda: minsnap.Trajectory(np.full((1, 8, 3), 1e151), [1]), "at most 1e\\+150 in size"),
-    "yaw": (lambda: minsnap.Trajectory(np.zeros((1, 8, 3)), [1], yaw=0.5), "the yaw of a trajectory is 0.5"),
     "degree": (lambda: HELD.elevated(9.5), "the degree is 9.5"),
     "tolerance of a length": (lambda: HELD.arc_length(0.0), "the tolerance of a length is 0.0"),
     "interval": (lambda: HELD.between("now", 1.0), "is not an interval"),

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from minsnap.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, owned
 from minsnap.checks import is_number, is_whole
-from minsnap.errors import InputError, IntervalError, TimingError, WaypointError, YawError
+from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.messages import shown
 from minsnap.native.evaluation import Evaluator
 from minsnap.native.proved_extrema import largest_norms
@@ -113,10 +113,6 @@ class Trajectory(ReadOnly, Path):
         if not (is_whole(self.pieces) and self.pieces >= 1 and len(points) % int(self.pieces) == 0):
             raise InputError(f"{len(points)} polynomials are no whole number of legs with pieces={shown(self.pieces)}")
         object.__setattr__(self, "pieces", int(self.pieces))
-        if not callable(self.yaw):
-            raise YawError(
-                f"the yaw of a trajectory is {shown(self.yaw)}: give a heading, such as ConstantHeading(0.5)"
-            )
         if durations.shape != points.shape[:1]:
             raise TimingError(f"durations must be numbers, one for each of {len(points)} pieces")
         if not (durations.min() >= SHORTEST_PIECE and durations.max() <= LONGEST_PIECE):
