@@ -73,10 +73,12 @@ class CertifiedEnd:
     limits : Limits
     finish : callable
         Gives a trajectory its yaw.
+    complete : bool
+        Whether the search knows all limits; steps inwards cannot mend what is exceeded of others.
     """
 
-    def __init__(self, search: JointSearch, limits: Limits, finish: Finish) -> None:
-        self.search, self.limits, self.finish = search, limits, finish
+    def __init__(self, search: JointSearch, limits: Limits, finish: Finish, complete: bool) -> None:
+        self.search, self.limits, self.finish, self.complete = search, limits, finish, complete
         self.layout, self.still = search.layout, search.layout.task.still
         self.caution, self.inwards, self.penalties = LAST, Inwards(), search.penalties
         self._clipped = search.finder.regions.clipped
@@ -93,11 +95,10 @@ class CertifiedEnd:
             if solved.inside:
                 self.inside = state
                 if kept and self.still:
-                    turns = self.limits.yaw_rate is not None
-                    best = _shorter(best, self._touching(state, turns))
-                    if turns or (best is not None and _duration(best) <= (1.0 + FAR) * _duration(solved)):
+                    best = shorter(best, self._touching(state, not self.complete))
+                    if not self.complete or (best is not None and _duration(best) <= (1.0 + FAR) * _duration(solved)):
                         return best
-                elif kept and self._excess(solved) <= KEPT:
+                elif (kept or (self.still and attempt)) and self._excess(solved) <= KEPT:
                     return solved
             least = min(FLOOR * GROWTH**attempt, FAR)
             limit = 0.0 if kept and self.still and not solved.inside else max(ENOUGH * measured.limit, least)
@@ -159,10 +160,11 @@ class CertifiedEnd:
         if factor is None:
             return best
         touching = JointState(flown.scaled, flown.durations * factor)
-        return _shorter(best, solved_state(self.layout, touching, self.search.iterations))
+        return shorter(best, solved_state(self.layout, touching, self.search.iterations))
 
 
-def _shorter(one: SolvedTask | None, other: SolvedTask | None) -> SolvedTask | None:
+def shorter(one: SolvedTask | None, other: SolvedTask | None) -> SolvedTask | None:
+    """Return the shorter of two plans, either of which may be missing."""
     return min((plan for plan in (one, other) if plan is not None), key=_duration, default=None)
 
 

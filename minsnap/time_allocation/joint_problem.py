@@ -17,6 +17,7 @@ from minsnap.time_allocation.objectives import Objective
 from minsnap.time_allocation.rotor_limits import rotor_block
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
 
@@ -48,6 +49,11 @@ class JointProblem:
     def turns(self) -> bool:
         """Whether a limit on the yaw rate bounds how fast the horizontal velocity turns."""
         return self.limits.yaw_rate is not None and isinstance(self.heading, VelocityHeading)
+
+    @property
+    def complete(self) -> bool:
+        """Whether a search knows every limit: of rotors under a constant yaw or without spin, of no rate of a yaw."""
+        return self.heading is None or isinstance(self.heading, (ConstantHeading, TiltHeading))
 
     def search(
         self,

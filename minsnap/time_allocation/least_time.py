@@ -17,7 +17,7 @@ from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.time_allocation.certified_end import CertifiedEnd
+from minsnap.time_allocation.certified_end import CertifiedEnd, shorter
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_problem import JointProblem
@@ -141,25 +141,39 @@ class LeastTime:
             search, found = self._finer(search, found, parts)
             if found.merit > before * (1.0 - WORTHWHILE):
                 break
-        solved = self._turning(search, found, self._certified(search, found))
+        solved = self._certified(search, found)
+        solved = self._turning(search, found, None if solved is None else self._again(search, found, solved))
         if solved is None and not self.interrupted:
             solved = self._planned(search, found)
         if solved is None and self.interrupted and self.task.still:
-            solved = CertifiedEnd(first, self.limits, self.finish).run(first.evaluate(self._guess(first)))
+            solved = self._end(first).run(first.evaluate(self._guess(first)))
         if solved is None:
             raise LateError(LATE) if self.interrupted else self._reason(search, found)
         return solved, Run(tuple(self.log.steps), self.interrupted)
 
+    def _end(self, search: JointSearch) -> CertifiedEnd:
+        return CertifiedEnd(search, self.limits, self.finish, self.problem.complete)
+
     def _certified(self, search: JointSearch, found: Evaluated) -> SolvedTask | None:
         """Return the certified end of a search, or of the curve before the last division where that is shorter."""
-        solved, kept = CertifiedEnd(search, self.limits, self.finish).run(found), self.kept
+        solved, kept = self._end(search).run(found), self.kept
         if kept is None or kept is found:
             return solved
-        unit = self.problem.units.time
-        if solved is not None and solved.trajectory.duration <= (1.0 + OPEN) * kept.merit * unit:
+        if solved is not None and _duration(solved) <= (1.0 + OPEN) * kept.merit * self.problem.units.time:
             return solved
-        other = CertifiedEnd(search, self.limits, self.finish).run(kept)
-        return min((one for one in (solved, other) if one is not None), key=_duration, default=None)
+        return shorter(solved, self._end(search).run(kept))
+
+    def _again(self, search: JointSearch, found: Evaluated, solved: SolvedTask) -> SolvedTask:
+        """Search again where the certified plan is far slower than the curve found; return the shorter plan.
+
+        The search begins from that curve flown so slowly that it keeps the limits, at a higher price of excesses.
+        """
+        near = _duration(solved) <= (1.0 + OPEN) * found.state.total * self.problem.units.time
+        if near or self.interrupted or not (self.task.still and self.problem.complete):
+            return solved
+        search.penalties = firmer(search.penalties)
+        other = self._settled(search, self._slow_enough(search, found.state))
+        return shorter(solved, self._end(search).run(other)) or solved
 
     def _planned(self, search: JointSearch, found: Evaluated) -> SolvedTask | None:
         """Plan for the durations found, or barely longer ones, with the limits as walls: by rows at every instant.
@@ -199,8 +213,8 @@ class LeastTime:
             factor = float((least / found.state.durations).max())
         again = self.problem.search(search.layout.task.pieces, self._tell, self._tick, turns, least=least)
         best = self._settled(again, slowed(found.state, factor))
-        other = CertifiedEnd(again, self.limits, self.finish).run(best)
-        return min((one for one in (solved, other) if one is not None), key=_duration, default=None)
+        other = self._end(again).run(best)
+        return shorter(solved, other)
 
     def _turned(self, solved: SolvedTask | None, limit: float) -> SolvedTask | None:
         """Return a plan whose yaw keeps the limit on its rate, or raise LimitError: functions of time do not slow."""
@@ -274,11 +288,14 @@ class LeastTime:
     def _settled(self, search: JointSearch, state: JointState) -> Evaluated:
         """Search from a state, with higher penalties as long as it ends outside."""
         found = self._run(search, state)
-        for _ in range(RAISES):
-            if self.interrupted or max(found.measured.limit, found.measured.wall) <= OPEN:
+        for attempt in range(RAISES):
+            excess = found.measured.limit
+            if self.interrupted or max(excess, found.measured.wall) <= OPEN:
                 break
             search.penalties = firmer(search.penalties)
-            found = self._run(search, slowed(found.state, 1.0 + max(found.measured.limit, 0.0)))
+            keeps_all = attempt > 0 and self.task.still
+            slower = slowed(found.state, 1.0 + max(excess, 0.0))
+            found = self._run(search, self._slow_enough(search, slower) if keeps_all else slower)
         if found.state.total < VANISHING * state.total:
             raise nothing_limits(list(self.limits.given()))
         return found

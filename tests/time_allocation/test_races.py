@@ -65,6 +65,31 @@ def test_a_race_with_every_rotor_within_its_thrust():
     assert (np.linalg.norm(across, axis=1) / size[:, 0]).max() <= 15.0 + 1e-6
 
 
+CLIMB = [(8.31, -5.73, 0.69), (15.79, -10.32, 1.64), (17.43, -6.09, 0.19), (13.01, -9.77, 3.38), (10.52, -12.19, 2.11)]
+HAIRPINS = [
+    *[(-6.14, 2.45, 1.79), (-12.12, 6.34, 3.14), (-12.05, 0.98, 2.37), (-13.5, 3.74, 3.45), (-17.45, 3.33, 3.41)],
+    *[(-18.14, 7.12, 3.08), (-18.42, 1.18, 3.25), (-22.18, 8.73, 3.43), (-6.14, 2.45, 1.79)],
+]
+
+
+@pytest.mark.parametrize(
+    ("points", "vehicle", "given", "ball", "pieces", "most"),
+    [
+        (HAIRPINS, (1.5, (0.0163, 0.0179, 0.0293), 0.192, 1e-6, 3.25e-8, 3810.0, 0.0, "+"), (0.0, 4.29), 0.2, 1, 6.5),
+        (CLIMB, (1.28, (0.011, 0.0121, 0.0198), 0.194, 1e-6, 3.64e-8, 2640.0, 396.0, "x"), (0.1, 4.15), 0.13, 3, 4.45),
+    ],
+)
+def test_searches_that_end_outside_go_on_from_a_curve_that_keeps_the_limits(points, vehicle, given, ball, pieces, most):
+    """Curves close to free fall, on which slower flight means faster turns: 6.58 and 4.57 s without."""
+    limits, ball = (
+        Limits.of(Quadrotor(*vehicle), reserve=given[0], body_rate=given[1], yaw_rate=3.0),
+        minsnap.Ball(ball),
+    )
+    closed = points[0] == points[-1]
+    path = minsnap.plan(points, limits=limits, yaw="tilt", waypoint_tolerance=ball, pieces=pieces, closed=closed)
+    assert minsnap.certify(path, points, limits=limits, tolerance=ball).ok and path.duration <= most
+
+
 @pytest.mark.slow
 def test_rotors_under_a_fixed_yaw_begin_from_the_curve_without_spin():
     """From rest at every ball the search under a fixed yaw ended at 2.4 times the time without spin."""
