@@ -17,7 +17,7 @@ import numpy as np
 from minsnap.arrays import FloatArray
 from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric
 from minsnap.time_allocation.joint_model import Caution, JointModel
-from minsnap.time_allocation.joint_rows import Block
+from minsnap.time_allocation.joint_rows import Block, WallBlock
 from minsnap.time_allocation.native_steps import Tried, native_steps
 from minsnap.time_allocation.objectives import Objective, Penalties, TotalTime
 from minsnap.time_allocation.true_peaks import Measured, PeakFinder, Peaks
@@ -42,7 +42,10 @@ SHORT = 0.3
 """Share of the median length below which a piece is taken to be that long."""
 
 COARSER = 10.0
-"""Times the objective's accuracy to which steps with several pieces are solved, where the last one gained as much."""
+"""Times the objective's accuracy to which steps with several pieces are solved, where the last one gained as much.
+
+Not where limits are not convex: there such steps end in other curves, some of them 7 % slower.
+"""
 
 VANISHING = 1e-6
 """Share of the first total below which nothing limits the time."""
@@ -154,8 +157,8 @@ class JointSearch:
 
     def _accuracy(self, gained: float) -> float:
         """Gap and residuals at which a step is solved after one that gained a share of the merit."""
-        least = self.objective.accuracy
-        return least if self.layout.task.pieces == 1 else min(max(gained, least), COARSER * least)
+        least, convex = self.objective.accuracy, all(isinstance(block, WallBlock) for block in self.blocks)
+        return min(max(gained, least), COARSER * least) if convex and self.layout.task.pieces > 1 else least
 
     def _done(self, now: Evaluated, promised: float, gain: float) -> bool:
         excess = max(now.measured.limit, now.measured.wall)
