@@ -45,6 +45,9 @@ WORTHWHILE = 0.08
 OPEN = 1e-3
 """Excess of a limit or a wall above which the search has not found a curve that keeps it."""
 
+FAR = 1.0
+"""Excess from which no steps lead back: a curve as wide again as its walls, or to be flown in twice the time."""
+
 RAISES = 3
 """How often the penalties are raised where the search ends outside."""
 
@@ -156,6 +159,8 @@ class LeastTime:
 
     def _certified(self, search: JointSearch, found: Evaluated) -> SolvedTask | None:
         """Return the certified end of a search, or of the curve before the last division where that is shorter."""
+        if _excess(found) > FAR:
+            return None
         solved, kept = self._end(search).run(found), self.kept
         if kept is None or kept is found:
             return solved
@@ -289,12 +294,11 @@ class LeastTime:
         """Search from a state, with higher penalties as long as it ends outside."""
         found = self._run(search, state)
         for attempt in range(RAISES):
-            excess = found.measured.limit
-            if self.interrupted or max(excess, found.measured.wall) <= OPEN:
+            if self.interrupted or _excess(found) <= OPEN:
                 break
             search.penalties = firmer(search.penalties)
             keeps_all = attempt > 0 and self.task.still
-            slower = slowed(found.state, 1.0 + max(excess, 0.0))
+            slower = slowed(found.state, 1.0 + max(found.measured.limit, 0.0))
             found = self._run(search, self._slow_enough(search, slower) if keeps_all else slower)
         if found.state.total < VANISHING * state.total:
             raise nothing_limits(list(self.limits.given()))
@@ -321,7 +325,7 @@ class LeastTime:
     def _repeated(self, search: JointSearch, best: Evaluated) -> Evaluated:
         """Search again from the best curve flown a little more slowly, while that gains."""
         for _ in range(POLISHES):
-            if self.interrupted:
+            if self.interrupted or _excess(best) > OPEN:
                 break
             before, best = best, min(best, self._settled(search, slowed(best.state, EASED)), key=_merit)
             if best.merit > before.merit * (1.0 - POLISHED):
@@ -339,7 +343,7 @@ class LeastTime:
         if not isinstance(reason, SolverError):
             return reason
         used = most_used(self.limits, self.finish(search.layout.trajectory(found.state)))
-        if found.measured.limit <= OPEN and found.measured.wall <= OPEN:
+        if _excess(found) <= OPEN:
             return SolverError(f"the plan of {durations.sum():.6g} s found could not be certified: loosen a limit")
         return SolverError(
             f"no speed was found at which the limits can be kept inside the corridor: {used.name} reaches "
@@ -350,6 +354,10 @@ class LeastTime:
 
 def _duration(solved: SolvedTask) -> float:
     return solved.trajectory.duration
+
+
+def _excess(found: Evaluated) -> float:
+    return max(found.measured.limit, found.measured.wall)
 
 
 def _merit(found: Evaluated) -> float:
