@@ -183,9 +183,9 @@ def test_what_the_core_does_not_do_is_left_to_the_python_core():
     assert pinned_optimum(closed, np.array([1.0, 1e4]), 4, {}, True) is Status.UNSUPPORTED
 
 
-def test_coordinates_beyond_all_bounds_are_left_to_the_python_core():
+def test_coordinates_out_of_range_are_bad_numbers():
     points = np.array([[0.0], [1e308], [-1e308], [1e308]])
-    assert resting_optimum(points, np.ones(3), 4) is Status.SINGULAR
+    assert resting_optimum(points, np.ones(3), 4) is Status.BAD_NUMBER
 
 
 def test_the_python_core_answers_where_it_is_chosen():
