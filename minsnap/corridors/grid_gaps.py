@@ -52,8 +52,6 @@ def grown(taken: BoolArray, clearance: float, size: FloatArray) -> BoolArray:
     size : ndarray, shape (dim,)
         Sides of a cell [m].
     """
-    if clearance == 0.0:
-        return taken
     count = np.minimum(np.ceil(clearance / size), np.array(taken.shape) - 1).astype(np.intp)
     if np.prod(2 * count[:-1] + 1) > FEW_SHIFTS:
         return np.asarray(taken | (gaps(taken, size) < clearance * (1.0 - ROUNDING)))

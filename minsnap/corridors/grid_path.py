@@ -42,15 +42,13 @@ def _middles(start: FloatArray, end: FloatArray) -> FloatArray:
         first, last = sorted((low, high))
         if last > first:
             shares.append((np.arange(np.ceil(first), np.floor(last) + 1.0) - low) / (high - low))
-    cuts = np.sort(np.clip(np.concatenate(shares), 0.0, 1.0))
+    cuts = np.sort(np.concatenate(shares))
     long = np.diff(cuts) > EXACT
     middle = ((cuts[1:] + cuts[:-1]) / 2.0)[long]
     return np.asarray(start + middle[:, None] * (end - start))
 
 
-def connected(
-    free: BoolArray, cells: IntArray, size: FloatArray, corner: FloatArray, clearance: float = 0.0
-) -> IntArray:
+def connected(free: BoolArray, cells: IntArray, size: FloatArray, corner: FloatArray, clearance: float) -> IntArray:
     """Return the same cells with steps through an edge or a corner replaced by steps through faces.
 
     ``clearance`` [m] is what occupied cells were grown by, for the message.

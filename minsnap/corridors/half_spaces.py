@@ -54,7 +54,7 @@ class HalfSpaces(ReadOnly):
 
     def walls(self, waypoints: FloatArray) -> Sequence[Walls]:
         """Return one plane for each leg and half-space."""
-        check_dim(self.normal.shape[1], waypoints, "half-spaces")
+        check_dim(self.normal.shape[1], waypoints, "normal of the half-spaces")
         legs = np.arange(len(waypoints) - 1) if self.legs is None else np.array(self.legs, dtype=np.intp)
         if ((legs < 0) | (legs >= len(waypoints) - 1)).any():
             raise CorridorError(f"half-spaces name legs {legs.tolist()}: there are legs 0 to {len(waypoints) - 2}")
@@ -69,7 +69,7 @@ def _legs(legs: Any) -> tuple[int, ...] | None:
     if legs is None:
         return None
     try:
-        named = [] if isinstance(legs, str) else list(legs)
+        named = list(legs)
         good = not isinstance(legs, str) and all(is_whole(leg) and abs(int(leg)) < 2**31 for leg in named)
     except TypeError:
         good = False

@@ -102,7 +102,7 @@ def boxes_along(
     size: FloatArray,
     corner: FloatArray,
     points: FloatArray,
-    clearance: float = 0.0,
+    clearance: float,
     largest: float = np.inf,
 ) -> GridCorridor:
     """Inflate boxes along a path through cells that are known to be far enough from all that is occupied.

@@ -48,7 +48,7 @@ class KnotRegion:
     def excess(self, offset: FloatArray) -> float:
         """Largest violation by an offset (dim,) [m]; 0 or less inside."""
         parts = [float((offset - self.upper).max()), float((self.lower - offset).max())]
-        parts += [] if np.isinf(self.radius) else [float(np.linalg.norm(offset)) - self.radius]
+        parts += [float(np.linalg.norm(offset)) - self.radius]
         parts += [float((self.normals @ offset - self.bounds).max())] if len(self.bounds) else []
         parts += [] if self.plane is None else [abs(float(self.plane @ offset))]
         return max(parts)

@@ -36,7 +36,7 @@ def used_at(
 
 def leg_at(traj: Trajectory, instant: float) -> int:
     """Leg of a trajectory at an instant [s]."""
-    return int(np.clip(np.searchsorted(traj.leg_breaks, instant, side="right") - 1, 0, traj.legs - 1))
+    return min(int(np.searchsorted(traj.leg_breaks, instant, side="right")), traj.legs) - 1
 
 
 def _share(kind: Kind, value: float, limit: float) -> float:

@@ -30,6 +30,9 @@ def test_boxes_are_free_and_lead_from_start_to_end():
     assert (found.boxes.lower[0] <= PATH[0]).all() and (PATH[0] <= found.boxes.upper[0]).all()
     assert (found.boxes.lower[-1] <= PATH[-1]).all() and (PATH[-1] <= found.boxes.upper[-1]).all()
     assert found.waypoints.shape == (len(found.boxes) + 1, 2)
+    assert (found.waypoints[1:-1] == found.boxes.passages()[0]).all()
+    with pytest.raises(ValueError, match="read-only"):
+        found.waypoints[0] = 0.0
 
 
 def test_boxes_cannot_grow_any_further():
@@ -62,11 +65,12 @@ def test_boxes_keep_the_clearance_from_every_obstacle():
 @pytest.mark.parametrize("size", (np.array([0.1, 0.15, 0.2]), np.array([0.2, 0.15, 0.1])), ids=("upwards", "downwards"))
 def test_obstacles_grow_by_all_cells_that_have_a_point_too_near(size):
     draw = np.random.default_rng(0)
-    for clearance in (0.05, 0.2, 0.25, 0.41, 9.0):
+    for clearance in (0.0, 0.05, 0.2, 0.25, 0.41, 1.0, 9.0):
         taken = draw.random((9, 8, 7)) < 0.01
         taken[4, 4, 4] = True
         apart = np.abs(np.argwhere(np.ones_like(taken))[:, None] - np.argwhere(taken)[None])
         near = np.linalg.norm(np.maximum(apart - 1, 0) * size, axis=2).min(axis=1) < clearance
+        near |= taken.reshape(-1)
         assert np.array_equal(grown(taken, clearance, size).reshape(-1), near)
         assert np.array_equal((taken | (gaps(taken, size) < clearance)).reshape(-1), near)
 
@@ -122,7 +126,7 @@ def test_visited_cells_are_those_that_fine_sampling_finds():
     draw = np.random.default_rng(1)
     points = draw.random((40, 3)) * [12, 10, 8]
     shape, ones = np.array([12, 10, 8]), np.ones(3)
-    cells = connected(np.ones(shape, dtype=bool), visited(shape, points, ones, 0 * ones), ones, 0 * ones)
+    cells = connected(np.ones(shape, dtype=bool), visited(shape, points, ones, 0 * ones), ones, 0 * ones, 0.0)
     assert (np.abs(np.diff(cells, axis=0)).sum(axis=1) == 1).all()
     s = np.linspace(0, 1, 4000)[:, None]
     fine = np.concatenate([a + s * (b - a) for a, b in zip(points[:-1], points[1:], strict=True)])
@@ -137,7 +141,9 @@ def test_visited_cells_are_those_that_fine_sampling_finds():
         ({"resolution": 0.0}, "a cell has a positive side"),
         ({"resolution": (0.1, 0.1, 0.1)}, "resolution is .* give one finite number, or 2"),
         ({"resolution": np.nan}, "give one finite number, or 2"),
-        ({"origin": (0, 0, 0)}, "origin is"),
+        ({"origin": (0, 0, 0)}, r"origin is \(0, 0, 0\): give one finite number, or 2"),
+        ({"occupancy": [[0, 0], [0]]}, "2 or 3 axes of numbers, 0 where free, in rows of equal length"),
+        ({"occupancy": np.zeros((0, 3))}, r"not shape \(0, 3\)"),
         (
             {"path": [(0.5, 0.5), (3.5, 0.5)]},
             r"point 1 of the path, \(3.5, 0.5\) m, is outside .* \(0, 0\) to \(3, 2\) m",
@@ -176,6 +182,14 @@ def test_the_side_of_a_box_is_a_number_of_cells_to_a_billionth(largest, side):
 
 
 @pytest.mark.parametrize("few_shifts", (0, 500))
+def test_one_cell_in_a_corner_grows_to_the_whole_grid(monkeypatch, few_shifts):
+    monkeypatch.setattr("minsnap.corridors.grid_gaps.FEW_SHIFTS", few_shifts)
+    taken = np.zeros((4, 3), dtype=bool)
+    taken[0, 0] = True
+    assert grown(taken, 99.0, np.ones(2)).all()
+
+
+@pytest.mark.parametrize("few_shifts", (0, 500))
 def test_cells_that_are_no_squares_grow_by_the_clearance(monkeypatch, few_shifts):
     """Against the distances between all cells."""
     monkeypatch.setattr("minsnap.corridors.grid_gaps.FEW_SHIFTS", few_shifts)
@@ -185,6 +199,11 @@ def test_cells_that_are_no_squares_grow_by_the_clearance(monkeypatch, few_shifts
     apart = np.abs(cells[:, :, None] - np.argwhere(taken))
     gap = np.linalg.norm(np.maximum(apart - 1, 0) * size, axis=-1).min(axis=-1)
     assert np.array_equal(grown(taken, 2.5, size), taken | (gap < 2.5))
+
+
+def test_a_path_that_turns_on_a_border_meets_the_cell_behind_it():
+    points = np.array([(0.0, 0.5), (1.0, 0.5), (1.8, 1.6)])
+    assert visited(np.array([2, 2]), points, np.ones(2), np.zeros(2)).tolist() == [[0, 0], [1, 0], [1, 1]]
 
 
 def test_a_path_to_the_far_border_ends_in_the_last_cell():

@@ -63,8 +63,10 @@ def test_unbounded_polytopes_serve_where_waypoints_are_given():
     assert traj.extent((0, 1))[1] <= 0.3 < minsnap.plan(points, [1, 1, 1]).extent((0, 1))[1]
 
 
-def test_overlap_that_is_unbounded_is_named_with_its_axis():
-    slabs = Polytopes([(np.array([[1.0, 0]]), [1.0]), (np.array([[-1.0, 0]]), [0.0])])
+@pytest.mark.parametrize("floor", ([], [([0.0, -1.0], 0.0)]))
+def test_overlap_that_is_unbounded_is_named_with_its_axis(floor):
+    rows = [([-1.0, 0.0], 0.0), *floor]
+    slabs = Polytopes([(np.array([[1.0, 0]]), [1.0]), ([normal for normal, _ in rows], [offset for _, offset in rows])])
     with pytest.raises(CorridorError, match="overlap of polytopes 0 and 1 is unbounded along y"):
         through(slabs, [1, 1], (0, 0), (2, 0))
 
@@ -108,6 +110,18 @@ def test_a_polytope_has_an_interior_above_a_billionth_of_its_size(radius, flat):
             Polytopes([rows])
     else:
         Polytopes([rows])
+
+
+def test_a_set_without_an_end_has_a_ball_of_a_thousand_times_its_size():
+    assert inner_balls([(np.array([[1.0, 0.0]]), np.array([3.0]))])[1] == pytest.approx([4000.0])
+    assert inner_balls([box((-300.0,) * 3, (300.0,) * 3)])[1] == pytest.approx([300.0])
+
+
+def test_there_is_one_polytope_for_each_leg():
+    with pytest.raises(CorridorError, match="the corridor has 1 polytopes for 2 legs"):
+        minsnap.plan([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [1, 1], corridor=Polytopes([box((-1, -1, -1), (3, 1, 1))]))
+    with pytest.raises(CorridorError, match="the corridor has 3 coordinates and the waypoints 2"):
+        minsnap.plan([(0, 0), (1, 0)], [1], corridor=Polytopes([box((-1, -1, -1), (3, 1, 1))]))
 
 
 def test_a_single_polytope_has_no_passages_and_stays_as_it_is():

@@ -95,13 +95,14 @@ def test_in_the_plane_and_in_one_dimension():
 @pytest.mark.parametrize(
     ("width", "words"),
     (
-        (0.0, "positive and finite"),
+        (0.0, "^the corridor half-width must be positive and finite"),
+        (1e-300, "not 1e-300, from 1e-40 to 1e"),
         (-0.3, "positive and finite"),
         (np.nan, "positive and finite"),
         (np.inf, "positive and finite"),
         ([0.3, 0.3, -1.0], r"entry 2"),
         ("wide", "numbers"),
-        ([], "positive and finite"),
+        ([], r"positive and finite \[m\], not \[\]$"),
         ([0.3, 0.3], "3 legs"),
         (np.full((3, 2), 0.3), "3 legs of 3 axes"),
         (np.full((3, 3, 1), 0.3), "3 legs"),
@@ -112,7 +113,10 @@ def test_a_malformed_tube_is_refused(width, words):
         minsnap.plan(BENT, TIMES, corridor=width)
 
 
-@pytest.mark.parametrize(("radius", "words"), ((0.0, "positive"), ([0.1, 0.2], "3 legs"), (np.ones((3, 3)), "3 legs")))
+@pytest.mark.parametrize(
+    ("radius", "words"),
+    ((0.0, "^the corridor radius must be positive"), ([0.1, 0.2], "3 legs"), (np.ones((3, 3)), "3 legs")),
+)
 def test_a_malformed_round_tube_is_refused(radius, words):
     with pytest.raises(CorridorError, match=words):
         minsnap.plan(BENT, TIMES, corridor=minsnap.RoundTube(radius))
