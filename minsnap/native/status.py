@@ -28,7 +28,7 @@ class Status(IntEnum):
 _REASONS = {
     Status.DONE: "nothing is missing",
     Status.BAD_SIZE: "the problem has more values than the native core takes",
-    Status.BAD_NUMBER: "a number or a duration is out of range",
+    Status.BAD_NUMBER: "a number is not finite or out of range",
     Status.NO_MEMORY: "the native core found no memory",
     Status.UNSUPPORTED: "the native core does not solve this kind of problem",
     Status.SINGULAR: "a pivot of the native core was not positive to working precision",
