@@ -215,9 +215,8 @@ class InfeasibleError(InputError):
         Factor on all durations that has a solution.
     contradiction : minsnap.optimisation.contradiction.Contradiction or None
         The proof: walls at instants, with multipliers, that no curve satisfies together at ``contradiction.durations``.
-        Where these were not given but chosen, the sentence says so. Of a total too short for the limits a
-        ``time_allocation.short_total.ShortTotal``, of all durations; of a map without a way a
-        ``routes.separation.Separation``.
+        Where these were not given but chosen, the sentence says so. Of a total, or a leg, too short for the limits
+        a ``time_allocation.short_total.ShortTotal``; of a map without a way a ``routes.separation.Separation``.
     """
 
     leg: int | None = None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import IntervalError, MinsnapError, TimingError, WaypointError
+from minsnap.errors import InfeasibleError, IntervalError, MinsnapError, TimingError, WaypointError
 
 P = np.array([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 3.0, 1.5)])
 T = [2.0, 2.0]
@@ -99,6 +99,18 @@ def test_a_time_beyond_the_range_is_named(duration):
         minsnap.replan(flown, 0.5, P[1:], 0.1, durations=[1.0, duration])
     with pytest.raises(TimingError, match="from 1e-12 to 1e9 s"):
         minsnap.replan(flown, 0.5, P[1:], 0.1, total_time=duration)
+
+
+@pytest.mark.parametrize("asked", [{}, {"corridor": 0.3}, {"degree": 11, "pieces": 2}])
+@pytest.mark.parametrize("duration", [1e-12, 1e-9, 1e-7, 1e-5])
+def test_a_leg_too_short_for_its_speed_is_proved_to_be_and_nothing_is_printed(duration, asked, capfd):
+    for limits in (minsnap.Limits(speed=10.0), minsnap.Limits(speed=10.0, vertical_speed=2.0, snap=1e3)):
+        with pytest.raises(InfeasibleError) as refused:
+            minsnap.plan(P, durations=[duration, 2.0], limits=limits, **asked)
+        assert refused.type is InfeasibleError and refused.value.verify()
+    with pytest.raises(MinsnapError):
+        minsnap.plan(P, durations=[duration, 2.0], limits=minsnap.Limits(snap=1e3), **asked)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_what_masked_arrays_hide_is_not_taken():

@@ -158,10 +158,11 @@ def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
         P, G, A = (None if matrix is None else _dense(matrix) for matrix in (P, G, A))
     elif solver != "piqp" or not isinstance(P, np.ndarray):
         P, G, A = (_sparse(matrix) for matrix in (P, G, A))
+    sides = None if asked.h is None else finite_for_piqp(asked.h)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            problem = qpsolvers.Problem(P, asked.q, G, asked.h, A, asked.b)
+            problem = qpsolvers.Problem(P, asked.q, G, sides, A, asked.b)
             solution = qpsolvers.solve_problem(problem, solver, **TOLERANCES.get(solver, {}))
     except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
         return None
@@ -170,6 +171,11 @@ def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
     z = np.maximum(solution.z, 0.0) if G is not None and solution.z is not None else np.zeros(0)
     y = solution.y if A is not None and solution.y is not None else np.zeros(0)
     return Solution(solution.x, z, y, solver)
+
+
+def finite_for_piqp(sides: FloatArray) -> FloatArray:
+    """Return sides of rows below 1e30: PIQP takes others for infinite, and prints a note of them."""
+    return np.minimum(sides, 1e29)
 
 
 def _holds(asked: Programme, found: Solution, tiny: float, accuracy: float) -> bool:

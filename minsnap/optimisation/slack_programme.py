@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.arrays import FloatArray, IntArray
 from minsnap.native.chain_programme import solve_chain
-from minsnap.optimisation.qp import ACCURACY, TOLERANCES
+from minsnap.optimisation.qp import ACCURACY, TOLERANCES, finite_for_piqp
 from minsnap.tolerances import ROUNDING
 
 
@@ -156,7 +156,7 @@ def _with_piqp(solver: Any, quadratic: Any, rows: Any, programme: SlackProgramme
     sides, equal = programme.sides, programme.equal
     below = np.full(len(sides) - equal, -np.inf)
     equations = (rows[:equal], sides[:equal]) if equal else (None, None)
-    solver.setup(quadratic, programme.linear, *equations, rows[equal:], below, sides[equal:])
+    solver.setup(quadratic, programme.linear, *equations, rows[equal:], below, finite_for_piqp(sides[equal:]))
     solver.solve()
     return np.array(solver.result.x), np.concatenate((solver.result.y, solver.result.z_u))
 

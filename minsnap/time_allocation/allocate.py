@@ -27,7 +27,6 @@ from minsnap.time_allocation.timing import (
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
     from minsnap.optimisation.contradiction import Contradiction
-    from minsnap.time_allocation.short_total import ShortTotal
     from minsnap.time_allocation.ways import Ways
 
 EACH = "give every leg a duration of its own"
@@ -56,20 +55,53 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
     """
     try:
         return _timed(task, timing, finish, samples)
-    except InfeasibleError as refused:
-        proof = refused.contradiction
-        if proof is not None and not _asked_for(proof, task, timing):
+    except LateError:
+        raise
+    except (InfeasibleError, SolverError) as refused:
+        proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
+        if proof is not None and _asked_for(proof, task, timing):
+            raise
+        _refuse_short(task, timing, getattr(refused, "shortest", None))
+        if proof is not None:
             tried = f"{proof.durations.sum():.4g} s in all"
             refused.args = (f"{refused}; this is proved for the durations chosen last, {tried}, not for others",)
         raise
 
 
-def _asked_for(proof: Contradiction | ShortTotal, task: Task, timing: Timing) -> bool:
-    """Whether a proof is of the durations asked for, or of all: it may be of others that a search chose."""
-    from minsnap.time_allocation.short_total import ShortTotal
+def _refuse_short(task: Task, timing: Timing, shortest: float | None) -> None:
+    """Raise InfeasibleError if the times asked for are proved too short for the velocity alone.
 
-    if isinstance(proof, ShortTotal):
-        return True
+    ``shortest`` is the shortest total found [s], if any.
+    """
+    if timing.limits is None or not task.explained:
+        return
+    from minsnap.time_allocation.short_total import short_leg, short_total
+
+    bounded = task.with_walls(timing.limits.walls(task.waypoints))
+    if timing.durations is not None:
+        proof = short_leg(bounded, check_durations(timing.durations, task.legs))
+        if proof is not None:
+            leg = proof.rows[0].piece
+            raise InfeasibleError(
+                f"leg {leg} has {proof.total:.6g} s, and the velocity alone needs {float(proof.least):.6g} s: give it "
+                "more time",
+                leg=leg,
+                contradiction=proof,
+            )
+    if timing.total_time is not None:
+        proof = short_total(bounded, timing.total)
+        if proof is not None:
+            found = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
+            raise InfeasibleError(
+                f"{timing.total:.6g} s are too short for the limits: the velocity alone needs "
+                f"{float(proof.least):.6g} s{found}",
+                shortest=shortest,
+                contradiction=proof,
+            )
+
+
+def _asked_for(proof: Contradiction, task: Task, timing: Timing) -> bool:
+    """Whether a proof is of the durations asked for: it may be of others that a search chose."""
     if timing.durations is not None:
         asked = task.piece_durations(check_durations(timing.durations, task.legs))
         return np.array_equal(proof.durations, asked)
@@ -114,8 +146,8 @@ def _from_limits(task: Task, timing: Timing, limits: Limits, finish: Finish) -> 
         free = _timed(task, replace(timing, limits=None, enforce=None), finish)
         if keeps(limits, free.trajectory):
             return free
-    ways, bounded = ways_of(task, limits), task.with_walls(limits.walls(task.waypoints))
-    return ways.around(_between(ways, ways.between(timing, bounded), limits, finish), limits, finish)
+    ways = ways_of(task, limits)
+    return ways.around(_between(ways, ways.between(timing), limits, finish), limits, finish)
 
 
 def _between(ways: Ways, timing: Timing, limits: Limits, finish: Finish) -> Timed:

@@ -1,4 +1,4 @@
-r"""Proof that a total is too short for the limits on the velocity, however it is split over the legs.
+r"""Proof that a total is too short for the limits on the velocity, however it is split over the legs, or one leg.
 
 A convex set that the velocity stays in contains its mean over a leg of duration :math:`T_i`.  For a wall
 :math:`g^\top v \le b` and any points p, q of the waypoints' boxes that therefore is
@@ -7,11 +7,13 @@ A convex set that the velocity stays in contains its mean over a leg of duration
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
+from minsnap.arrays import FloatArray
 from minsnap.optimisation.contradiction import PressedRow
 from minsnap.optimisation.problem import Task
 from minsnap.tolerances import EXACT
@@ -59,14 +61,27 @@ class ShortTotal:
         return sum(map(min, low, high), middle), sum(map(max, low, high), middle)
 
 
-def short_total(bounded: Task, total: float, only: int | None = None) -> ShortTotal | None:
-    """Prove that a time [s] is too short for a task with the walls of its limits, or for one leg of it.
+def short_total(bounded: Task, total: float) -> ShortTotal | None:
+    """Prove that a total [s] is too short for a task with the walls of its limits; None where there is no proof."""
+    return _proved(bounded, total, [row for _, row in _slowest(bounded).values()])
 
-    Returns
-    -------
-    ShortTotal or None
-        None where there is no proof.
-    """
+
+def short_leg(bounded: Task, durations: FloatArray) -> ShortTotal | None:
+    """Prove of one of leg durations (legs,) [s] that it is too short; None where there is no proof."""
+    slowest = _slowest(bounded)
+    if not slowest:
+        return None
+    leg = max(slowest, key=lambda one: slowest[one][0] / durations[one])
+    return _proved(bounded, float(durations[leg]), [slowest[leg][1]])
+
+
+def _proved(bounded: Task, total: float, rows: Sequence[PressedRow]) -> ShortTotal | None:
+    found = ShortTotal(bounded, total, tuple(rows))
+    return found if found.verify() else None
+
+
+def _slowest(bounded: Task) -> dict[int, tuple[float, PressedRow]]:
+    """Return by leg the time [s] that the straight way takes within the wall that allows least, and that wall."""
     best: dict[int, tuple[float, PressedRow]] = {}
     steps = np.diff(bounded.waypoints, axis=0)
     for cones in (wall.cones for wall in bounded.walls if wall.order == 1):
@@ -77,5 +92,4 @@ def short_total(bounded: Task, total: float, only: int | None = None) -> ShortTo
             if takes > best.get(leg, (0.0,))[0]:
                 wall = -cones.slope[row], cones.anchor[row], float(cones.radius[row]), cones.matrix[row]
                 best[leg] = takes, PressedRow(leg, 0.0, 1, *wall, along / max(length * (1.0 + EXACT), EXACT))
-    found = ShortTotal(bounded, total, tuple(row for _, row in best.values() if only in (None, row.piece)))
-    return found if found.verify() else None
+    return best

@@ -12,13 +12,12 @@ import numpy as np
 
 from minsnap.arrays import FloatArray
 from minsnap.corridors.margins import nearest_wall
-from minsnap.errors import InfeasibleError, LimitError, SolverError, UnprovedError
+from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.polynomials.bernstein import split
 from minsnap.time_allocation.recovery import Recovery, start_state, start_use, state_at, state_use, way_back
-from minsnap.time_allocation.short_total import short_total
 from minsnap.time_allocation.timing import Finish, Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -64,28 +63,22 @@ class Ways:
     before: Trajectory | None = None
     after: Trajectory | None = None
 
-    def between(self, timing: Timing, bounded: Task) -> Timing:
+    def between(self, timing: Timing) -> Timing:
         """Return the same times without those of the ways.
-
-        Parameters
-        ----------
-        timing : Timing
-        bounded : Task
-            That asked for, with the walls of the limits.
 
         Raises
         ------
-        InfeasibleError
-            If that leaves a leg no time; an UnprovedError if another way might.
+        UnprovedError
+            If that leaves a leg no time; another way might.
         """
         first, last = (0.0 if way is None else way.duration for way in (self.before, self.after))
         if timing.total_time is not None:
-            return replace(timing, total_time=_left(bounded, float(timing.total_time), first + last, None))
+            return replace(timing, total_time=_left(float(timing.total_time), first + last, None))
         if timing.durations is None:
             return timing
         durations = np.array(timing.durations, dtype=np.float64)
         for leg, taken in ((0, first), (-1, last)):
-            durations[leg] = _left(bounded, float(durations[leg]), taken, leg % len(durations))
+            durations[leg] = _left(float(durations[leg]), taken, leg % len(durations))
         return replace(timing, durations=durations)
 
     def around(self, found: Timed, limits: Limits, finish: Finish) -> Recovered:
@@ -108,18 +101,13 @@ class Ways:
         return answer
 
 
-def _left(bounded: Task, duration: float, taken: float, leg: int | None) -> float:
+def _left(duration: float, taken: float, leg: int | None) -> float:
     if taken < duration:
         return duration - taken
-    what = f"{'the plan' if leg is None else f'leg {leg}'} has {duration:.6g} s"
-    proof = short_total(bounded, duration, leg)
-    if proof is None:
-        way = f"the way found between its limits and a state with room takes {taken:.4g} s"
-        raise UnprovedError(f"{what}, and {way}: give it more time", leg=leg)
-    raise InfeasibleError(
-        f"{what}, and the velocity alone needs {float(proof.least):.6g} s: give it more time",
+    raise UnprovedError(
+        f"{'the plan' if leg is None else f'leg {leg}'} has {duration:.6g} s, and the way found between its limits and "
+        f"a state with room takes {taken:.4g} s: give it more time",
         leg=leg,
-        contradiction=proof,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from minsnap.arrays import FloatArray
-from minsnap.errors import InfeasibleError, LimitError, UnprovedError
+from minsnap.errors import LimitError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -18,7 +18,6 @@ from minsnap.time_allocation.least_priced import LeastPriced
 from minsnap.time_allocation.least_time import RESERVES
 from minsnap.time_allocation.moving_start import as_timed, moves, searched_from, shortest_from
 from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.short_total import short_total
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
 from minsnap.time_allocation.timing import (
@@ -123,7 +122,7 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
     fastest, search = searched_from(task, limits, timing, finish)
     price, durations = _wished(task, timing, _leg_durations(fastest))
     if price is None:
-        _check_total(bounded, float(durations.sum()), fastest)
+        _check_total(float(durations.sum()), fastest)
     found = None if search.interrupted else _cheapest(bounded, timing, price, durations, finish, search)
     if found is not None and price is not None:
         return kept(found, limits, True)
@@ -143,7 +142,7 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finis
     if keeps(limits, finish(free.trajectory)):
         return timed(free, finish, run)
     fastest, last = searched_from(task, limits, timing, finish)
-    _check_total(bounded, total, fastest)
+    _check_total(total, fastest)
     interrupted = run.interrupted or last.interrupted
     best = None if interrupted else search.at_total(total, free)
     run = Run((*search.log.steps, *last.steps), interrupted or search.interrupted)
@@ -165,20 +164,14 @@ def _lengthened(bounded: Task, best: SolvedTask, total: float, finish: Finish, r
         return None
 
 
-def _check_total(bounded: Task, total: float, fastest: SolvedTask) -> None:
-    """Raise InfeasibleError if a total is shorter than the shortest plan found, without proof an UnprovedError."""
+def _check_total(total: float, fastest: SolvedTask) -> None:
+    """Raise UnprovedError if a total is shorter than the shortest plan found."""
     shortest = fastest.trajectory.duration
-    if total >= shortest * (1.0 - KEPT):
-        return
-    found = f"the shortest found is {shortest:.6g} s"
-    proof = short_total(bounded, total)
-    if proof is None:
-        raise UnprovedError(f"no plan of {total:.6g} s within the limits was found: {found}", shortest=shortest)
-    raise InfeasibleError(
-        f"{total:.6g} s are too short for the limits: the velocity alone needs {float(proof.least):.6g} s, and {found}",
-        shortest=shortest,
-        contradiction=proof,
-    )
+    if total < shortest * (1.0 - KEPT):
+        raise UnprovedError(
+            f"no plan of {total:.6g} s within the limits was found: the shortest found is {shortest:.6g} s",
+            shortest=shortest,
+        )
 
 
 def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: Finish, search: Run) -> Timed:

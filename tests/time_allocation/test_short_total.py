@@ -8,7 +8,7 @@ from tasks import task_of
 
 import minsnap
 from minsnap.limits.limits import Limits
-from minsnap.time_allocation.short_total import short_total
+from minsnap.time_allocation.short_total import short_leg, short_total
 
 POINTS = np.array([(0.0, 0.0, 0.0), (3.0, 4.0, 0.0), (3.0, 0.0, 2.0), (1.0, 0.0, -2.0)])
 STEPS = np.diff(POINTS, axis=0)
@@ -41,8 +41,11 @@ def test_totals_are_proved_too_short_below_the_least_and_not_above(name):
 @pytest.mark.parametrize("leg", range(3))
 def test_a_leg_alone_is_proved_too_short(leg):
     limits, times = LEAST["both"]
-    assert short_total(asked(limits), 0.999999 * times[leg], leg).verify()
-    assert short_total(asked(limits), 1.000001 * times[leg], leg) is None
+    durations = np.where(np.arange(3) == leg, 0.999999, 1.1) * times
+    proof = short_leg(asked(limits), durations)
+    assert proof.verify() and proof.rows[0].piece == leg and proof.total == durations[leg]
+    assert short_leg(asked(limits), 1.000001 * times) is None
+    assert short_leg(asked(Limits(acceleration=2.0)), durations) is None
 
 
 def test_waypoints_that_are_free_may_be_nearer():
