@@ -27,9 +27,7 @@ def measured(given: Mapping[str, float], traj: Trajectory, motion: Motion) -> tu
     return tuple(used)
 
 
-def used_at(
-    traj: Trajectory, name: str, limit: float, value: float, instant: float, method: str = "exact"
-) -> Utilisation:
+def used_at(traj: Trajectory, name: str, limit: float, value: float, instant: float, method: str) -> Utilisation:
     """Return the utilisation of a limit by a value that is reached at an instant [s]."""
     return Utilisation(name, value, limit, _share(KIND[name], value, limit), leg_at(traj, instant), instant, method)
 

@@ -5,7 +5,8 @@ import pytest
 
 import minsnap
 from minsnap.limits.limits import Limits
-from minsnap.limits.utilisation import leg_at
+from minsnap.limits.measures import exact_motion
+from minsnap.limits.utilisation import leg_at, measured
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.velocity_heading import VelocityHeading
 from minsnap.vehicle.flatness import specific_thrust, tilt, tilt_rate
@@ -127,6 +128,7 @@ def test_rate_of_a_planned_yaw_is_exact_and_stretches_with_time():
     assert used.method == "exact"
     assert rates.max() <= used.value <= rates.max() * (1.0 + 1e-6)
     assert abs(path.yaw(used.instant, 1)) == pytest.approx(used.value)
+    assert path.leg_breaks[used.leg] <= used.instant <= path.leg_breaks[used.leg + 1]
     slower = Limits(yaw_rate=1.0).utilisation(path.stretched(2.0))[0]
     assert slower.value == pytest.approx(used.value / 2.0) and slower.instant == pytest.approx(2.0 * used.instant)
     assert slower.leg == used.leg
@@ -201,6 +203,12 @@ def test_rate_of_any_other_yaw_is_sampled_and_says_so():
 def test_an_instant_belongs_to_the_leg_that_begins_there():
     path = minsnap.plan(CORNERS, [4, 2, 4, 2])
     assert [leg_at(path, instant) for instant in (0.0, 3.9, 4.0, 6.5, 10.0, 12.0)] == [0, 0, 1, 2, 3, 3]
+
+
+def test_limits_are_measured_in_the_order_in_which_they_are_given():
+    path = minsnap.plan(CORNERS, [4, 2, 4, 2])
+    used = measured({"yaw_rate": 1.0, "speed": 2.0}, path, exact_motion(path, "euclidean", GRAVITY))
+    assert [each.name for each in used] == ["yaw_rate", "speed"]
 
 
 def test_constant_yaw_does_not_turn():

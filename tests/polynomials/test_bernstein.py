@@ -145,6 +145,19 @@ def test_parts_of_a_curve_are_the_curve(degree):
         assert polynomial.basis(degree, s) @ parts[curve, part].astype(float) == pytest.approx(inside, abs=1e-13)
 
 
+def test_parts_of_a_curve_begin_where_those_of_rationals_do():
+    """To the digits of the longest type, although the shares left of the duration are not exact in a double."""
+    points = np.array([[[0.3], [-7.0], [11.0], [0.7]]])
+    shares = np.array([[0.1, 0.23, 0.37, 0.3]])
+    found = polynomial.parted(points, shares)
+    ends = [Fraction(0), *(sum(map(Fraction, shares[0, : k + 1].tolist()), Fraction(0)) for k in range(3)), Fraction(1)]
+    for part, low, high in zip(found[0], ends[:-1], ends[1:], strict=True):
+        for row, value in zip(polynomial.restriction(3, low, high), part[:, 0], strict=True):
+            exact_value = sum(a * Fraction(float(p)) for a, p in zip(row, points[0, :, 0], strict=True))
+            error = Fraction(*value.as_integer_ratio()) - exact_value
+            assert abs(error) <= 100 * float(np.finfo(np.longdouble).eps)
+
+
 def test_small_differences_of_large_numbers_are_rounded_once():
     random = np.random.default_rng(0)
     points = 1e6 + random.normal(size=(50, 8, 2)) * 10.0 ** np.arange(-7, 1)[:, None]

@@ -27,7 +27,7 @@ def test_the_maximum_is_the_one_at_a_root_of_the_derivative(degree, seed):
     scale = np.abs(points).max()
     for row in range(5):
         assert found.values[row] == pytest.approx(by_roots(points[row]), abs=1e-11 * scale)
-    assert (found.rows == np.arange(5)).all()
+    assert found.rows.tolist() == list(range(5)) and found.rows.dtype == np.intp
 
 
 @given(st.integers(1, 14), st.integers(0, 2**32 - 1))
