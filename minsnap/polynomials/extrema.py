@@ -155,10 +155,9 @@ class _Search:
         points, matrix = self.parts.points, subdivision(self.parts.points.shape[1] - 1, PARTS).T
         count = points.shape[1]
         errors = (self.parts.errors + (count + 2) * UNIT * np.abs(points)) @ matrix
-        kept = (points @ matrix).reshape(-1, PARTS, count)
         errors = errors.reshape(-1, PARTS, count)
         errors[:, 0, 0], errors[:, -1, -1] = self.parts.errors[:, 0], self.parts.errors[:, -1]
-        self.parts = Enclosure(kept.reshape(-1, count), errors.reshape(-1, count))
+        self.parts = Enclosure((points @ matrix).reshape(-1, count), errors.reshape(-1, count))
         self.group, self.row = np.repeat(self.group, PARTS), np.repeat(self.row, PARTS)
         self.low = np.add.outer(self.low, width * np.arange(PARTS)).reshape(-1)
 

@@ -24,9 +24,12 @@ def largest_share(vehicle, path, reserve):
     return max((thrust.max() - hover) / (most - hover), (hover - thrust.min()) / (hover - least)) / (1.0 - reserve)
 
 
-@pytest.mark.parametrize("drag", (VEHICLE.drag, BodyDrag(linear=(0.3, 0.3, 0.0))))
-def test_the_sentence_gives_the_shares_of_both_headings(drag):
-    vehicle = replace(VEHICLE, drag=drag)
+@pytest.mark.parametrize(
+    "vehicle",
+    (VEHICLE, replace(VEHICLE, drag=BodyDrag(linear=(0.3, 0.3, 0.0))), replace(VEHICLE, rotor_speed_min=500.0)),
+    ids=("plain", "drag", "least thrust"),
+)
+def test_the_sentence_gives_the_shares_of_both_headings(vehicle):
     limits = Limits.of(vehicle, reserve=0.2)
     fixed = minsnap.plan(COURSE, [1.4, 1.5, 1.4])
     free = spinless(fixed, vehicle)
