@@ -121,9 +121,9 @@ def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
     tried = [step.evaluation for step in steps]
     axes.plot(tried, [step.value for step in steps], ".", color=AXIS_STYLES[1]["color"], markersize=4, label="tried")
     axes.plot(tried, [step.best for step in steps], color=AXIS_STYLES[0]["color"], label="best so far")
-    least, first = steps[-1].best, steps[0].best
+    least, first = min(step.best for step in steps), steps[0].best
     axes.set_ylim(least - 0.05 * (first - least) - 1e-3 * least, first + 0.3 * (first - least) + 1e-3 * least)
     axes.set_xlabel("plans tried")
-    axes.set_ylabel("total time [s]" if all(step.value == step.total_time for step in steps) else "cost [m²/s⁷]")
+    axes.set_ylabel("total time [s]" if any(step.value == step.total_time for step in steps) else "cost [m²/s⁷]")
     legend_beside(axes)
     return axes

@@ -43,11 +43,16 @@ class Log:
     def __init__(self, progress: Progress | None) -> None:
         self.progress = progress
         self.steps: list[Step] = []
+        self.best = np.inf
+
+    def forget(self) -> None:
+        """Begin anew with the least value: excesses have another price from now on."""
+        self.best = np.inf
 
     def add(self, total_time: float, value: float) -> None:
         """Record one evaluation."""
-        best = min(value, self.steps[-1].best) if self.steps else value
-        self.steps.append(Step(len(self.steps) + 1, float(total_time), float(value), float(best)))
+        self.best = min(float(value), self.best)
+        self.steps.append(Step(len(self.steps) + 1, float(total_time), float(value), self.best))
         if self.progress is not None:
             self.progress(self.steps[-1])
 

@@ -176,7 +176,7 @@ class LeastTime:
         near = _duration(solved) <= (1.0 + OPEN) * found.state.total * self.problem.units.time
         if near or self.interrupted or not (self.task.still and self.problem.complete):
             return solved
-        search.penalties = firmer(search.penalties)
+        self._raise_price(search)
         other = self._settled(search, self._slow_enough(search, found.state))
         return shorter(solved, self._end(search).run(other)) or solved
 
@@ -296,13 +296,17 @@ class LeastTime:
         for attempt in range(RAISES):
             if self.interrupted or _excess(found) <= OPEN:
                 break
-            search.penalties = firmer(search.penalties)
+            self._raise_price(search)
             keeps_all = attempt > 0 and self.task.still
             slower = slowed(found.state, 1.0 + max(found.measured.limit, 0.0))
             found = self._run(search, self._slow_enough(search, slower) if keeps_all else slower)
         if found.state.total < VANISHING * state.total:
             raise nothing_limits(list(self.limits.given()))
         return found
+
+    def _raise_price(self, search: JointSearch) -> None:
+        search.penalties = firmer(search.penalties)
+        self.log.forget()
 
     def _run(self, search: JointSearch, state: JointState) -> Evaluated:
         try:

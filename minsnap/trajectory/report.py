@@ -24,9 +24,9 @@ class Step:
     total_time : float
         Of the plan that was evaluated [s].
     value : float
-        What the search minimises, there: a cost [m^2 / s^(2k - 1)], or a time [s].
+        What the search minimises, there: a cost [m^2 / s^(2k - 1)], or a time [s], with a price of what is exceeded.
     best : float
-        The least value so far.
+        The least value so far, since that price was raised last.
     """
 
     evaluation: int

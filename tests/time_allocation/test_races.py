@@ -88,6 +88,7 @@ def test_searches_that_end_outside_go_on_from_a_curve_that_keeps_the_limits(poin
     closed = points[0] == points[-1]
     path = minsnap.plan(points, limits=limits, yaw="tilt", waypoint_tolerance=ball, pieces=pieces, closed=closed)
     assert minsnap.certify(path, points, limits=limits, tolerance=ball).ok and path.duration <= most
+    assert path.report.steps[-1].best == pytest.approx(path.duration, rel=0.01)
 
 
 @pytest.mark.slow
