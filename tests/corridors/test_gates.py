@@ -7,6 +7,7 @@ from scipy.spatial import ConvexHull
 
 import minsnap
 from minsnap import Ball, Boxes, Gate
+from minsnap.arrays import SMALLEST
 from minsnap.corridors.regions import ball_region, gate_region
 from minsnap.errors import CorridorError, WaypointError
 
@@ -300,3 +301,19 @@ def test_what_is_no_polygon_in_space_or_no_list_of_radii_is_refused():
 def test_a_gate_that_is_level_but_for_rounding_is_a_flat_box():
     region = gate_region(Gate.polygon([(0, 0, 1), (1, 0, 1), (0, 1, 1.0 + 2e-13)]))
     assert region.plane is None and region.lower[2] == region.upper[2] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("place", "normal", "sides"),
+    [
+        ((1e6, 2e6, 30.0), (1, 0, 0), (1e-20, 1.0)),
+        ((1e6, 2e6, 30.0), (1, 0, 0), (1.0, 1e-20)),
+        ((1e6, 2e6), (1, 0), (1e-20,)),
+    ],
+)
+def test_a_gate_with_a_side_that_vanishes_in_rounding_is_refused(place, normal, sides):
+    with pytest.raises(WaypointError, match="two corners of a gate are both .* too small beside its place"):
+        Gate(place, normal, *sides)
+    with pytest.raises(WaypointError, match="^the width of a gate"):
+        Gate(place, normal, 0.9 * SMALLEST)
+    assert Gate(np.zeros(len(place)), normal, SMALLEST).corners.any()

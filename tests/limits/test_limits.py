@@ -126,3 +126,8 @@ def test_climbing_and_descending_have_limits_of_their_own():
 
     assert speed.max() <= 2.0 + 1e-9 and speed.min() >= -0.5 - 1e-9
     assert speed.max() > 2.0 * -speed.min(), "the climb may be faster than the descent"
+
+
+def test_numbers_of_numpy_become_those_of_python():
+    limits = Limits(speed=np.float32(3.0), gravity=np.float64(9.8))
+    assert (limits.speed, limits.gravity) == (3.0, 9.8) and type(limits.speed) is type(limits.gravity) is float
