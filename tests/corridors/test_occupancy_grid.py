@@ -102,6 +102,14 @@ def test_random_grids_in_space_are_crossed_along_any_free_path():
         assert not any(grid[inside].any() for inside in covered(shifted, grid.shape, 1.0))
         low, high = shifted.passages()[1:]
         assert (high - low > 0.99).all()
+        for box, point in ((0, found.start["position"]), (-1, found.end["position"])):
+            assert (found.boxes.lower[box] < point).all() and (point < found.boxes.upper[box]).all()
+
+
+def test_one_side_serves_all_axes_and_one_cell_is_a_path():
+    whole = corridor_from_grid(GRID, 0.1, PATH)
+    assert np.array_equal(corridor_from_grid(GRID, [0.1], PATH).waypoints, whole.waypoints)
+    assert len(corridor_from_grid(GRID, 0.1, [(0.51, 0.51), (0.53, 0.53)]).boxes) == 1
 
 
 def test_empty_grid_is_one_box_and_its_side_can_be_bounded():
@@ -201,8 +209,9 @@ def test_cells_that_are_no_squares_grow_by_the_clearance(monkeypatch, few_shifts
     assert np.array_equal(grown(taken, 2.5, size), taken | (gap < 2.5))
 
 
-def test_a_path_that_turns_on_a_border_meets_the_cell_behind_it():
-    points = np.array([(0.0, 0.5), (1.0, 0.5), (1.8, 1.6)])
+@pytest.mark.parametrize("beyond", (0.0, 1e-10))
+def test_a_path_that_turns_on_a_border_meets_the_cell_behind_it(beyond):
+    points = np.array([(0.0, 0.5), (1.0 + beyond, 0.5), (1.8, 1.6)])
     assert visited(np.array([2, 2]), points, np.ones(2), np.zeros(2)).tolist() == [[0, 0], [1, 0], [1, 1]]
 
 
