@@ -124,6 +124,24 @@ def beyond(value: Any) -> str:
     return f", from {SMALLEST:g} to {LARGEST:g}" if positive else ""
 
 
+def check_kind(what: str, value: Any, kinds: type | tuple[type, ...], give: str) -> None:
+    """Raise InputError for a value of another kind."""
+    if not isinstance(value, kinds):
+        raise InputError(f"{what} must be {give}, not {type(value).__name__}")
+
+
+def check_able(what: str, value: Any, method: str, give: str) -> None:
+    """Raise InputError for a value without a method."""
+    if not callable(getattr(value, method, None)):
+        raise InputError(f"{what} must be {give}, not {type(value).__name__}")
+
+
+def check_seed(value: Any) -> None:
+    """Raise InputError for what repeats no random numbers."""
+    if not is_whole(value) or value < 0:
+        raise InputError(f"the seed is {shown(value)}: it must be a whole number, 0 or more")
+
+
 def check_words(**words: Any) -> None:
     """Refuse options that are not text, by name."""
     for name, word in words.items():

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import check_array
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.sidecar import frame_of, note_frame
@@ -88,6 +89,9 @@ def write_csv(
         raise FileError(
             f"write_csv takes a path or samples first and the file's name second, not {shown(source)} first"
         )
+    if origin is not None:
+        give = "latitude and longitude [degrees] and altitude [m]"
+        origin = check_array("the origin", origin, ((3,),), give, FileError).tolist()
     lines = csv_lines(source, rate, frame)
     with atomic_write(path, clobber=clobber) as file:
         file.writelines(lines)

@@ -17,6 +17,7 @@ from typing import Any
 
 from minsnap.errors import FileError, FrameError
 from minsnap.frames import get_frame
+from minsnap.messages import shown
 from minsnap.storage.atomic import atomic_write
 from minsnap.storage.reading import reading
 from minsnap.storage.text import read_text
@@ -104,7 +105,10 @@ def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def _beside(path: str | os.PathLike[str]) -> Path:
-    return Path(f"{os.fspath(path)}{ENDING}")
+    try:
+        return Path(f"{os.fspath(path)}{ENDING}")
+    except TypeError:
+        raise FileError(f"{shown(path)} is no name of a file") from None
 
 
 def _checksum(path: str | os.PathLike[str]) -> int:

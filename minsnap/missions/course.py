@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, owned
-from minsnap.checks import is_number, is_whole
+from minsnap.arrays import FloatArray
+from minsnap.checks import check_array, check_distance, check_switch, is_number, is_whole
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate
@@ -25,6 +25,10 @@ SPEED, ACCELERATION = 3.0, 6.0
 
 LEAN = tan(radians(1.0))
 """How much the velocity may lean towards a side of a gate that is passed straight."""
+
+
+MOST_LAPS = 1000
+"""Most laps of a course."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +55,9 @@ class Stop:
 
     def __post_init__(self) -> None:
         if not isinstance(self.place, Gate):
-            object.__setattr__(self, "place", owned(self.place))
+            give = "a gate, or two or three finite numbers"
+            place = check_array("the place of a stop", self.place, ((2,), (3,)), give, WaypointError)
+            object.__setattr__(self, "place", place)
         for name in ("ball", "hold", "straight"):
             value = getattr(self, name)
             if not is_number(value) or value < 0.0:
@@ -111,8 +117,16 @@ class Course:
     name: str = "course"
 
     def __post_init__(self) -> None:
-        if not is_whole(self.laps) or self.laps < 1:
-            raise WaypointError(f"laps is {shown(self.laps)}: give a whole number, at least 1")
+        if not isinstance(self.stops, (tuple, list)) or not all(isinstance(stop, Stop) for stop in self.stops):
+            raise WaypointError(f"the stops are {shown(self.stops)}: give a tuple of Stop")
+        check_switch("closed", self.closed)
+        check_distance("the tolerance", self.tolerance, WaypointError)
+        if not is_whole(self.laps) or not 1 <= self.laps <= MOST_LAPS:
+            raise WaypointError(f"laps is {shown(self.laps)}: give a whole number from 1 to {MOST_LAPS}")
+        for name in ("takeoff", "land"):
+            if not isinstance(getattr(self, name), bool):
+                give = "True, False, or where on the ground, (x, y, z)"
+                check_array(name, getattr(self, name), ((3,),), give, WaypointError)
         if self.boxes is None and len(self.stops) < 2:
             raise WaypointError(f"a course has at least 2 waypoints or gates, {len(self.stops)} given")
         if self.boxes is not None and (self.laps > 1 or self.closed or self.stops):

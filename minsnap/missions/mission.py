@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import check_kind
 from minsnap.corridors.constraint import Cones, Constraint, walls_of
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.half_spaces import HalfSpaces
@@ -102,6 +103,7 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
     >>> [part.name for part in mission.parts]
     ['take-off', 'lap 1', 'lap 2', 'landing']
     """
+    check_kind("the course", course, Course, "a Course")
     flown = _flown(course, planning)
     if course.takeoff is not False:
         first = flown[0].curve

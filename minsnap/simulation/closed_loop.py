@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import check_able, check_kind, is_number
 from minsnap.errors import DivergenceError, TimingError
 from minsnap.messages import shown
 from minsnap.progress import told
 from minsnap.simulation.controllers.controller import Command, Controller
 from minsnap.simulation.flight_record import Flight
-from minsnap.simulation.reference import ReferenceTable, tabulate
+from minsnap.simulation.reference import ReferenceTable, check_steps, tabulate
 from minsnap.simulation.sensors import Sensors, StateEstimator
 from minsnap.simulation.wind import ConstantWind, Wind
 from minsnap.trajectory.path import Path
@@ -85,17 +86,25 @@ def simulate(
     DivergenceError
         If the vehicle leaves every bound of flight; carries ``instant`` and the ``flight`` until then.
     TimingError
-        If step, rate or duration are not positive, or the delay is negative.
+        If step, rate or duration are not positive, the delay is negative, or there are more steps than are simulated.
+    InputError
+        If an argument is of another kind.
     """
-    if not (math.isfinite(step) and 0 < step <= 0.1):
+    check_kind("the vehicle", vehicle, Quadrotor, "a Quadrotor")
+    check_able("the controller", controller, "pilot", "a controller")
+    sensors, wind = Sensors() if sensors is None else sensors, ConstantWind() if wind is None else wind
+    check_kind("sensors", sensors, Sensors, "Sensors")
+    check_able("the wind", wind, "sample", "a wind such as ConstantWind")
+    if not (is_number(step) and 0 < step <= 0.1):
         raise TimingError(f"the step is {shown(step)} s: it must be above 0 and at most 0.1 s")
-    if not (math.isfinite(setpoint_delay) and setpoint_delay >= 0):
+    if not (is_number(setpoint_delay) and setpoint_delay >= 0):
         raise TimingError(f"the delay of setpoints is {shown(setpoint_delay)} s: it must be 0 or more")
     table = ReferenceTable(tabulate(path, setpoint_rate, step), vehicle, compensation)
     length = table.samples.duration if duration is None else duration
-    if not (math.isfinite(length) and length > 0):
+    if not (is_number(length) and length > 0):
         raise TimingError(f"the flight lasts {shown(length)} s: give a duration above 0")
-    run = _Run(vehicle, controller, table, sensors or Sensors(), wind or ConstantWind(), round(length / step), step)
+    check_steps(length, step)
+    run = _Run(vehicle, controller, table, sensors, wind, round(length / step), step)
     run.delay = setpoint_delay
     with told(progress, "flying", lambda line: line.show) as watch:
         reason = run.fly(watch)

@@ -8,9 +8,11 @@ import math
 import numpy as np
 
 from minsnap.arrays import FloatArray
-from minsnap.errors import TimingError
+from minsnap.checks import check_kind, is_number
+from minsnap.errors import DivergenceError, TimingError
 from minsnap.messages import shown
 from minsnap.simulation.flight_record import Flight
+from minsnap.simulation.reference import check_steps
 from minsnap.simulation.wind import vector
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
@@ -54,12 +56,20 @@ def simulate_open_loop(
         If the step is not positive or longer than the path.
     """
     air = vector("wind velocity", wind)
-    if not 0 < step <= path.duration:
+    check_kind("the vehicle", vehicle, Quadrotor, "a Quadrotor")
+    check_kind("the path", path, Path, "a path")
+    if not (is_number(step) and 0 < step <= path.duration):
         raise TimingError(f"the step is {shown(step)} s: it must be above 0 and within the path's {path.duration} s")
+    check_steps(path.duration, step)
     t = _instants(path, step)
     stages = np.stack([t[:-1], 0.5 * (t[:-1] + t[1:]), t[1:] - _INSIDE * np.diff(t)], axis=-1)
     states = flatness_of(vehicle, path, stages.ravel(), wind=air)
-    log = _integrate(RigidBody(vehicle), path, states, air, np.diff(t).tolist())
+    try:
+        log = _integrate(RigidBody(vehicle), path, states, air, np.diff(t).tolist())
+    except OverflowError:
+        log = [[np.inf]]
+    if not np.isfinite(log[-1]).all():
+        raise DivergenceError("the motion leaves the range of numbers: slow down the path or the wind")
     return _flight(path, t, log, states, air)
 
 

@@ -18,6 +18,9 @@ from minsnap.vehicle.flatness import spatial
 from minsnap.vehicle.quadrotor import Quadrotor
 from minsnap.vehicle.states import FlatStates
 
+MOST_STEPS = 2_000_000
+"""Steps of the longest flight that is simulated."""
+
 
 class ReferenceTable:
     """A table of setpoints, and the index of the setpoint valid at an instant.
@@ -78,6 +81,12 @@ def _added(vehicle: Quadrotor, samples: Samples, compensation: Drag | None) -> F
     if compensation is not None:
         return drag_feed_forward(vehicle, samples, compensation)
     return np.zeros((len(samples), 3)) if samples.feed_forward is None else samples.feed_forward
+
+
+def check_steps(duration: float, step: float) -> None:
+    """Raise TimingError for a flight [s] of more steps [s] than are simulated."""
+    if not duration <= MOST_STEPS * step:
+        raise TimingError(f"{duration:g} s in steps of {step:g} s are too many: at most {MOST_STEPS} are simulated")
 
 
 def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from minsnap.checks import check_positive, check_seed, is_number
 from minsnap.errors import InputError
 from minsnap.messages import shown
 from minsnap.simulation.controllers.controller import Estimate, Vector
@@ -46,13 +46,11 @@ class Sensors:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.pose_rate) and self.pose_rate > 0):
-            raise InputError(
-                f"the pose rate is {shown(self.pose_rate)}: it must be a number of poses per second above 0"
-            )
+        check_positive("the pose rate", self.pose_rate, "poses per second", InputError)
+        check_seed(self.seed)
         for name in ("delay", "noise"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
+            if not (is_number(value) and value >= 0):
                 raise InputError(f"the pose's {name} is {shown(value)}: it must be 0 or more")
 
 

@@ -9,9 +9,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import check_array
+from minsnap.arrays import SMALLEST, FloatArray
+from minsnap.checks import check_array, check_seed, is_number
 from minsnap.errors import InputError
+from minsnap.messages import shown
 
 
 class Wind(Protocol):
@@ -88,10 +89,13 @@ class DrydenWind:
             if min(values) < 0:
                 raise InputError(f"gust {name} is {values}: no part may be below 0")
             object.__setattr__(self, name, values)
-        speed = max(math.hypot(*self.mean), 1.0) if self.airspeed is None else float(self.airspeed)
-        if not (math.isfinite(speed) and speed > 0) or min(self.length) == 0:
-            raise InputError(f"gusts need lengths and an airspeed above 0, not {self.length} m and {self.airspeed} m/s")
-        object.__setattr__(self, "_speed", speed)
+        speed = max(math.hypot(*self.mean), 1.0) if self.airspeed is None else self.airspeed
+        check_seed(self.seed)
+        if not (is_number(speed) and speed >= SMALLEST) or min(self.length) < SMALLEST:
+            raise InputError(
+                f"gusts need lengths and an airspeed above 0, not {self.length} m and {shown(self.airspeed)} m/s"
+            )
+        object.__setattr__(self, "_speed", float(speed))
 
     def sample(self, count: int, step: float) -> FloatArray:
         """Return the wind at 0, step, …, shape (count, 3) [m/s]; a shorter series is the start of a longer one."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from minsnap.errors import FileError
+from minsnap.messages import shown
 
 
 @contextmanager
@@ -83,8 +84,8 @@ def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> 
     try:
         destination = Path(os.path.realpath(path))
         state = os.stat(destination)
-    except ValueError:
-        raise FileError(f"{str(path)!r} is no name of a file") from None
+    except (TypeError, ValueError):
+        raise FileError(f"{shown(path)} is no name of a file") from None
     except FileNotFoundError:
         return destination
     except OSError as error:

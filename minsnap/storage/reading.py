@@ -56,8 +56,8 @@ def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
         size = Path(path).stat().st_size
     except OSError as error:
         raise FileError(f"{path} cannot be read: {error.strerror}") from error
-    except ValueError:
-        raise FileError(f"{str(path)!r} is no name of a file") from None
+    except (TypeError, ValueError):
+        raise FileError(f"{shown(path)} is no name of a file") from None
     if size > largest:
         raise FileError(f"{path} has {size / 1e6:.0f} MB: files of this kind are read up to {largest / 1e6:.0f} MB")
     return size

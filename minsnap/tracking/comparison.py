@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, own_arrays
+from minsnap.arrays import FloatArray, bounded, own_arrays
+from minsnap.checks import SIZE, check_kind, check_switch, is_number
 from minsnap.errors import InputError
+from minsnap.messages import shown
 from minsnap.tracking.delay import estimate_delay
 from minsnap.tracking.reference_curve import direction_at, distance_to_curve, position_at
 from minsnap.trajectory.samples import Samples
@@ -123,6 +125,8 @@ class Comparison:
         InputError
             If no instant lies between them.
         """
+        if not (is_number(start) and is_number(end)):
+            raise InputError(f"a part from {shown(start)} to {shown(end)} was asked for: give two instants [s]")
         kept = (self.t >= start) & (self.t <= end)
         if not kept.any():
             raise InputError(f"nothing was flown between {start} and {end} s: it is {self.t[0]:g} to {self.t[-1]:g} s")
@@ -174,6 +178,13 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
     InputError
         If dimensions differ, or fewer than 2 instants are common.
     """
+    for what, samples in (("reference", reference), ("flight", flight)):
+        check_kind(f"the {what}", samples, Samples, "samples")
+        if not (bounded(samples.t).all() and bounded(samples.position).all()):
+            raise InputError(f"the {what} has times or positions that are no finite numbers, {SIZE}")
+    check_switch("align", align)
+    if not (is_number(max_delay) and max_delay >= 0.0):
+        raise InputError(f"max_delay is {shown(max_delay)}: it must be a time of 0 or more [s]")
     if reference.dim != flight.dim:
         raise InputError(f"the reference has {reference.dim} coordinates and the flight {flight.dim}: they must agree")
     offset = -estimate_delay(reference, flight, None) if align else 0.0

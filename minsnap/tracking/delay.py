@@ -5,11 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.errors import InputError
 from minsnap.tracking.reference_curve import position_at
+from minsnap.trajectory.path import MOST_SAMPLES
 from minsnap.trajectory.samples import Samples
 
 _RATE = 100.0
 """Rate of the grid on which signals are correlated, at most [Hz]."""
+RESOLUTION = 1e-5
+"""To what a delay is found [s]."""
 _OVERLAP = 0.5
 """Least part of the shorter signal that must overlap at a lag."""
 
@@ -39,13 +43,15 @@ def estimate_delay(reference: Samples, flight: Samples, most: float | None) -> f
     start = float(flight.t[0] - reference.t[0])
     lags = np.asarray((np.arange(len(one) + len(other) - 1) - (len(one) - 1)) * step + start, dtype=np.float64)
     scores = _coefficients(one, other)
-    if most is not None:
-        scores[np.abs(lags) > most] = -1.0
-    best = float(lags[int(np.argmax(scores))])
+    most = np.inf if most is None else most
+    scores[np.abs(lags) > most] = -1.0
+    best = float(np.clip(lags[int(np.argmax(scores))], -most, most))
     return _refined(reference, flight, best, step, most)
 
 
 def _on_grid(samples: Samples, step: float) -> FloatArray:
+    if not samples.duration <= MOST_SAMPLES * step:
+        raise InputError(f"the samples last {samples.duration:g} s: that is too long to find a delay in")
     count = int(np.floor(samples.duration / step + 1e-9)) + 1
     return position_at(samples, samples.t[0] + step * np.arange(count))
 
@@ -66,7 +72,7 @@ def _coefficients(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(scores)
 
 
-def _refined(reference: Samples, flight: Samples, best: float, step: float, most: float | None) -> float:
+def _refined(reference: Samples, flight: Samples, best: float, step: float, most: float) -> float:
     """Return the delay within one step of the best lag at which the mean squared distance is least."""
     from scipy.optimize import minimize_scalar
 
@@ -76,8 +82,8 @@ def _refined(reference: Samples, flight: Samples, best: float, step: float, most
         gap = flight.position[inside] - position_at(reference, at[inside])
         return float(np.mean(np.sum(gap**2, axis=1))) if inside.any() else np.inf
 
-    low, high = best - step, best + step
-    if most is not None:
-        low, high = max(low, -most), min(high, most)
-    found = minimize_scalar(distance, bounds=(low, high), method="bounded", options={"xatol": 1e-5})
+    low, high = max(best - step, -most), min(best + step, most)
+    if high - low < RESOLUTION:
+        return best
+    found = minimize_scalar(distance, bounds=(low, high), method="bounded", options={"xatol": RESOLUTION})
     return float(found.x)

@@ -15,6 +15,7 @@ from minsnap.files.logs.flight_log import FlightLog
 from minsnap.files.logs.inertial_log import InertialLog
 from minsnap.files.logs.stream_log_file import is_stream_log, read_stream_log
 from minsnap.files.logs.ulog import read_ulog
+from minsnap.storage.reading import check_size
 from minsnap.trajectory.samples import Samples
 
 RATE = 50.0
@@ -67,6 +68,7 @@ def read_flight_log(path: str | os.PathLike[str]) -> FlightLog:
     FileError
         If the file is none of these.
     """
+    check_size(path)
     ending = Path(path).suffix.lower()
     if ending == ".ulg":
         return read_ulog(path, inertial=True)

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import check_kind, check_seed, is_number
+from minsnap.errors import InputError
 from minsnap.files.logs.flight_log import FlightLog
 from minsnap.files.logs.inertial_log import InertialLog
+from minsnap.messages import shown
 from minsnap.simulation.flight_record import Flight
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.quadrotor import Quadrotor
@@ -38,6 +41,12 @@ def simulated_log(
     FlightLog
         As :func:`minsnap.flight.fit_flight` takes it.
     """
+    check_kind("the vehicle", vehicle, Quadrotor, "a Quadrotor")
+    check_kind("the flight", flight, Flight, "a Flight")
+    check_kind("the setpoints", setpoints, Samples, "samples")
+    check_seed(seed)
+    if not (is_number(noise) and noise >= 0.0):
+        raise InputError(f"the noise is {shown(noise)}: it must be 0 or more [m/s^2]")
     every = max(1, round((len(flight.t) - 1) / (STATES * flight.duration)))
     slow = slice(None, None, every)
     states = Samples(flight.t[slow], flight.position[slow], flight.velocity[slow])

@@ -88,8 +88,8 @@ class Samples(ReadOnly):
 
     @property
     def rate(self) -> float:
-        """Samples per second [Hz]: the reciprocal of the mean step; 0 for a lone sample."""
-        return (len(self.t) - 1) / self.duration if len(self.t) > 1 else 0.0
+        """Samples per second [Hz]: the reciprocal of the mean step; 0 where they last no time."""
+        return (len(self.t) - 1) / self.duration if self.duration > 0.0 else 0.0
 
 
 def _axes(dim: int) -> tuple[str, ...]:

@@ -305,7 +305,7 @@ class Trajectory(ReadOnly, Path):
         lost = self.dim * TINY / min(self.durations.min() ** order, 1.0) if self._faint(order) else 0.0
         square = Enclosure(curve.points / size, curve.errors / size).squared_norm()
         bound, piece, s = maximum(square.points, square.errors)
-        return float(size * _norm_of(bound)) + lost, self._instant(piece, s)
+        return float(size * _norm_of(bound) + lost), self._instant(piece, s)
 
     def _faint(self, order: int) -> bool:
         """Whether a derivative that is not zero may be so small that it is lost to underflow."""

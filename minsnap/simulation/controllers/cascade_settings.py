@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from minsnap.checks import check_positive
 from minsnap.errors import InputError
 from minsnap.messages import shown
 from minsnap.simulation.controllers.controller import Vector
@@ -80,13 +81,11 @@ class CascadeSettings:
     outer_rate: float = 50.0
 
     def __post_init__(self) -> None:
-        if self.references not in REFERENCES:
+        if not isinstance(self.references, str) or self.references not in REFERENCES:
             raise InputError(f"references is {shown(self.references)}: it must be one of {', '.join(REFERENCES)}")
         for name in _VECTORS:
             object.__setattr__(self, name, vector(name.replace("_", " "), getattr(self, name)))
         for name in ("horizontal_speed", "climb_speed", "descent_speed", "tilt_limit", "outer_rate"):
-            value = float(getattr(self, name))
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"{name} is {value}: it must be a number above 0")
+            check_positive(name, getattr(self, name), "", InputError)
         if self.tilt_limit >= math.pi / 2:
             raise InputError(f"tilt_limit is {self.tilt_limit} rad: it must be below a quarter turn")

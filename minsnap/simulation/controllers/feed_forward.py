@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.arrays import FloatArray
+from minsnap.checks import check_able, check_kind
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.drag import BodyDrag, Drag
 from minsnap.vehicle.flatness import spatial
@@ -58,9 +59,12 @@ def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag | None 
     ndarray, shape (m, 3)
         In the world frame [m/s^2].
     """
+    check_kind("the vehicle", vehicle, Quadrotor, "a Quadrotor")
+    check_kind("the reference", reference, Samples, "samples")
+    drag = vehicle.drag if drag is None else drag
+    check_able("the drag", drag, "force", "a model of drag")
     if reference.velocity is None:
         return np.zeros((len(reference), 3))
-    drag = vehicle.drag if drag is None else drag
     states = reference_states(vehicle, reference, drag)
     velocity = np.einsum("mji,mj->mi", states.rotation, spatial(reference.velocity))
     pitch = -np.arcsin(np.clip(states.rotation[:, 2, 0], -1.0, 1.0))
