@@ -87,8 +87,10 @@ def test_more_than_three_coordinates_need_dim():
             minsnap.plan(points[:, :4], **timing)
         assert minsnap.plan(points, dim=5, **timing).dim == 5
     assert minsnap.plan(points.T, durations=(1.0,) * 4).dim == 3
-    with pytest.raises(WaypointError, match="dim=2, and the waypoints have 3"):
-        minsnap.plan(POINTS, durations=(1.0, 1.0), dim=2)
+    assert minsnap.plan(points, dim=5, durations=(1.0, 1.0), start={"velocity": np.ones(5)}).dim == 5
+    for dim in (2, 3.0):
+        with pytest.raises(WaypointError, match=f"dim={dim}, and the waypoints have 3"):
+            minsnap.plan(POINTS, durations=(1.0, 1.0), dim=dim)
 
 
 def test_many_problems_of_four_coordinates_are_planned():
