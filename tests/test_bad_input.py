@@ -12,6 +12,7 @@ from minsnap.errors import (
     DegreeError,
     InfeasibleError,
     IntervalError,
+    LimitError,
     MinsnapError,
     ShapeError,
     TimingError,
@@ -154,7 +155,25 @@ REST = (
     ({"yaw": [0, 1]}, YawError, "one for each of 5 waypoints"),
     ({"yaw": NAN}, YawError, "finite"),
     ({"yaw": "velocity", "waypoints": [[0], [1]], "durations": [1]}, YawError, "two coordinates"),
+    ({"yaw": [0, 1, 2, 3, 4], "closed": True}, YawError, "begins at a yaw of 0 rad and ends at 4 rad"),
+    ({"yaw": 0.3, "yaw_rate": 1.0}, YawError, "yaw_rate=1.0 is for a heading along the velocity: give yaw='velocity'"),
+    ({"hold_below": 0.1}, YawError, "hold_below=0.1 is for a heading along the velocity: give yaw='velocity'"),
+    ({"yaw": minsnap.LookAt((8, 4))}, YawError, "passes within 0 m of the point to look at"),
+    ({"limits": minsnap.Limits(yaw_rate=1.0), "durations": None}, LimitError, "nothing limits the time"),
+    ({"limits": minsnap.Limits(speed=1e-40), "durations": None}, LimitError, "so low that a leg takes over 1e\\+18 s"),
 )
+
+THROUGH = minsnap.Gate((4, 0, 1), (1, 0, 0), 0.5)
+BEHIND = (
+    ({"corridor": minsnap.HalfSpaces([(1, 0, 0)], [3])}, "outside the half-space of leg 1: move it or widen"),
+    ({"room": ((-1, -1, 0), (3, 1, 2))}, "outside the room of leg 1: move it or widen the room"),
+)
+
+
+@pytest.mark.parametrize(("walls", "words"), BEHIND, ids=str)
+def test_a_gate_behind_a_wall_is_named(walls, words):
+    with pytest.raises(CorridorError, match=rf"the gate of waypoint 1 at \(4, 0, 1\) is 1 m {words}"):
+        minsnap.plan([(0, 0, 1), THROUGH, (6, 0, 1)], total_time=6.0, **walls)
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,7 @@ from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Progress
+from minsnap.trajectory.trajectory import LONGEST_PIECE
 
 DIVISIONS = (3, 2)
 """Parts into which pieces are divided one time after another where their number is left to the search."""
@@ -107,6 +108,8 @@ class LeastTime:
     ) -> None:
         self.task, self.limits, self.finish, self.refine, self.first = task, limits, finish, refine, first
         guess = stop_and_go_times(guessed_lengths(task), limits)
+        if not guess.max() <= LONGEST_PIECE:
+            raise LimitError(f"the limits are so low that a leg takes over {LONGEST_PIECE:g} s: raise them")
         headed = isinstance(limits, VehicleLimits) or limits.yaw_rate is not None
         self.problem = JointProblem(task, limits, guess, self._heading(guess) if headed else None)
         self.value_unit = self.problem.units.time

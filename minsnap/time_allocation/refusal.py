@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from minsnap.arrays import FloatArray
+from minsnap.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.contradiction import contradicting_joints, find_contradiction
 from minsnap.optimisation.elastic import Elastic
@@ -65,9 +66,12 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverErro
     if proof is None:
         return SolverError(f"{UNPROVED}give more time, or loosen the limits")
     leg, instant = hardest_pressed(task, problem, units, found)
-    stretch = ElasticScale(task, leg_sums(durations, task.pieces), found).factor()
-    message = (
-        f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s; "
-        f"{stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"
-    )
+    message = f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s"
+    try:
+        stretch = ElasticScale(task, leg_sums(durations, task.pieces), found).factor()
+        message += f"; {stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"
+    except LateError:
+        raise
+    except SolverError:
+        stretch = None
     return InfeasibleError(message, leg=leg, instant=instant, stretch=stretch, contradiction=proof)

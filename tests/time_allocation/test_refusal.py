@@ -42,3 +42,10 @@ def test_durations_within_limits_that_leave_time_are_planned():
     free = minsnap.plan(REFERENCE, [4.2, 1.8, 3.2, 2.4], corridor=0.3)
     assert max(u.fraction for u in limits.utilisation(free)) > 1.0, "the limits bind"
     assert path.cost() > free.cost()
+
+
+def test_a_proof_is_given_also_where_no_longer_time_was_found():
+    points = [(0, 0, 1), (4, 0, 1), (4, 3, 1.5)]
+    refused = refusal(points, [3.0, 3.0], limits=Limits(speed=3.0), start={"velocity": (5.0, 0.0, 0.0)})
+    assert refused.verify() and refused.stretch is None
+    assert "they are exceeded on leg 0" in str(refused) and "times as long" not in str(refused)
