@@ -33,7 +33,7 @@ from minsnap.time_allocation.timing import (
 from minsnap.time_allocation.ways import end_on_limit
 from minsnap.trajectory.report import Utilisation
 
-CLOSE = 0.02
+CLOSE = 0.01
 """How near the least reserve of time for a smoother plan is found."""
 
 TOUCHING, ROOM = 1e-6, 1e-2

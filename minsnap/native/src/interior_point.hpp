@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 
 #include "buffer.hpp"
 #include "cone_rows.hpp"
@@ -66,7 +67,6 @@ public:
 private:
     using Vector = Buffer<double>;
     static constexpr double coarse = 1e-3;  // gap above which equations are not solved twice
-    static constexpr double near = 0.98;    // of the steps to the boundary
 
     // From the present point to the solution; false where it is not found.
     bool iterate() {
@@ -75,7 +75,9 @@ private:
             if (small()) return true;
             if (late()) break;
             if (!product_.scale(s_.data(), z_) || !form()) return close();
-            if (!(advance() > 1e-10)) break;
+            const double step = advance();
+            measure(step);
+            if (!(step > 1e-10)) break;
         }
         return close();
     }
@@ -188,7 +190,18 @@ private:
         if (depth >= -1e-8) product_.raise(u, 1.0 + std::max(depth, 0.0));
     }
 
-    // rx = P x + q + G'z,  rz = G x + s - h
+    // Residuals after a step. Far from the solution one with a share of the whole leaves the rest of them, and only where
+    // they are small are they computed anew.
+    void measure(double step) {
+        gap_ = dot(s_.data(), z_, rows());
+        if (gap_ < coarse || gap_ <= 2.0 * tolerance_ * (1.0 + std::abs(cost_))) return residuals();
+        for (std::size_t j = 0; j < p_.size; ++j) rx_[j] *= 1.0 - step;
+        for (std::size_t i = 0; i < rows(); ++i) rz_[i] *= 1.0 - step;
+        primal_ *= 1.0 - step;
+        dual_ *= 1.0 - step;
+    }
+
+    // rx = P x + q + G'z,  rz = G x + s - h,  gap = s'z
     void residuals() {
         hessian_times(x_, rx_.data());
         cost_ = 0.5 * dot(x_, rx_.data(), p_.size) + dot(x_, p_.linear, p_.size);
@@ -196,10 +209,6 @@ private:
         add_transposed(z_, rx_.data());
         rows_of(x_, rz_.data(), false);
         for (std::size_t i = 0; i < rows(); ++i) rz_[i] = s_[i] - rz_[i];
-        measure();
-    }
-
-    void measure() {
         gap_ = dot(s_.data(), z_, rows());
         primal_ = largest(rz_.data(), rows());
         dual_ = largest(rx_.data(), p_.size);
@@ -283,7 +292,7 @@ private:
         for (std::size_t i = 0; i < rows(); ++i) dz_[i] += push_[i];
     }
 
-    // Predict, correct, move; the longest step taken.
+    // Predict, correct, move; the step taken.
     double advance() {
         for (std::size_t i = 0; i < rows(); ++i) aim_[i] = -s_[i];
         direction(aim_.data(), false);
@@ -293,29 +302,13 @@ private:
         const double share = std::min(1.0, std::max(0.0, after / gap_));
         product_.correct(share * share * share * gap_ / static_cast<double>(cones()), ds_.data(), dz_.data(), aim_.data());
         direction(aim_.data(), true);
-        return move(near * product_.longest(s_.data(), ds_.data(), 1.0 / near), near * product_.longest(z_, dz_.data(), 1.0 / near));
-    }
-
-    // Take steps of x and s, and of z: both the shorter one unless different ones leave less of rx. Residuals are carried
-    // along, (1 - second) rx + (first - second) P dx and (1 - first) rz, and computed anew near the end alone.
-    double move(double first, double second) {
-        const double shorter = std::min(first, second);
-        hessian_times(dx_.data(), again_.data());
-        for (std::size_t j = 0; j < p_.size; ++j) again_[j] = (1.0 - second) * rx_[j] + (first - second) * again_[j];
-        if (largest(again_.data(), p_.size) > (1.0 - shorter) * dual_) {
-            first = second = shorter;
-            for (std::size_t j = 0; j < p_.size; ++j) again_[j] = (1.0 - shorter) * rx_[j];
-        }
-        std::copy(again_.data(), again_.data() + p_.size, rx_.data());
-        for (std::size_t j = 0; j < p_.size; ++j) x_[j] += first * dx_[j];
+        const double step = 0.99 * std::min(product_.longest(s_.data(), ds_.data(), 1.0 / 0.99), product_.longest(z_, dz_.data(), 1.0 / 0.99));
+        for (std::size_t j = 0; j < p_.size; ++j) x_[j] += step * dx_[j];
         for (std::size_t i = 0; i < rows(); ++i) {
-            s_[i] += first * ds_[i];
-            z_[i] += second * dz_[i];
-            rz_[i] *= 1.0 - first;
+            s_[i] += step * ds_[i];
+            z_[i] += step * dz_[i];
         }
-        measure();
-        if (gap_ < coarse || gap_ <= 2.0 * tolerance_ * (1.0 + std::abs(cost_))) residuals();
-        return std::max(first, second);
+        return step;
     }
 
     const ChainProgramme &p_;
