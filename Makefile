@@ -39,7 +39,7 @@ test: $(VENV)/developing
 
 test-python: $(VENV)/developing
 	MINSNAP_CORE=python MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error $(PARALLEL) tests/optimisation tests/trajectory \
-		tests/test_planner.py tests/test_many.py tests/test_reference_values.py
+		tests/test_planner.py tests/many/test_many.py tests/test_reference_values.py
 
 clang: $(VENV)/developing
 	CXX=clang++ MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build --output build/clang/_core.bin
@@ -51,7 +51,7 @@ test-interpreter:
 	@rm -rf $(OTHER) && $(PYTHON) -m venv $(OTHER)
 	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) . pyyaml pytest pytest-xdist hypothesis
 	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest -W error $(PARALLEL) -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
-		$(addprefix $(CURDIR)/tests/,test_planner.py test_reference_values.py test_cards.py shapes optimisation/test_fallbacks.py cli/test_shape_commands.py)
+		$(addprefix $(CURDIR)/tests/,test_planner.py test_reference_values.py basics/test_cards.py paths/shapes optimisation/test_fallbacks.py cli/test_shape_commands.py)
 
 sanitize: $(VENV)/developing
 	MINSNAP_CXXFLAGS='-Werror -DMINSNAP_UNROLL= -DMINSNAP_INLINE=inline -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all' \

@@ -5,7 +5,7 @@ from time import perf_counter
 import numpy as np
 
 import minsnap
-from minsnap.routes.passage import find_passage
+from minsnap.paths.routes.passage import find_passage
 
 
 def maps():

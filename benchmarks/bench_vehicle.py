@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 import minsnap
 from minsnap.flight import CascadeController, GeometricController, compare, simulate, simulate_open_loop
-from minsnap.simulation.rotorpy import from_rotorpy, reorder_rotors
+from minsnap.flight.simulation.rotorpy import from_rotorpy, reorder_rotors
 from minsnap.vehicle import BodyDrag, Quadrotor, RigidBody, flat_states, specific_thrust, tilt_rate
 
 

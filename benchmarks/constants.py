@@ -15,7 +15,7 @@ import numpy as np
 from problems import DURATIONS, RECTANGLE, corridor, walk
 
 import minsnap
-from minsnap import tolerances
+from minsnap.basics import tolerances
 from minsnap.errors import MinsnapError
 from minsnap.optimisation import (
     axis_group,

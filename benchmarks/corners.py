@@ -14,7 +14,7 @@ from time import process_time
 import numpy as np
 
 import minsnap
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import MinsnapError
 
 SLOW = 1.0

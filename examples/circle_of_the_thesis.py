@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 from minsnap.flight import plot_experiment, run_experiment
+from minsnap.flight.thesis.experiment_report import experiment_text
 from minsnap.plot import save_figure
-from minsnap.thesis.experiment_report import experiment_text
 
 
 def main(folder: Path) -> None:

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 import minsnap
 from minsnap.flight import GeometricController, simulate
+from minsnap.flight.thesis import consistent_parasitic_drag, published_drag
 from minsnap.plot import save_figure, styled
-from minsnap.thesis import consistent_parasitic_drag, published_drag
 from minsnap.vehicle import Quadrotor
 
 

@@ -11,9 +11,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from minsnap.flight.thesis import (
+    PUBLISHED_PARASITIC,
+    PUBLISHED_PROPELLER,
+    consistent_parasitic_drag,
+    fit_drag,
+    published_drag,
+)
+from minsnap.flight.thesis.fit_figures import plot_coefficient_fit, plot_surface
 from minsnap.plot import save_figure, styled
-from minsnap.thesis import PUBLISHED_PARASITIC, PUBLISHED_PROPELLER, consistent_parasitic_drag, fit_drag, published_drag
-from minsnap.thesis.fit_figures import plot_coefficient_fit, plot_surface
 from minsnap.vehicle import RPM, Quadrotor, fit_thrust_coefficient
 
 NOISE = np.random.default_rng(2020)

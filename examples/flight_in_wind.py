@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 
 import minsnap
+from minsnap.flight.simulation import DrydenWind, GeometricController, simulate
+from minsnap.flight.tracking.comparison_plot import plot_comparison
+from minsnap.flight.tracking.simulated import compared, flight_figures
 from minsnap.plot import save_figure
-from minsnap.simulation import DrydenWind, GeometricController, simulate
-from minsnap.tracking.comparison_plot import plot_comparison
-from minsnap.tracking.simulated import compared, flight_figures
 from minsnap.vehicle import Quadrotor
 
 CORNERS = [(0, 0, 1), (3, 0, 1), (3, 2, 1.5), (0, 2, 1.5)]

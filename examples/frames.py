@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from minsnap.frames import FRAMES, get_frame, map_vectors, map_yaw
+from minsnap.files.frames import FRAMES, get_frame, map_vectors, map_yaw
 from minsnap.plot import save_figure, styled
 
 COLOURS = ("#d55e00", "#0072b2", "#009e73")

@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
-from minsnap.cards import Facts, card
-from minsnap.checks import is_number
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cards import Facts, card
+from minsnap.basics.checks import is_number
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.knot_regions import STORED, Placement, place
@@ -25,11 +27,9 @@ from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.corridors.passing import knot_positions, passing
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InputError, WaypointError
-from minsnap.messages import shown
 from minsnap.native import proved_extrema as native
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
-from minsnap.tolerances import EXACT
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.path_card import path_drawings
 from minsnap.trajectory.report import utilisation_facts

@@ -142,7 +142,7 @@ class FlightError(MinsnapError):
 
     Attributes
     ----------
-    report : minsnap.mavlink.StreamReport or None
+    report : minsnap.flight.mavlink.StreamReport or None
         What was flown until then.
     """
 
@@ -175,7 +175,7 @@ class DivergenceError(MinsnapError):
     ----------
     instant : float or None
         When the simulation was stopped, from the start of the flight [s].
-    flight : minsnap.simulation.Flight or None
+    flight : minsnap.flight.simulation.Flight or None
         The flight up to that instant.
     """
 

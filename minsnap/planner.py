@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy.typing as npt
 
-from minsnap.checks import (
+from minsnap.basics.checks import (
     check_closing,
     check_continuity,
     check_degree,
@@ -24,6 +24,8 @@ from minsnap.checks import (
     check_samples,
     check_words,
 )
+from minsnap.basics.deadline import NEVER, Deadline
+from minsnap.basics.progress import ProgressLine, told
 from minsnap.corridors.constraint import Constraint, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import check_dimension, is_table, read_columns, warn_magnitude
@@ -31,11 +33,9 @@ from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import as_constraints
-from minsnap.deadline import NEVER, Deadline
 from minsnap.errors import CorridorError, TimingError
 from minsnap.optimisation.planned_yaw import Yaw, asked_heading
 from minsnap.optimisation.problem import Task
-from minsnap.progress import ProgressLine, told
 from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.timing import Timed, Timing
 from minsnap.trajectory.report import Progress, Report

@@ -10,7 +10,7 @@ from oracles.curves import offsets
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 import minsnap
-from minsnap.cards import BAD, GOOD, card
+from minsnap.basics.cards import BAD, GOOD, card
 from minsnap.certificate import _continuity, continuity
 from minsnap.corridors.knot_regions import STORED
 from minsnap.corridors.margins import Margin, nearest_wall

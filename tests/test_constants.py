@@ -6,7 +6,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "minsnap"
 PAGE = PACKAGE.parent / "docs" / "constants.rst"
-CORE = ("tolerances.py", "polynomials/*.py", "corridors/*.py", "certificate.py", "optimisation/*.py")
+CORE = ("basics/tolerances.py", "polynomials/*.py", "corridors/*.py", "certificate.py", "optimisation/*.py")
 APART = ("grid_", "given_", "occupancy_", "planned_yaw")
 """Modules that read what users give: maps, waypoints and headings."""
 

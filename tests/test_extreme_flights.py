@@ -8,7 +8,7 @@ import pytest
 import minsnap
 from minsnap.errors import MinsnapError
 from minsnap.files.convert import read_any, write_any
-from minsnap.simulation import (
+from minsnap.flight.simulation import (
     CascadeController,
     ConstantWind,
     DrydenWind,
@@ -18,7 +18,7 @@ from minsnap.simulation import (
     simulate,
     simulate_open_loop,
 )
-from minsnap.tracking import compare, fit_flight, simulated_log
+from minsnap.flight.tracking import compare, fit_flight, simulated_log
 from minsnap.vehicle import Quadrotor
 
 P = np.array([(0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 0.5, 1.2)])

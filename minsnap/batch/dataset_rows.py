@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.batch.ranges import seed_of
 from minsnap.batch.requests import PlanRequest, request
 from minsnap.batch.spec import Spec

@@ -9,11 +9,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.text import read_text
 from minsnap.batch.spec import Spec
 from minsnap.errors import BatchError, FileError
-from minsnap.messages import shown
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.text import read_text
 
 SPEC, MANIFEST, DATASHEET = "_spec.json", "_manifest.json", "_datasheet"
 """Names that begin with an underscore are no data to whoever reads a folder of Parquet files."""

@@ -10,9 +10,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError
-from minsnap.messages import shown
-from minsnap.storage.reading import check_size, reading
 
 COLUMNS = (
     *("waypoints", "durations", "corridor", "waypoint_tolerance", "total_time", "time_weight", "limits"),

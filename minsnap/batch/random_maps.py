@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.corridors.grid_gaps import grown
 from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along
 from minsnap.errors import CorridorError

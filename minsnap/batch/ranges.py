@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import is_number, is_whole
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import is_number, is_whole
+from minsnap.basics.messages import shown
 from minsnap.errors import FileError
-from minsnap.messages import shown
 
 
 @dataclass(frozen=True)

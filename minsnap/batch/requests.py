@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, lengths_of
+from minsnap.basics.arrays import FloatArray, lengths_of
 from minsnap.batch.problem_table import read_cells
 from minsnap.batch.random_maps import boxes
 from minsnap.batch.ranges import Range, draws_of, seed_of

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.checks import is_number, is_whole
+from minsnap.basics.messages import shown
 from minsnap.batch.cluster import Counted, connected, write_shards
 from minsnap.batch.datasheet import write_datasheet
 from minsnap.batch.folder import claimed, is_complete, write_manifest
 from minsnap.batch.shards import Shard, ShardJob, made_with, read_shard, shard_name
 from minsnap.batch.spec import Spec
 from minsnap.batch.tally import Tally
-from minsnap.checks import is_number, is_whole
 from minsnap.errors import BatchError, FileError, InputError
-from minsnap.messages import shown
 
 TIMEOUT = 60.0
 """Seconds of processor time that a problem may take, unless told otherwise."""

@@ -10,6 +10,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import reading
 from minsnap.batch.columns import parquet_writer, schema
 from minsnap.batch.folder import belongs
 from minsnap.batch.problem_table import pyarrow_parquet
@@ -18,8 +20,6 @@ from minsnap.batch.spec import read_mapping
 from minsnap.batch.tally import Tally
 from minsnap.errors import BatchError
 from minsnap.native.library import core
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import reading
 
 GROUP_ROWS = 1024
 """Rows of a row group: so many are in memory at once."""

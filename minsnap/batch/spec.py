@@ -12,13 +12,13 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.checks import is_whole
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.text import load_yaml
 from minsnap.batch.problem_table import count_rows, digest_of
 from minsnap.batch.ranges import Range, read_range
-from minsnap.checks import is_whole
 from minsnap.errors import FileError
 from minsnap.limits.limits import Limits
-from minsnap.messages import shown
-from minsnap.storage.text import load_yaml
 
 BIGGEST = 1e6
 """Greatest length [m], duration [s] and limit that a specification may name."""

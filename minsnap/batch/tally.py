@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 
 MEASURED = ("legs", "duration", "cost", "corridor_margin", "max_speed", "max_acceleration", "max_jerk", "max_snap")
 """Columns whose ranges are kept."""

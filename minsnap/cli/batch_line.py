@@ -7,7 +7,7 @@ from collections.abc import Callable
 from time import monotonic
 from typing import TextIO
 
-from minsnap.progress import ProgressLine
+from minsnap.basics.progress import ProgressLine
 
 APART = 30.0
 """Seconds between two lines where no terminal is, which shows one in place."""

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from minsnap.basics.storage.text_columns import aligned, labelled
 from minsnap.cli import options
 from minsnap.cli.app import app
 from minsnap.errors import InputError
-from minsnap.storage.text_columns import aligned, labelled
 
 if TYPE_CHECKING:
     from minsnap.files.consistency import AxisFigures, ConsistencyReport

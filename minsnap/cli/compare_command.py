@@ -16,7 +16,7 @@ from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.files.logs.flight_log import FlightLog
-    from minsnap.tracking.log_comparison import ComparedFlight
+    from minsnap.flight.tracking.log_comparison import ComparedFlight
     from minsnap.trajectory.samples import Samples
 
 
@@ -57,8 +57,8 @@ def compare(
     found = _compared(reference, flights, frame, align, max_delay)
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in found.items()}
     if plot is not None:
+        from minsnap.flight.tracking.comparison_plot import plot_comparison
         from minsnap.plot.figures import save_figure
-        from minsnap.tracking.comparison_plot import plot_comparison
 
         save_figure(plot_comparison(found, view or "xy"), plot)
     _say(found, kept, json)
@@ -89,9 +89,9 @@ def _flights(
 ) -> list[ComparedFlight]:
     """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
     from minsnap.files.flights import load_flight, load_log
-    from minsnap.tracking.comparison import compare as compare_samples
-    from minsnap.tracking.comparison import moved
-    from minsnap.tracking.log_comparison import ComparedFlight, compare_in_log
+    from minsnap.flight.tracking.comparison import compare as compare_samples
+    from minsnap.flight.tracking.comparison import moved
+    from minsnap.flight.tracking.log_comparison import ComparedFlight, compare_in_log
 
     log = None if path == reference else load_log(path)
     if log is not None and log.reference is not None and log.flight is not None:
@@ -145,7 +145,7 @@ def _say(found: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], json
 
         print(as_json({name: one.comparison.as_dict() | _place(one) | kept[name] for name, one in found.items()}))
         return
-    from minsnap.tracking.comparison_table import comparison_text
+    from minsnap.flight.tracking.comparison_table import comparison_text
 
     print(comparison_text({name: one.comparison for name, one in found.items()}))
     for name, one in found.items():

@@ -10,7 +10,7 @@ import threading
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from minsnap.mavlink.stream_options import StreamStatus
+    from minsnap.flight.mavlink.stream_options import StreamStatus
 
 _WIDTH = 30
 _INTERVAL = 0.2

@@ -46,10 +46,10 @@ def experiment(
     json: options.Json = False,
 ) -> None:
     """Repeat a published experiment in simulation: tracking error with and without drag compensation."""
-    from minsnap.simulation.sensors import Sensors
-    from minsnap.storage.atomic import check_destination
-    from minsnap.thesis.experiment import models_of, run_experiment
-    from minsnap.thesis.experiment_report import experiment_dict, experiment_text
+    from minsnap.basics.storage.atomic import check_destination
+    from minsnap.flight.simulation.sensors import Sensors
+    from minsnap.flight.thesis.experiment import models_of, run_experiment
+    from minsnap.flight.thesis.experiment_report import experiment_dict, experiment_text
 
     check_figure(plot, view)
     if plot is not None:
@@ -68,12 +68,12 @@ def experiment(
         progress=on_terminal(json),
     )
     if output is not None:
-        from minsnap.thesis.experiment_report import write_flights
+        from minsnap.flight.thesis.experiment_report import write_flights
 
         write_flights(found, output)
     if plot is not None:
+        from minsnap.flight.thesis.experiment_plot import plot_experiment
         from minsnap.plot.figures import save_figure
-        from minsnap.thesis.experiment_plot import plot_experiment
 
         save_figure(plot_experiment(found, view or "xy"), plot)
     if json:

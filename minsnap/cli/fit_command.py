@@ -12,9 +12,9 @@ from minsnap.cli.app import app
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.thesis.fit_table import TableFit
-    from minsnap.tracking.flight_fit import FlightFit
-    from minsnap.tracking.regression import FittedNumber
+    from minsnap.flight.thesis.fit_table import TableFit
+    from minsnap.flight.tracking.flight_fit import FlightFit
+    from minsnap.flight.tracking.regression import FittedNumber
 
 
 @app.command()
@@ -55,7 +55,7 @@ def fit(
         return
     if output is not None or base is not None or mass is not None:
         raise InputError("--output, --base and --mass are for logs of flights: leave them out with --form")
-    from minsnap.thesis.fit_table import fit_table, plot_table_fit
+    from minsnap.flight.thesis.fit_table import fit_table, plot_table_fit
 
     found = fit_table(file, form)
     if plot is not None:
@@ -68,13 +68,13 @@ def fit(
 def _fit_flight(
     file: Path, output: Path | None, base: Path | None, mass: float | None, plot: Path | None, json: bool
 ) -> None:
-    from minsnap.tracking.flight_fit import default_name, fit_flight
+    from minsnap.flight.tracking.flight_fit import default_name, fit_flight
     from minsnap.vehicle import read_vehicle
 
     found = fit_flight(file)
     if plot is not None:
+        from minsnap.flight.tracking.flight_fit_plot import plot_flight_fit
         from minsnap.plot.figures import save_figure
-        from minsnap.tracking.flight_fit_plot import plot_flight_fit
 
         save_figure(plot_flight_fit(found), plot)
     if output is not None:

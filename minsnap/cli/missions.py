@@ -10,14 +10,14 @@ from minsnap.cli.planning import Planning
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.missions.course import Course
-    from minsnap.missions.mission import Mission
+    from minsnap.paths.missions.course import Course
+    from minsnap.paths.missions.mission import Mission
 
 
 def course_of(file: Path) -> Course:
     """Return the waypoints of a file as a course."""
     from minsnap.files.waypoints import read_waypoints
-    from minsnap.missions.course import Course, Stop
+    from minsnap.paths.missions.course import Course, Stop
 
     found = read_waypoints(file)
     if found.durations is not None or found.yaw is not None:
@@ -28,7 +28,7 @@ def course_of(file: Path) -> Course:
 
 def fly_course(course: Course, planning: Planning, destination: Destination) -> None:
     """Plan a course and deliver it."""
-    from minsnap.missions.mission import plan_mission
+    from minsnap.paths.missions.mission import plan_mission
 
     asked = planning.arguments()
     refused = [name for name in ("total_time", "time_weight", "split") if name in asked]

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure
 
+    from minsnap.flight.mavlink.compensation import FeedForward
     from minsnap.limits.limits import Limits
-    from minsnap.mavlink.compensation import FeedForward
     from minsnap.trajectory.path import Path
     from minsnap.trajectory.samples import Samples
 
@@ -51,7 +51,7 @@ class Destination:
     no_clobber : bool
         Refuse to replace files.
     drag, vehicle, lead : float, str or None, float
-        What to offset by feed-forward in setpoints (:class:`~minsnap.mavlink.compensation.FeedForward`).
+        What to offset by feed-forward in setpoints (:class:`~minsnap.flight.mavlink.compensation.FeedForward`).
 
     Raises
     ------
@@ -78,8 +78,8 @@ class Destination:
     lead: options.Lead = 0.0
 
     def __post_init__(self) -> None:
-        from minsnap.frames import get_frame
-        from minsnap.storage.atomic import check_destination
+        from minsnap.basics.storage.atomic import check_destination
+        from minsnap.files.frames import get_frame
         from minsnap.trajectory.path import sample_times
 
         get_frame(self.frame)
@@ -113,7 +113,7 @@ class Destination:
         return bool(self.drag) or self.vehicle is not None or bool(self.lead)
 
     def _feed_forward(self) -> FeedForward:
-        from minsnap.mavlink.compensation import FeedForward
+        from minsnap.flight.mavlink.compensation import FeedForward
 
         return FeedForward(self.drag, None if self.vehicle is None else vehicle_of(self.vehicle), self.lead)
 

@@ -17,7 +17,7 @@ from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.files.plan_request import SceneRequest
-    from minsnap.missions.course import Course
+    from minsnap.paths.missions.course import Course
 
 
 @app.command()
@@ -44,10 +44,10 @@ def plan(
     A YAML file may also say how: total time, limits, corridor and more, as the studio saves it; options come first. A
     plan that was written as .json or .yaml is taken as it is, with its corridor and limits, and certified again.
     """
+    from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.formats.polynomials import is_polynomials
     from minsnap.files.request_yaml import read_request
     from minsnap.planner import plan as plan_path
-    from minsnap.storage.atomic import refuse_source
 
     if destination.output is not None:
         refuse_source(destination.output, file)
@@ -80,7 +80,7 @@ def _home(file: Path) -> tuple[float, ...] | None:
 def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: bool) -> Course | None:
     """Return what is flown as a course: a file that describes one, or waypoints with laps, take-off or landing."""
     from minsnap.files.request_yaml import is_request
-    from minsnap.missions.course_file import is_course, read_course
+    from minsnap.paths.missions.course_file import is_course, read_course
 
     described = file.suffix.lower() in (".yaml", ".yml") and not is_request(file) and is_course(file)
     if not (described or laps is not None or takeoff or land):
@@ -134,7 +134,7 @@ def _asked(found: SceneRequest, chosen: dict[str, Any], searched: bool) -> dict[
     """Return the arguments of the file, options in their place, and durations from the average speed without any."""
     import numpy as np
 
-    from minsnap.shapes.straight import leg_durations
+    from minsnap.paths.shapes.straight import leg_durations
 
     asked = found.arguments()
     if searched:

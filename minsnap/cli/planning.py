@@ -140,7 +140,7 @@ class RectanglePlanning(Planning):
         chosen = super().limits
         if chosen is not None or self.time is not None or self.time_weight is not None:
             return chosen
-        from minsnap.shapes.straight import rectangle_limits
+        from minsnap.paths.shapes.straight import rectangle_limits
 
         return rectangle_limits()
 

@@ -30,11 +30,11 @@ def plot(
     no_clobber: options.NoClobber = False,
 ) -> None:
     """Draw a file: the path, and its position, derivatives and heading against time; or the flight, moving."""
+    from minsnap.basics.storage.atomic import check_destination
     from minsnap.files.convert import read_samples
     from minsnap.files.waypoints import read_waypoints
     from minsnap.plot.animation import ENDINGS, animate_path, check_animation_name
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
-    from minsnap.storage.atomic import check_destination
 
     if corridor is not None and waypoints is None:
         raise InputError("--corridor is around the legs between waypoints: give them with --waypoints FILE")

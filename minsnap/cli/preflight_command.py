@@ -13,8 +13,8 @@ from minsnap.cli.app import app
 from minsnap.errors import InputError, LinkError
 
 if TYPE_CHECKING:
-    from minsnap.mavlink.parameters import Parameters
-    from minsnap.mavlink.preflight import Finding
+    from minsnap.flight.mavlink.parameters import Parameters
+    from minsnap.flight.mavlink.preflight import Finding
 
 
 @app.command()
@@ -39,11 +39,11 @@ def preflight(
     Nothing is written unless ``--set`` names it. Exit status 1 if something does not fit.
     """
     from minsnap.files.setpoint_csv import read_csv
-    from minsnap.mavlink.autopilot import get_autopilot
-    from minsnap.mavlink.link import open_link
-    from minsnap.mavlink.parameters import Parameters
-    from minsnap.mavlink.preflight import FlightNeeds, check_parameters, flight_needs, rule_parameters
-    from minsnap.mavlink.schedule import Clock
+    from minsnap.flight.mavlink.autopilot import get_autopilot
+    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.parameters import Parameters
+    from minsnap.flight.mavlink.preflight import FlightNeeds, check_parameters, flight_needs, rule_parameters
+    from minsnap.flight.mavlink.schedule import Clock
 
     needs = FlightNeeds() if file is None else flight_needs(read_csv(file, frame))
     wanted, clock = _assignments(change or []), Clock()

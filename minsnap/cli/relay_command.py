@@ -11,7 +11,7 @@ import typer
 from minsnap.cli.app import app
 
 if TYPE_CHECKING:
-    from minsnap.mocap.relay import RelayReport
+    from minsnap.flight.mocap.relay import RelayReport
 
 
 @app.command()
@@ -33,10 +33,10 @@ def relay(
     PX4's default estimator fuses vision and odometry; odometry-mocap (ODOMETRY as from motion capture) and mocap
     (ATT_POS_MOCAP) go to topics that it does not read. Rate and latency are printed once per second.
     """
-    from minsnap.mavlink.link import open_link
-    from minsnap.mavlink.schedule import Clock
-    from minsnap.mocap.opening import open_source
-    from minsnap.mocap.relay import Relay
+    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.schedule import Clock
+    from minsnap.flight.mocap.opening import open_source
+    from minsnap.flight.mocap.relay import Relay
 
     clock = Clock()
     link = open_link(target, clock)

@@ -17,7 +17,7 @@ from minsnap.cli.points import PointCommand, parse_point, point_option
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.routes.plan_route import Route
+    from minsnap.paths.routes.plan_route import Route
 
 START, GOAL = point_option("--start", "Where to fly from"), point_option("--goal", "Where to fly to")
 
@@ -68,7 +68,7 @@ def route(
     Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given. Exit status 1 if no way is
     wide enough.
     """
-    from minsnap.routes.plan_route import plan_through
+    from minsnap.paths.routes.plan_route import plan_through
 
     ends = parse_point("--start", start), parse_point("--goal", goal)
     asked = reading.arguments() | timing.arguments() | destination.search
@@ -84,7 +84,7 @@ def _source(file: Path, transpose: bool) -> Any:
         return file
     if file.suffix.lower() != ".npy":
         raise InputError(f"--transpose is for arrays: {file} says which axis is which")
-    from minsnap.routes.map_files import read_array
+    from minsnap.paths.routes.map_files import read_array
 
     cells = read_array(file)
     return cells.swapaxes(0, 1) if cells.ndim > 1 else cells

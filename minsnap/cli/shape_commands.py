@@ -33,7 +33,7 @@ def rect(
 
     Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given.
     """
-    from minsnap.shapes import rectangle
+    from minsnap.paths.shapes import rectangle
 
     asked = planning.arguments() | {
         "corridor": planning.walls,
@@ -56,7 +56,7 @@ def line(
     constant_speed: Annotated[bool, typer.Option("--constant-speed", help="Equal steps from end to end.")] = False,
 ) -> None:
     """Plan a straight line, from rest to rest or at constant speed."""
-    from minsnap.shapes import line as plan_line
+    from minsnap.paths.shapes import line as plan_line
 
     search = {} if constant_speed else destination.search
     path = plan_line(start, goal, constant_speed=constant_speed, **timing.arguments(), **search)
@@ -72,7 +72,7 @@ def circle(
     start_angle: StartAngle = 0.0,
 ) -> None:
     """Trace a circle, from rest to rest unless the ramp is 0."""
-    from minsnap.shapes import circle as trace
+    from minsnap.paths.shapes import circle as trace
 
     destination.deliver(trace(radius, start_angle=radians(start_angle), **turning.arguments()), limits=turning.limits)
 
@@ -87,7 +87,7 @@ def helix(
     start_angle: StartAngle = 0.0,
 ) -> None:
     """Trace a helix from an altitude upwards, or downwards with a negative pitch."""
-    from minsnap.shapes import helix as trace
+    from minsnap.paths.shapes import helix as trace
 
     destination.deliver(
         trace(radius, pitch, start_angle=radians(start_angle), **turning.arguments()), limits=turning.limits
@@ -103,6 +103,6 @@ def eight(
     width: Annotated[float, typer.Option("--width", metavar="M", help="Extent along y [m].")] = 3.0,
 ) -> None:
     """Trace a figure of eight (a lemniscate) from its crossing."""
-    from minsnap.shapes import lemniscate
+    from minsnap.paths.shapes import lemniscate
 
     destination.deliver(lemniscate(length, width, **turning.arguments()), limits=turning.limits)

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from minsnap.basics.storage.text_columns import labelled
 from minsnap.cli import options
 from minsnap.cli.app import app
 from minsnap.cli.output import check_figure, on_terminal
 from minsnap.cli.vehicles import CONTROLLER_HELP, VEHICLE_HELP, Triple, controller_of, vehicle_of, wind_of
 from minsnap.errors import InputError
-from minsnap.storage.text_columns import labelled
 
 if TYPE_CHECKING:
-    from minsnap.simulation.flight_record import Flight
+    from minsnap.flight.simulation.flight_record import Flight
 
 
 @app.command()
@@ -44,11 +44,11 @@ def simulate(
     json: options.Json = False,
 ) -> None:
     """Simulate a flight along a path: how far the vehicle was from it, and what it took of the vehicle."""
+    from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.convert import read_any
-    from minsnap.simulation.closed_loop import simulate as fly
-    from minsnap.simulation.sensors import Sensors
-    from minsnap.storage.atomic import refuse_source
-    from minsnap.tracking.simulated import flight_figures
+    from minsnap.flight.simulation.closed_loop import simulate as fly
+    from minsnap.flight.simulation.sensors import Sensors
+    from minsnap.flight.tracking.simulated import flight_figures
 
     check_figure(plot, view if plot else None)
     _check_files(output, plot, animate, view)
@@ -68,8 +68,8 @@ def simulate(
 
 def _check_files(output: Path | None, plot: Path | None, animate: Path | None, view: str | None) -> None:
     """Check the names of all files before the simulation."""
+    from minsnap.basics.storage.atomic import check_destination
     from minsnap.plot.animation import check_animation_name
-    from minsnap.storage.atomic import check_destination
 
     if animate is not None:
         check_animation_name(animate, view or "xy")
@@ -96,9 +96,9 @@ def _write(
 
         write_csv(flight.at_rate(50.0), output)
     if plot is not None:
+        from minsnap.flight.tracking.comparison_plot import plot_comparison
+        from minsnap.flight.tracking.simulated import compared
         from minsnap.plot.figures import save_figure
-        from minsnap.tracking.comparison_plot import plot_comparison
-        from minsnap.tracking.simulated import compared
 
         save_figure(plot_comparison({"simulated": compared(flight)}, view), plot)
     if animate is not None:

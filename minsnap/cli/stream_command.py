@@ -16,8 +16,8 @@ from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.mavlink.stream_options import StreamOptions, StreamReport
-    from minsnap.mavlink.streaming import Streamer
+    from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
+    from minsnap.flight.mavlink.streaming import Streamer
 
 
 @app.command()
@@ -87,9 +87,9 @@ def stream(
     is held. Ctrl-C stops and holds until the mode is left; a second one leaves the vehicle to its own failsafe. Exit
     status 1 if the flight was refused or stopped by a rule of safety.
     """
-    from minsnap.mavlink.compensation import FeedForward
-    from minsnap.mavlink.safety import SafetyRules
-    from minsnap.mavlink.stream_options import StreamOptions
+    from minsnap.flight.mavlink.compensation import FeedForward
+    from minsnap.flight.mavlink.safety import SafetyRules
+    from minsnap.flight.mavlink.stream_options import StreamOptions
 
     craft = None if vehicle is None else vehicle_of(vehicle)
     settings = StreamOptions(
@@ -118,10 +118,10 @@ def stream(
 def _fly(file: Path, connect: str, settings: StreamOptions, system: int | None, key: Path | None) -> StreamReport:
     """Fly with a display on stderr; Ctrl-C stops the flight and holds."""
     from minsnap.cli.display import Display
-    from minsnap.mavlink.link import open_link
-    from minsnap.mavlink.offboard import prepare
-    from minsnap.mavlink.schedule import Clock
-    from minsnap.mavlink.streaming import Streamer
+    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.offboard import prepare
+    from minsnap.flight.mavlink.schedule import Clock
+    from minsnap.flight.mavlink.streaming import Streamer
 
     table, clock = prepare(file, settings), Clock()
     link = open_link(connect, clock, system=system, signing_key=key)

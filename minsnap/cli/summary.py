@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from minsnap.basics.storage.text_columns import labelled
 from minsnap.limits.kinds import KIND
-from minsnap.storage.text_columns import labelled
 
 if TYPE_CHECKING:
     import numpy.typing as npt

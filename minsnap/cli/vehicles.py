@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
-    from minsnap.simulation.controllers.controller import Controller
-    from minsnap.simulation.wind import Wind
+    from minsnap.flight.simulation.controllers.controller import Controller
+    from minsnap.flight.simulation.wind import Wind
     from minsnap.vehicle.quadrotor import Quadrotor
 
 Triple = tuple[float, float, float]
@@ -39,8 +39,8 @@ def vehicle_of(name: str) -> Quadrotor:
 
 def controller_of(name: str, references: str) -> Controller:
     """Return a controller by its name; ``references`` is what the cascade follows."""
-    from minsnap.simulation.controllers.cascade import CascadeController
-    from minsnap.simulation.controllers.geometric import GeometricController
+    from minsnap.flight.simulation.controllers.cascade import CascadeController
+    from minsnap.flight.simulation.controllers.geometric import GeometricController
 
     if name == "cascade":
         return CascadeController(references=references)
@@ -51,6 +51,6 @@ def controller_of(name: str, references: str) -> Controller:
 
 def wind_of(mean: Triple, gust: float, seed: int) -> Wind:
     """Return a constant wind, or one with Dryden gusts of an intensity [m/s]."""
-    from minsnap.simulation.wind import ConstantWind, DrydenWind
+    from minsnap.flight.simulation.wind import ConstantWind, DrydenWind
 
     return DrydenWind(mean, (gust, gust, 0.5 * gust), seed=seed) if gust else ConstantWind(mean)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly, bounded, numbers
-from minsnap.checks import SIZE
+from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.checks import SIZE
 from minsnap.corridors.constraint import Faces, Walls, leg_scales
 from minsnap.errors import CorridorError
 

@@ -19,10 +19,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
+from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
+from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
 from minsnap.polynomials.enclosures import Enclosure, derivative
-from minsnap.tolerances import EXACT
 from minsnap.trajectory.trajectory import Trajectory
 
 

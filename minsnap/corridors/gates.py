@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers
-from minsnap.checks import check_array
+from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.checks import check_array
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import WaypointError
-from minsnap.messages import shown
-from minsnap.tolerances import EXACT, ROUNDING
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import is_whole
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import is_whole
+from minsnap.basics.messages import shown
 from minsnap.errors import MagnitudeWarning, WaypointError
-from minsnap.messages import shown
 
 AXES = ("x", "y", "z")
 BESIDE = ("yaw", "t", "time", "duration")

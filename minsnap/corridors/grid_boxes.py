@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, IntArray
+from minsnap.basics.arrays import BoolArray, IntArray
 
 CellBox = tuple[IntArray, IntArray]
 """Lower corner and upper corner (excluded), in cells."""

@@ -6,8 +6,8 @@ from itertools import product
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.tolerances import ROUNDING
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.tolerances import ROUNDING
 
 FEW_SHIFTS = 500
 """Shifts of the grid up to which growing by shifts is quicker than a distance transform."""

@@ -6,10 +6,10 @@ from itertools import permutations
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.checks import point_text
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.checks import point_text
+from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
-from minsnap.tolerances import EXACT
 
 
 def visited(shape: IntArray, points: FloatArray, size: FloatArray, corner: FloatArray) -> IntArray:

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded
-from minsnap.checks import is_whole
+from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded
+from minsnap.basics.checks import is_whole
+from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import as_numbers, check_dim
 from minsnap.corridors.constraint import Faces, Walls, leg_scales
 from minsnap.errors import CorridorError
-from minsnap.messages import shown
 
 
 @dataclass(frozen=True, eq=False)

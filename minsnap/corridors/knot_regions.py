@@ -9,16 +9,16 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import SMALLEST, FloatArray, bounded, numbers
-from minsnap.checks import check_array, check_waypoints, point_text
+from minsnap.basics.arrays import SMALLEST, FloatArray, bounded, numbers
+from minsnap.basics.checks import check_array, check_waypoints, point_text
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.gates import Ball, Gate, without_gates
 from minsnap.corridors.regions import KnotRegion, ball_region, gate_region
 from minsnap.corridors.room import Room
 from minsnap.errors import CorridorError, WaypointError
-from minsnap.messages import shown
 from minsnap.polynomials.enclosures import UNIT
-from minsnap.tolerances import EXACT
 
 STORED = 8.0 * UNIT
 """Error of a stored position, relative to the largest."""

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import EXACT
 from minsnap.errors import SolverError
-from minsnap.tolerances import EXACT
 
 HalfSpaceRows = tuple[FloatArray, FloatArray]
 """A (m, dim) with rows of unit length, and b (m,)."""

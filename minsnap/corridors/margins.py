@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones, Faces, Walls
 from minsnap.native import proved_extrema as native
 from minsnap.polynomials.enclosures import UNIT

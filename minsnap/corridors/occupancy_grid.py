@@ -12,15 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import BoolArray, FloatArray, numbers
-from minsnap.checks import check_array, check_distance, check_waypoints
+from minsnap.basics.arrays import BoolArray, FloatArray, numbers
+from minsnap.basics.checks import check_array, check_distance, check_waypoints
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.grid_boxes import inflated, pruned
 from minsnap.corridors.grid_gaps import grown
 from minsnap.corridors.grid_path import connected, visited
 from minsnap.errors import CorridorError
-from minsnap.messages import shown
-from minsnap.tolerances import EXACT
 
 
 @dataclass(frozen=True, eq=False)

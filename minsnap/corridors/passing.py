@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.knot_regions import Placement
-from minsnap.tolerances import EXACT
 from minsnap.trajectory.trajectory import Trajectory
 
 

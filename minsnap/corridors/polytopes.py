@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, ReadOnly
+from minsnap.basics.arrays import FloatArray, ReadOnly
 from minsnap.corridors.boxes import axis_name, check_legs
 from minsnap.corridors.constraint import Walls, leg_scales
 from minsnap.corridors.half_spaces import half_space_rows, of_unit_length, one_sided

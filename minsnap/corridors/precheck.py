@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
-from minsnap.checks import DERIVATIVES, point_text
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.checks import DERIVATIVES, point_text
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Cones, Walls
 from minsnap.corridors.knot_regions import Placement
 from minsnap.errors import CorridorError, WaypointError
-from minsnap.tolerances import ROUNDING
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray, own_arrays
 from minsnap.corridors.gates import Gate
 
 

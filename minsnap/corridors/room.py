@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly
+from minsnap.basics.arrays import FloatArray, ReadOnly
 from minsnap.corridors.boxes import box_faces, check_bounds, check_dim
 from minsnap.corridors.constraint import Constraint, Walls, leg_scales
 from minsnap.errors import CorridorError

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, lengths_of, numbers
-from minsnap.checks import beyond
+from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, bounded, lengths_of, numbers
+from minsnap.basics.checks import beyond
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
 from minsnap.errors import CorridorError
-from minsnap.messages import shown
-from minsnap.tolerances import ROUNDING
 
 
 def leg_projections(waypoints: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.trajectory.samples import Samples
 
 _Column = tuple[str, FloatArray | None]

@@ -13,9 +13,9 @@ from typing import Any
 from minsnap.errors import FileError, FrameError
 from minsnap.files.format import Content, Format, Writing
 from minsnap.files.formats.pieces import polynomials_of
-from minsnap.frames import get_frame
-from minsnap.shapes.phase import PhasePath
+from minsnap.files.frames import get_frame
 from minsnap.trajectory.path import Path as Curve
+from minsnap.trajectory.phase import PhasePath
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 

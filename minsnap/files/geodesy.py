@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 
 SEMI_MAJOR = 6_378_137.0
 """Semi-major axis of the ellipsoid of WGS 84 [m]."""

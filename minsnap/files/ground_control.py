@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, ReadOnly
+from minsnap.basics.arrays import FloatArray, ReadOnly
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError
 from minsnap.files.geodesy import local_positions
-from minsnap.messages import shown
-from minsnap.storage.reading import reading
-from minsnap.storage.text import read_text
 
 LARGEST = 64_000_000
 """Bytes of the largest mission that is read."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import WaypointError

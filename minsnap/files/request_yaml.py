@@ -8,16 +8,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from minsnap.checks import is_whole
+from minsnap.basics.checks import is_whole
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import finite_number
+from minsnap.basics.storage.text import load_yaml
 from minsnap.errors import FileError
+from minsnap.files.frames import FRAMES
 from minsnap.files.plan_request import RESERVE, VEHICLES, Box, Point, SceneRequest
 from minsnap.files.waypoints import Waypoints, read_waypoints, waypoints_of
-from minsnap.frames import FRAMES
 from minsnap.limits.kinds import KIND
-from minsnap.messages import shown
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import finite_number
-from minsnap.storage.text import load_yaml
 
 FURTHER = ("total_time", "limits", "corridor", "boxes", "room", "degree", "continuity", "pieces", "closed", "view")
 """Keys of a request beyond those of a waypoint file."""

@@ -8,15 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import check_array
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_array
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.table import read_table
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
+from minsnap.files.frames import get_frame, map_samples
 from minsnap.files.sidecar import frame_of, note_frame
-from minsnap.frames import get_frame, map_samples
-from minsnap.messages import shown
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.table import read_table
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
@@ -60,8 +60,8 @@ def write_csv(
     rate : float
         Samples per second of a path [Hz].
     frame : str
-        Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.frames.FRAMES`. One that is not ENU is
-        noted in ``NAME.csv.meta`` beside it, so that readers know it.
+        Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.files.frames.FRAMES`. One that is not
+        ENU is noted in ``NAME.csv.meta`` beside it, so that readers know it.
     clobber : bool
         False: a destination that exists is an error.
     origin : sequence of 3 float, optional

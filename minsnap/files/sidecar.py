@@ -15,12 +15,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError, FrameError
-from minsnap.frames import get_frame
-from minsnap.messages import shown
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import reading
-from minsnap.storage.text import read_text
+from minsnap.files.frames import get_frame
 
 ENDING = ".meta"
 UNITS = "m, s, rad"

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, ReadOnly
+from minsnap.basics.arrays import FloatArray, ReadOnly
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.loose_table import LooseColumns, read_loose_table
+from minsnap.basics.storage.reading import finite_number
+from minsnap.basics.storage.text import load_yaml
 from minsnap.errors import FileError
-from minsnap.messages import shown
-from minsnap.storage.loose_table import LooseColumns, read_loose_table
-from minsnap.storage.reading import finite_number
-from minsnap.storage.text import load_yaml
 
 COLUMNS = ("x", "y", "z", "yaw", "duration")
 """Columns of a waypoint file; the first two must be there."""

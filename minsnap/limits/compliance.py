@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from minsnap.basics.tolerances import EXACT
 from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import leg_at
 from minsnap.limits.yaw_rate import largest_yaw_rate
-from minsnap.tolerances import EXACT
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 

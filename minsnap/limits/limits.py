@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from minsnap.arrays import GRAVITY, FloatArray
-from minsnap.checks import check_positive, is_number
+from minsnap.basics.arrays import GRAVITY, FloatArray
+from minsnap.basics.checks import check_positive, is_number
+from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.kinds import KIND, KINDS, Kind
@@ -19,7 +20,6 @@ from minsnap.limits.measures import MEASURES, Extent, Motion, exact_motion
 from minsnap.limits.utilisation import measured
 from minsnap.limits.vehicle_drag import medium_of
 from minsnap.limits.vehicle_use import measure_vehicle
-from minsnap.messages import shown
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory

@@ -14,12 +14,12 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.corridors.constraint import Balls, Faces, Walls
 from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
 from minsnap.polynomials.ratios import largest_ratio
-from minsnap.tolerances import EXACT, ROUNDING
 from minsnap.trajectory.medium import Medium, norm
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.polynomials.bernstein import differentiate, elevate, subdivide
 from minsnap.polynomials.intervals import Interval, Vector, along, dot, length, plus, times
 from minsnap.trajectory.medium import Medium

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.polynomials.intervals import Interval, Vector, along, cross, dot, length, plus, times
 
 if TYPE_CHECKING:

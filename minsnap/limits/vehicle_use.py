@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.errors import LimitError
 from minsnap.limits.kinds import KIND
 from minsnap.limits.proved_bound import MARGIN, Lift, proved

@@ -6,7 +6,7 @@ from ctypes import c_double, c_int64, c_void_p
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.native.library import Entry, address
 from minsnap.native.status import Status
 

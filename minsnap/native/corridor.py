@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.tolerances import GAP
 from minsnap.native.library import Entry, address, optional_address
 from minsnap.native.status import Status
-from minsnap.tolerances import GAP
 
 WALL_TYPES = (c_int64, *[c_void_p] * 8, c_int64, c_void_p)
 """ctypes of what ``wall_arguments`` returns."""

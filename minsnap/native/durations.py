@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import GAP
 from minsnap.native.corridor import WALL_TYPES, CorridorQuestion, wall_arguments
 from minsnap.native.library import Entry, address, optional_address
 from minsnap.native.status import Status
-from minsnap.tolerances import GAP
 
 _CHAIN = (*[c_void_p] * 2, c_int64, *[c_void_p] * 3)
 """States at the ends; pins: how many, knots, masks, values."""

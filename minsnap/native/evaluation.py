@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, numbers
+from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.native.library import Entry, address, writable
 
 _MANY = Entry("minsnap_evaluate", c_void_p, c_int32, c_void_p, c_int64, c_void_p)

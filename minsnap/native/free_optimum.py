@@ -7,7 +7,7 @@ from ctypes import c_int32, c_int64, c_void_p
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.native.library import Entry, address, writable
 from minsnap.native.status import Status
 

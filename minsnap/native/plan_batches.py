@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.tolerances import GAP
 from minsnap.native.library import Entry, address, optional_address
-from minsnap.tolerances import GAP
 
 _SOLVE = Entry(
     "minsnap_many",

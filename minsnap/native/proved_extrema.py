@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.library import Entry, address, optional_address
 from minsnap.native.status import Status
 from minsnap.polynomials import extrema

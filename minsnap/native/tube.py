@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import GAP
 from minsnap.native.library import Entry, address, writable
-from minsnap.tolerances import GAP
 
 _SOLVE = Entry(
     "minsnap_tube",

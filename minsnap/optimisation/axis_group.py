@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.tolerances import EXACT
 from minsnap.optimisation.equalities import Equalities, joined, jump_rows, onto, plane_rows
 from minsnap.optimisation.normalised_constraints import Compiled
 from minsnap.optimisation.preconditioning import Space, Whitened, make_space
 from minsnap.optimisation.qp import Programme
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import RowSet
-from minsnap.tolerances import EXACT
 
 REACH = 4
 """Pieces on either side of new rows for which a QP is solved again, where these are few."""

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.polynomials.bernstein import squared_norm
-from minsnap.tolerances import ROUNDING
 
 
 @dataclass(frozen=True, eq=False)

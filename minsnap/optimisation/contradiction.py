@@ -22,13 +22,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.optimisation.elastic import Relaxed
 from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
-from minsnap.tolerances import EXACT, ROUNDING
 
 if TYPE_CHECKING:
     from minsnap.native.corridor import WallArrays

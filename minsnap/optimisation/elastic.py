@@ -18,7 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import SolverError
 from minsnap.optimisation.effort import ALONE, Effort
 from minsnap.optimisation.linear_rows import LinearRows
@@ -38,7 +39,6 @@ from minsnap.optimisation.slack_programme import (
     least_sum,
 )
 from minsnap.polynomials.extrema import maxima
-from minsnap.tolerances import ROUNDING
 
 ACCURACY = 3e-4
 """Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""

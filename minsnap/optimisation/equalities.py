@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.optimisation.reduced_qp import Problem
 
 

@@ -15,8 +15,8 @@ from enum import Enum
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.deadline import NEVER, Deadline
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.optimisation.master_qp import Answer, MasterQP
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.optimum import InfeasibleRowsError

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.deadline import NEVER, Deadline
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import NEVER, Deadline
+from minsnap.basics.tolerances import EXACT, GAP
 from minsnap.errors import SolverError
 from minsnap.optimisation.axis_group import floating
 from minsnap.optimisation.effort import ALONE, Effort
@@ -29,7 +30,6 @@ from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.stop_and_go import least_share, straight, straight_inside
 from minsnap.optimisation.unconstrained import unbounded_optimum
-from minsnap.tolerances import EXACT, GAP
 
 MIDDLE = 1500
 """Unknowns up to which a QP that sparse solvers left is tried in dense coordinates."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.optimisation.normalised_constraints import WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import RowSet

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.bernstein import exact_ends_gram

@@ -8,7 +8,8 @@ from functools import reduce
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Balls, Walls
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.contradiction import find_contradiction
@@ -20,7 +21,6 @@ from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, rows_in_unknowns, rows_outside
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.units import Units
-from minsnap.tolerances import EXACT
 
 NOTICEABLE = 1e-6
 """Slack, in widths, below which a problem counts as solvable after all."""

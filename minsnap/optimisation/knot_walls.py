@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones
 from minsnap.optimisation.problem import Task
 

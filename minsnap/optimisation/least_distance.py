@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
-from minsnap.tolerances import ROUNDING
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.tolerances import ROUNDING
 
 KEPT = 1e-14
 """Violation of a normalised row, beside the solution, that is rounding."""

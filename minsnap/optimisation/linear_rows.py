@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.optimisation.equalities import joined as joined_equalities
 from minsnap.optimisation.equalities import jump_rows, plane_rows
 from minsnap.optimisation.qp import DENSE

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.optimisation.axis_group import AxisGroup, axis_group, programme, split_axes
 from minsnap.optimisation.effort import Effort
 from minsnap.optimisation.linear_rows import joined_exactly

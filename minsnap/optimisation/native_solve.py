@@ -6,7 +6,7 @@ from math import perm
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.native.corridor import CorridorAnswer, CorridorQuestion, solve_corridor
 from minsnap.native.free_optimum import pinned_optimum
 from minsnap.native.library import core

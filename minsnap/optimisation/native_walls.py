@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones
 from minsnap.native.corridor import WallArrays
 from minsnap.optimisation.knot_walls import ends_of_pieces, knot_walls

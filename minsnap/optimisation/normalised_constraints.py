@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Cones
 from minsnap.optimisation.constraint_blocks import Block, FlatWalls, Spheres
 from minsnap.optimisation.knot_walls import ends_of_pieces, knot_walls
@@ -18,7 +19,6 @@ from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.touches import Side
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import basis, differentiate
-from minsnap.tolerances import ROUNDING
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.native.corridor import CorridorAnswer
 
 if TYPE_CHECKING:

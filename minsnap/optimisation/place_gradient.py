@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.named_constraints import TUBES
 from minsnap.corridors.tubes import RoundTube, across, leg_projections

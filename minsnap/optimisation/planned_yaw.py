@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, bounded, numbers
-from minsnap.checks import is_number
+from minsnap.basics.arrays import FloatArray, bounded, numbers
+from minsnap.basics.checks import is_number
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT
 from minsnap.errors import MagnitudeWarning, YawError
-from minsnap.messages import shown
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.tolerances import EXACT
 from minsnap.trajectory.heading import shortest_turns, wrap
 from minsnap.trajectory.look_at import LookAt, heading_at
 from minsnap.trajectory.medium import Medium

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.high_precision import decimal_whitening, is_extreme
 from minsnap.optimisation.qp import DENSE

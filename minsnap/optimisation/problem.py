@@ -9,10 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, lengths_of
+from minsnap.basics.arrays import BoolArray, FloatArray, lengths_of
+from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.regions import KnotRegion
-from minsnap.deadline import NEVER, Deadline
 from minsnap.optimisation.reduced_qp import Problem, Slots
 from minsnap.optimisation.touches import touched_walls
 from minsnap.optimisation.units import Units

@@ -6,8 +6,8 @@ from functools import reduce
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.deadline import LateError
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import LateError
 from minsnap.errors import CorridorError, SolverError
 from minsnap.optimisation.effort import SHARED, Effort
 from minsnap.optimisation.exchange import State, Trouble

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import UnknownSolverError
-from minsnap.messages import shown
 from minsnap.optimisation.least_distance import Spend, least_distance
-from minsnap.tolerances import ROUNDING
 
 DENSE = 150
 """Unknowns up to which one QP takes all axes, its Hessian is made the identity, and it is dense."""

@@ -17,7 +17,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.polynomials.bernstein import (
     basis,
     derivative_basis_map,

@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.optimisation.constraint_blocks import FlatWalls, Spheres
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.extrema import maxima
 from minsnap.polynomials.local_maxima import peaks
-from minsnap.tolerances import ROUNDING
 
 SPREAD = 6
 """Rows per wall and piece to begin with, in dense coordinates."""

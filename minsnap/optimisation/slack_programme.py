@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.native.chain_programme import solve_chain
 from minsnap.optimisation.qp import ACCURACY, TOLERANCES, finite_for_piqp
-from minsnap.tolerances import ROUNDING
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import GAP
 from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.native.status import Status
@@ -17,7 +18,6 @@ from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.units import Units
-from minsnap.tolerances import GAP
 
 if TYPE_CHECKING:
     from minsnap.optimisation.normalised_constraints import WallRows

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.knot_regions import Placement
 from minsnap.corridors.margins import Margin, margin_to
 from minsnap.corridors.passing import passing

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.rows import Curve
 from minsnap.polynomials.extrema import maxima
-from minsnap.tolerances import EXACT
 
 
 def straight_inside(curve: Curve) -> bool:

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import (
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import (
     check_closing,
     check_continuity,
     check_degree,

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import DERIVATIVES
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import DERIVATIVES
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import CorridorError
 

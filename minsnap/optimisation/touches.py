@@ -13,9 +13,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
-from minsnap.tolerances import ROUNDING
 
 
 class Side(IntEnum):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.margins import margin_to
 from minsnap.corridors.tubes import Tube
 from minsnap.optimisation.solved_task import NATIVE

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.high_precision import decimal_optimum, is_extreme
 from minsnap.optimisation.reduced_qp import Problem

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.optimisation.qp import ACCURACY, Programme, Solution, solve_qp
 
 

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import check_positive
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_positive
+from minsnap.basics.progress import told
+from minsnap.basics.storage.atomic import atomic_write, check_destination
 from minsnap.errors import FileError, InputError, TimingError
 from minsnap.plot.geometry import check_view, fitting_size, plot_path, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, PATH_COLOUR
-from minsnap.progress import told
-from minsnap.storage.atomic import atomic_write, check_destination
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from minsnap.basics.storage.atomic import atomic_write
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits
 from minsnap.plot.geometry import VIEWS, check_view, plot_path
@@ -16,7 +17,6 @@ from minsnap.plot.outlines import Corridor
 from minsnap.plot.profiles import available_orders, heading_rows, plot_heading, plot_profiles
 from minsnap.plot.style import dense_samples, styled
 from minsnap.plot.waypoint_marks import Waypoints
-from minsnap.storage.atomic import atomic_write
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.errors import InputError
 from minsnap.plot.outlines import Corridor, facets, leg_bodies, outline

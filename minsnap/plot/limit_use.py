@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import InputError
 from minsnap.limits.kinds import KIND, Kind
 from minsnap.limits.limits import Limits

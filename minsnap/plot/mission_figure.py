@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from minsnap.corridors.gates import Ball
-from minsnap.missions.mission import Mission
+from minsnap.paths.missions.mission import Mission
 from minsnap.plot.figures import plot_overview
 from minsnap.plot.style import styled
 

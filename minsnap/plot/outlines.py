@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Cones, walls_of
 from minsnap.corridors.half_spaces import of_unit_length
 from minsnap.corridors.linear_programmes import bounding_boxes, inner_balls

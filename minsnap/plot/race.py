@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import InputError
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.outlines import Corridor

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.paths.routes.plan_route import Route
 from minsnap.plot.figures import plot_overview
 from minsnap.plot.style import LIMIT_COLOUR, dense_samples, legend_beside, styled
-from minsnap.routes.plan_route import Route
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.plot.style import PATH_COLOUR
 
 FLATTEST = 0.3

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from minsnap.basics.messages import shown
 from minsnap.errors import InputError
-from minsnap.messages import shown
 from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.gates import Ball, Gate, without_gates
 from minsnap.plot.style import CORRIDOR_EDGE
 

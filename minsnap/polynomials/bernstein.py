@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 
 Rational = list[list[Fraction]]
 Floating = TypeVar("Floating", np.float64, np.longdouble)

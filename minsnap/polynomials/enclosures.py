@@ -13,7 +13,7 @@ from math import perm
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.polynomials.bernstein import squared_norm
 
 UNIT = float(np.finfo(np.float64).eps) / 2.0

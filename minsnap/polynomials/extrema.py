@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.polynomials.bernstein import basis, subdivision
 from minsnap.polynomials.enclosures import UNIT, Enclosure, above, below
 from minsnap.polynomials.local_maxima import STEPS

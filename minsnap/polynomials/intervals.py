@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

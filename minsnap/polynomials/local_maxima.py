@@ -7,7 +7,7 @@ from math import factorial
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.polynomials.bernstein import basis, derivative_basis_map, rising_powers
 
 NEAR = 0.05

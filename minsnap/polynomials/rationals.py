@@ -12,7 +12,7 @@ from math import comb, lcm, perm
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 
 Scalar = list[Fraction]
 Curve = list[Scalar]

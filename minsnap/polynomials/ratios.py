@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.polynomials import extrema
 from minsnap.polynomials.bernstein import basis
 

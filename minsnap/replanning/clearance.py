@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Balls, Faces, Walls
 
 SHARE = 1.0 - 1e-6

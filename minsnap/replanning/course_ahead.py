@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, numbers
-from minsnap.checks import DERIVATIVES, check_pins, check_waypoints, refuse_repeated
+from minsnap.basics.arrays import FloatArray, numbers
+from minsnap.basics.checks import DERIVATIVES, check_pins, check_waypoints, refuse_repeated
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.limits.compliance import turns_within
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.problem import Task
 from minsnap.replanning.splice import Splice

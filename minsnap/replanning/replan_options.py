@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import check_array, check_degree, is_number, is_whole
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_array, check_degree, is_number, is_whole
+from minsnap.basics.messages import shown
 from minsnap.errors import DegreeError, InputError, YawError
 from minsnap.limits.limits import Limits, check_limits
-from minsnap.messages import shown
 from minsnap.optimisation.planned_yaw import ChosenHeading, asked_heading
 from minsnap.vehicle import Quadrotor
 

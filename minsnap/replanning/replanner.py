@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import check_distance, check_pieces
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_distance, check_pieces
+from minsnap.basics.deadline import Clock, Deadline, LateError, Stopwatch
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import as_room
 from minsnap.corridors.tubes import as_constraints
-from minsnap.deadline import Clock, Deadline, LateError, Stopwatch
 from minsnap.errors import InfeasibleError, InputError, LimitError, SolverError, TimingError
 from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.checks import SHORTEST, check_durations, check_time
+from minsnap.basics.checks import SHORTEST, check_durations, check_time
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import KEPT, kept_from

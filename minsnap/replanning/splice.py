@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import check_positive, is_number
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_positive, is_number
+from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
-from minsnap.messages import shown
 from minsnap.polynomials.bernstein import split
 from minsnap.trajectory.trajectory import Trajectory
 

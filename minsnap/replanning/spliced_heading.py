@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.optimisation.planned_yaw import ChosenHeading, smooth_yaw
 from minsnap.polynomials.bernstein import powers_to_points
 from minsnap.trajectory.heading import shortest_turns, wrap

@@ -13,10 +13,10 @@ from itertools import chain, islice
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Faces, Walls
 from minsnap.corridors.margins import nearest_wall
-from minsnap.deadline import NEVER, Deadline
 from minsnap.limits.compliance import keeps, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 
-from minsnap.checks import is_number
+from minsnap.basics.checks import is_number
+from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
-from minsnap.messages import shown
 
 ANSWERS = 50
 """Answers whose times are remembered."""

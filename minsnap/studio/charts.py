@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.files.plan_request import SceneRequest
 from minsnap.studio.plan_drawing import Profiles
 from minsnap.vehicle.quadrotor import Quadrotor

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import InputError, WaypointError
 from minsnap.files.plan_request import Box, Point, SceneRequest
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.frames import get_frame
+from minsnap.basics.arrays import FloatArray
+from minsnap.files.frames import get_frame
 from minsnap.studio.obstacles import Obstacles
 
 AXES = {

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.basics.storage.archive import read_archive
 from minsnap.errors import FileError, InputError
 from minsnap.files.waypoints import read_waypoints
-from minsnap.storage.archive import read_archive
 from minsnap.studio.wall_shapes import box_surface
 
 MOST_CELLS = 200_000

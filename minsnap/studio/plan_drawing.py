@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.trajectory.path import Path
 from minsnap.vehicle.flatness import specific_thrust, tilt
 from minsnap.vehicle.quadrotor import Quadrotor

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.certificate import Certificate, certify
 from minsnap.errors import MinsnapError
 from minsnap.files.plan_request import SceneRequest

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import MinsnapError
 from minsnap.files.plan_request import SceneRequest
 from minsnap.studio.plan_stages import PlannedScene, Superseded, planned_in_stages

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import GRAVITY
+from minsnap.basics.arrays import GRAVITY
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import Room, as_room

@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import degrees, radians
 from typing import Any
 
-from minsnap.checks import DEGREES
+from minsnap.basics.checks import DEGREES
 from minsnap.files.plan_request import RESERVE, SceneRequest
 from minsnap.limits.kinds import KIND
 from minsnap.studio.edits import set_duration, set_limit, set_reserve, straight_durations, with_time

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from minsnap.errors import FileError
+from minsnap.files.frames import FRAMES
 from minsnap.files.plan_request import VEHICLES, named_vehicle
-from minsnap.frames import FRAMES
-from minsnap.simulation.closed_loop import simulate
-from minsnap.simulation.controllers.geometric import GeometricController
-from minsnap.simulation.flight_record import Flight
+from minsnap.flight.simulation.closed_loop import simulate
+from minsnap.flight.simulation.controllers.geometric import GeometricController
+from minsnap.flight.simulation.flight_record import Flight
 from minsnap.studio.page_inputs import Editor, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import PathView
 from minsnap.studio.workbench import BenchState

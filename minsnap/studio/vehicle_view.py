@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.studio.plan_drawing import VehiclePose
 from minsnap.vehicle.quadrotor import Quadrotor
 

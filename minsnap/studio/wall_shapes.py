@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.files.plan_request import Box
 
 TOUCHING = 1e-9

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import check_durations, refuse_repeated
-from minsnap.deadline import LateError
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_durations, refuse_repeated
+from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.least_cost import CostSearch, distance_split

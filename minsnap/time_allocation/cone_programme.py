@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.chain_programme import solve_chain
 
 ACCURACY = 1e-6

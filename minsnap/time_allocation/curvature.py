@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.time_allocation.joint_layout import NEIGHBOURS, JointLayout
 
 REST_PEAKS = np.array([1.0, 1.0, 8.0, 60.0, 500.0, 5000.0])

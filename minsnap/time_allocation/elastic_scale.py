@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.elastic import Elastic, Give, Relaxed
 from minsnap.optimisation.gradient import row_slopes

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
-from minsnap.deadline import NEVER
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.deadline import NEVER
 from minsnap.native.joint_steps import Pull
 from minsnap.time_allocation.cone_programme import ACCURACY, ConeProgramme, ConeSolution, Rows, solve_programme
 from minsnap.time_allocation.curvature import Forces, positive_curvature

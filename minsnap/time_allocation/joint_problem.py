@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.units import Units

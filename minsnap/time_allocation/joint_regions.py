@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.regions import KnotRegion
 from minsnap.time_allocation.cone_programme import Rows
 from minsnap.time_allocation.joint_layout import SLACKS, JointLayout, JointState

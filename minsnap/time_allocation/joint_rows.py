@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Cones, Walls
 from minsnap.native.joint_steps import WALL as WALL_KIND
 from minsnap.native.joint_steps import ConditionBlock

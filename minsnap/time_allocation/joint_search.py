@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_metric
 from minsnap.time_allocation.joint_model import Caution, JointModel
 from minsnap.time_allocation.joint_rows import Block, WallBlock

@@ -6,7 +6,7 @@ as slowly as they ask for.
 
 from __future__ import annotations
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task

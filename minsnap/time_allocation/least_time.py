@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import LONGEST
-from minsnap.deadline import LATE, LateError
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import LONGEST
+from minsnap.basics.deadline import LATE, LateError
 from minsnap.errors import LimitError, MinsnapError, SolverError, YawError
 from minsnap.limits.compliance import keeps, largest_use
 from minsnap.limits.limits import Limits, VehicleLimits

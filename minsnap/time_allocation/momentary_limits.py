@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.limits.limits import Limits
 from minsnap.limits.proved_bound import MARGIN
 from minsnap.native.joint_steps import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from minsnap.deadline import LATE, LateError
+from minsnap.basics.deadline import LATE, LateError
 from minsnap.errors import InfeasibleError, SolverError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits

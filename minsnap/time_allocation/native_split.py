@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import GAP
 from minsnap.native.corridor import CorridorQuestion
 from minsnap.native.durations import SplitFound, best_corridor_split, best_split
 from minsnap.native.library import core
 from minsnap.optimisation.native_solve import corridor_question
 from minsnap.optimisation.problem import Task
-from minsnap.tolerances import GAP
 
 
 def native_split(task: Task, first: FloatArray, price: float | None) -> SplitFound | None:

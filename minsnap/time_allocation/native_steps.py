@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.native.joint_steps import (
     ORDERS,
     Chained,

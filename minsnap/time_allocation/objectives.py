@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.polynomials.bernstein import ends_to_highest, gram_root
 from minsnap.time_allocation.cone_programme import ACCURACY
 from minsnap.time_allocation.joint_layout import SLACKS, JointLayout, JointState

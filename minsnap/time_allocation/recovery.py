@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import GRAVITY, BoolArray, FloatArray
+from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray
+from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
-from minsnap.deadline import NEVER, Deadline
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.initial_guess import norm_limits

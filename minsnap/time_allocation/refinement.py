@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_basis
 
 SLOWED = 1.1

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from minsnap.arrays import FloatArray
-from minsnap.deadline import LateError
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.contradiction import contradicting_joints, find_contradiction
 from minsnap.optimisation.elastic import Elastic

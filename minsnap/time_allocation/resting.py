@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, bounded, lengths_of, numbers
-from minsnap.checks import DEGREES, LONGEST, SHORTEST
+from minsnap.basics.arrays import FloatArray, bounded, lengths_of, numbers
+from minsnap.basics.checks import DEGREES, LONGEST, SHORTEST
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.given_waypoints import warn_magnitude
 from minsnap.native.durations import SplitFound, best_split, best_tube_split

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.limits.proved_bound import MARGIN
 from minsnap.limits.vehicle_drag import medium_of
 from minsnap.native.joint_steps import UNSPUN_ROTORS, YAWED_ROTORS

@@ -13,10 +13,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.tolerances import EXACT
 from minsnap.optimisation.contradiction import PressedRow
 from minsnap.optimisation.problem import Task
-from minsnap.tolerances import EXACT
 
 
 @dataclass(frozen=True, eq=False)

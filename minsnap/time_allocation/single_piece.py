@@ -14,9 +14,9 @@ from math import factorial
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Cones, Walls
-from minsnap.deadline import NEVER, Deadline
 from minsnap.polynomials.bernstein import ends_gram, ends_to_points
 from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_natively, solve_programme
 from minsnap.time_allocation.joint_layout import end_basis

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
-from minsnap.checks import check_positive, check_time
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_positive, check_time
+from minsnap.basics.messages import shown
 from minsnap.errors import LimitError, SolverError, TimingError
-from minsnap.messages import shown
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve

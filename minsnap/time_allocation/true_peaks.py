@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.joint_steps import JointTerms
 from minsnap.time_allocation.joint_layout import JointLayout, JointState, end_basis
 from minsnap.time_allocation.joint_regions import JointRegions

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import LimitError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits

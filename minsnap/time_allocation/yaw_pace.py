@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.time_allocation.certified_end import Finish
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 

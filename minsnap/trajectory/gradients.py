@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray, ReadOnly
+from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly
 from minsnap.polynomials.bernstein import careful_differences, ends_to_highest, gram_root
 
 

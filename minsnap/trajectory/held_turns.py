@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import BoolArray, FloatArray
 
 EASE = 0.5
 """Time at most in which a turning heading comes to rest, or starts to turn, beside a hold [s]."""

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, bounded, numbers
-from minsnap.checks import check_array
+from minsnap.basics.arrays import FloatArray, bounded, numbers
+from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
 from minsnap.trajectory.path import Path, as_instants, check_order, within
 

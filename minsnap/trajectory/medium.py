@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import GRAVITY, FloatArray
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import LARGEST, FloatArray, numbers
-from minsnap.checks import check_positive, is_number, is_whole
+from minsnap.basics.arrays import LARGEST, FloatArray, numbers
+from minsnap.basics.checks import check_positive, is_number, is_whole
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, YawError
-from minsnap.messages import shown
-from minsnap.tolerances import ROUNDING
 from minsnap.trajectory.samples import Samples
 
 MOST_SAMPLES = 20_000_000

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.cards import card, curve_svg, strip_svg
+from minsnap.basics.cards import card, curve_svg, strip_svg
 
 if TYPE_CHECKING:
-    from minsnap.arrays import FloatArray
-    from minsnap.cards import Facts
+    from minsnap.basics.arrays import FloatArray
+    from minsnap.basics.cards import Facts
 
 PER_LEG, FEWEST, MOST = 24, 241, 2_401
 """Instants drawn for each leg, and the least and the greatest number of them."""

@@ -8,9 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
-from minsnap.cards import card, strip_svg
-from minsnap.tolerances import EXACT
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.cards import card, strip_svg
+from minsnap.basics.tolerances import EXACT
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from minsnap.arrays import FloatArray, ReadOnly, owned
+from minsnap.basics.arrays import FloatArray, ReadOnly, owned
 
 _PREFIXES = {"position": "", "velocity": "v", "acceleration": "a", "jerk": "j", "snap": "s", "feed_forward": "ff"}
 

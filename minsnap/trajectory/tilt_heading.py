@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.errors import YawError
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path, as_instants, check_order, within

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.plan_batches import many_values
 from minsnap.trajectory.gradients import Gradients

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, owned
-from minsnap.checks import is_number, is_whole
+from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers, owned
+from minsnap.basics.checks import is_number, is_whole
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
-from minsnap.messages import shown
 from minsnap.native.evaluation import Evaluator
 from minsnap.native.proved_extrema import largest_norms
 from minsnap.polynomials.bernstein import (
@@ -28,7 +29,6 @@ from minsnap.polynomials.bernstein import (
 )
 from minsnap.polynomials.enclosures import TINY, UNIT, Enclosure, derivative
 from minsnap.polynomials.extrema import maximum
-from minsnap.tolerances import EXACT, ROUNDING
 from minsnap.trajectory.heading import JoinedHeading, remapped
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.path import ConstantHeading, Heading, Path, check_order

@@ -25,7 +25,7 @@ from functools import cache
 
 import numpy as np
 
-from minsnap.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.path import Path
 

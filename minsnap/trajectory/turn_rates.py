@@ -10,7 +10,7 @@ from math import comb, inf
 
 import numpy as np
 
-from minsnap.arrays import FloatArray, IntArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
 from minsnap.polynomials.ratios import largest_ratio

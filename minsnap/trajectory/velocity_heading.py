@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import BoolArray, FloatArray
-from minsnap.checks import check_positive
+from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.checks import check_positive
 from minsnap.errors import YawError
 from minsnap.trajectory.held_turns import HeadingTable, Turns, turns_of
 from minsnap.trajectory.path import Path, as_instants, check_order, within

@@ -1,6 +1,6 @@
 """The vehicle: parameters, drag models, fits, equations of motion, and the thrust, rates and torques a motion needs."""
 
-from minsnap.arrays import GRAVITY
+from minsnap.basics.arrays import GRAVITY
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag, SumOfDrags, linear_rotor_drag
 from minsnap.vehicle.dynamics import RigidBody
 from minsnap.vehicle.flatness import body_rates, specific_thrust, thrust_vector, tilt, tilt_rate

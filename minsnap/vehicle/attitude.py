@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY, BoolArray, FloatArray
+from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray
 from minsnap.vehicle.motion import FlatMotion, Triple, cross, dot, norm
 
 FREE_FALL = 1e-6

@@ -8,9 +8,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.messages import shown
 from minsnap.errors import VehicleError
-from minsnap.messages import shown
 
 
 @runtime_checkable

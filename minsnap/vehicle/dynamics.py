@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.vehicle.drag import BodyDrag, HubDrag
 from minsnap.vehicle.quadrotor import Quadrotor
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import GRAVITY, FloatArray
 
 
 def thrust_vector(acceleration: npt.ArrayLike, gravity: float = GRAVITY) -> FloatArray:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.messages import shown
 from minsnap.errors import VehicleError
-from minsnap.messages import shown
 
 LAYOUTS: dict[str, tuple[float, float, float, float]] = {
     "x": (45.0, 135.0, 225.0, 315.0),

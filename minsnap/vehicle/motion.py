@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.trajectory.medium import Medium
 
 Triple = tuple[FloatArray, FloatArray, FloatArray]

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import SMALLEST, FloatArray, bounded, numbers
+from minsnap.basics.arrays import SMALLEST, FloatArray, bounded, numbers
+from minsnap.basics.messages import shown
 from minsnap.errors import VehicleError
-from minsnap.messages import shown
 
 _SLACK = 1e-9
 """Relative rounding allowed in the symmetry and the triangle inequality of an inertia."""

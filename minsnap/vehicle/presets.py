@@ -7,24 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import GRAVITY, FloatArray
+from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.vehicle.drag import BodyDrag, RotorSpeedDrag
 from minsnap.vehicle.surface import RPM
 
 F330_AIRFRAME = BodyDrag(
     (0.0, 0.0, 0.18878475695173547), (0.007699517888496992, 0.007699517888496992, 0.009931995378002222)
 )
-"""Drag of the F330's airframe [N s/m], [N s^2/m^2]: :func:`minsnap.thesis.consistent_parasitic_drag` derives it."""
+"""Drag of the F330's airframe [N s/m], [N s^2/m^2], by :func:`minsnap.flight.thesis.consistent_parasitic_drag`."""
 
 F330_ROTORS = BodyDrag((0.165728, 0.165728, 0.0))
-"""Drag of its four propellers [N s/m]: :func:`minsnap.thesis.consistent_rotor_drag` derives it."""
+"""Drag of its four propellers [N s/m]: :func:`minsnap.flight.thesis.consistent_rotor_drag` derives it."""
 
 
 def dji_f330_parameters() -> dict[str, Any]:
     """Return the parameters of the DJI F330 of the thesis.
 
     Measured there (section 4.6, in N/RPM^2 and N m/RPM^2): thrust coefficient 7.456e-8 and torque coefficient 2.278e-9
-    of the 8045 propeller; drag from its wind tunnel, see :mod:`minsnap.thesis.consistent`.
+    of the 8045 propeller; drag from its wind tunnel, see :mod:`minsnap.flight.thesis.consistent`.
 
     From the name of the frame: arms of 165 mm, half of the 330 mm between opposite hubs.
 

@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import GRAVITY, FloatArray, ReadOnly
+from minsnap.basics.arrays import GRAVITY, FloatArray, ReadOnly
+from minsnap.basics.messages import shown
 from minsnap.errors import VehicleError
-from minsnap.messages import shown
 from minsnap.vehicle.drag import BodyDrag, Drag
 from minsnap.vehicle.mixer import mixer_matrix, rotor_positions
 from minsnap.vehicle.parameter_checks import checked_inertia, non_negative, positive

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray, own_arrays
+from minsnap.basics.arrays import FloatArray, own_arrays
 from minsnap.errors import FitError
 from minsnap.vehicle.surface import Range, warn_outside
 

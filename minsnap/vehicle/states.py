@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import BoolArray, FloatArray, own_arrays
+from minsnap.basics.arrays import BoolArray, FloatArray, own_arrays
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.vehicle.attitude import angular_accelerations_of, body_frame, rates_of

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from minsnap.basics.messages import SHOWN, shown
 from minsnap.errors import VehicleError
-from minsnap.messages import SHOWN, shown
 from minsnap.vehicle.drag import BodyDrag, Drag, RotorSpeedDrag
 from minsnap.vehicle.surface import Surface, SurfaceDrag
 
@@ -30,7 +30,7 @@ def read_described(kind: type[Vehicle], path: str | os.PathLike[str]) -> Vehicle
     VehicleError
         If a field is missing, unknown or not that of a physical vehicle.
     """
-    from minsnap.storage.text import load_yaml
+    from minsnap.basics.storage.text import load_yaml
 
     given = load_yaml(path)
     if not isinstance(given, dict):
@@ -55,7 +55,7 @@ def write_description(vehicle: Any, path: str | os.PathLike[str]) -> None:
         import yaml
     except ImportError as error:
         raise ImportError("writing YAML needs PyYAML: pip install minsnap[yaml]") from error
-    from minsnap.storage.atomic import atomic_write
+    from minsnap.basics.storage.atomic import atomic_write
 
     with atomic_write(path) as file:
         file.write(yaml.safe_dump(description_of(vehicle), sort_keys=False))

@@ -31,7 +31,7 @@ def test_share_rate_time_left_and_failures(clock):
 
 
 def test_a_terminal_is_rewritten_in_place_and_cleared(clock, monkeypatch, capsys):
-    monkeypatch.setattr("minsnap.progress.DELAY", 0.0)
+    monkeypatch.setattr("minsnap.basics.progress.DELAY", 0.0)
     made, add = line(Terminal(), clock)
     add({"done": 10})
     made.clear()

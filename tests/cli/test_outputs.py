@@ -41,7 +41,7 @@ def test_the_format_can_be_named(call, tmp_path):
     ],
 )
 def test_what_cannot_be_written_is_refused_before_planning(call, tmp_path, monkeypatch, arguments, says):
-    monkeypatch.setattr("minsnap.shapes.rectangle", lambda *_, **__: pytest.fail("planned before it was refused"))
+    monkeypatch.setattr("minsnap.paths.shapes.rectangle", lambda *_, **__: pytest.fail("planned before it was refused"))
     done = call(*RECT, *arguments)
     assert done.returncode == 2 and says in done.stderr and done.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())

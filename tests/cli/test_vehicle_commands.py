@@ -8,7 +8,7 @@ from flown_logs import Measured, ulog_of
 
 import minsnap
 from minsnap.flight import CascadeController, simulate
-from minsnap.thesis import PUBLISHED_PARASITIC
+from minsnap.flight.thesis import PUBLISHED_PARASITIC
 from minsnap.vehicle import RPM, BodyDrag, Quadrotor
 
 

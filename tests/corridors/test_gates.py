@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 
 import minsnap
 from minsnap import Ball, Boxes, Gate
-from minsnap.arrays import SMALLEST
+from minsnap.basics.arrays import SMALLEST
 from minsnap.corridors.regions import ball_region, gate_region
 from minsnap.errors import CorridorError, WaypointError
 

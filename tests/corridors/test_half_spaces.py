@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap import HalfSpaces
-from minsnap.arrays import SMALLEST
+from minsnap.basics.arrays import SMALLEST
 from minsnap.errors import CorridorError
 
 POINTS = [(0.0, 0.0, 1.0), (2.0, 0.0, 1.5), (4.0, 0.0, 1.0)]

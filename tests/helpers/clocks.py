@@ -4,7 +4,7 @@ import select
 import threading
 import time
 
-from minsnap.mavlink.schedule import Clock
+from minsnap.flight.mavlink.schedule import Clock
 
 MOST = 0.02
 """Real time that passes at most between two looks at a fast clock [s]."""

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from ulog_bytes import fields, ulog
 
-from minsnap.frames import map_vectors
+from minsnap.files.frames import map_vectors
 
 NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 FRD = np.diag([1.0, -1.0, -1.0])

@@ -5,12 +5,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from minsnap.frames import map_vectors
-from minsnap.mavlink.link import open_link
-from minsnap.mavlink.offboard import prepare
-from minsnap.mavlink.safety import SafetyRules
-from minsnap.mavlink.stream_options import StreamOptions
-from minsnap.mavlink.streaming import Streamer
+from minsnap.files.frames import map_vectors
+from minsnap.flight.mavlink.link import open_link
+from minsnap.flight.mavlink.offboard import prepare
+from minsnap.flight.mavlink.safety import SafetyRules
+from minsnap.flight.mavlink.stream_options import StreamOptions
+from minsnap.flight.mavlink.streaming import Streamer
 from minsnap.trajectory.samples import Samples
 
 

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 from flying import excursion
 
-from minsnap.mavlink.autopilot import AUTOPILOTS
-from minsnap.mavlink.safety import SafetyRules
-from minsnap.mavlink.sequence import Conditions, Sequence
-from minsnap.mavlink.setpoints import tabulate
-from minsnap.mavlink.vehicle_state import VehicleState
+from minsnap.flight.mavlink.autopilot import AUTOPILOTS
+from minsnap.flight.mavlink.safety import SafetyRules
+from minsnap.flight.mavlink.sequence import Conditions, Sequence
+from minsnap.flight.mavlink.setpoints import tabulate
+from minsnap.flight.mavlink.vehicle_state import VehicleState
 
 RATE = 20.0
 TABLE = tabulate(excursion(4.0))

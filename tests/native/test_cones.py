@@ -6,7 +6,7 @@ from helpers.tasks import REFERENCE, many_legs, random_legs
 
 import minsnap
 from minsnap import Limits
-from minsnap.arrays import GRAVITY
+from minsnap.basics.arrays import GRAVITY
 from minsnap.corridors.constraint import Balls
 from minsnap.corridors.exact_margins import margin_holds
 from minsnap.native import library

@@ -10,7 +10,7 @@ from oracles.exact import Spline
 from tasks import REFERENCE, random_legs, task_of
 
 import minsnap
-from minsnap.deadline import Deadline, LateError
+from minsnap.basics.deadline import Deadline, LateError
 from minsnap.native import durations as native
 from minsnap.native.library import core, using
 from minsnap.native.status import Status

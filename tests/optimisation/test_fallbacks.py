@@ -9,11 +9,11 @@ from programmes import change_daqp
 from tasks import REFERENCE, many_legs
 
 import minsnap
+from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError, SolverError, TimingError
 from minsnap.optimisation import fallbacks, master_qp, preconditioning
 from minsnap.optimisation.exchange import Trouble
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.tolerances import EXACT
 
 TIMES = [4.0, 2.0, 4.0, 2.0]
 

@@ -9,7 +9,7 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, Limits, Replanner, TimingError, deadline
-from minsnap.deadline import Deadline, LateError
+from minsnap.basics.deadline import Deadline, LateError
 from minsnap.errors import SolverError
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.course_ahead import course_ahead

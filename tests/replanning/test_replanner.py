@@ -8,7 +8,7 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, Limits, Replanner, TimingError, Tube
-from minsnap.deadline import LateError
+from minsnap.basics.deadline import LateError
 from minsnap.errors import CorridorError, DegreeError, InputError, LimitError, SolverError, WaypointError, YawError
 from minsnap.replanning import replanner as replanner_module
 from minsnap.replanning.search import Better

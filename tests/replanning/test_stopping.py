@@ -7,7 +7,7 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, Limits, RoundTube, Tube
-from minsnap.deadline import Deadline, LateError
+from minsnap.basics.deadline import Deadline, LateError
 from minsnap.replanning.course_ahead import course_ahead
 from minsnap.replanning.splice import splice_of
 from minsnap.replanning.stopping import Stopping

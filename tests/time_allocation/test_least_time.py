@@ -8,7 +8,7 @@ import pytest
 from tasks import REFERENCE, random_legs
 
 import minsnap
-from minsnap.deadline import NEVER
+from minsnap.basics.deadline import NEVER
 from minsnap.errors import LimitError
 from minsnap.limits.limits import Limits
 from minsnap.planner import placed_task

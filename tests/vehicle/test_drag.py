@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from minsnap.errors import FitError, OutsideRangeWarning, VehicleError
-from minsnap.thesis import (
+from minsnap.flight.thesis import (
     PUBLISHED_PARASITIC,
     PUBLISHED_PARASITIC_LINEAR,
     PUBLISHED_PARASITIC_REDUCED,

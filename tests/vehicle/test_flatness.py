@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from minsnap.arrays import GRAVITY
+from minsnap.basics.arrays import GRAVITY
 from minsnap.vehicle.flatness import body_rates, specific_thrust, tilt, tilt_rate
 
 

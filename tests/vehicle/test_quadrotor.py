@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from minsnap.errors import FileError, VehicleError
-from minsnap.thesis import published_drag
+from minsnap.flight.thesis import published_drag
 from minsnap.vehicle import RPM, BodyDrag, Quadrotor, RotorSpeedDrag, SumOfDrags, read_vehicle
 from minsnap.vehicle.yaml import vehicle_from
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from minsnap.errors import FileError, FitError, OutsideRangeWarning
-from minsnap.thesis import PUBLISHED_PARASITIC, PUBLISHED_PROPELLER, fit_consistent_drag, fit_drag
+from minsnap.flight.thesis import PUBLISHED_PARASITIC, PUBLISHED_PROPELLER, fit_consistent_drag, fit_drag
 from minsnap.vehicle import RPM, Quadrotor, fit_thrust_coefficient, fit_torque_coefficient
 
 

@@ -4,7 +4,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import minsnap
-from minsnap.arrays import GRAVITY
+from minsnap.basics.arrays import GRAVITY
 from minsnap.cli.app import exit_status
 from minsnap.errors import ThrustError, VehicleError
 from minsnap.vehicle import BodyDrag, Quadrotor, RigidBody, RotorSpeedDrag, check_rotor_limits, flat_states, flatness_of

@@ -11,13 +11,13 @@ import os
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import reading
-from minsnap.storage.text import read_text
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -14,13 +14,13 @@ import struct
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.pieces import polynomials_of, position_powers, yaw_powers
 from minsnap.polynomials.bernstein import elevate, powers_to_points
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import check_size, reading
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.trajectory import Trajectory

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.sample_checks import checked_samples
+from minsnap.files.frames import get_frame, map_samples
 from minsnap.files.setpoint_csv import GROUPS
-from minsnap.frames import get_frame, map_samples
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import check_size, reading
 from minsnap.trajectory.samples import Samples
 
 

@@ -11,10 +11,10 @@ import math
 import os
 from typing import Any
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.atomic import atomic_write
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
-from minsnap.storage.atomic import atomic_write
 from minsnap.trajectory.samples import Samples
 
 

@@ -8,16 +8,16 @@ from dataclasses import fields
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.archive import read_archive
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import reading
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.headings import headed, heading_rule
 from minsnap.files.formats.pieces import from_powers, polynomials_of, yaw_powers
 from minsnap.files.formats.sample_checks import checked_samples
-from minsnap.messages import shown
-from minsnap.storage.archive import read_archive
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import reading
 from minsnap.trajectory.path import ConstantHeading, Heading, Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.samples import Samples

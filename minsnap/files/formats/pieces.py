@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FileError, YawError
 from minsnap.polynomials.bernstein import points_to_powers, powers_to_points
-from minsnap.shapes.polynomial_form import as_polynomials
 from minsnap.trajectory.path import ConstantHeading, Heading, Path
 from minsnap.trajectory.planned_heading import PlannedHeading
+from minsnap.trajectory.polynomial_form import as_polynomials
 from minsnap.trajectory.trajectory import Trajectory
 
 YAW_TOLERANCE = 1e-3

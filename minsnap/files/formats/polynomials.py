@@ -15,6 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.text import load_yaml, read_text
 from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
@@ -22,9 +25,6 @@ from minsnap.files.formats.headings import headed, yaw_description
 from minsnap.files.formats.pieces import polynomials_of
 from minsnap.files.plan_request import besides_rotors, named_vehicle, preset_of
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.storage.atomic import atomic_write
-from minsnap.storage.reading import reading
-from minsnap.storage.text import load_yaml, read_text
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.quadrotor import Quadrotor

@@ -10,10 +10,10 @@ import os
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.atomic import atomic_write
 from minsnap.files.format import Format, Writing
-from minsnap.frames import map_samples
-from minsnap.storage.atomic import atomic_write
+from minsnap.files.frames import map_samples
 from minsnap.trajectory.heading import wrap
 from minsnap.trajectory.samples import Samples
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.files.frames import map_samples
 from minsnap.files.logs.inertial_log import InertialLog
-from minsnap.frames import map_samples
 from minsnap.trajectory.samples import Samples
 
 

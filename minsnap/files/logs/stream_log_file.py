@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError
 from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
-from minsnap.storage.text import read_text
 
 START = "time,kind,"
 """How the first line of such a log begins."""

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError
 from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
 from minsnap.files.logs.inertial_log import InertialLog, inertial_log
-from minsnap.storage.reading import check_size, reading
 
 POSITION = "vehicle_local_position"
 SETPOINTS = ("trajectory_setpoint", "vehicle_local_position_setpoint")

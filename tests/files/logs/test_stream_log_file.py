@@ -9,7 +9,7 @@ from standin import POSCTL, PointMass, StandIn
 from minsnap.errors import FileError
 from minsnap.files.flights import load_flight, load_reference
 from minsnap.files.logs.stream_log_file import is_stream_log, read_stream_log
-from minsnap.tracking.log_comparison import compare_in_log
+from minsnap.flight.tracking.log_comparison import compare_in_log
 
 
 @pytest.fixture(scope="module")

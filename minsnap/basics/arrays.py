@@ -1,0 +1,109 @@
+"""Types of arrays, the arrays that a value owns (copied when it is made, read-only from then on), and gravity."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.messages import shown
+from minsnap.errors import InputError
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+BoolArray = npt.NDArray[np.bool_]
+
+GRAVITY = 9.80665
+"""Standard acceleration of gravity [m/s^2]."""
+
+SMALLEST, LARGEST = 1e-40, 1e40
+"""Least positive number of a question, and greatest number: squares and ratios of them are then well within the range
+of a double, also beside the greatest ratio of durations."""
+
+
+def owned(values: npt.ArrayLike) -> FloatArray:
+    """Return a read-only float64 array: a copy, unless it is already one that nobody can write to.
+
+    Raises
+    ------
+    InputError
+        If the values are not numbers in rows of equal length.
+    """
+    try:
+        array = _floats(values)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"numbers in rows of equal length were expected, not {shown(values)}") from None
+    if array.flags.writeable or array.base is not None:
+        array = array.copy()
+        array.flags.writeable = False
+    return array
+
+
+def numbers(values: Any, copy: bool = True) -> FloatArray | None:
+    """Return a read-only float64 copy in C order, or None of values that are not numbers in rows of equal length.
+
+    Without ``copy`` it is a view of what is such an array already, which must not be kept.
+    """
+    try:
+        array = _floats(values)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    array = array.copy() if copy and not isinstance(values, (list, tuple)) else array.view()
+    array.flags.writeable = False
+    return array
+
+
+def _floats(values: Any) -> FloatArray:
+    """Convert to float64 in C order, perhaps the caller's own array; what is masked is not a number.
+
+    Complex numbers, dates and records are no numbers here, for which NumPy would drop a part or a unit.
+    """
+    if hasattr(values, "filled") and isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(np.float64), np.nan)
+    array: Any = np.asarray(values)
+    if array.dtype.kind not in "biufOUS":
+        raise TypeError(f"{array.dtype} is no type of numbers")
+    if array.dtype.itemsize <= 8:
+        return np.asarray(array, np.float64, order="C")
+    with np.errstate(over="ignore"):  # of a long double
+        return np.asarray(array, np.float64, order="C")
+
+
+def bounded(values: FloatArray) -> BoolArray:
+    """Whether each is a number of the size that a question may have, at most ``LARGEST``."""
+    return np.asarray(np.abs(values) <= LARGEST)
+
+
+def lengths_of(points: FloatArray) -> FloatArray:
+    """Return the straight lengths between points (m, dim), shape (m - 1,) [m]."""
+    steps = points[1:] - points[:-1]
+    return np.asarray(np.sqrt((steps * steps).sum(axis=1)))
+
+
+def own_arrays(value: Any) -> None:
+    """Replace every array field of a frozen dataclass by a read-only copy; called from ``__post_init__``."""
+    for field in fields(value):
+        array = getattr(value, field.name)
+        if isinstance(array, np.ndarray):
+            owned = array.copy()
+            owned.flags.writeable = False
+            object.__setattr__(value, field.name, owned)
+
+
+class ReadOnly:
+    """Base of values that own read-only arrays: they stay so when the value is pickled, copied or sent to a process."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            _freeze(value)
+        self.__dict__.update(state)
+
+
+def _freeze(value: Any) -> None:
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, (list, tuple)):
+        for entry in value:
+            _freeze(entry)

@@ -1,0 +1,312 @@
+"""Checks of what a caller passes: every refusal is one sentence that says where, what arrived and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from math import inf
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.arrays import LARGEST, SMALLEST, FloatArray, bounded, numbers
+from minsnap.basics.messages import shown
+from minsnap.errors import CorridorError, DegreeError, InputError, MinsnapError, TimingError, WaypointError
+
+DERIVATIVES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")
+DEGREES = (3, 5, 7, 9, 11)
+SHORTEST, LONGEST = 1e-12, 1e9
+"""Least and greatest duration of a leg, and total time [s]; the native core has the same.
+
+The derivatives and the costs of any degree, with legs of both side by side, and the proofs of them are then well within
+the range of a double.
+"""
+TIME = "it must be positive, from 1e-12 to 1e9 s"
+"""What a message says of such a time."""
+SIZE = "at most 1e40 in size"
+"""What a message says of a number."""
+MOST_PIECES, MOST_PER_PIECE = 1000, 100_000
+"""Most polynomials per leg, and most instants per polynomial of a sampled corridor."""
+NO_NUMBERS = (bool, np.timedelta64)
+"""Kinds of integers that are no numbers here."""
+SAMPLES = 20
+"""Instants per polynomial at which a sampled corridor holds unless the caller says otherwise."""
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a number up to ``LARGEST``: an integer or a float of Python or NumPy, not a bool."""
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, (int, float, np.integer, np.floating)):
+        return False
+    try:
+        return abs(float(value)) <= LARGEST
+    except OverflowError:
+        return False
+
+
+def is_whole(value: Any) -> bool:
+    """Whether a value is a whole number: an integer of Python or NumPy, not a bool."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, NO_NUMBERS)
+
+
+def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
+    """Return waypoints as a read-only array (n, dim), n >= 2, finite."""
+    points = numbers(waypoints)
+    if points is None:
+        raise WaypointError("waypoints must be numbers of shape (n, dim), one row per waypoint, all rows equally long")
+    if points.ndim != 2 or points.shape[1] < 1:
+        raise WaypointError(f"waypoints have shape {points.shape}: give (n, 3) or (n, 2), one row per waypoint")
+    if len(points) < 2:
+        raise WaypointError(f"a trajectory needs at least 2 waypoints, {len(points)} given")
+    if not bounded(points).all():
+        index = int(np.flatnonzero(~bounded(points).all(axis=1))[0])
+        raise WaypointError(
+            f"waypoint {index} is {point_text(points[index])}: every coordinate must be a finite number, {SIZE}",
+            waypoint=index,
+        )
+    return points
+
+
+def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
+    """Return leg durations (legs,) as a read-only array, from ``SHORTEST`` to ``LONGEST`` [s]."""
+    values = numbers(durations)
+    if values is None:
+        raise TimingError("durations must be numbers, one for each leg [s]")
+    if values.shape != (legs,):
+        count = len(values) if values.ndim == 1 else f"shape {values.shape}"
+        raise TimingError(f"{legs} legs need {legs} durations, {count} given")
+    good = (values >= SHORTEST) & (values <= LONGEST)
+    if not good.all():
+        leg = int(np.flatnonzero(~good)[0])
+        raise TimingError(f"the duration of leg {leg} is {values[leg]} s: {TIME}", leg=leg)
+    return values
+
+
+def check_time(what: str, value: Any, error: type[MinsnapError]) -> float:
+    """Return a time from ``SHORTEST`` to ``LONGEST`` as a float [s], or raise the error given."""
+    if not is_number(value) or not SHORTEST <= float(value) <= LONGEST:
+        raise error(f"{what} is {shown(value)}: {TIME}")
+    return float(value)
+
+
+def check_array(
+    what: str,
+    value: Any,
+    shapes: Collection[tuple[int, ...]],
+    give: str,
+    error: type[MinsnapError],
+    least: float = -LARGEST,
+) -> FloatArray:
+    """Return a read-only array of one of some shapes, finite and not below ``least``, or raise the error given."""
+    array = numbers(value)
+    if array is None or array.shape not in shapes or not bounded(array).all() or (array < least).any():
+        raise error(f"{what} is {shown(value)}: give {give}")
+    return array
+
+
+def check_distance(what: str, value: Any, error: type[MinsnapError]) -> float:
+    """Return a finite number of 0 or more as a float, or raise the error given."""
+    if not is_number(value) or value < 0.0:
+        raise error(f"{what} is {shown(value)}: give a distance of 0 or more [m]")
+    return float(value)
+
+
+def check_positive(what: str, value: Any, unit: str, error: type[MinsnapError]) -> float:
+    """Return a positive, finite number as a float, or raise the error given."""
+    if not is_number(value) or float(value) < SMALLEST:
+        named = f" [{unit}]" if unit else ""
+        raise error(f"{what} is {shown(value)}: it must be a positive number{named}{beyond(value)}")
+    return float(value)
+
+
+def beyond(value: Any) -> str:
+    """Return what a message adds about a number that is positive, but beyond the range of those of a question."""
+    positive = isinstance(value, (int, float, np.floating)) and not isinstance(value, NO_NUMBERS) and 0 < value < inf
+    return f", from {SMALLEST:g} to {LARGEST:g}" if positive else ""
+
+
+def check_kind(what: str, value: Any, kinds: type | tuple[type, ...], give: str) -> None:
+    """Raise InputError for a value of another kind."""
+    if not isinstance(value, kinds):
+        raise InputError(f"{what} must be {give}, not {type(value).__name__}")
+
+
+def check_able(what: str, value: Any, method: str, give: str) -> None:
+    """Raise InputError for a value without a method."""
+    if not callable(getattr(value, method, None)):
+        raise InputError(f"{what} must be {give}, not {type(value).__name__}")
+
+
+def check_seed(value: Any) -> None:
+    """Raise InputError for what repeats no random numbers."""
+    if not is_whole(value) or value < 0:
+        raise InputError(f"the seed is {shown(value)}: it must be a whole number, 0 or more")
+
+
+def check_words(**words: Any) -> None:
+    """Refuse options that are not text, by name."""
+    for name, word in words.items():
+        if not isinstance(word, str):
+            raise InputError(f"{name} is {shown(word)}: it is a word")
+
+
+def check_flag(name: str, value: Any) -> bool:
+    """Return a bool of Python or NumPy as Python's, or raise InputError."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name} is {shown(value)}: it is True or False")
+    return bool(value)
+
+
+def check_switch(name: str, value: Any) -> bool:
+    """Return a bool, also of a whole number, which is False for 0; or raise InputError."""
+    return check_flag(name, bool(value) if is_whole(value) else value)
+
+
+def check_degree(degree: Any) -> int:
+    """Return k for degree 2k - 1, or raise DegreeError."""
+    if not is_whole(degree) or int(degree) not in DEGREES:
+        raise DegreeError(f"degree is {shown(degree)}: it must be odd, from 3 to 11 (7 minimises snap)")
+    return (int(degree) + 1) // 2
+
+
+def check_continuity(continuity: Any, half: int) -> int:
+    """Return the continuity, k - 1 where none is given; at most degree - 1."""
+    if continuity is None:
+        return half - 1
+    if not is_whole(continuity) or not 0 <= continuity <= 2 * half - 2:
+        raise DegreeError(
+            f"continuity is {shown(continuity)}: pieces of degree {2 * half - 1} can share derivatives 0 to "
+            f"{2 * half - 2} at their knots"
+        )
+    if continuity < half - 2:
+        raise DegreeError(
+            f"continuity {continuity} leaves the curve undetermined at degree {2 * half - 1}: use at least {half - 2}"
+        )
+    return int(continuity)
+
+
+def check_jumps(continuity: int, half: int, between_waypoints: bool) -> None:
+    """Raise DegreeError for continuity k - 2 unless every leg is one polynomial between given waypoints.
+
+    Where polynomials of degree k - 1 may meet at a free position with a jump of derivative k - 1, curves that differ
+    cost the same.
+    """
+    if continuity < half - 1 and not between_waypoints:
+        raise DegreeError(
+            f"continuity {continuity} at degree {2 * half - 1} leaves the curve undetermined unless every leg is one "
+            f"polynomial between given waypoints: use continuity {half - 1}, or pieces=1 and no waypoint_tolerance"
+        )
+
+
+def check_pieces(pieces: Any) -> tuple[int, bool]:
+    """Return the number of polynomials per leg, a whole number of at least 1, and whether a search may choose it."""
+    if isinstance(pieces, str) and pieces == "auto":
+        return 1, True
+    if not is_whole(pieces) or not 1 <= pieces <= MOST_PIECES:
+        raise DegreeError(
+            f"pieces is {shown(pieces)}: a leg has a whole number of polynomials, at least 1 and at most "
+            f"{MOST_PIECES}, or 'auto'"
+        )
+    return int(pieces), False
+
+
+def check_samples(method: str, samples: Any, limited: bool) -> int | None:
+    """Return the instants per polynomial at which the corridor is kept; None for every instant.
+
+    Parameters
+    ----------
+    method : {"exact", "sampled"}
+    samples : int, optional
+        As it was passed.
+    limited : bool
+        Whether there are limits, which hold at every instant.
+    """
+    if method not in ("exact", "sampled"):
+        raise CorridorError(f"corridor_method is {shown(method)}: use 'exact' or 'sampled'")
+    if method == "exact":
+        if samples is not None:
+            raise CorridorError(
+                f"samples={shown(samples)} has no meaning where the corridor holds at every instant: "
+                "leave it out, or set corridor_method='sampled'"
+            )
+        return None
+    if limited:
+        raise CorridorError(
+            "corridor_method='sampled' does not go with limits, which hold at every instant: use 'exact'"
+        )
+    samples = SAMPLES if samples is None else samples
+    if not is_whole(samples) or not 1 <= samples <= MOST_PER_PIECE:
+        raise CorridorError(
+            f"samples is {shown(samples)}: give a whole number of instants per polynomial, at least 1 and at most "
+            f"{MOST_PER_PIECE}"
+        )
+    return int(samples)
+
+
+def refuse_repeated(points: FloatArray, reason: str) -> None:
+    """Raise WaypointError if two waypoints in a row are equal."""
+    same = (points[1:] == points[:-1]).all(axis=1)
+    if same.any():
+        leg = int(np.argmax(same))
+        raise WaypointError(
+            f"waypoints {leg} and {leg + 1} are both {point_text(points[leg])}: remove one, or {reason}", leg=leg
+        )
+
+
+def check_closing(closed: bool, points: FloatArray) -> bool:
+    """Return whether a lap is closed, or raise WaypointError if it does not end where it began."""
+    if closed and (points[0] != points[-1]).any():
+        raise WaypointError("closed=True needs the last waypoint to be the first one: append it")
+    return bool(closed)
+
+
+def check_pins(
+    pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None,
+    start: Mapping[str, npt.ArrayLike] | None,
+    end: Mapping[str, npt.ArrayLike] | None,
+    closed: bool,
+    half: int,
+    points: FloatArray,
+) -> dict[int, dict[int, FloatArray]]:
+    """Return pinned derivatives by waypoint and order; at open ends those up to order k - 1 not named are zero."""
+    last, dim = len(points) - 1, points.shape[1]
+    if closed and (start is not None or end is not None):
+        raise WaypointError("closed=True leaves the state at start and end free: give neither start= nor end=")
+    collected: dict[int, dict[int, FloatArray]] = {}
+    if pins is not None and not isinstance(pins, Mapping):
+        raise WaypointError(f"pins must be a mapping such as {{1: {{'velocity': (1, 0, 0)}}}}, not {shown(pins)}")
+    for index, state in (pins or {}).items():
+        if not is_whole(index) or not 0 <= index <= last:
+            raise WaypointError(f"pins name waypoint {shown(index)}: there are waypoints 0 to {last}")
+        if index in (0, last):
+            raise WaypointError(f"pins name waypoint {index}, an end of the trajectory: use start= or end=")
+        collected[int(index)] = check_state(state, f"pins[{index}]", half, dim)
+    if not closed:
+        rest = {order: np.zeros(dim) for order in range(1, half)}
+        collected[0] = rest | check_state(start, "start", half, dim)
+        collected[last] = rest | check_state(end, "end", half, dim)
+    return collected
+
+
+def check_state(state: Mapping[str, npt.ArrayLike] | None, where: str, half: int, dim: int) -> dict[int, FloatArray]:
+    """Return pinned derivatives by order (1 … k - 1) from a mapping such as ``{"velocity": (1, 0, 0)}``."""
+    if state is None:
+        return {}
+    if not isinstance(state, Mapping):
+        raise WaypointError(f"{where} must be a mapping such as {{'velocity': (1, 0, 0)}}, not {shown(state)}")
+    give = f"{dim} finite numbers"
+    return {
+        _order(name, where, half): check_array(f"the {name} of {where}", value, ((dim,),), give, WaypointError)
+        for name, value in state.items()
+    }
+
+
+def _order(name: Any, where: str, half: int) -> int:
+    allowed = DERIVATIVES[1:half]
+    if name not in allowed:
+        raise WaypointError(f"{where} pins {shown(name)}: degree {2 * half - 1} can pin {', '.join(allowed)}")
+    return DERIVATIVES.index(name)
+
+
+def point_text(point: FloatArray) -> str:
+    """Return a point as a message shows it."""
+    return "(" + ", ".join(f"{value:g}" for value in point) + ")"

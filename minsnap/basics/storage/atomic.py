@@ -1,0 +1,134 @@
+"""Atomic writing of files: written to a temporary file in the same folder, then renamed."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+from minsnap.basics.messages import shown
+from minsnap.errors import FileError
+
+
+@contextmanager
+def atomic_write(
+    path: str | os.PathLike[str], mode: str = "w", *, clobber: bool = True, **options: Any
+) -> Iterator[IO[Any]]:
+    """Open a file for writing that appears under its name only when it is complete.
+
+    A temporary file in the same folder is opened; it is flushed to the disk and renamed when the block ends without an
+    exception, and removed otherwise, so a partial file is never visible and after a failure an existing file is
+    unchanged. A symbolic link is followed; a device or a pipe is written to directly.
+
+    Parameters
+    ----------
+    path : str or path
+        Destination.
+    mode : str
+        ``"w"`` for text (UTF-8, newlines as written) or ``"wb"`` for bytes.
+    clobber : bool
+        False: an existing destination is an error, checked before the block and again when publishing.
+    **options
+        Passed to :func:`open`.
+
+    Yields
+    ------
+    file object
+
+    Raises
+    ------
+    FileError
+        If the destination exists and must not be replaced, is a folder, or its folder is missing or cannot be written.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> with atomic_write(folder / "a.txt") as file:
+    ...     _ = file.write("whole")
+    >>> (folder / "a.txt").read_text()
+    'whole'
+    """
+    destination = check_destination(path, clobber=clobber)
+    if "b" not in mode:
+        options = {"encoding": "utf-8", "newline": ""} | options
+    if destination.exists() and not destination.is_file():
+        with _named(destination, destination), open(destination, mode, **options) as file:
+            yield file
+        return
+    beside = destination.with_name(f".{secrets.token_hex(8)}.part")
+    with _named(beside, destination):
+        try:
+            with open(beside, mode.replace("w", "x"), **options) as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            _publish(beside, destination, clobber)
+        finally:
+            beside.unlink(missing_ok=True)
+
+
+def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> Path:
+    """Return the file that a name refers to, with links resolved.
+
+    Raises
+    ------
+    FileError
+        If it is no name of a file, a folder, read-only, or there and must not be replaced.
+    """
+    try:
+        destination = Path(os.path.realpath(path))
+        state = os.stat(destination)
+    except (TypeError, ValueError):
+        raise FileError(f"{shown(path)} is no name of a file") from None
+    except FileNotFoundError:
+        return destination
+    except OSError as error:
+        raise FileError(f"{path} cannot be written: {error.strerror}") from error
+    if stat.S_ISDIR(state.st_mode):
+        raise FileError(f"{path} is a folder: give the name of a file")
+    if not clobber:
+        raise _taken(Path(path))
+    if not state.st_mode & 0o222:
+        raise FileError(f"{path} is read-only: choose another name, or make it writable")
+    return destination
+
+
+def refuse_source(path: str | os.PathLike[str], source: str | os.PathLike[str]) -> None:
+    """Raise FileError if a file that is to be written is the one that is read, under whatever name."""
+    if Path(path).is_file() and Path(source).exists() and os.path.samefile(path, source):
+        raise FileError(f"{path} is the file that is read: choose another name")
+
+
+@contextmanager
+def _named(beside: Path, destination: Path) -> Iterator[None]:
+    """Report system errors with the requested name instead of the temporary one."""
+    try:
+        yield
+    except BrokenPipeError:  # its reader has gone, which is no fault of the file
+        raise
+    except OSError as error:
+        if error.filename not in (None, str(beside)):
+            raise
+        raise FileError(f"{destination} cannot be written: {error.strerror}") from error
+
+
+def _publish(beside: Path, destination: Path, clobber: bool) -> None:
+    if clobber:
+        if destination.exists():
+            shutil.copymode(destination, beside)
+        os.replace(beside, destination)
+        return
+    try:
+        os.link(beside, destination)  # unlike a rename, fails if the name exists by now
+    except FileExistsError:
+        raise _taken(destination) from None
+
+
+def _taken(destination: Path) -> FileError:
+    return FileError(f"{destination} is there already: choose another name, or allow it to be replaced")

@@ -1,0 +1,105 @@
+"""Feed-forward in setpoints: drag compensated through the acceleration, response delay through a lead time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from minsnap.basics.messages import shown
+from minsnap.errors import InputError
+from minsnap.flight.mavlink.setpoints import resampled_at
+from minsnap.flight.simulation.controllers.feed_forward import drag_feed_forward
+from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.quadrotor import Quadrotor
+
+LONGEST_LEAD = 0.5
+"""A lead beyond this is no delay of a vehicle that flies well [s]."""
+
+
+@dataclass(frozen=True)
+class FeedForward:
+    """Drag and lead time to add to the setpoints of a file.
+
+    Parameters
+    ----------
+    drag : float
+        Deceleration by drag for each m/s of speed [1/s]: linear drag divided by mass.
+    vehicle : Quadrotor or None
+        A vehicle whose own drag is offset instead.
+    lead : float
+        How much earlier each setpoint is sent, to offset the delay of the vehicle's response [s].
+
+    Raises
+    ------
+    InputError
+        If the drag is negative or not finite, both are given, or the lead is not between 0 and 0.5 s.
+    """
+
+    drag: float = 0.0
+    vehicle: Quadrotor | None = None
+    lead: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.drag) and self.drag >= 0.0):
+            raise InputError(f"the drag is {shown(self.drag)} 1/s: it must be 0 or more")
+        if self.drag and self.vehicle is not None:
+            raise InputError("a drag and a vehicle were given: the vehicle has its own drag, so give one of them")
+        if not 0.0 <= self.lead <= LONGEST_LEAD:
+            raise InputError(f"the lead is {shown(self.lead)} s: it must be between 0 and {LONGEST_LEAD:g} s")
+
+    @property
+    def given(self) -> bool:
+        """Whether anything is added."""
+        return bool(self.drag) or self.vehicle is not None or bool(self.lead)
+
+    def applied(self, samples: Samples) -> Samples:
+        """Return the samples as they are sent: as stated, with the feed-forward added to the acceleration."""
+        return self.stated(samples).commanded()
+
+    def stated(self, samples: Samples) -> Samples:
+        """Return the samples with what offsets drag stated as their feed-forward, all earlier by the lead time.
+
+        Parameters
+        ----------
+        samples : Samples
+            Of three coordinates.
+
+        Raises
+        ------
+        InputError
+            If drag is to be offset and the samples have no velocity, or state their feed-forward already.
+        """
+        return self._led(self._compensated(samples))
+
+    def _compensated(self, samples: Samples) -> Samples:
+        if not self.drag and self.vehicle is None:
+            return samples
+        if samples.feed_forward is not None:
+            raise InputError("the file states its feed-forward already: leave the drag and the vehicle out")
+        if samples.velocity is None:
+            raise InputError("the file has no velocity, so its drag is not known")
+        extra = self.drag * samples.velocity if self.vehicle is None else drag_feed_forward(self.vehicle, samples)
+        return replace(samples, feed_forward=np.asarray(extra))
+
+    def _led(self, samples: Samples) -> Samples:
+        """Return at each instant the sample valid ``lead`` later; the last sample is held at rest."""
+        if not self.lead:
+            return samples
+        ahead = resampled_at(samples, np.minimum(samples.t + self.lead, samples.t[-1]), samples.t)
+        flying = (samples.t + self.lead < samples.t[-1]).astype(np.float64)
+        names = ("velocity", "acceleration", "yaw_rate", "feed_forward")
+        kept = {name: getattr(ahead, name) for name in names if getattr(ahead, name) is not None}
+        return replace(ahead, **{name: flying.reshape(-1, *(1,) * (v.ndim - 1)) * v for name, v in kept.items()})
+
+    def describe(self, samples: Samples) -> str:
+        """Return a text that says what is added to samples."""
+        said = []
+        added = self._compensated(samples).feed_forward
+        if added is not None:
+            most = float(np.linalg.norm(added, axis=1).max())
+            said.append(f"drag offset by up to {most:.2f} m/s²")
+        if self.lead:
+            said.append(f"setpoints sent {1e3 * self.lead:g} ms ahead")
+        return " and ".join(said)

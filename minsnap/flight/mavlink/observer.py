@@ -1,0 +1,120 @@
+"""Observation of a flight: log, callbacks and tracking error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from minsnap.flight.mavlink.changing_table import ChangingTable
+from minsnap.flight.mavlink.dialect import Message
+from minsnap.flight.mavlink.sequence import Phase, Sequence, SetpointStep
+from minsnap.flight.mavlink.setpoints import SetpointTable
+from minsnap.flight.mavlink.stream_log import StreamLog
+from minsnap.flight.mavlink.stream_options import StreamOptions, StreamStatus
+from minsnap.flight.mavlink.vehicle_state import VehicleState
+
+EventCallback = Callable[[str], None]
+StatusCallback = Callable[[StreamStatus], None]
+
+_STUBBORN = 5  # commands are repeated every second, and ArduPilot takes some only after a while
+
+
+class StreamObserver:
+    """Records the events of a flight and passes them to the callbacks.
+
+    Parameters
+    ----------
+    table : SetpointTable or ChangingTable
+        What is flown.
+    options : StreamOptions
+        Where to log, and in which frame.
+    start : float
+        The instant that counts as 0 in the log [s].
+    on_event, on_status : callable or None
+        Whom to tell.
+    """
+
+    def __init__(
+        self,
+        table: SetpointTable | ChangingTable,
+        options: StreamOptions,
+        start: float,
+        on_event: EventCallback | None,
+        on_status: StatusCallback | None,
+    ) -> None:
+        self._table, self._on_event, self._on_status = table, on_event, on_status
+        self._log = None if options.log is None else StreamLog(options.log, table.frame, start)
+        self._phase = Phase.PRESTREAM
+        self._error: float | None = None
+        self._errors: list[float] = []
+        self.flown = 0
+
+    def close(self) -> None:
+        """Close the log."""
+        if self._log is not None:
+            self._log.close()
+
+    def silence(self) -> None:
+        """Disable log and callbacks after one of them has failed."""
+        self.close()
+        self._log = self._on_event = self._on_status = None
+
+    def say(self, now: float, text: str) -> None:
+        """Pass an event on as a sentence."""
+        if self._log is not None:
+            self._log.event(now, text)
+        if self._on_event is not None:
+            self._on_event(text)
+
+    def heard(self, now: float, message: Message, vehicle: VehicleState, sequence: Sequence | None) -> None:
+        """Record a message of the vehicle: its position, the distance to its setpoint, its texts."""
+        kind = message.get_type()
+        if kind == "LOCAL_POSITION_NED":
+            self._measure(vehicle, sequence)
+            if self._log is not None:
+                self._log.position(now, vehicle)
+        elif kind == "HEARTBEAT" and self._log is not None:
+            self._log.heartbeat(now, vehicle)
+        elif kind == "STATUSTEXT":
+            self.say(now, f"vehicle: {message.text}")
+        elif kind == "COMMAND_ACK" and vehicle.refusal is not None and vehicle.refusal.times == _STUBBORN:
+            self.say(now, f"the vehicle has refused {vehicle.refusal} {_STUBBORN} times")
+
+    def _measure(self, vehicle: VehicleState, sequence: Sequence | None) -> None:
+        if sequence is None:
+            return
+        self._error = vehicle.distance(sequence.setpoint.position)
+        if sequence.phase is Phase.FLYING and math.isfinite(self._error):
+            self._errors.append(self._error)
+
+    def sent(self, now: float, step: SetpointStep, late: float, sequence: Sequence, vehicle: VehicleState) -> None:
+        """Record the setpoint sent in a slot."""
+        self.flown += step.index is not None
+        if self._log is not None and step.setpoint is not None:
+            self._log.setpoint(now, step.index, step.setpoint, self._table.mask, late)
+        self.announce(now, sequence)
+        if self._on_status is not None:
+            self._on_status(self._status(step, late, sequence, vehicle))
+
+    def _status(self, step: SetpointStep, late: float, sequence: Sequence, vehicle: VehicleState) -> StreamStatus:
+        duration = (len(self._table) - 1) / self._table.rate
+        elapsed = duration if sequence.completed else 0.0
+        if step.index is not None:
+            elapsed = min(step.index / self._table.rate, duration)
+        return StreamStatus(sequence.phase, elapsed, duration, step.setpoint, step.index, late, self._error, vehicle)
+
+    def announce(self, now: float, sequence: Sequence) -> None:
+        """Say in words when the phase has changed."""
+        if sequence.phase is self._phase:
+            return
+        self._phase = sequence.phase
+        ends = "holding the end" if sequence.completed else f"stopped: {sequence.reason}; holding"
+        words = {Phase.HOLDING: ends, Phase.DONE: "nobody follows any more: done"}
+        self.say(now, words.get(sequence.phase, sequence.phase.value))
+
+    def tracking(self) -> tuple[float, float] | None:
+        """Return the root mean square and the largest tracking error [m], None when no position came in flight."""
+        errors = np.array(self._errors)
+        return (float(np.sqrt(np.mean(errors**2))), float(errors.max())) if errors.size else None

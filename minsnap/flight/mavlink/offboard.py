@@ -1,0 +1,115 @@
+"""The function that flies a path, samples or a setpoint file over MAVLink."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from minsnap.errors import FlightError, InputError
+from minsnap.files.consistency import ConsistencyReport, check_samples
+from minsnap.files.sidecar import frame_of
+from minsnap.flight.mavlink.link import Link, open_link
+from minsnap.flight.mavlink.observer import EventCallback, StatusCallback
+from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.setpoints import SetpointTable, tabulate
+from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
+from minsnap.flight.mavlink.streaming import Streamer
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
+
+
+def stream(
+    source: Samples | Path | str | os.PathLike[str],
+    connect: str | Link,
+    options: StreamOptions | None = None,
+    *,
+    clock: Clock | None = None,
+    on_event: EventCallback | None = None,
+    on_status: StatusCallback | None = None,
+    **changes: Any,
+) -> StreamReport:
+    """Fly a path, samples or a setpoint file over MAVLink.
+
+    Parameters
+    ----------
+    source : Path, Samples or path of a setpoint CSV
+        In z-up world axes; a file in its own.
+    connect : str or Link
+        A connection string (:func:`~minsnap.flight.mavlink.link_transport.open_transport`), or an open link, which
+        stays open.
+    options : StreamOptions, optional
+        How; every field of it may be given as a keyword of its own.
+    clock : Clock, optional
+        Monotonic time, unless another is given; that of the link if a link is given.
+    on_event, on_status : callable, optional
+        See :class:`~minsnap.flight.mavlink.streaming.Streamer`.
+
+    Returns
+    -------
+    StreamReport
+
+    Raises
+    ------
+    FlightError
+        If the setpoints are not consistent, the start is too far, or a rule stopped the flight.
+    LinkError
+        If the port cannot be opened or no vehicle answers.
+    ImportError
+        If pymavlink is not installed.
+    """
+    options = replace(options or StreamOptions(), **changes)
+    clock = clock or Clock()
+    table = prepare(source, options)
+    link = connect if isinstance(connect, Link) else open_link(connect, clock)
+    try:
+        return Streamer(table, link, options, clock, on_event, on_status).run()
+    finally:
+        if link is not connect:
+            link.close()
+
+
+def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> SetpointTable:
+    """Read and check what is to be flown, and tabulate it as setpoints.
+
+    Raises
+    ------
+    FlightError
+        If the samples are not consistent with themselves; says how.
+    InputError
+        If what is to be added to them cannot be.
+    """
+    samples = _sampled(source, options)
+    report = check_samples(samples)
+    if not report.ok:
+        raise FlightError(f"not fit to fly: {report.problems[0]}")
+    added = options.feed_forward
+    if added.lead and options.laps > 1:
+        raise InputError("a lead holds the end of a lap: fly one lap, or leave the lead out")
+    sent = added.stated(samples)
+    frame = options.frame if isinstance(source, (Samples, Path)) else frame_of(source, options.frame)
+    table = tabulate(sent, options.rate, options.fields, frame or "enu", options.laps)
+    options.check_rate(table.rate)
+    return replace(table, note="; ".join(filter(None, (added.describe(samples), _at_speed(samples, report)))))
+
+
+def _at_speed(samples: Samples, report: ConsistencyReport) -> str:
+    """Say how fast a path begins and ends that does so at speed, where the vehicle is held at rest."""
+    if samples.velocity is None:
+        return ""
+    speeds = np.linalg.norm(samples.velocity[[0, -1]], axis=1)
+    ends = zip(("begins", "ends"), speeds, (report.starts_at_rest, report.ends_at_rest), strict=True)
+    moving = [f"{verb} at {speed:.2g} m/s" for verb, speed, rest in ends if not rest]
+    return f"the path {' and '.join(moving)}, where the vehicle is held at rest" if moving else ""
+
+
+def _sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> Samples:
+    if isinstance(source, Samples):
+        return source
+    if isinstance(source, Path):
+        return source.sample(20.0 if options.rate is None else options.rate)
+    from minsnap.files.convert import read_samples
+
+    return read_samples(source, options.frame, 20.0 if options.rate is None else options.rate)

@@ -1,0 +1,259 @@
+"""Check of an autopilot's parameters against a flight: each rule reads some parameters and reports conflicts.
+
+Sources: PX4's parameter reference, ArduPilot's list of Copter parameters, and flights of both in simulation
+(docs/offboard.rst).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.basics.arrays import GRAVITY
+from minsnap.flight.mavlink.parameters import Parameter
+from minsnap.flight.mavlink.safety import SafetyRules
+from minsnap.trajectory.samples import Samples
+
+
+@dataclass(frozen=True)
+class FlightNeeds:
+    """What a setpoint file requires of the vehicle.
+
+    Parameters
+    ----------
+    speed, climb, sink : float
+        Greatest horizontal speed, greatest speed up and down [m/s].
+    acceleration, lift : float
+        Greatest horizontal acceleration, and greatest vertical one, up or down [m/s^2].
+    tilt : float
+        Greatest angle between thrust and the vertical, without drag [rad].
+    height : float
+        Greatest height of the file [m].
+    reach : float
+        Greatest horizontal distance from the file's first setpoint [m].
+    """
+
+    speed: float = 0.0
+    climb: float = 0.0
+    sink: float = 0.0
+    acceleration: float = 0.0
+    lift: float = 0.0
+    tilt: float = 0.0
+    height: float = 0.0
+    reach: float = 0.0
+
+
+def flight_needs(samples: Samples) -> FlightNeeds:
+    """Return what samples in z-up world axes require; without velocities or accelerations these are zero."""
+    still = np.zeros((1, 3))
+    velocity = still if samples.velocity is None else samples.velocity
+    acceleration = still if samples.acceleration is None else samples.acceleration
+    level = np.hypot(acceleration[:, 0], acceleration[:, 1])
+    away = samples.position[:, :2] - samples.position[0, :2]
+    return FlightNeeds(
+        speed=float(np.hypot(velocity[:, 0], velocity[:, 1]).max()),
+        climb=max(0.0, float(velocity[:, 2].max())),
+        sink=max(0.0, float(-velocity[:, 2].min())),
+        acceleration=float(level.max()),
+        lift=float(np.abs(acceleration[:, 2]).max()),
+        tilt=float(np.arctan2(level, GRAVITY + acceleration[:, 2]).max()),
+        height=float(samples.position[:, 2].max()),
+        reach=float(np.hypot(away[:, 0], away[:, 1]).max()),
+    )
+
+
+Values = Mapping[str, float]
+Judge = Callable[[Values, FlightNeeds], "str | None"]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A condition on some parameters.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Parameters that it needs; the first is the one to change.
+    judge : callable
+        Given their values and the flight, says what does not fit, or None.
+    """
+
+    names: tuple[str, ...]
+    judge: Judge
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The result of one rule.
+
+    Parameters
+    ----------
+    parameters : tuple of Parameter
+        What it looked at; empty if the vehicle did not answer.
+    name : str
+        The parameter that it is about.
+    problem : str or None
+        Why it does not fit; None if it does, or if it is not known.
+    """
+
+    parameters: tuple[Parameter, ...]
+    name: str
+    problem: str | None
+
+    @property
+    def known(self) -> bool:
+        """Whether the vehicle has reported all parameters of the rule."""
+        return bool(self.parameters)
+
+
+def at_least(name: str, need: Callable[[FlightNeeds], float], unit: str, what: str, scale: float = 1.0) -> Rule:
+    """Return the rule that a parameter, times ``scale`` in SI units, is not below what the flight needs."""
+
+    def judge(values: Values, needs: FlightNeeds) -> str | None:
+        has, wants = scale * values[name], need(needs)
+        if has >= wants:
+            return None
+        return f"{what} at {has:.4g} {unit}, and the flight needs {wants:.4g} {unit}"
+
+    return Rule((name,), judge)
+
+
+def _loss_time(values: Values, needs: FlightNeeds) -> str | None:
+    time, gap = values["COM_OF_LOSS_T"], SafetyRules().max_gap
+    if time <= gap:
+        return f"the vehicle leaves OFFBOARD after a pause of {time:g} s, and this program allows pauses of {gap:g} s"
+    return None if time <= 2.0 else f"after a loss of the stream the vehicle flies its last setpoint for {time:g} s"
+
+
+def _loss_action(values: Values, needs: FlightNeeds) -> str | None:
+    action = values["COM_OBL_RC_ACT"]
+    if action in (4, 5):
+        return None
+    climbs = f"returns to launch and climbs to RTL_RETURN_ALT ({values['RTL_RETURN_ALT']:g} m) first"
+    if action == 3:
+        return f"after a loss of the stream the vehicle {climbs}; 4 lands and 5 holds"
+    if action in (0, 1, 2):
+        return f"after a loss of the stream a pilot must take over by radio control, without one the vehicle {climbs}"
+    return "after a loss of the stream the motors are stopped in the air"
+
+
+def _radio_exception(values: Values, needs: FlightNeeds) -> str | None:
+    if int(values["COM_RCL_EXCEPT"]) & 4 or int(values["COM_RC_IN_MODE"]) == 4:
+        return None
+    return "without a radio control OFFBOARD ends in a failsafe: add 4 (offboard) if you fly without one"
+
+
+def _external_pose(values: Values, needs: FlightNeeds) -> str | None:
+    control = int(values["EKF2_EV_CTRL"])
+    if control == 0 or control & 1:
+        return None
+    return "poses from outside are fused, but not their horizontal position (bit 0)"
+
+
+def _height_source(values: Values, needs: FlightNeeds) -> str | None:
+    source = {0: "the barometer", 1: "GPS", 2: "the range sensor"}.get(int(values["EKF2_HGT_REF"]))
+    if source is None or not int(values["EKF2_EV_CTRL"]) & 2:
+        return None
+    return f"poses from outside are fused, and the height still follows {source}: 3 takes it from the poses"
+
+
+def _lean_angle(values: Values, needs: FlightNeeds) -> str | None:
+    lean, wants = values["PSC_ANGLE_MAX"] or 0.01 * values["ANGLE_MAX"], math.degrees(needs.tilt)
+    return None if lean >= wants else f"tilt is cut at {lean:.4g} deg, and the flight needs {wants:.4g} deg"
+
+
+def _guided_timeout(values: Values, needs: FlightNeeds) -> str | None:
+    time = values["GUID_TIMEOUT"]
+    if time <= 1.0:
+        return None
+    far = needs.speed * time
+    return f"after a loss of the stream the vehicle flies on for {time:g} s, up to {far:.3g} m; 1 s is enough"
+
+
+def jerk_time(name: str, need: Callable[[FlightNeeds], float]) -> Rule:
+    """Return the rule that a limit of jerk lets the flight's acceleration build up within half a second."""
+
+    def judge(values: Values, needs: FlightNeeds) -> str | None:
+        time = need(needs) / values[name]
+        return None if time <= 0.5 else f"it takes {time:.2g} s to build up the flight's {need(needs):.3g} m/s^2"
+
+    return Rule((name,), judge)
+
+
+def _fence_height(values: Values, needs: FlightNeeds) -> str | None:
+    if not int(values["FENCE_ENABLE"]) or not int(values["FENCE_TYPE"]) & 1 or values["FENCE_ALT_MAX"] >= needs.height:
+        return None
+    return f"the fence ends at {values['FENCE_ALT_MAX']:g} m, and the file goes up to {needs.height:.3g} m"
+
+
+def _fence_radius(values: Values, needs: FlightNeeds) -> str | None:
+    if not int(values["FENCE_ENABLE"]) or not int(values["FENCE_TYPE"]) & 2 or values["FENCE_RADIUS"] >= needs.reach:
+        return None
+    radius = values["FENCE_RADIUS"]
+    return f"the fence ends {radius:g} m from home, and the file goes {needs.reach:.3g} m from its start"
+
+
+RULES: dict[str, Sequence[Rule]] = {
+    "px4": (
+        Rule(("COM_OF_LOSS_T",), _loss_time),
+        Rule(("COM_OBL_RC_ACT", "RTL_RETURN_ALT"), _loss_action),
+        Rule(("COM_RCL_EXCEPT", "COM_RC_IN_MODE"), _radio_exception),
+        at_least("MPC_XY_VEL_MAX", lambda needs: needs.speed, "m/s", "horizontal speed is cut"),
+        at_least("MPC_Z_VEL_MAX_UP", lambda needs: needs.climb, "m/s", "the speed of climbing is cut"),
+        at_least("MPC_Z_VEL_MAX_DN", lambda needs: needs.sink, "m/s", "the speed of descending is cut"),
+        at_least("MPC_TILTMAX_AIR", lambda needs: math.degrees(needs.tilt), "deg", "tilt is cut"),
+        Rule(("EKF2_EV_CTRL",), _external_pose),
+        Rule(("EKF2_HGT_REF", "EKF2_EV_CTRL"), _height_source),
+    ),
+    "ardupilot": (
+        Rule(("GUID_TIMEOUT",), _guided_timeout),
+        at_least("WPNAV_SPEED", lambda needs: needs.speed, "m/s", "horizontal speed is cut", 0.01),
+        at_least("WPNAV_SPEED_UP", lambda needs: needs.climb, "m/s", "the speed of climbing is cut", 0.01),
+        at_least("WPNAV_SPEED_DN", lambda needs: needs.sink, "m/s", "the speed of descending is cut", 0.01),
+        at_least("WPNAV_ACCEL", lambda needs: needs.acceleration, "m/s^2", "horizontal acceleration is cut", 0.01),
+        at_least("WPNAV_ACCEL_Z", lambda needs: needs.lift, "m/s^2", "vertical acceleration is cut", 0.01),
+        Rule(("ANGLE_MAX", "PSC_ANGLE_MAX"), _lean_angle),
+        jerk_time("PSC_JERK_XY", lambda needs: needs.acceleration),
+        jerk_time("PSC_JERK_Z", lambda needs: needs.lift),
+        Rule(("FENCE_ALT_MAX", "FENCE_ENABLE", "FENCE_TYPE"), _fence_height),
+        Rule(("FENCE_RADIUS", "FENCE_ENABLE", "FENCE_TYPE"), _fence_radius),
+    ),
+    "generic": (),
+}
+"""By autopilot; each rule names the parameters that it reads."""
+
+
+def rule_parameters(autopilot: str) -> list[str]:
+    """Return the names of all parameters that the rules of an autopilot read."""
+    return list(dict.fromkeys(name for rule in RULES[autopilot] for name in rule.names))
+
+
+def check_parameters(autopilot: str, parameters: Mapping[str, Parameter], needs: FlightNeeds) -> list[Finding]:
+    """Check parameters against the needs of a flight.
+
+    Parameters
+    ----------
+    autopilot : str
+        ``px4``, ``ardupilot`` or ``generic``, for which there are no rules.
+    parameters : mapping of str to Parameter
+        What the vehicle has said.
+    needs : FlightNeeds
+        Of the file.
+
+    Returns
+    -------
+    list of Finding
+        One a rule.
+    """
+    findings = []
+    for rule in RULES[autopilot]:
+        known = tuple(parameters[name] for name in rule.names if name in parameters)
+        if len(known) < len(rule.names):
+            findings.append(Finding((), rule.names[0], None))
+            continue
+        values = {parameter.name: parameter.value for parameter in known}
+        findings.append(Finding(known, rule.names[0], rule.judge(values, needs)))
+    return findings

@@ -1,0 +1,117 @@
+"""Schedule of setpoints: slots of a monotonic clock, one setpoint per slot, no bursts."""
+
+from __future__ import annotations
+
+import math
+import select
+import time
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.basics.messages import shown
+from minsnap.errors import TimingError
+
+
+class Clock:
+    """Monotonic time and waiting; tests may pass a clock with simulated time."""
+
+    def now(self) -> float:
+        """Return the time [s] from an arbitrary origin."""
+        return time.monotonic()
+
+    def wait(self, until: float, readers: Sequence[int]) -> None:
+        """Wait until the instant, or until one of the file descriptors is readable.
+
+        Parameters
+        ----------
+        until : float
+            An instant of :meth:`now` [s].
+        readers : sequence of int
+            File descriptors to wake up for.
+        """
+        select.select(readers, [], [], max(0.0, until - self.now()))
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """Lateness of the sent setpoints, and the number of skipped ones.
+
+    Parameters
+    ----------
+    sent, skipped : int
+        Slots that were served, and slots that had passed when their turn came.
+    rate : float
+        Mean rate of the slots served and skipped, over the time they took [Hz].
+    median, p99, p999, worst : float
+        Time from the instant a slot was due to the instant it was served [s].
+    """
+
+    sent: int
+    skipped: int
+    rate: float
+    median: float
+    p99: float
+    p999: float
+    worst: float
+
+
+class Schedule:
+    """Slots at start + k/rate.
+
+    Each slot is computed from the start time, so errors do not accumulate: after an hour slot k is still at k/rate.
+    After a delay the slot due now is served; missed slots are skipped.
+
+    Parameters
+    ----------
+    rate : float
+        Slots a second [Hz].
+    start : float
+        Instant of slot 0 [s].
+
+    Raises
+    ------
+    TimingError
+        If the rate is not a positive number.
+    """
+
+    def __init__(self, rate: float, start: float) -> None:
+        if not (math.isfinite(rate) and rate > 0):
+            raise TimingError(f"the rate is {shown(rate)}: it must be a positive number of setpoints per second")
+        self.rate = rate
+        self.start = start
+        self.skipped = 0
+        self._last = -1
+        self._lateness = array("d")
+        self._served = array("d")
+
+    @property
+    def due(self) -> float:
+        """The instant of the next slot [s]."""
+        return self.start + (self._last + 1) / self.rate
+
+    @property
+    def last_lateness(self) -> float:
+        """Lateness of the slot served last [s]."""
+        return self._lateness[-1]
+
+    def take(self, now: float) -> int:
+        """Serve the slot due at ``now`` and return its number; missed slots are skipped and counted."""
+        self._lateness.append(max(0.0, now - self.due))
+        self._served.append(now)
+        index = max(self._last + 1, math.floor((now - self.start) * self.rate + 1e-6))
+        self.skipped += index - self._last - 1
+        self._last = index
+        return index
+
+    def lateness(self) -> Lateness:
+        """Summarise the slots served so far."""
+        if not self._lateness:
+            return Lateness(0, 0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        late = np.array(self._lateness)
+        took = self._served[-1] - self._served[0]
+        rate = self._last / took if took > 0 else 0.0
+        median, p99, p999 = np.percentile(late, [50, 99, 99.9]).tolist()
+        return Lateness(len(late), self.skipped, rate, median, p99, p999, float(late.max()))

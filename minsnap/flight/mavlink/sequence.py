@@ -1,0 +1,339 @@
+"""The phases of a flight as a state machine, without access to clock, sockets or files.
+
+In every state it returns a setpoint until the vehicle has left the mode in which it follows setpoints.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from minsnap.flight.mavlink.autopilot import Autopilot, arm_command, land_command, return_command, takeoff_command
+from minsnap.flight.mavlink.changing_table import ChangingTable
+from minsnap.flight.mavlink.dialect import Message
+from minsnap.flight.mavlink.safety import FRESH, SafetyRules
+from minsnap.flight.mavlink.setpoints import Setpoint, SetpointTable
+from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
+
+LINGER = 1.0
+"""How long the hold goes on after the vehicle has left the mode [s]."""
+
+_CLIMBED = 0.5  # a take-off is complete within this distance of the start's height [m]
+_RETRY = 1.0  # commands are repeated at this interval until they have had their effect [s]
+
+
+class Phase(Enum):
+    """The phases of a flight."""
+
+    PRESTREAM = "streaming the start"
+    READY = "ready"
+    FLYING = "flying"
+    HOLDING = "holding"
+    DONE = "done"
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The inputs of a sequence, once per slot.
+
+    Parameters
+    ----------
+    slot : int
+        Number of the slot; missed slots are missing.
+    now : float
+        [s]
+    vehicle : VehicleState
+        What the vehicle last said.
+    triggered : bool
+        True once the flight may begin.
+    stops : int
+        How often the user has asked to stop.
+    gap : float
+        Time since the slot before this was served [s].
+    """
+
+    slot: int
+    now: float
+    vehicle: VehicleState
+    triggered: bool = True
+    stops: int = 0
+    gap: float = 0.0
+
+
+@dataclass(frozen=True)
+class SetpointStep:
+    """What is to be sent in a slot.
+
+    Parameters
+    ----------
+    setpoint : Setpoint or None
+        None while an autopilot takes off by itself.
+    index : int or None
+        Which step of the table it is; None before and after the flight.
+    commands : tuple of messages
+        To send as well.
+    """
+
+    setpoint: Setpoint | None
+    index: int | None = None
+    commands: tuple[Message, ...] = ()
+
+
+class Sequence:
+    """The phases of one flight.
+
+    Parameters
+    ----------
+    table : SetpointTable or ChangingTable
+        What to fly.
+    autopilot : Autopilot
+        Whose conventions apply.
+    rules : SafetyRules
+        When to stop.
+    start : float
+        When streaming begins [s].
+    prestream : float
+        How long the start is streamed at least [s].
+    on_entry : bool
+        True: the flight begins when the vehicle enters the mode, having been outside it before.
+    here : tuple of 3, or None
+        Where the vehicle is, for a flight relative to that; it is updated until the vehicle enters the mode.
+    height : bool
+        True: ``here`` counts with its height, else in x and y alone.
+    arm, land : bool
+        Change the mode and arm; land at the end.
+    arm_timeout : float
+        How long arming, and coming near the start, may take [s].
+    on_abort : str
+        ``hold``, ``land`` or ``rtl``: what to ask for when a rule has stopped the flight.
+    give_up : float
+        How long the vehicle may be silent before a hold ends [s].
+    """
+
+    def __init__(
+        self,
+        table: SetpointTable | ChangingTable,
+        autopilot: Autopilot,
+        rules: SafetyRules,
+        start: float,
+        *,
+        prestream: float = 2.0,
+        on_entry: bool = True,
+        here: Vector | None = None,
+        height: bool = False,
+        arm: bool = False,
+        land: bool = False,
+        arm_timeout: float = 30.0,
+        on_abort: str = "hold",
+        give_up: float = 30.0,
+    ) -> None:
+        self._table, self._autopilot, self._rules = table, autopilot, rules
+        self._prestream_end, self._arm_deadline = start + prestream, start + prestream + arm_timeout
+        self._on_entry, self._relative, self._arm, self._land = on_entry, here is not None, arm, land
+        self._height, self._on_abort, self._give_up = height, on_abort, give_up
+        self.phase = Phase.PRESTREAM
+        self.reason: str | None = None
+        self.completed = self.aborted = self.gave_up = False
+        self.offset: Vector = (0.0, 0.0, 0.0)
+        self.setpoint = table.start
+        self._first_slot = 0
+        self._was_outside = False
+        self._outside_since: float | None = None
+        self._settled_since: float | None = None
+        self._next_command = start
+        if here is not None:
+            self._start_here(here)
+
+    @property
+    def first_slot(self) -> int | None:
+        """Slot of the flight's first setpoint; None unless it is flying."""
+        return self._first_slot if self.phase is Phase.FLYING else None
+
+    @property
+    def entered(self) -> bool:
+        """Whether the vehicle was seen outside the mode during the stream, if the trigger requires that."""
+        return self._was_outside or not self._on_entry
+
+    def step(self, at: Conditions) -> SetpointStep | None:
+        """Return what to send in this slot, or None when the flight has ended and sending must stop."""
+        self._watch_mode(at)
+        if at.stops and self.phase is not Phase.HOLDING:
+            self._stop(at)
+        self._watch_gap(at)
+        if self.phase in (Phase.PRESTREAM, Phase.READY):
+            self._watch_start(at)
+            self._watch_settling(at)
+        if self.phase is Phase.READY:
+            self._consider_start(at)
+        if self.phase is Phase.FLYING:
+            self._advance(at)
+        if self.phase is Phase.HOLDING and self._may_leave(at):
+            self.phase = Phase.DONE
+        return None if self.phase is Phase.DONE else self._answer(at)
+
+    def foreseen(self, slot: int) -> SetpointStep:
+        """Return what is sent in a later slot if nothing happens until then; commands apart."""
+        if self.phase is not Phase.FLYING:
+            return SetpointStep(self.setpoint)
+        index = slot - self._first_slot
+        setpoint = self._table[index].shifted(self.offset)
+        return SetpointStep(setpoint, index) if index < len(self._table) else SetpointStep(setpoint.held())
+
+    def hold(self, reason: str | None, at: Conditions, where_it_is: bool = True) -> None:
+        """Stop and hold: at the vehicle's position if it was reported recently, else at the last setpoint."""
+        fresh = where_it_is and at.vehicle.position is not None and at.now - at.vehicle.positioned <= FRESH
+        self.setpoint = self.setpoint.held(at.vehicle.position if fresh else None)
+        self.phase, self.reason = Phase.HOLDING, reason
+
+    def abort(self, reason: str, at: Conditions) -> None:
+        """Hold because a rule is broken; if no vehicle follows the setpoints yet, the flight ends."""
+        led = self._leads(at.vehicle)
+        self.hold(reason, at)
+        self.aborted = True
+        if not led:
+            self.phase = Phase.DONE
+
+    def _stop(self, at: Conditions) -> None:
+        led = self._leads(at.vehicle)
+        self.hold("stopped by the user", at, where_it_is=False)
+        if not led:
+            self.phase = Phase.DONE
+
+    def _leads(self, vehicle: VehicleState) -> bool:
+        """Return whether the vehicle follows our setpoints: it entered the mode during the stream, or is in flight."""
+        return self.phase is Phase.FLYING or (self._was_outside and self._autopilot.follows(vehicle))
+
+    def _watch_gap(self, at: Conditions) -> None:
+        """After a pause of this program, abandon the flight and hold the vehicle at its current position."""
+        reason = self._rules.stall(at.gap)
+        if reason is None or self.phase not in (Phase.FLYING, Phase.HOLDING):
+            return
+        if self.phase is Phase.FLYING:
+            self.abort(reason, at)
+        else:
+            self.hold(self.reason, at)
+
+    def _watch_mode(self, at: Conditions) -> None:
+        if self._autopilot.follows(at.vehicle):
+            self._outside_since = None
+        elif self._outside_since is None:
+            self._was_outside, self._outside_since = True, at.now
+
+    def _watch_start(self, at: Conditions) -> None:
+        """Move a relative start with the vehicle, and refuse a vehicle that is too far from a fixed start."""
+        if self._relative and at.vehicle.position is not None and not self._autopilot.follows(at.vehicle):
+            self._start_here(at.vehicle.position)
+        refusal = self._rules.start_refusal(at.vehicle, self.setpoint.position, on_the_ground=self._arm)
+        if refusal is not None:
+            self.abort(refusal, at)
+        elif self.phase is Phase.PRESTREAM and at.now >= self._prestream_end:
+            self.phase = Phase.READY
+
+    def _consider_start(self, at: Conditions) -> None:
+        """Begin the flight when all conditions hold."""
+        if self._arm and at.now > self._arm_deadline:
+            self.abort(f"the vehicle was not armed, in its mode and at the start in time: {self._missing(at)}", at)
+        elif at.triggered and self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at):
+            self.phase, self._first_slot = Phase.FLYING, at.slot
+
+    def _missing(self, at: Conditions) -> str:
+        """Return what a start with arming still waits for."""
+        if at.vehicle.refusal is not None:
+            return f"it refused {at.vehicle.refusal}"
+        if not self._autopilot.follows(at.vehicle):
+            return f"it is not in {self._autopilot.mode}"
+        return self.waits_for(at.vehicle) or "it is not armed"
+
+    def waits_for(self, vehicle: VehicleState) -> str | None:
+        """Return the reason why the flight of a vehicle in its mode does not begin yet, or None."""
+        return self._rules.unsettled(vehicle, self.setpoint.position)
+
+    def _is_there(self, at: Conditions) -> bool:
+        """Return whether the vehicle is at rest at the start, and armed if this program arms it."""
+        ready = not self._arm or (at.vehicle.armed and not self._takes_off_alone(at.vehicle))
+        return ready and self._settled_since is not None and at.now - self._settled_since >= self._settle_time
+
+    @property
+    def _settle_time(self) -> float:
+        """Return how long the vehicle must be at rest at the start [s]; 0 without bounds on the start."""
+        return 0.0 if math.isinf(self._rules.max_start_distance) else self._rules.settle_time
+
+    def _watch_settling(self, at: Conditions) -> None:
+        settled = self._autopilot.follows(at.vehicle) and self.waits_for(at.vehicle) is None
+        self._settled_since = (self._settled_since or at.now) if settled else None
+
+    def _start_here(self, place: Vector) -> None:
+        first = self._table.start
+        x, y, z = (there - here for there, here in zip(place, first.position, strict=True))
+        self.offset = (x, y, z if self._height else 0.0)
+        self.setpoint = first.shifted(self.offset)
+
+    def _advance(self, at: Conditions) -> None:
+        """Advance to the setpoint due now, unless a rule is broken or the end is reached."""
+        reason = self._rules.breach(at.now, at.vehicle, self.setpoint.position, self._autopilot)
+        if reason is not None:
+            self.abort(reason, at)
+            return
+        index = at.slot - self._first_slot
+        self.setpoint = self._table[index].shifted(self.offset)
+        if index >= len(self._table):
+            self.completed = True
+            self.hold(None, at, where_it_is=False)
+
+    def _may_leave(self, at: Conditions) -> bool:
+        """Return whether sending may stop: the vehicle left the mode or is silent, or the user stopped twice."""
+        if at.stops >= 2 or (at.stops and self._autopilot.main_mode is None):
+            return True
+        if at.now - at.vehicle.heard > self._give_up:
+            self.gave_up = True
+            return True
+        return self._outside_since is not None and at.now - self._outside_since >= LINGER
+
+    def hold_ends(self, at: Conditions) -> str:
+        """Return what ends a hold."""
+        command = self._wanted_command(at.vehicle)
+        asked = "" if command is None else "it has been asked to come down; "
+        refused = "" if at.vehicle.refusal is None else f"it refuses {at.vehicle.refusal}; "
+        return f"{asked}{refused}it ends when the vehicle leaves {self._autopilot.mode}, or with a second Ctrl-C"
+
+    def _answer(self, at: Conditions) -> SetpointStep:
+        index = at.slot - self._first_slot if self.phase is Phase.FLYING else None
+        commands = self._commands(at)
+        silent = self.phase is Phase.READY and self._takes_off_alone(at.vehicle)
+        return SetpointStep(None if silent else self.setpoint, index, commands)
+
+    def _takes_off_alone(self, vehicle: VehicleState) -> bool:
+        """Return whether the autopilot performs its own take-off, which setpoints would interrupt."""
+        return self._arm and self._autopilot.takes_off and self._is_below_start(vehicle)
+
+    def _is_below_start(self, vehicle: VehicleState) -> bool:
+        return vehicle.position is None or vehicle.position[2] - self.setpoint.position[2] > _CLIMBED
+
+    def _commands(self, at: Conditions) -> tuple[Message, ...]:
+        """Return the command due now; a command is repeated every second until its effect is observed."""
+        command = self._wanted_command(at.vehicle)
+        if command is None or at.now < self._next_command:
+            return ()
+        self._next_command = at.now + _RETRY
+        return (command,)
+
+    def _wanted_command(self, vehicle: VehicleState) -> Message | None:
+        following = self._autopilot.follows(vehicle)
+        if self.phase is Phase.HOLDING and following:
+            return self._way_down(vehicle)
+        if self.phase is not Phase.READY or not self._arm:
+            return None
+        if not following:
+            return self._autopilot.mode_command(vehicle)
+        if not vehicle.armed:
+            return arm_command(vehicle)
+        if self._takes_off_alone(vehicle):
+            return takeoff_command(vehicle, -self.setpoint.position[2])
+        return None
+
+    def _way_down(self, vehicle: VehicleState) -> Message | None:
+        """Return the command that ends a hold, if one was requested; after a stop by the user there is none."""
+        if (self.completed and self._land) or (self.aborted and self._on_abort == "land"):
+            return land_command(vehicle)
+        return return_command(vehicle) if self.aborted and self._on_abort == "rtl" else None

@@ -1,0 +1,241 @@
+"""Setpoints for MAVLink's SET_POSITION_TARGET_LOCAL_NED: rows in the vehicle's z-down frame, and a type mask."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import takewhile
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.messages import shown
+from minsnap.errors import InputError, TimingError
+from minsnap.files.frames import get_frame, map_samples
+from minsnap.flight.mavlink.dialect import Message, load_dialect
+from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
+from minsnap.trajectory.heading import wrap
+from minsnap.trajectory.samples import Samples
+
+FIELDS = {"position": 0b111, "velocity": 0b111 << 3, "acceleration": 0b111 << 6, "yaw": 1 << 10, "yaw_rate": 1 << 11}
+"""What a setpoint can hold, and the bits of the type mask that say to ignore it (MAVLink, POSITION_TARGET_TYPEMASK)."""
+
+LOCAL_NED = 1  # MAV_FRAME_LOCAL_NED
+
+
+@dataclass(frozen=True)
+class Setpoint:
+    """One setpoint in the vehicle's local z-down frame; ignored fields are 0.
+
+    Parameters
+    ----------
+    position, velocity, acceleration : tuple of 3
+        [m], [m/s], [m/s^2].
+    yaw, yaw_rate : float
+        In [-pi, pi] [rad], [rad/s].
+    """
+
+    position: Vector
+    velocity: Vector = (0.0, 0.0, 0.0)
+    acceleration: Vector = (0.0, 0.0, 0.0)
+    yaw: float = 0.0
+    yaw_rate: float = 0.0
+
+    def held(self, position: Vector | None = None) -> Setpoint:
+        """Return the setpoint at rest at this or another position, with the same heading."""
+        return Setpoint(self.position if position is None else position, yaw=self.yaw)
+
+    def shifted(self, offset: Vector) -> Setpoint:
+        """Return the setpoint with its position moved."""
+        x, y, z = (a + b for a, b in zip(self.position, offset, strict=True))
+        return replace(self, position=(x, y, z))
+
+
+def type_mask(fields: Sequence[str]) -> int:
+    """Return the ignore bits for a setpoint that holds these fields."""
+    return sum(bits for name, bits in FIELDS.items() if name not in fields)
+
+
+def setpoint_message(setpoint: Setpoint, mask: int, vehicle: VehicleState, milliseconds: int) -> Message:
+    """SET_POSITION_TARGET_LOCAL_NED to the vehicle."""
+    return load_dialect().MAVLink_set_position_target_local_ned_message(
+        milliseconds & 0xFFFFFFFF,
+        vehicle.system,
+        vehicle.component,
+        LOCAL_NED,
+        mask,
+        *setpoint.position,
+        *setpoint.velocity,
+        *setpoint.acceleration,
+        setpoint.yaw,
+        setpoint.yaw_rate,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class SetpointTable:
+    """The setpoints of a flight, one row per step.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (m, 11)
+        Position, velocity, acceleration, yaw, yaw rate in the vehicle's z-down frame; fields not held are 0.
+    rate : float
+        Rows per second [Hz].
+    fields : tuple of str
+        What is held, in the order of :data:`FIELDS`.
+    missing : tuple of str
+        What was asked for and the source does not have.
+    laps : int
+        How often the rows are flown; the last row of a lap is the first of the next.
+    note : str
+        What is added to the source's setpoints, and how fast they begin and end, in words.
+    frame : str
+        The vehicle's frame: ``ned`` or ``frd``.
+    """
+
+    rows: FloatArray
+    rate: float
+    fields: tuple[str, ...]
+    missing: tuple[str, ...] = ()
+    laps: int = 1
+    note: str = ""
+    frame: str = "ned"
+
+    def __len__(self) -> int:
+        return (len(self.rows) - 1) * self.laps + 1
+
+    @property
+    def mask(self) -> int:
+        """The type mask of every row."""
+        return type_mask(self.fields)
+
+    @property
+    def start(self) -> Setpoint:
+        """The setpoint at rest at the first row's position and heading."""
+        return self[0].held()
+
+    def __getitem__(self, index: int) -> Setpoint:
+        """Return the setpoint of a step; beyond the last it is the last."""
+        lap = len(self.rows) - 1
+        row = self.rows[-1 if index >= lap * self.laps else index % lap].tolist()
+        return Setpoint(tuple(row[0:3]), tuple(row[3:6]), tuple(row[6:9]), row[9], row[10])
+
+
+def tabulate(
+    samples: Samples, rate: float | None = None, fields: Sequence[str] | None = None, frame: str = "ned", laps: int = 1
+) -> SetpointTable:
+    """Convert samples to a table of setpoints.
+
+    Parameters
+    ----------
+    samples : Samples
+        Three coordinates, in z-up world axes; feed-forward is added to the acceleration.
+    rate : float or None
+        Setpoints a second [Hz]; None and the samples' own rate send each sample as it is, another rate interpolates
+        with all the derivatives there are.
+    fields : sequence of str or None
+        Which of position, velocity, acceleration, yaw and yaw_rate to send; None for all there are.
+    frame : str
+        The vehicle's local frame: ``ned`` where the world's x is east, ``frd`` where it is the room's forward.
+    laps : int
+        How often to fly it; more than once needs an end that is the start.
+
+    Raises
+    ------
+    InputError, TimingError, FrameError
+        If a field does not exist, positions are left out, acceleration goes without velocity, the rate is not positive,
+        or laps do not close.
+    """
+    wanted = _check_fields(fields)
+    frame = vehicle_frame(frame)
+    flown = _resampled(map_samples(samples, "enu", frame), rate).commanded()
+    _check_laps(flown, laps)
+    held = tuple(name for name in wanted if getattr(flown, name) is not None)
+    held = held if "velocity" in held else tuple(name for name in held if name != "acceleration")
+    missing = tuple(name for name in wanted if name not in held) if fields is not None else _absent(flown)
+    rows = np.concatenate([_column(flown, name, name in held) for name in FIELDS], axis=1)
+    rows.flags.writeable = False
+    return SetpointTable(rows, samples.rate if rate is None else float(rate), held, missing, laps, frame=frame)
+
+
+def _absent(samples: Samples) -> tuple[str, ...]:
+    return tuple(name for name in FIELDS if getattr(samples, name) is None)
+
+
+def _check_fields(fields: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the fields in their order, or raise an error that names the impossible one."""
+    if fields is None:
+        return tuple(FIELDS)
+    unknown = [name for name in fields if name not in FIELDS]
+    if unknown:
+        raise InputError(f"no setpoint field is called {shown(unknown[0])}: choose from {', '.join(FIELDS)}")
+    if "position" not in fields:
+        raise InputError("position must be among the fields: holding and every safety rule need it")
+    if "acceleration" in fields and "velocity" not in fields:
+        raise InputError("acceleration without velocity is not followed by the autopilots: add velocity to the fields")
+    return tuple(name for name in FIELDS if name in fields)
+
+
+def vehicle_frame(name: str) -> str:
+    """Return the z-down frame that belongs to a frame: ``ned`` for enu and ned, ``frd`` for those of a room."""
+    return "ned" if get_frame(name).name in ("enu", "ned") else "frd"
+
+
+def _column(samples: Samples, name: str, held: bool) -> FloatArray:
+    """One field as columns; headings are wrapped into [-pi, pi], which is what PX4's message asks for."""
+    values = getattr(samples, name)
+    width = 1 if name.startswith("yaw") else 3
+    if not held or values is None:
+        return np.zeros((len(samples), width))
+    if name == "yaw":
+        values = np.where(np.abs(values) <= math.pi, values, wrap(values))
+    column: FloatArray = np.asarray(values, dtype=np.float64).reshape(len(samples), width)
+    return column
+
+
+def _check_laps(samples: Samples, laps: int) -> None:
+    if laps < 1:
+        raise InputError(f"laps is {laps}: it must be 1 or more")
+    gap = math.dist(samples.position[0], samples.position[-1])
+    if laps > 1 and gap > 0.01:
+        raise InputError(f"the end is {gap:.3g} m from the start: only a path that closes can be flown {laps} times")
+    if laps > 1 and samples.velocity is not None and math.dist(samples.velocity[0], samples.velocity[-1]) > 0.1:
+        raise InputError(f"the end is not at the start's velocity: it cannot be flown {laps} times without a jerk")
+
+
+def _resampled(samples: Samples, rate: float | None) -> Samples:
+    """Return the samples at another rate, by Hermite interpolation of position and the given derivatives."""
+    if rate is not None and not (math.isfinite(rate) and rate > 0):
+        raise TimingError(f"the rate is {shown(rate)}: it must be a positive number of setpoints per second")
+    if rate is None or abs(samples.rate - rate) <= 1e-6 * rate:
+        return samples
+    from minsnap.trajectory.path import sample_times
+
+    grid = sample_times(samples.duration, rate)
+    return resampled_at(samples, np.minimum(samples.t[0] + grid, samples.t[-1]), grid)
+
+
+def resampled_at(samples: Samples, inside: FloatArray, t: FloatArray) -> Samples:
+    """Return samples interpolated at instants, (m,), with the time column replaced by ``t``, (m,)."""
+    motion = _interpolated(samples.t, [samples.position, samples.velocity, samples.acceleration], inside)
+    heading = _interpolated(samples.t, [samples.yaw, samples.yaw_rate], inside)
+    names = ("position", "velocity", "acceleration", "yaw", "yaw_rate")
+    added = None if samples.feed_forward is None else _linear(samples.t, samples.feed_forward, inside)
+    return Samples(t, **dict(zip(names, motion + heading, strict=True)), feed_forward=added)  # type: ignore[arg-type]
+
+
+def _linear(t: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+    return np.stack([np.interp(at, t, column) for column in values.T], axis=1)
+
+
+def _interpolated(t: FloatArray, orders: list[FloatArray | None], at: FloatArray) -> list[FloatArray | None]:
+    """Evaluate the Hermite interpolant of a quantity and its derivatives; None if the quantity is missing."""
+    from scipy.interpolate import BPoly
+
+    known = list(takewhile(lambda values: values is not None, orders))
+    if not known:
+        return [None] * len(orders)
+    curve = BPoly.from_derivatives(t, list(zip(*known, strict=True)))
+    return [curve(at, order) if order < len(known) else None for order in range(len(orders))]

@@ -1,0 +1,350 @@
+"""Stream the setpoints of a flight to a vehicle over MAVLink, on schedule and under the safety rules.
+
+Follows the rules of PX4's offboard mode and of ArduPilot's guided mode in their manuals.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+
+from minsnap.errors import FlightError, LinkError
+from minsnap.flight.mavlink.autopilot import Autopilot, get_autopilot, position_request
+from minsnap.flight.mavlink.changing_table import ChangingTable
+from minsnap.flight.mavlink.dialect import Message
+from minsnap.flight.mavlink.link import Link
+from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, StreamObserver
+from minsnap.flight.mavlink.schedule import Clock
+from minsnap.flight.mavlink.sender import Foreseer, SentSetpoint, frozen_garbage, open_sender
+from minsnap.flight.mavlink.sequence import Conditions, Phase, Sequence, SetpointStep
+from minsnap.flight.mavlink.setpoints import SetpointTable, setpoint_message
+from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
+from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
+from minsnap.replanning.change import Change
+from minsnap.trajectory.trajectory import Trajectory
+
+_POSITION_RATE = 20.0
+_BLIND_WAIT = 3.0  # how long a flight that needs no position waits for one; the request is repeated so often [s]
+_GIVE_UP = 5
+_REMINDER = 10.0  # what a waiting flight waits for is said at this interval [s]
+
+
+class Streamer:
+    """One flight over one link.
+
+    Parameters
+    ----------
+    table : SetpointTable
+        What to fly.
+    link : Link
+        To whom.
+    options : StreamOptions
+        How.
+    clock : Clock
+        The same as the link's.
+    on_event : callable, optional
+        Told of everything worth a sentence, as text.
+    on_status : callable, optional
+        Given a :class:`~minsnap.flight.mavlink.stream_options.StreamStatus` after every slot. An exception in a
+        callback stops the flight like a broken rule and is raised at the end.
+    """
+
+    def __init__(
+        self,
+        table: SetpointTable,
+        link: Link,
+        options: StreamOptions,
+        clock: Clock,
+        on_event: EventCallback | None = None,
+        on_status: StatusCallback | None = None,
+    ) -> None:
+        options.check_rate(table.rate)
+        self._table = ChangingTable(table, options.feed_forward)
+        self._link, self._options, self._clock = link, options, clock
+        self._changing = threading.Lock()
+        self._observer = StreamObserver(self._table, options, clock.now(), on_event, on_status)
+        self._stops = 0
+        self._triggered = not callable(options.trigger)
+        self._failures: list[Exception] = []
+        self._sequence: Sequence | None = None
+        self._said = False
+
+    def stop(self) -> None:
+        """Request a stop, from any thread or signal handler.
+
+        The first time stops the flight and holds until the vehicle has left the mode; the second time ends at once.
+        """
+        self._stops += 1
+
+    @property
+    def now(self) -> float | None:
+        """Instant on the clock of the trajectory that is flown now [s]; None unless it is flying.
+
+        From any thread; its time 0 is that of the first setpoint, or of the splice of the last change, before which it
+        is negative.
+        """
+        elapsed = self._elapsed
+        return None if elapsed is None else max(elapsed, 0.0) - self._table.began
+
+    @property
+    def _elapsed(self) -> float | None:
+        """Seconds since the first setpoint of the flight; None unless it is flying."""
+        sequence = self._sequence
+        first = None if sequence is None else sequence.first_slot
+        if first is None:
+            return None
+        return self._clock.now() - self._sender.departures.start - first / self._table.rate
+
+    def change(self, change: Change) -> Trajectory:
+        """Fly a change from its splice on, from any thread: its trajectory if that is certified, else its stop.
+
+        The rules of safety are the same before and after. A setpoint of the first step after the splice may have been
+        decided before: both trajectories are equal up to the jerk there, so that they hardly differ yet.
+
+        Parameters
+        ----------
+        change : Change
+            Of the trajectory that is flown now; its splice is on that clock (:attr:`now`).
+
+        Returns
+        -------
+        Trajectory
+            What is flown from then on, to replan from.
+
+        Raises
+        ------
+        FlightError
+            If the vehicle is not flying, the change does not begin where the setpoints are at its splice, or it has
+            neither a certified trajectory nor a stop.
+        TimingError
+            If the splice has passed, by how much, or lies beyond the end of the flight.
+        """
+        chosen = change.trajectory if change.certified else change.stop
+        if chosen is None:
+            raise FlightError(f"the change is not certified and has no stop ({change.no_stop}): hold, or land")
+        sequence = self._sequence
+        if sequence is None or sequence.first_slot is None:
+            raise FlightError("the vehicle is not flying this stream, so there is nothing to change")
+        exchange = self._table.prepare(chosen, change.splice)
+        with self._changing:
+            self._table.exchange(exchange, self._elapsed or 0.0)
+        return chosen
+
+    def run(self) -> StreamReport:
+        """Fly, and return when no vehicle follows our setpoints.
+
+        Raises
+        ------
+        LinkError
+            If no vehicle answers.
+        FlightError
+            If the flight was refused, or stopped by a rule; ``.report`` says how far it had come.
+        """
+        try:
+            autopilot = self._meet()
+            here = self._check_start()
+            with frozen_garbage():
+                self._fly(autopilot, here)
+        finally:
+            self._observer.close()
+        return self._conclude()
+
+    def _say(self, text: str) -> None:
+        self._observer.say(self._clock.now(), text)
+
+    def _meet(self) -> Autopilot:
+        """Wait for the vehicle and its position; send only heartbeats and the request for the position."""
+        options = self._options
+        vehicle = self._link.wait_for_vehicle(options.wait, lambda: self._stops > 0)
+        autopilot = get_autopilot(options.autopilot, vehicle)
+        self._say(f"system {vehicle.system} answers ({autopilot.name}, {self._link.address})")
+        if options.trigger == "mode" and autopilot.main_mode is None:
+            raise LinkError("the vehicle's modes are not known, so entering one cannot be the trigger: use another")
+        self._wait_for_position(vehicle)
+        return autopilot
+
+    def _wait_for_position(self, vehicle: VehicleState) -> None:
+        """Wait for the first position, which a vehicle that has just booted does not report for a while."""
+        blind = math.isinf(self._options.rules.max_start_distance)
+        deadline = self._clock.now() + (_BLIND_WAIT if blind else self._options.wait)
+        request = self._clock.now()
+        while self._link.vehicle.position is None and self._clock.now() < deadline and not self._stops:
+            if self._clock.now() >= request:
+                self._link.send(position_request(vehicle, _POSITION_RATE))
+                request += _BLIND_WAIT
+            self._listen(min(deadline, self._clock.now() + 0.1))
+
+    def _check_start(self) -> Vector | None:
+        """Check the start before sending; return the position to start from, if not that of the file."""
+        options, vehicle = self._options, self._link.vehicle
+        if self._table.missing:
+            has = ", ".join(self._table.fields)
+            self._say(f"the source has no {', '.join(self._table.missing)}: streaming {has}")
+        if options.relative:
+            if vehicle.position is None:
+                raise FlightError("the vehicle does not report LOCAL_POSITION_NED: the flight cannot start where it is")
+            return vehicle.position
+        refusal = options.rules.start_refusal(vehicle, self._table.start.position, options.arm)
+        if refusal is not None:
+            advice = "" if vehicle.position is None else ": bring it there, or start where it is (--origin current)"
+            raise FlightError(f"{refusal}{advice}; nothing was sent")
+        return None
+
+    def _fly(self, autopilot: Autopilot, here: Vector | None) -> None:
+        """Serve slots until the flight is over; after an exception the flight stops and the hold continues."""
+        options, self._origin = self._options, self._clock.now()
+        self._sequence = Sequence(
+            self._table,
+            autopilot,
+            options.rules,
+            self._origin,
+            prestream=options.prestream,
+            on_entry=options.trigger == "mode" and not options.arm,
+            here=here,
+            height=options.relative_height,
+            arm=options.arm,
+            land=options.land,
+            arm_timeout=options.wait,
+            on_abort=options.on_abort,
+            give_up=options.give_up,
+        )
+        self._autopilot, self._remind_at = autopilot, math.inf
+        if self._table.note:
+            self._say(self._table.note)
+        self._say(f"streaming the start at {self._table.rate:g} Hz")
+        self._sender = open_sender(self._link, self._clock, self._table.rate, options.rules.max_gap, self._message)
+        try:
+            while not self._is_over(self._sequence):
+                pass
+        finally:
+            self._finish(self._sequence)
+
+    def _finish(self, sequence: Sequence) -> None:
+        """Stop sending, and record what has left since the last slot."""
+        left = self._sender.close()
+        try:
+            self._tell(left, sequence)
+        except Exception as error:
+            self._failures.append(error)
+
+    def _is_over(self, sequence: Sequence) -> bool:
+        """Serve one slot, also after an exception; return whether it was the last."""
+        try:
+            return self._slot(sequence)
+        except KeyboardInterrupt:
+            self.stop()
+        except Exception as error:
+            self._fail(error, sequence)
+        return False
+
+    def _slot(self, sequence: Sequence) -> bool:
+        """Receive until a slot is due and serve it; return whether the flight is over."""
+        self._listen(self._sender.decisions.due)
+        conditions = self._conditions(sequence, self._sender.late(self._clock.now()))
+        with self._changing:
+            step = sequence.step(conditions)
+        if step is None:
+            self._observer.announce(conditions.now, sequence)
+            self._say_what_is_left(conditions)
+            return True
+        for command in step.commands:
+            self._link.send(command)
+        self._observer.announce(conditions.now, sequence)
+        self._tell(self._sender.deliver(conditions.slot, step, self._foreseen(sequence, step)), sequence)
+        self._say_how_it_sends()
+        self._remind(conditions, sequence)
+        return False
+
+    @staticmethod
+    def _foreseen(sequence: Sequence, step: SetpointStep) -> Foreseer:
+        """Return what tells the setpoints after this step; none are sent while the autopilot takes off by itself."""
+        return (lambda slot: SetpointStep(None)) if step.setpoint is None else sequence.foreseen
+
+    def _message(self, step: SetpointStep, milliseconds: int) -> Message:
+        assert step.setpoint is not None
+        return setpoint_message(step.setpoint, self._table.mask, self._link.vehicle, milliseconds)
+
+    def _tell(self, sent: list[SentSetpoint], sequence: Sequence) -> None:
+        for each in sent:
+            self._observer.sent(each.time, each.step, each.lateness, sequence, self._link.vehicle)
+
+    def _say_how_it_sends(self) -> None:
+        if self._sender.note is not None and not self._said:
+            self._said = True
+            self._say(self._sender.note)
+
+    def _remind(self, at: Conditions, sequence: Sequence) -> None:
+        """Report periodically what a waiting flight waits for."""
+        waiting = self._waiting_for(at, sequence)
+        if waiting is None:
+            self._remind_at = math.inf
+        elif math.isinf(self._remind_at):
+            self._remind_at = at.now + _REMINDER
+        elif at.now >= self._remind_at:
+            self._remind_at += _REMINDER
+            self._say(waiting)
+
+    def _waiting_for(self, at: Conditions, sequence: Sequence) -> str | None:
+        if sequence.phase is Phase.HOLDING:
+            return f"holding: {sequence.hold_ends(at)}"
+        if sequence.phase is not Phase.READY or not at.triggered or not self._autopilot.follows(at.vehicle):
+            return None
+        reason = sequence.waits_for(at.vehicle)
+        return None if reason is None else f"waiting: {reason}"
+
+    def _say_what_is_left(self, at: Conditions) -> None:
+        """Report the state of a vehicle that still follows setpoints at the end, and what its failsafe will do."""
+        if not self._autopilot.follows(at.vehicle):
+            return
+        height = "" if at.vehicle.height is None else f", {at.vehicle.height:.1f} m high"
+        armed = "armed" if at.vehicle.armed else "not armed"
+        state = f"the vehicle is left {armed}, in {self._autopilot.mode}{height}"
+        self._say(f"{state}; {self._autopilot.after_loss}" if at.vehicle.armed else state)
+
+    def _listen(self, until: float) -> None:
+        for message in self._link.pump(until):
+            self._observer.heard(self._clock.now(), message, self._link.vehicle, self._sequence)
+
+    def _conditions(self, sequence: Sequence, late: float = 0.0) -> Conditions:
+        now = self._clock.now()
+        slot = self._sender.decisions.take(now)
+        trigger = self._options.trigger
+        if not self._triggered and callable(trigger) and sequence.phase is Phase.READY:
+            self._triggered = bool(trigger())
+        return Conditions(slot, now, self._link.vehicle, self._triggered, self._stops, late)
+
+    def _fail(self, error: Exception, sequence: Sequence) -> None:
+        """Stop and hold after an exception of this program; use neither callbacks nor log from now on."""
+        self._failures.append(error)
+        self._observer.silence()
+        if len(self._failures) > _GIVE_UP:
+            raise error
+        self._triggered = True
+        if sequence.phase is not Phase.HOLDING:
+            sequence.hold(f"an error here: {error}", self._conditions(sequence))
+
+    def _conclude(self) -> StreamReport:
+        if self._failures:
+            raise self._failures[0]
+        report = self._report()
+        if self._sequence is not None and self._sequence.gave_up:
+            silence = f"the vehicle has been silent for {self._options.give_up:g} s, so the hold was given up"
+            raise FlightError(silence if report.reason is None else f"{report.reason}; {silence}", report=report)
+        if not report.completed and not self._stops:
+            raise FlightError(f"the flight was stopped: {report.reason}", report=report)
+        return report
+
+    def _report(self) -> StreamReport:
+        tracking = self._observer.tracking()
+        return StreamReport(
+            completed=self._sequence is not None and self._sequence.completed,
+            reason=None if self._sequence is None else self._sequence.reason,
+            fields=self._table.fields,
+            missing=self._table.missing,
+            schedule=self._sender.departures.lateness(),
+            flown=self._observer.flown,
+            rmse=None if tracking is None else tracking[0],
+            worst_error=None if tracking is None else tracking[1],
+            ignored=sum(self._link.ignored.values()),
+            refused=self._link.refused,
+        )

@@ -1,0 +1,121 @@
+"""The reference of a simulation as a table with one row per setpoint; a setpoint is held until the next."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.errors import InputError, TimingError
+from minsnap.flight.simulation.controllers.controller import Reference
+from minsnap.flight.simulation.controllers.feed_forward import drag_feed_forward, reference_states
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.drag import Drag
+from minsnap.vehicle.flatness import spatial
+from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle.states import FlatStates
+
+MOST_STEPS = 2_000_000
+"""Steps of the longest flight that is simulated."""
+
+
+class ReferenceTable:
+    """A table of setpoints, and the index of the setpoint valid at an instant.
+
+    Parameters
+    ----------
+    samples : Samples
+        Setpoints; between two of them the earlier one holds.
+    vehicle : Quadrotor
+        For attitude and rates of the reference.
+    compensation : Drag or None
+        Model of drag to offset by feed-forward; without one, that which the samples state is followed.
+    """
+
+    def __init__(self, samples: Samples, vehicle: Quadrotor, compensation: Drag | None) -> None:
+        self.samples = _spatial(samples)
+        self.states: FlatStates = reference_states(vehicle, self.samples, compensation)
+        self.feed_forward: FloatArray = _added(vehicle, self.samples, compensation)
+        self.rows = self._rows()
+
+    def _rows(self) -> list[Reference]:
+        samples, still = self.samples, np.zeros((len(self.samples), 3))
+        level = np.zeros(len(samples))
+        columns = (
+            samples.position,
+            still if samples.velocity is None else samples.velocity,
+            still if samples.acceleration is None else samples.acceleration,
+            self.feed_forward,
+            level if samples.yaw is None else samples.yaw,
+            level if samples.yaw_rate is None else samples.yaw_rate,
+            self.states.body_rates,
+            self.states.angular_acceleration,
+        )
+        return [Reference(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+
+    def index(self, t: FloatArray, delay: float = 0.0) -> npt.NDArray[np.intp]:
+        """Return the index of the setpoint valid at each instant, shape (m,), with a delay of the setpoints [s]."""
+        start = self.samples.t[0]
+        found = np.searchsorted(self.samples.t - start, t - delay + 1e-9, side="right") - 1
+        return np.asarray(np.clip(found, 0, len(self.samples) - 1))
+
+    def at(self, t: FloatArray, path: Path | Samples) -> Samples:
+        """Return the setpoints at instants, shape (m,): exact for a path, interpolated between samples."""
+        if isinstance(path, Path):
+            inside = np.minimum(t, path.duration)
+            velocity, acceleration = (spatial(path(inside, order)) for order in (1, 2))
+            return Samples(t, spatial(path(inside)), velocity, acceleration, yaw=path.yaw(inside))
+        own = self.samples.t - self.samples.t[0]
+        known = self.samples.velocity
+        moving = None if known is None else _interpolated(t, own, known)
+        return Samples(t, _interpolated(t, own, self.samples.position), moving)
+
+
+def _added(vehicle: Quadrotor, samples: Samples, compensation: Drag | None) -> FloatArray:
+    """Return the feed-forward of the samples themselves, or that of a model of drag."""
+    if samples.feed_forward is not None and compensation is not None:
+        raise InputError("the samples state their feed-forward: leave the compensation out")
+    if compensation is not None:
+        return drag_feed_forward(vehicle, samples, compensation)
+    return np.zeros((len(samples), 3)) if samples.feed_forward is None else samples.feed_forward
+
+
+def check_steps(duration: float, step: float) -> None:
+    """Raise TimingError for a flight [s] of more steps [s] than are simulated."""
+    if not duration <= MOST_STEPS * step:
+        raise TimingError(f"{duration:g} s in steps of {step:g} s are too many: at most {MOST_STEPS} are simulated")
+
+
+def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:
+    """Return the setpoints of a path at a rate [Hz], or per step without a rate; samples are not resampled.
+
+    Raises
+    ------
+    TimingError
+        If the rate is not positive, or samples are given a rate.
+    InputError
+        If it is neither a path nor samples.
+    """
+    if isinstance(path, Path):
+        return path.sample(1.0 / step if rate is None else rate)
+    if not isinstance(path, Samples):
+        raise InputError(f"the reference is of type {type(path).__name__}: give a path or samples")
+    if rate is not None:
+        raise TimingError("samples have their own instants: sample the path at that rate, and leave the rate out")
+    return path
+
+
+def _spatial(samples: Samples) -> Samples:
+    """Return samples with three coordinates: 3-D ones unchanged, 2-D ones at height 0."""
+    if samples.dim == 3:
+        return samples
+    names = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
+    held = {name: getattr(samples, name) for name in names}
+    return replace(samples, **{name: spatial(value) for name, value in held.items() if value is not None})
+
+
+def _interpolated(t: FloatArray, own: FloatArray, values: FloatArray) -> FloatArray:
+    return np.stack([np.interp(t, own, column) for column in values.T], axis=-1)

@@ -1,0 +1,167 @@
+"""Fits of drag surfaces to wind-tunnel tables, in the published forms or in the physically consistent form."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.errors import FitError
+from minsnap.flight.thesis.published import (
+    PUBLISHED_PARASITIC,
+    PUBLISHED_PARASITIC_LINEAR,
+    PUBLISHED_PARASITIC_REDUCED,
+    PUBLISHED_PROPELLER,
+)
+from minsnap.vehicle.drag import BodyDrag
+from minsnap.vehicle.rotor_fit import columns, explained
+from minsnap.vehicle.surface import Surface
+
+Table = str | os.PathLike[str] | Mapping[str, npt.ArrayLike]
+
+FORMS = {
+    "parasitic": PUBLISHED_PARASITIC,
+    "reduced": PUBLISHED_PARASITIC_REDUCED,
+    "linear": PUBLISHED_PARASITIC_LINEAR,
+    "propeller": PUBLISHED_PROPELLER,
+}
+"""The forms of the thesis that :func:`fit_drag` fits, by name."""
+
+
+@dataclass(frozen=True, eq=False)
+class DragFit:
+    """A fitted drag surface with its standard errors.
+
+    Parameters
+    ----------
+    surface : Surface
+        Callable; carries the measured range and R squared, and warns when evaluated outside that range.
+    standard_errors : ndarray, shape (terms,)
+        Of the coefficients; zero for one held at its bound.
+    covariance : ndarray, shape (terms, terms)
+        Of the coefficients.
+    residuals : ndarray, shape (m,)
+        Measured minus fitted [N].
+    """
+
+    surface: Surface
+    standard_errors: FloatArray
+    covariance: FloatArray
+    residuals: FloatArray
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """Coefficients of the surface's terms, shape (terms,)."""
+        return self.surface.coefficients
+
+    @property
+    def r_squared(self) -> float:
+        """Share of the variance of the measurements that the fit explains."""
+        return float(self.surface.r_squared or 0.0)
+
+
+def fit_drag(table: Table, form: str = "parasitic") -> DragFit:
+    """Fit a drag surface to measurements.
+
+    Parameters
+    ----------
+    table : path or mapping of columns
+        A CSV file with a header, or the columns themselves: ``drag`` [N] and those of the form: ``pitch_deg`` and
+        ``velocity`` [m/s] for ``parasitic``, ``velocity`` alone for ``reduced`` and ``linear``, and ``speed_rpm`` as
+        well for ``propeller``.
+    form : str
+        One of :data:`FORMS`.
+
+    Returns
+    -------
+    DragFit
+
+    Raises
+    ------
+    FitError
+        If the form is not known, points are too few, or they do not determine every coefficient.
+    FileError
+        If the file lacks a column (says which) or is damaged (says where).
+    """
+    if form not in FORMS:
+        raise FitError(f"no form of drag is called {form!r}: choose from {', '.join(FORMS)}")
+    like = FORMS[form]
+    data = drag_columns(table, f"the {form} drag", like.variables, least=len(like.exponents) + 1)
+    design = like.terms(*(data[name] for name in like.variables))
+    values, covariance, residuals = least_squares(f"the {form} drag", design, data["drag"])
+    measured = {name: (float(data[name].min()), float(data[name].max())) for name in like.variables}
+    name = like.name.replace("published", "fitted")
+    quality = explained(data["drag"], residuals)
+    surface = replace(like, name=name, coefficients=values, measured=measured, r_squared=quality)
+    return DragFit(surface, np.sqrt(np.diag(covariance)), covariance, residuals)
+
+
+def fit_consistent_drag(table: Table) -> tuple[BodyDrag, float]:
+    """Fit the physically consistent model to measurements of an airframe.
+
+    Parameters
+    ----------
+    table : path or mapping of columns
+        ``pitch_deg``, ``velocity`` [m/s] and ``drag`` [N], as for :func:`fit_drag`.
+
+    Returns
+    -------
+    model : BodyDrag
+        Coefficients none of which is negative; along y those of x.
+    r_squared : float
+        Part of the measurements' variance that it explains.
+    """
+    from scipy.optimize import nnls
+
+    data = drag_columns(table, "the consistent drag", ("pitch_deg", "velocity"), least=5)
+    design = consistent_terms(data["pitch_deg"], data["velocity"])
+    (linear_x, linear_z, quadratic_x, quadratic_z), _ = nnls(design, data["drag"])
+    model = BodyDrag((linear_x, linear_x, linear_z), (quadratic_x, quadratic_x, quadratic_z))
+    residuals = data["drag"] - design @ np.array([linear_x, linear_z, quadratic_x, quadratic_z])
+    return model, explained(data["drag"], residuals)
+
+
+def consistent_terms(pitch_deg: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Return the regressors of the linear x, linear z, quadratic x, quadratic z coefficients along the wind, (m, 4)."""
+    along, up = np.cos(np.radians(pitch_deg)) ** 2, np.sin(np.radians(pitch_deg)) ** 2
+    return np.stack([velocity * along, velocity * up, velocity**2 * along, velocity**2 * up], axis=-1)
+
+
+def drag_columns(table: Table, name: str, variables: tuple[str, ...], least: int) -> dict[str, FloatArray]:
+    """Return the columns that a fit needs from a CSV file or a mapping, or raise an error that names a missing one."""
+    wanted = (*variables, "drag")
+    held: Mapping[str, npt.ArrayLike] = table if isinstance(table, Mapping) else read_columns(table, wanted)
+    missing = [key for key in wanted if key not in held]
+    if missing:
+        raise FitError(f"{name} needs the columns {', '.join(wanted)}: {', '.join(missing)} is missing")
+    return columns(name, {key: held[key] for key in wanted}, least)
+
+
+def read_columns(path: str | os.PathLike[str], wanted: tuple[str, ...]) -> dict[str, FloatArray]:
+    """Return named columns of a CSV file; other columns are ignored."""
+    from minsnap.basics.storage.table import read_table
+    from minsnap.basics.storage.text import read_text
+
+    header = read_text(path).partition("\n")[0]
+    others = [name.strip() for name in header.split(",") if name.strip() not in wanted]
+    return read_table(path, wanted, others)
+
+
+def least_squares(name: str, design: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return coefficients, their covariance, and residuals of a linear fit; columns are first scaled to unit length."""
+    scale = np.sqrt(np.einsum("ij,ij->j", design, design))
+    scaled = design / np.where(scale > 0, scale, 1.0)
+    found, _, rank, _ = np.linalg.lstsq(scaled, values, rcond=1e-10)
+    if rank < design.shape[1]:
+        raise FitError(f"{name}: the points fix {rank} of {design.shape[1]} coefficients: vary every column more")
+    residuals = values - scaled @ found
+    scatter = float(residuals @ residuals) / (len(values) - design.shape[1])
+    covariance = scatter * np.linalg.inv(scaled.T @ scaled) / np.outer(scale, scale)
+    return found / scale, np.asarray(covariance), residuals

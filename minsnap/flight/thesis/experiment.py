@@ -1,0 +1,196 @@
+"""The published experiment in simulation: a course flown with and without drag compensation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from minsnap.basics.progress import told
+from minsnap.errors import InputError, VehicleError
+from minsnap.flight.simulation.closed_loop import STEP, simulate
+from minsnap.flight.simulation.controllers.cascade import CascadeController
+from minsnap.flight.simulation.controllers.controller import Controller
+from minsnap.flight.simulation.controllers.feed_forward import reference_states
+from minsnap.flight.simulation.flight_record import Flight
+from minsnap.flight.simulation.sensors import Sensors
+from minsnap.flight.simulation.wind import Wind
+from minsnap.flight.thesis.consistent import consistent_parasitic_drag
+from minsnap.flight.thesis.experiment_course import ExperimentCourse, course
+from minsnap.flight.thesis.published import published_drag
+from minsnap.flight.tracking.comparison import Comparison, compare
+from minsnap.vehicle.drag import Drag
+from minsnap.vehicle.quadrotor import Quadrotor
+from minsnap.vehicle.states import check_rotor_limits
+
+MODELS = ("published", "consistent", "exact")
+"""Models that compensation may use: the published linear fit, the consistent airframe model, the simulated drag."""
+
+MEASURED = "DJI F330"
+"""Name of the vehicle that the first two models were measured on; they are of no other."""
+
+PUBLISHED_RMSE: dict[str, dict[str, tuple[float, float]]] = {
+    "line": {"x": (1.4862, 0.8179), "y": (0.1051, 0.1174)},
+    "circle": {"x": (1.0801, 0.5990), "y": (1.0933, 0.6617)},
+    "rect": {"x": (0.9118, 1.0369), "y": (1.0042, 1.0593)},
+}
+"""Tables 1 to 3 of the thesis: RMSE of an axis without and with compensation, as flown [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExperimentRun:
+    """One flight of a course.
+
+    Parameters
+    ----------
+    compensation : str or None
+        Which of :data:`MODELS` was offset; None is no compensation.
+    flight : Flight
+        From the hover to the hold.
+    whole, transient, steady : Comparison
+        All repetitions, the first one, and those after it less the last where that slows down; the delay is of all.
+    """
+
+    compensation: str | None
+    flight: Flight
+    whole: Comparison
+    transient: Comparison
+    steady: Comparison
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A course and its flights.
+
+    Parameters
+    ----------
+    course : ExperimentCourse
+    runs : tuple of ExperimentRun
+        Without compensation first, where it was flown.
+    vehicle : Quadrotor
+        What flew.
+    """
+
+    course: ExperimentCourse
+    runs: tuple[ExperimentRun, ...]
+    vehicle: Quadrotor
+
+    def run(self, compensation: str | None) -> ExperimentRun:
+        """Return the flight with a compensation, or raise InputError if there is none."""
+        for run in self.runs:
+            if run.compensation == compensation:
+                return run
+        raise InputError(f"nothing was flown with compensation {compensation!r}")
+
+
+def models_of(vehicle: Quadrotor) -> tuple[str, ...]:
+    """Return the models that are compensated unless others are named: measured ones of the F330, else its own drag."""
+    return ("published", "consistent") if vehicle.name == MEASURED else ("exact",)
+
+
+def drag_model(name: str, vehicle: Quadrotor) -> Drag:
+    """Return one of :data:`MODELS`; the exact one is the vehicle's own.
+
+    Raises
+    ------
+    VehicleError
+        If the name is not known, or the model was measured on another vehicle.
+    """
+    if name == "exact":
+        return vehicle.drag
+    if name in MODELS and vehicle.name != MEASURED:
+        raise VehicleError(
+            f"the {name} model was measured on the {MEASURED}, not on {vehicle.name or 'this vehicle'}: use 'exact'"
+        )
+    if name == "consistent":
+        return consistent_parasitic_drag()
+    if name == "published":
+        return published_drag("linear")
+    raise VehicleError(f"no model of compensation is called {name!r}: choose from {', '.join(MODELS)}")
+
+
+def run_experiment(
+    name: str = "circle",
+    repetitions: int = 10,
+    *,
+    compensations: Sequence[str | None] | None = None,
+    literal: bool = True,
+    vehicle: Quadrotor | None = None,
+    controller: Controller | None = None,
+    setpoint_rate: float = 20.0,
+    sensors: Sensors | None = None,
+    wind: Wind | None = None,
+    step: float = STEP,
+    progress: Callable[[float], None] | bool | None = None,
+) -> Experiment:
+    """Simulate a published course once per compensation, under equal conditions.
+
+    Parameters
+    ----------
+    name : {"circle", "line", "rect"}
+        The course, see :func:`minsnap.flight.course`.
+    repetitions : int
+        Ten in the thesis.
+    compensations : sequence of str or None, optional
+        Which of :data:`MODELS` to offset in each flight; None among them flies without. Unless given, None and those
+        of :func:`models_of`.
+    literal : bool
+        Start and repeat as in the thesis; otherwise from rest and without jumps.
+    vehicle : Quadrotor or None
+        The thesis's DJI F330 unless given.
+    controller : Controller or None
+        PX4's cascade, following position and velocity, unless given.
+    setpoint_rate : float
+        20 Hz in the thesis.
+    sensors : Sensors or None
+        Poses at 50 Hz without delay or noise unless given.
+    wind : Wind or None
+        Still air unless given.
+    step : float
+        Of the simulation [s].
+    progress : callable, bool or None
+        Called with the part that is done, 0 to 1; True shows a line on standard error.
+
+    Returns
+    -------
+    Experiment
+
+    Raises
+    ------
+    InputError
+        If a course, compensation or repetition is not known.
+    ThrustError
+        If the course asks the rotors for more than they can give, drag aside; says when and by how much.
+    DivergenceError
+        If a flight diverges.
+    """
+    craft = Quadrotor.dji_f330() if vehicle is None else vehicle
+    compensations = (None, *models_of(craft)) if compensations is None else compensations
+    if not compensations:
+        raise InputError("there is nothing to fly: give at least one compensation, or None for a flight without")
+    flown = course(name, repetitions, literal=literal, rate=setpoint_rate)
+    check_rotor_limits(craft, reference_states(craft, flown.samples, None), flown.samples.t)
+    models = [None if compensation is None else drag_model(compensation, craft) for compensation in compensations]
+    pilot = CascadeController(references="velocity") if controller is None else controller
+    how: dict[str, Any] = {"sensors": sensors, "wind": wind, "step": step}
+    runs = []
+    with told(progress, "flying", lambda line: line.show) as watch:
+        for index, compensation in enumerate(compensations):
+            share = _share(watch, index, len(compensations))
+            flight = simulate(craft, pilot, flown.samples, compensation=models[index], progress=share, **how)
+            runs.append(_run(flown, compensation, flight))
+    return Experiment(flown, tuple(runs), craft)
+
+
+def _share(progress: Callable[[float], None] | None, index: int, count: int) -> Callable[[float], None] | None:
+    """Return a callback for one of several equal parts."""
+    if progress is None:
+        return None
+    return lambda part: progress((index + part) / count)
+
+
+def _run(flown: ExperimentCourse, compensation: str | None, flight: Flight) -> ExperimentRun:
+    whole = compare(flown.samples, flight.samples).within(flown.start, flown.end)
+    transient = whole.within(flown.start, flown.settled)
+    steady = whole.within(flown.settled, flown.slowing) if flown.slowing > flown.settled else transient
+    return ExperimentRun(compensation, flight, whole, transient, steady)

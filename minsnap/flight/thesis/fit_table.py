@@ -1,0 +1,177 @@
+"""A fit of any form to a table, with the data that the command line and the figures need."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.errors import FitError
+from minsnap.flight.thesis.drag_fits import (
+    FORMS,
+    DragFit,
+    consistent_terms,
+    drag_columns,
+    fit_consistent_drag,
+    fit_drag,
+    read_columns,
+)
+from minsnap.vehicle.rotor_fit import CoefficientFit, fit_thrust_coefficient, fit_torque_coefficient
+from minsnap.vehicle.surface import RPM, Range, Surface
+
+_BENCH = {"thrust": fit_thrust_coefficient, "torque": fit_torque_coefficient}
+
+
+@dataclass(frozen=True)
+class Term:
+    """A coefficient: its name with unit, value, and standard error where the fit has one."""
+
+    name: str
+    value: float
+    standard_error: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class TableFit:
+    """A fit and the data to which it was fitted.
+
+    Parameters
+    ----------
+    form : str
+        ``thrust``, ``torque``, ``consistent``, or one of the drag forms of the thesis.
+    terms : tuple of Term
+        The coefficients.
+    r_squared : float
+        Part of the variance that is explained.
+    residuals : ndarray, shape (m,)
+        Measured minus fitted [N] or [N m].
+    measured : dict of str to (low, high)
+        Range of each column.
+    table : dict of str to ndarray, shape (m,)
+        What was fitted.
+    fitted : CoefficientFit, DragFit or None
+        The fit itself; None for the consistent form.
+    """
+
+    form: str
+    terms: tuple[Term, ...]
+    r_squared: float
+    residuals: FloatArray
+    measured: dict[str, Range]
+    table: dict[str, FloatArray]
+    fitted: CoefficientFit | DragFit | None = None
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain numbers, for JSON."""
+        return {
+            "form": self.form,
+            "points": len(self.residuals),
+            "r_squared": self.r_squared,
+            "rms": float(np.sqrt(np.mean(self.residuals**2))),
+            "terms": [vars(term) for term in self.terms],
+            "measured": self.measured,
+        }
+
+
+def fit_table(path: str | os.PathLike[str], form: str) -> TableFit:
+    """Fit a form to the measurements in a CSV file.
+
+    Parameters
+    ----------
+    path : str or path
+        With a header: ``speed_rpm`` and ``thrust`` [N] or ``torque`` [N m] for those forms, and the columns of
+        :func:`minsnap.flight.thesis.fit_drag` for the others.
+    form : str
+        ``thrust``, ``torque``, ``consistent`` or one of the drag forms of the thesis.
+
+    Returns
+    -------
+    TableFit
+
+    Raises
+    ------
+    FitError
+        If the form is not known or the measurements do not determine it.
+    FileError
+        If a column is missing or the file damaged.
+    """
+    if form in _BENCH:
+        return _bench(path, form)
+    if form == "consistent":
+        return _consistent(path)
+    if form in FORMS:
+        return _surface(path, form)
+    raise FitError(f"no form is called {form!r}: choose from {', '.join([*_BENCH, *FORMS, 'consistent'])}")
+
+
+def _bench(path: str | os.PathLike[str], form: str) -> TableFit:
+    table = read_columns(path, ("speed_rpm", form))
+    found = _BENCH[form](table["speed_rpm"] * RPM, table[form])
+    unit = "N" if form == "thrust" else "N m"
+    terms = (
+        Term(f"[{unit}/(rad/s)^2]", found.value, found.standard_error),
+        Term(f"[{unit}/RPM^2]", found.value * RPM**2, found.standard_error * RPM**2),
+    )
+    return TableFit(form, terms, found.r_squared, found.residuals, _ranges(table, ("speed_rpm",)), table, found)
+
+
+def _surface(path: str | os.PathLike[str], form: str) -> TableFit:
+    variables = FORMS[form].variables
+    table = read_columns(path, (*variables, "drag"))
+    found = fit_drag(table, form)
+    named = zip(_term_names(found.surface), found.coefficients, found.standard_errors, strict=True)
+    terms = tuple(Term(name, float(value), float(error)) for name, value, error in named)
+    return TableFit(form, terms, found.r_squared, found.residuals, found.surface.measured, table, found)
+
+
+def _consistent(path: str | os.PathLike[str]) -> TableFit:
+    variables = ("pitch_deg", "velocity")
+    table = drag_columns(path, "the consistent drag", variables, least=5)
+    model, quality = fit_consistent_drag(table)
+    values = (model.linear[0], model.linear[2], model.quadratic[0], model.quadratic[2])
+    names = ("linear x, y [N s/m]", "linear z [N s/m]", "quadratic x, y [N s^2/m^2]", "quadratic z [N s^2/m^2]")
+    terms = tuple(Term(name, float(value), None) for name, value in zip(names, values, strict=True))
+    residuals = table["drag"] - consistent_terms(table["pitch_deg"], table["velocity"]) @ np.array(values)
+    return TableFit("consistent", terms, quality, residuals, _ranges(table, variables), table)
+
+
+def _ranges(table: dict[str, FloatArray], names: tuple[str, ...]) -> dict[str, Range]:
+    return {name: (float(table[name].min()), float(table[name].max())) for name in names}
+
+
+def _term_names(surface: Surface) -> list[str]:
+    """Return each term as a product of powers, such as ``pitch_deg velocity^2``, and 1 for the constant."""
+    words = []
+    for term in surface.exponents:
+        factors = [
+            f"{name}^{power}" if power > 1 else name
+            for name, power in zip(surface.variables, term, strict=True)
+            if power
+        ]
+        words.append(" ".join(factors) or "1")
+    return words
+
+
+def plot_table_fit(found: TableFit) -> Any:
+    """Draw a fit with its measurements and return the axes: a parabola, a surface, or the residuals."""
+    from minsnap.flight.thesis.fit_figures import plot_coefficient_fit, plot_surface
+    from minsnap.plot.style import new_axes
+
+    if isinstance(found.fitted, CoefficientFit):
+        quantity = "thrust [N]" if found.form == "thrust" else "torque [N m]"
+        return plot_coefficient_fit(
+            found.fitted, found.table["speed_rpm"] * RPM, found.table[found.form], quantity=quantity
+        )
+    if isinstance(found.fitted, DragFit) and len(found.fitted.surface.variables) == 2:
+        return plot_surface(found.fitted.surface, found.table)
+    axes = new_axes()
+    axes.plot(found.table["velocity"], found.residuals, "o", color="#0072b2")
+    axes.axhline(0.0, color="#000000", linewidth=1.0)
+    axes.set(xlabel="velocity [m/s]", ylabel="measured minus fitted [N]")
+    return axes

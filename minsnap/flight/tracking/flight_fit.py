@@ -1,0 +1,209 @@
+"""What a flight's log tells of the vehicle: drag, wind, hover throttle and delay; and a vehicle with that drag."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.errors import FitError
+from minsnap.files.logs.flight_log import FlightLog
+from minsnap.flight.tracking.body_drag_fit import AXES, AxisDrag, fit_drag_of
+from minsnap.flight.tracking.delay import estimate_delay
+from minsnap.flight.tracking.flight_motion import body_motion, flown_span, read_flight_log
+from minsnap.flight.tracking.reference_curve import position_at
+from minsnap.flight.tracking.regression import FittedNumber, fitted
+from minsnap.flight.tracking.setpoint_drag import fit_setpoint_drag
+from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.drag import BodyDrag
+from minsnap.vehicle.quadrotor import Quadrotor
+
+LONGEST_DELAY = 1.5
+"""Of a position response [s]."""
+
+FELT, ASKED = "accelerometer, attitude and velocity", "setpoints and velocity"
+
+
+@dataclass(frozen=True, eq=False)
+class FlightFit:
+    """What a log tells of the vehicle; drag is per mass, so that no mass need be known.
+
+    Parameters
+    ----------
+    source : str
+        What the drag was fitted to.
+    axes : tuple of 3 AxisDrag
+        Along x (forward), y (left) and z (up) of the body.
+    wind : tuple of 2 FittedNumber, or None
+        Along x and y of the world [m/s].
+    hover : FittedNumber or None
+        Throttle in hover, 0 to 1.
+    delay : FittedNumber or None
+        Of the vehicle's position after its setpoint [s].
+    notes : tuple of str
+        What the flight does not tell, and what was assumed.
+    speed, force, model : ndarray, shape (m, axes)
+        Velocity [m/s], force per mass and the fit's [m/s^2], for figures.
+    """
+
+    source: str
+    axes: tuple[AxisDrag, AxisDrag, AxisDrag]
+    wind: tuple[FittedNumber, FittedNumber] | None
+    hover: FittedNumber | None
+    delay: FittedNumber | None
+    notes: tuple[str, ...]
+    speed: FloatArray
+    force: FloatArray
+    model: FloatArray
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
+
+    def drag(self, mass: float) -> BodyDrag:
+        """Return the drag of a vehicle of that mass [kg].
+
+        A horizontal axis that the flight does not tell takes the value of the other; along z it is then zero, and so is
+        what comes out negative.
+
+        Raises
+        ------
+        FitError
+            If neither horizontal axis is told.
+        """
+        told = [axis for axis in self.axes[:2] if axis.linear is not None]
+        if not told:
+            raise FitError(
+                "this flight does not determine the horizontal drag: fly along the body's x or y at several speeds"
+            )
+        sides = [axis if axis.linear is not None else told[0] for axis in self.axes[:2]]
+        parts = [(_value(axis.linear), _value(axis.quadratic)) for axis in (*sides, self.axes[2])]
+        linear, quadratic = np.maximum(np.array(parts).T, 0.0) * mass
+        return BodyDrag(linear, quadratic)
+
+    def vehicle(self, base: Quadrotor | None = None, mass: float | None = None, name: str | None = None) -> Quadrotor:
+        """Return a vehicle with this drag; all else is that of a base, or of PX4's simulated quadrotor of 1 kg.
+
+        Raises
+        ------
+        FitError
+            If no horizontal axis is told.
+        VehicleError
+            If the mass is not positive.
+        """
+        base = base or Quadrotor.px4_sih()
+        weighed = base if mass is None else replace(base, mass=mass)
+        return replace(weighed, drag=self.drag(weighed.mass), name=name or base.name)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain numbers, for JSON."""
+        axes = {
+            axis: {"speed": told.speed, "linear": _plain(told.linear), "quadratic": _plain(told.quadratic)}
+            for axis, told in zip(AXES, self.axes, strict=True)
+        }
+        return {
+            "source": self.source,
+            "drag per mass": axes,
+            "wind": None if self.wind is None else [_plain(each) for each in self.wind],
+            "hover throttle": _plain(self.hover),
+            "delay": _plain(self.delay),
+            "notes": list(self.notes),
+        }
+
+
+def fit_flight(source: str | os.PathLike[str] | FlightLog) -> FlightFit:
+    """Fit drag, wind, hover throttle and delay to the log of a flight.
+
+    With attitude and accelerometer in the log, drag along each axis of the body is fitted to what the accelerometer
+    felt (:mod:`minsnap.flight.tracking.body_drag_fit`); without, one horizontal drag to setpoints and velocities, with
+    PX4's default gains (:mod:`minsnap.flight.tracking.setpoint_drag`).
+
+    Parameters
+    ----------
+    source : path or FlightLog
+        A ULog, a dataflash log, or the CSV that ``stream --log`` wrote.
+
+    Returns
+    -------
+    FlightFit
+
+    Raises
+    ------
+    FileError
+        If the file is no log, or damaged beyond reading.
+    FitError
+        If the flight is too short, or the log has nothing to fit drag to.
+    """
+    log = source if isinstance(source, FlightLog) else read_flight_log(source)
+    if log.flight is None:
+        raise FitError("the log has no positions of the vehicle")
+    damage = () if log.damage is None else (log.damage,)
+    delay = None if log.reference is None else _delay(log.reference, log.flight)
+    hover = None if log.inertial is None or log.inertial.hover_throttle is None else log.inertial.hover_throttle
+    told = _from_setpoints(log) if log.inertial is None else _from_body(log)
+    if told.hover is None and hover is not None:
+        told = replace(told, notes=(*told.notes, f"the autopilot's own estimate of the hover throttle is {hover:.3f}"))
+    return replace(told, delay=delay, notes=(*damage, *told.notes))
+
+
+def _from_body(log: FlightLog) -> FlightFit:
+    assert log.flight is not None and log.inertial is not None
+    found = fit_drag_of(body_motion(log.flight, log.inertial))
+    curves = (found.speed, found.force, found.model)
+    return FlightFit(FELT, found.axes, found.wind, found.hover, None, found.notes, *curves)
+
+
+def _from_setpoints(log: FlightLog) -> FlightFit:
+    if log.reference is None or log.flight is None:
+        raise FitError("the log has neither attitude and accelerometer nor setpoints: log them")
+    found = fit_setpoint_drag(log.reference, log.flight)
+    notes = (
+        "the log has no attitude and accelerometer: one horizontal drag was fitted to setpoints and velocities, and it "
+        "holds for PX4's default gains alone",
+        "drag along z, quadratic drag, wind and hover throttle are not told without them",
+    )
+    speeds = found.speed.std(axis=0)
+    sides = [AxisDrag(float(speed), found.drag) for speed in speeds]
+    axes = (sides[0], sides[1], AxisDrag(0.0))
+    model = -found.drag.value * found.speed
+    return FlightFit(ASKED, axes, None, None, None, notes, found.speed, found.force, model)
+
+
+def _delay(reference: Samples, flight: Samples) -> FittedNumber | None:
+    """Return the delay of positions after setpoints; None where setpoints do not move while the vehicle flies."""
+    first, last = flown_span(flight)
+    asked, flown = _within(reference, first - LONGEST_DELAY, last), _within(flight, first, last)
+    if len(asked) < 10 or len(flown) < 10 or np.ptp(asked.position, axis=0).max() < 0.5:
+        return None
+    inside = (flown.t >= asked.t[0] + LONGEST_DELAY) & (flown.t <= asked.t[-1])
+    if inside.sum() < 10:
+        return None
+    start = min(max(estimate_delay(asked, flown, LONGEST_DELAY), 0.0), LONGEST_DELAY)
+    t, place = flown.t[inside], flown.position[inside]
+
+    def away(values: FloatArray) -> FloatArray:
+        return np.asarray(place - position_at(asked, np.clip(t - values[0], asked.t[0], asked.t[-1])) - values[1:])
+
+    return fitted(away, np.array([start, *np.zeros(flown.dim)]), len(t) / (t[-1] - t[0]))[0][0]
+
+
+def _within(samples: Samples, first: float, last: float) -> Samples:
+    kept = (samples.t >= first) & (samples.t <= last)
+    velocity = None if samples.velocity is None else samples.velocity[kept]
+    return Samples(samples.t[kept], samples.position[kept], velocity)
+
+
+def _value(number: FittedNumber | None) -> float:
+    return 0.0 if number is None else number.value
+
+
+def _plain(number: FittedNumber | None) -> dict[str, float] | None:
+    return None if number is None else {"value": number.value, "standard error": number.error}
+
+
+def default_name(path: str | os.PathLike[str]) -> str:
+    """Return what a vehicle fitted to a file is called."""
+    return f"fitted to {Path(path).name}"

@@ -1,0 +1,78 @@
+"""Comparison of the flights in a log with a setpoint file, each while the setpoints in the log follow it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare
+from minsnap.flight.tracking.log_flights import LogFlight, find_flights
+from minsnap.trajectory.samples import Samples
+
+FAR = 1.0
+"""Constant offset from which on a comparison says more of origin and frame than of tracking [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedFlight:
+    """Comparison of one flight with its file.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Over the flight alone; lateness counts as error, and its delay is that of the vehicle.
+    reference, flight : Samples
+        What was to be flown, where it was flown, and what was flown, both in the file's time.
+    place : LogFlight or None
+        Where in the log it is; None for a flight that is not from a log.
+    """
+
+    comparison: Comparison
+    reference: Samples
+    flight: Samples
+    place: LogFlight | None = None
+
+    def remarks(self) -> list[str]:
+        """Return warnings about the validity of the figures, one sentence per warning."""
+        said = []
+        if self.place is not None and self.place.shift.any():
+            shift = ", ".join(f"{value:.2f}" for value in self.place.shift)
+            said.append(f"it was flown ({shift}) m from where the file lies, and is compared there")
+        if self.place is not None and abs(self.place.rate - 1.0) > 1e-3:
+            drift = 100 * abs(self.place.rate - 1.0)
+            said.append(f"the log's clock runs {drift:.1f} % {self._pace()}: flown times are those of the file")
+        offset = self.comparison.constant_offset
+        if float(np.linalg.norm(offset)) > FAR:
+            words = ", ".join(f"{value:.2f}" for value in offset)
+            said.append(f"the whole flight lies ({words}) m from its reference: do origin and frame agree?")
+        return said
+
+    def _pace(self) -> str:
+        return "slow" if self.place is not None and self.place.rate > 1.0 else "fast"
+
+
+def compare_in_log(
+    reference: Samples, setpoints: Samples, flown: Samples, max_delay: float = MAX_DELAY
+) -> list[ComparedFlight]:
+    """Find every flight of a file in a log and compare it with the file.
+
+    Parameters
+    ----------
+    reference : Samples
+        The file.
+    setpoints, flown : Samples
+        What the log says was asked for, and where the vehicle was, in the same world axes and on the log's clock.
+    max_delay : float
+        Longest delay that is looked for [s].
+
+    Raises
+    ------
+    InputError
+        If the log's setpoints nowhere follow the file, or positions are missing there.
+    """
+    compared = []
+    for place in find_flights(reference, setpoints):
+        there, flight = place.moved(reference), place.in_time_of_file(flown, reference.duration)
+        compared.append(ComparedFlight(compare(there, flight, max_delay=max_delay), there, flight, place))
+    return compared

@@ -1,0 +1,166 @@
+"""Find the flights of a file in a log: the intervals in which the log's setpoints follow the file.
+
+A log covers the time from before take-off until after landing, has its own clock, and may contain several flights. Its
+setpoints are the rows that were sent, so the instants at which they match the file give offset and rate of the clocks
+exactly; the delay of the vehicle is not removed and counts as error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.errors import InputError
+from minsnap.flight.tracking.reference_curve import position_at
+from minsnap.trajectory.samples import Samples
+
+RATE = 50.0
+"""Rate of the grid on which setpoints and file are compared first [Hz]."""
+
+CANDIDATE = 0.4
+"""Distance, in standard deviations of the file's positions, up to which a place in the log is looked at closely."""
+
+MATCHED = 0.05
+"""Distance in root mean square up to which setpoints are those of the file [m]."""
+
+DRIFT = 0.05
+"""Largest difference between the rates of the two clocks."""
+
+
+@dataclass(frozen=True, eq=False)
+class LogFlight:
+    """One flight of a file in a log.
+
+    Parameters
+    ----------
+    start : float
+        The log's time at which the file begins [s].
+    rate : float
+        Seconds of the file for each second of the log: a simulator's clock may run slower than that of the streamer.
+    shift : ndarray, shape (dim,)
+        Where the setpoints lay less where the file lies [m]: zero, unless it was flown from another origin.
+    mismatch : float
+        Root mean square of the distance between setpoints and file that is left [m].
+    """
+
+    start: float
+    rate: float
+    shift: FloatArray
+    mismatch: float
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
+
+    def in_time_of_file(self, samples: Samples, duration: float) -> Samples:
+        """Return the part of samples of the log during the flight, in the file's time.
+
+        Raises
+        ------
+        InputError
+            If fewer than two of them lie there.
+        """
+        t = (samples.t - self.start) * self.rate
+        kept = (t >= 0.0) & (t <= duration)
+        if np.count_nonzero(kept) < 2:
+            raise InputError(f"the log holds no positions during the flight that begins at {self.start:.3f} s")
+        velocity = None if samples.velocity is None else samples.velocity[kept] / self.rate
+        return Samples(t[kept], samples.position[kept], velocity)
+
+    def moved(self, reference: Samples) -> Samples:
+        """Return the file shifted to the place where it was flown."""
+        return replace(reference, position=reference.position + self.shift)
+
+
+def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
+    """Find every flight of a file in a log.
+
+    Parameters
+    ----------
+    reference : Samples
+        The file.
+    setpoints : Samples
+        What the log says that was asked for, in the same world axes.
+
+    Returns
+    -------
+    list of LogFlight
+        In the order of time.
+
+    Raises
+    ------
+    InputError
+        If the log's setpoints nowhere follow the file; says how near they come.
+    """
+    if reference.dim != setpoints.dim:
+        raise InputError(f"the file has {reference.dim} coordinates and the log {setpoints.dim}: they must agree")
+    found = [_refined(reference, setpoints, start) for start in _candidates(reference, setpoints)]
+    flights = [flight for flight in found if flight.mismatch <= MATCHED]
+    if not flights:
+        nearest = min((flight.mismatch for flight in found), default=np.inf)
+        near = f"at best {nearest:.2g} m apart" if np.isfinite(nearest) else "nothing like it was asked for"
+        raise InputError(f"the log's setpoints do not follow the file ({near}): is it of another file or frame?")
+    return flights
+
+
+def _candidates(reference: Samples, setpoints: Samples) -> list[float]:
+    """Return instants of the log from which the setpoints, up to a constant shift, nearly equal the file."""
+    grid = np.arange(int(np.ceil(setpoints.duration * RATE)) + 1) / RATE + setpoints.t[0]
+    asked = position_at(setpoints, grid)
+    file = position_at(reference, reference.t[0] + np.arange(int(reference.duration * RATE) + 1) / RATE)
+    if len(file) > len(asked):
+        return [float(setpoints.t[0])]
+    distance = np.sqrt(_centred_distances(asked, file))
+    spread = float(np.sqrt(np.sum(np.var(file, axis=0)))) or 1.0
+    return [float(grid[k]) for k in _least(distance, CANDIDATE * spread, len(file) // 2)]
+
+
+def _centred_distances(asked: FloatArray, file: FloatArray) -> FloatArray:
+    """Return mean squared distances of the file to every window of the setpoints, both with their mean removed."""
+    from scipy.signal import correlate
+
+    count = len(file)
+    y = file - file.mean(axis=0)
+    windows = np.array([correlate(column, np.ones(count), mode="valid") for column in asked.T])
+    squares = correlate((asked**2).sum(axis=1), np.ones(count), mode="valid") / count
+    cross = sum(correlate(a, b, mode="valid") for a, b in zip(asked.T, y.T, strict=True)) / count
+    variance = squares - ((windows / count) ** 2).sum(axis=0)
+    return np.asarray(np.maximum(variance - 2.0 * cross + (y**2).sum() / count, 0.0))
+
+
+def _least(distance: FloatArray, most: float, apart: int) -> list[int]:
+    """Return the indices of local minima below a bound, at least the given number of steps apart."""
+    found: list[int] = []
+    for k in np.argsort(distance, kind="stable"):
+        if distance[k] > most:
+            break
+        if all(abs(int(k) - other) >= apart for other in found):
+            found.append(int(k))
+    return sorted(found)
+
+
+def _refined(reference: Samples, setpoints: Samples, start: float) -> LogFlight:
+    """Return the clocks' offset and rate, and the shift, at which setpoints and file differ least."""
+    from scipy.optimize import least_squares
+
+    slack = DRIFT * reference.duration
+    inside = (setpoints.t >= start - slack) & (setpoints.t <= start + reference.duration * (1.0 + DRIFT) + slack)
+    t, position = setpoints.t[inside], setpoints.position[inside]
+
+    def left(unknown: FloatArray) -> FloatArray:
+        return np.asarray(position - position_at(reference, reference.t[0] + (t - unknown[0]) * unknown[1]))
+
+    def residuals(unknown: FloatArray) -> FloatArray:
+        gap = left(unknown)
+        return np.asarray((gap - np.median(gap, axis=0)).ravel())
+
+    bounds = ([start - 1.0 - slack, 1.0 - DRIFT], [start + 1.0 + slack, 1.0 + DRIFT])
+    scales: dict[str, Any] = {"x_scale": [0.01, 0.001], "loss": "soft_l1", "f_scale": MATCHED}
+    best = least_squares(residuals, [start, 1.0], bounds=bounds, **scales).x
+    within = (t >= best[0]) & (t <= best[0] + reference.duration / best[1])
+    gap = left(best)[within] if within.any() else left(best)
+    shift = np.median(gap, axis=0)
+    shift = np.where(np.abs(shift) < MATCHED, 0.0, shift)
+    return LogFlight(float(best[0]), float(best[1]), shift, float(np.sqrt(((gap - shift) ** 2).sum(axis=1).mean())))

@@ -1,0 +1,148 @@
+r"""Drag from setpoints, positions and velocities alone, where a log has neither attitude nor accelerometer.
+
+What the position and velocity loops of PX4 ask for is computed from the logged setpoints and states,
+
+.. math:: a^* = a_s + K_v\,(v_s + K_p (p_s - p) - v) + K_i \int (v_s + K_p (p_s - p) - v)\,dt - K_d\,\dot v,
+
+where the setpoints act after a delay :math:`\sigma` of the link and the attitude follows after another one,
+:math:`\tau`; drag is what is missing, :math:`\dot v(t) = a^*(t - \tau) - k\,v(t) + b`. Both sides are integrated over
+:data:`WINDOW`, so that velocities need not be differentiated. The gains are assumed: those of PX4's defaults unless
+others are given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray, own_arrays
+from minsnap.errors import FitError
+from minsnap.flight.simulation.controllers.cascade_settings import CascadeSettings
+from minsnap.flight.tracking.flight_motion import flown_span
+from minsnap.flight.tracking.regression import FittedNumber, fitted
+from minsnap.trajectory.samples import Samples
+
+RATE = 50.0
+"""Steps a second of the integrals [Hz]."""
+
+WINDOW = 0.2
+"""Length of the intervals over which the motion is integrated [s]."""
+
+DELAYS = range(0, 19)
+"""Delays that are tried, of the link and of the attitude, in steps."""
+
+
+MODEL_ERROR = 0.1
+"""Error by taking a delay for the attitude's response, from simulated flights [1/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class SetpointDrag:
+    """One linear drag per mass along all horizontal directions.
+
+    Parameters
+    ----------
+    drag : FittedNumber
+        [1/s]; its standard error has :data:`MODEL_ERROR` in it.
+    delay : float
+        Of link and attitude together, at which the fit is best [s].
+    speed, force : ndarray, shape (m, 2)
+        Mean velocity over windows [m/s], and the acceleration that was asked for and is missing [m/s^2].
+    """
+
+    drag: FittedNumber
+    delay: float
+    speed: FloatArray
+    force: FloatArray
+
+    def __post_init__(self) -> None:
+        own_arrays(self)
+
+
+def fit_setpoint_drag(reference: Samples, flight: Samples, settings: CascadeSettings | None = None) -> SetpointDrag:
+    """Fit one linear drag per mass along all horizontal directions.
+
+    Parameters
+    ----------
+    reference : Samples
+        Setpoints with velocities, each held until the next.
+    flight : Samples
+        Positions and velocities of the vehicle, on the same clock.
+    settings : CascadeSettings, optional
+        Gains of the vehicle's loops; PX4's defaults unless given.
+
+    Returns
+    -------
+    SetpointDrag
+
+    Raises
+    ------
+    FitError
+        If setpoints have no velocities, or the flight is too short.
+    """
+    if reference.velocity is None:
+        raise FitError("the setpoints of the log have no velocities, so what the controller asked for is not known")
+    series = _Series(reference, flight, settings or CascadeSettings())
+    rest = {pair: series.rest(*pair) for pair in product(DELAYS, DELAYS)}
+    best = min(rest, key=lambda pair: series.squares(rest[pair]))
+    found, _ = fitted(lambda values: series.residuals(rest[best], values), np.zeros(3), RATE)
+    drag = FittedNumber(found[0].value, float(np.hypot(found[0].error, MODEL_ERROR)))
+    force = rest[best] / WINDOW - [each.value for each in found[1:]]
+    return SetpointDrag(drag, sum(best) / RATE, series.moved / WINDOW, force)
+
+
+class _Series:
+    """Both sides of the equation of motion, at equal steps, horizontal axes only."""
+
+    def __init__(self, reference: Samples, flight: Samples, settings: CascadeSettings) -> None:
+        first, last = flown_span(flight)
+        assert flight.velocity is not None
+        t = np.arange(max(first, reference.t[0]), min(last, reference.t[-1], flight.t[-1]), 1.0 / RATE)
+        place, self._velocity = (_at(t, flight.t, values) for values in (flight.position, flight.velocity))
+        asked = np.clip(np.searchsorted(reference.t, t, side="right") - 1, 0, len(reference) - 1)
+        gains = {name: np.array(getattr(settings, name)[:2]) for name in _GAINS}
+        assert reference.velocity is not None
+        ahead = reference.velocity[asked, :2] + gains["position_gain"] * reference.position[asked, :2]
+        pushed = 0.0 if reference.acceleration is None else reference.acceleration[asked, :2]
+        self._asked = pushed + _controlled(ahead, gains)
+        change = gains["velocity_derivative"] * np.gradient(self._velocity, 1.0 / RATE, axis=0)
+        self._felt = _controlled(gains["position_gain"] * place + self._velocity, gains) + change
+        self._step, self._longest = round(WINDOW * RATE), 2 * DELAYS[-1]
+        self.moved = _integrals(self._velocity[self._longest :], self._step)
+
+    def rest(self, link: int, attitude: int) -> FloatArray:
+        """Return what drag and a constant have to explain for delays in steps, (m, 2), every row one window."""
+        velocity, end = self._velocity[self._longest :], len(self._asked)
+        asked = self._asked[self._longest - link - attitude : end - link - attitude]
+        pulled = asked - self._felt[self._longest - attitude : end - attitude]
+        return np.asarray(velocity[self._step :] - velocity[: -self._step] - _integrals(pulled, self._step))
+
+    def residuals(self, rest: FloatArray, values: FloatArray) -> FloatArray:
+        """Return residuals for drag and the two constants."""
+        return np.asarray(rest + values[0] * self.moved - WINDOW * values[1:])
+
+    def squares(self, rest: FloatArray) -> float:
+        """Return the least sum of squares for one pair of delays."""
+        rest, moved = rest - rest.mean(axis=0), self.moved - self.moved.mean(axis=0)
+        return float((rest**2).sum() - (rest * moved).sum() ** 2 / (moved**2).sum())
+
+
+_GAINS = ("position_gain", "velocity_gain", "velocity_integral", "velocity_derivative")
+
+
+def _controlled(values: FloatArray, gains: dict[str, FloatArray]) -> FloatArray:
+    """Proportional and integral part of the velocity loop."""
+    total = np.cumsum(values, axis=0) / RATE
+    return np.asarray(gains["velocity_gain"] * values + gains["velocity_integral"] * total)
+
+
+def _at(t: FloatArray, known: FloatArray, values: FloatArray) -> FloatArray:
+    return np.stack([np.interp(t, known, column) for column in values.T[:2]], axis=1)
+
+
+def _integrals(values: FloatArray, steps: int) -> FloatArray:
+    """Return integrals over so many steps from each row on, by the trapezoidal rule."""
+    total = np.vstack([np.zeros(values.shape[1]), np.cumsum(0.5 * (values[1:] + values[:-1]), axis=0)]) / RATE
+    return np.asarray(total[steps:] - total[:-steps])

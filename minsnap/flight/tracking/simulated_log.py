@@ -1,0 +1,69 @@
+"""A simulated flight as the log that its autopilot would have written."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_kind, check_seed, is_number
+from minsnap.basics.messages import shown
+from minsnap.errors import InputError
+from minsnap.files.logs.flight_log import FlightLog
+from minsnap.files.logs.inertial_log import InertialLog
+from minsnap.flight.simulation.flight_record import Flight
+from minsnap.trajectory.samples import Samples
+from minsnap.vehicle.quadrotor import Quadrotor
+
+STATES = 50.0
+"""States that are logged a second [Hz]; the accelerometer is logged at every step."""
+
+
+def simulated_log(
+    vehicle: Quadrotor, flight: Flight, setpoints: Samples, noise: float = 0.05, seed: int = 0
+) -> FlightLog:
+    """Return what a log of a simulated flight holds: setpoints, states, and what the body felt.
+
+    Parameters
+    ----------
+    vehicle : Quadrotor
+        What flew.
+    flight : Flight
+        How.
+    setpoints : Samples
+        What was sent, from the start of the flight on.
+    noise : float
+        Standard deviation of the accelerometer along each axis [m/s^2].
+    seed : int
+        Of the noise.
+
+    Returns
+    -------
+    FlightLog
+        As :func:`minsnap.flight.fit_flight` takes it.
+    """
+    check_kind("the vehicle", vehicle, Quadrotor, "a Quadrotor")
+    check_kind("the flight", flight, Flight, "a Flight")
+    check_kind("the setpoints", setpoints, Samples, "samples")
+    check_seed(seed)
+    if not (is_number(noise) and noise >= 0.0):
+        raise InputError(f"the noise is {shown(noise)}: it must be 0 or more [m/s^2]")
+    every = max(1, round((len(flight.t) - 1) / (STATES * flight.duration)))
+    slow = slice(None, None, every)
+    states = Samples(flight.t[slow], flight.position[slow], flight.velocity[slow])
+    thrust = vehicle.wrench(flight.rotor_speed)[:, 0]
+    felt = _specific_force(vehicle, flight, thrust)
+    felt = felt + noise * np.random.default_rng(seed).normal(size=felt.shape)
+    throttle = thrust / (vehicle.max_thrust_to_weight * vehicle.weight)
+    inertial = InertialLog(flight.t[slow], flight.quaternion[slow], flight.t, felt, flight.t[slow], throttle[slow])
+    return FlightLog(setpoints, states, 0.0, inertial=inertial)
+
+
+def _specific_force(vehicle: Quadrotor, flight: Flight, thrust: FloatArray) -> FloatArray:
+    """Return what an accelerometer measures in the body, shape (m, 3) [m/s^2]."""
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_quat(np.roll(flight.quaternion, -1, axis=1)).as_matrix()
+    air = np.einsum("mji,mj->mi", turns, flight.velocity - flight.wind)
+    pitch = -np.arcsin(np.clip(turns[:, 2, 0], -1.0, 1.0))
+    force = vehicle.drag.force(air, pitch=pitch, rotor_speed=flight.rotor_speed)
+    return np.asarray((force + thrust[:, None] * np.array([0.0, 0.0, 1.0])) / vehicle.mass)

@@ -1,0 +1,227 @@
+"""plan_many: the same call for many problems, over threads; what fails is an error of its problem alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from time import perf_counter
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.arrays import FloatArray, IntArray, owned
+from minsnap.basics.checks import check_degree, check_switch
+from minsnap.basics.progress import ProgressLine, told
+from minsnap.basics.tolerances import GAP
+from minsnap.corridors.constraint import Constraint
+from minsnap.errors import InputError, MinsnapError
+from minsnap.limits.limits import Limits
+from minsnap.many.problem_rows import (
+    GRADIENT_GAP,
+    ManyAsked,
+    Pins,
+    ProblemRows,
+    State,
+    corridors_of,
+    end_states,
+    further_arguments,
+    no_durations,
+    thread_count,
+)
+from minsnap.native.plan_batches import ManySlopes, many_gradients, many_optima, many_tubes
+from minsnap.native.status import Status
+from minsnap.optimisation.tube_report import TubeReports
+from minsnap.trajectory.gradients import Gradients, Slopes
+from minsnap.trajectory.report import LinearSystem, Report
+from minsnap.trajectory.trajectories import Reports, ReportsExcept, Trajectories
+from minsnap.trajectory.trajectory import ReportMaker, Trajectory
+
+
+def plan_many(
+    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike],
+    durations: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
+    corridor: npt.ArrayLike | Constraint | Sequence[npt.ArrayLike | Constraint | None] | None = None,
+    *,
+    limits: Limits | Sequence[Limits | None] | None = None,
+    pins: Pins | Sequence[Pins | None] | None = None,
+    total_time: float | Sequence[float] | None = None,
+    degree: int = 7,
+    start: State | None = None,
+    end: State | None = None,
+    gradients: bool = False,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | bool | None = None,
+) -> Trajectories:
+    """Plan many problems; see ``plan``.
+
+    Parameters
+    ----------
+    waypoints : array_like, shape (B, n, dim), or sequence of B array_like, each (n_b, dim)
+        Positions to pass through [m].
+    durations : array_like, shape (B, n - 1) or (n - 1,), or sequence of B array_like, each (n_b - 1,)
+        Seconds a leg; one row of them serves all problems of an array. Left out where ``limits`` or ``total_time``
+        choose them.
+    corridor : float, Constraint, or sequence of B of what ``plan`` takes, optional
+        One for all problems, or one for each; an array's first axis counts problems.
+    limits, pins, total_time : optional
+        What ``plan`` takes: one for all problems, or a sequence of B.
+    degree : int
+        2k - 1: 3, 5, 7, 9 or 11.
+    start, end : mapping, optional
+        Derivatives at the ends, such as ``{"velocity": v}`` with v of shape (dim,) or (B, dim) [m/s]; those up to order
+        k - 1 that are not named are zero.
+    gradients : bool
+        Whether ``many.gradients`` holds the exact derivatives of every optimal cost in durations, waypoints and the
+        half-widths of tubes: for given durations, without limits, in walls of this library. Plans in tubes from rest to
+        rest are then solved more accurately, and may differ from those of ``plan`` by some 1e-6 of their cost.
+    threads : int, optional
+        Threads to use; as many as processors unless given.  The result does not depend on it.
+    progress : callable or bool, optional
+        Called with the numbers of problems that are planned and of all; True shows a line on standard error where it
+        takes long.
+
+    Returns
+    -------
+    Trajectories
+        ``many[i]`` is a Trajectory, ``many.errors[i]`` the MinsnapError of a problem that has none.
+
+    Raises
+    ------
+    InputError
+        If it is not clear what the problems are: another number of durations, corridors or end states than of
+        waypoints, or a degree that does not exist; or if gradients are asked for that are not known.  What is wrong
+        with one problem is in ``errors``.
+    """
+    began = perf_counter()
+    half = check_degree(degree)
+    batch = ProblemRows.of(waypoints, no_durations(waypoints) if durations is None else durations)
+    ends = end_states(start, "start", batch, half), end_states(end, "end", batch, half)
+    others = further_arguments(len(batch), durations is None, limits=limits, pins=pins, total_time=total_time)
+    walls, workers = corridors_of(corridor, len(batch)), thread_count(threads)
+    with told(progress, "planning", _problems_in) as watch:
+        return _solved(ManyAsked(batch, half, ends, walls, others, workers, began, watch), gradients)
+
+
+def _problems_in(line: ProgressLine) -> Callable[[int, int], None]:
+    """Return what shows the number of problems in a line."""
+    return lambda done, count: line.show(done / count, f"{done} of {count} problems")
+
+
+def _solved(asked: ManyAsked, gradients: bool) -> Trajectories:
+    """Plan in the way that fits what is asked for."""
+    widths = asked.widths()
+    if check_switch("gradients", gradients):
+        _check_gradients(asked)
+    if asked.others:
+        return _solved_one_by_one(asked, gradients)
+    if asked.corridors is None:
+        return _solved_free(asked, gradients)
+    return _solved_one_by_one(asked, gradients) if widths is None else _solved_in_tubes(asked, widths, gradients)
+
+
+def _check_gradients(asked: ManyAsked) -> None:
+    from minsnap.corridors.named_constraints import CONSTRAINTS
+
+    if any(
+        name != "pins" and (name == "durations" or value is not None)
+        for o in asked.others or ()
+        for name, value in o.items()
+    ):
+        raise InputError("gradients are known for given durations: leave out gradients=True, or limits and total_time")
+    for corridor in asked.corridors or ():
+        for part in corridor if isinstance(corridor, (list, tuple)) else [corridor]:
+            if hasattr(part, "walls") and CONSTRAINTS.get(type(part).__name__) is not type(part):
+                kinds = ", ".join(CONSTRAINTS)
+                raise InputError(f"gradients are known in walls of {kinds}, not of {type(part).__name__}")
+
+
+def _solved_free(asked: ManyAsked, gradients: bool) -> Trajectories:
+    """Plan without walls, all at once where the native core is."""
+    batch = asked.batch
+    arrays = batch.points, batch.durations, batch.offsets, asked.half, asked.ends, asked.workers
+    solved = many_optima(*arrays)
+    if solved is None:
+        return _solved_one_by_one(asked, gradients)
+    slopes = many_gradients(*arrays) if gradients else None
+    how: ReportMaker = LinearSystem(0.0, (perf_counter() - asked.began) / max(len(batch), 1), "native")
+    return _mended(asked, solved, [how] * len(batch), slopes)
+
+
+def _solved_in_tubes(asked: ManyAsked, widths: FloatArray, gradients: bool) -> Trajectories:
+    """Plan from rest to rest in tubes, all at once where the native core is."""
+    batch = asked.batch
+    gap = GRADIENT_GAP if gradients else GAP
+    arrays = batch.points, batch.durations, batch.offsets, asked.half, widths
+    found = many_tubes(*arrays, asked.workers, gradients, gap, asked.watch)
+    if found is None:
+        return _solved_one_by_one(asked, gradients)
+    share = (perf_counter() - asked.began) / max(len(batch), 1)
+    reports = TubeReports(share, found.figures, owned(batch.points), widths, batch.offsets)
+    return _mended(asked, (found.points, found.breaks, found.statuses), reports, found.slopes)
+
+
+def _mended(
+    asked: ManyAsked,
+    solved: tuple[FloatArray, FloatArray, IntArray],
+    made: Reports,
+    slopes: ManySlopes | None,
+) -> Trajectories:
+    """Plan by themselves the problems that the native core left, and wrap all."""
+    points, breaks, statuses = solved
+    batch = asked.batch
+    errors: list[MinsnapError | None] = [None] * len(batch)
+    own_reports: dict[int, Report | ReportMaker] = {}
+    for index in np.flatnonzero(statuses != Status.DONE).tolist():
+        found = asked.alone(index)
+        if isinstance(found, MinsnapError):
+            errors[index] = found
+            continue
+        legs = slice(int(batch.offsets[index]), int(batch.offsets[index + 1]))
+        points[legs], breaks[legs.start + index : legs.stop + index + 1] = found.control_points, found.breaks
+        own_reports[index] = found.report or made[index]
+        if slopes is not None:
+            own = asked.slopes(index, found)
+            slopes.durations[legs], slopes.displacements[legs] = own.durations, -np.cumsum(own.waypoints[:-1], axis=0)
+            if slopes.widths is not None:
+                slopes.widths[legs] = own.widths
+    gradients = None if slopes is None else Gradients.of_legs(*slopes, batch.offsets)
+    reports = ReportsExcept(made, own_reports)
+    return _wrapped(points, batch.durations, breaks, batch.offsets, errors, reports, asked.workers, gradients)
+
+
+def _solved_one_by_one(asked: ManyAsked, gradients: bool) -> Trajectories:
+    """Plan every problem by itself."""
+
+    def slopes(index: int) -> Slopes:
+        curve = found[index]
+        return asked.slopes(index, curve) if isinstance(curve, Trajectory) else Slopes.unknown(0, asked.batch.dim)
+
+    found = asked.all_alone()
+    with ThreadPoolExecutor(asked.workers) as pool:
+        each = list(pool.map(slopes, range(len(found)))) if gradients else []
+    blank = LinearSystem(0.0, 0.0, "python")
+    curves = [curve if isinstance(curve, Trajectory) else None for curve in found]
+    points = np.concatenate([np.zeros((0, 2 * asked.half, asked.batch.dim)), *(c.control_points for c in curves if c)])
+    durations = np.concatenate([np.zeros(0), *(c.durations for c in curves if c)])
+    breaks = np.concatenate([np.zeros(0), *(np.zeros(1) if c is None else c.breaks for c in curves)])
+    offsets = np.cumsum([0, *(0 if c is None else len(c.durations) for c in curves)])
+    errors = [None if isinstance(f, Trajectory) else f for f in found]
+    reports = [blank if c is None or c.report is None else c.report for c in curves]
+    walls = asked.corridors is not None
+    known = Gradients.of_plans(each, asked.batch.dim, walls, np.asarray(offsets)) if gradients else None
+    return _wrapped(points, durations, breaks, np.asarray(offsets), errors, reports, asked.workers, known)
+
+
+def _wrapped(
+    points: FloatArray,
+    durations: FloatArray,
+    breaks: FloatArray,
+    offsets: IntArray,
+    errors: Sequence[MinsnapError | None],
+    reports: Reports,
+    workers: int,
+    gradients: Gradients | None,
+) -> Trajectories:
+    for array in (points, durations, breaks, offsets):
+        array.setflags(write=False)
+    return Trajectories(points, durations, breaks, offsets, tuple(errors), reports, workers, gradients)

@@ -1,0 +1,304 @@
+"""The problems of plan_many: rows of arguments as long arrays, and whatever else each one asks for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.arrays import FloatArray, IntArray, numbers
+from minsnap.basics.checks import DERIVATIVES, check_state, is_whole
+from minsnap.basics.messages import shown
+from minsnap.corridors.tubes import Tube, as_constraints
+from minsnap.errors import (
+    CorridorError,
+    InputError,
+    LimitError,
+    MinsnapError,
+    SolverError,
+    TimingError,
+    WaypointError,
+)
+from minsnap.planner import placed_task, plan
+from minsnap.trajectory.gradients import Slopes, free_slopes
+from minsnap.trajectory.trajectory import Trajectory
+
+GRADIENT_GAP = 1e-10
+"""Share of the cost of a plan in walls that may be given away where gradients are asked for: their error goes as its
+square root."""
+
+State = Mapping[str, npt.ArrayLike]
+Pins = Mapping[int, State]
+
+
+@dataclass(frozen=True, eq=False)
+class ProblemRows:
+    """The problems: those that are numbers of the right shape in long arrays, the others as they came.
+
+    Parameters
+    ----------
+    points : ndarray, shape (knots in all, dim)
+        Perhaps the caller's own: what is kept of them is copied.
+    durations : ndarray, shape (legs in all,)
+    offsets : ndarray of int64, shape (problems + 1,)
+    odd : mapping of int to tuple
+        Waypoints and durations of problems that are not; here they have one knot and no leg.
+    """
+
+    points: FloatArray
+    durations: FloatArray
+    offsets: IntArray
+    odd: Mapping[int, tuple[Any, Any]] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    @property
+    def dim(self) -> int:
+        """Number of coordinates."""
+        return int(self.points.shape[1])
+
+    def problem(self, index: int) -> tuple[Any, Any]:
+        """Waypoints and durations of one problem."""
+        if index in self.odd:
+            return self.odd[index]
+        first, last = int(self.offsets[index]), int(self.offsets[index + 1])
+        return self.points[first + index : last + index + 1], self.durations[first:last]
+
+    @classmethod
+    def of(cls, waypoints: Any, durations: Any) -> ProblemRows:
+        """Sort what a caller gave."""
+        points, times = numbers(waypoints, copy=False), numbers(durations)
+        if points is not None and times is not None and points.ndim == 3 and min(points.shape[1:]) > 0:
+            count, knots, dim = points.shape
+            if times.shape in ((knots - 1,), (count, knots - 1)) and knots > 1:
+                times = np.ascontiguousarray(np.broadcast_to(times, (count, knots - 1)))
+                offsets = np.arange(count + 1, dtype=np.int64) * (knots - 1)
+                return cls(points.reshape(-1, dim), times.reshape(-1), offsets)
+        return cls._of_rows(_rows(waypoints, "waypoints"), _rows(durations, "durations"))
+
+    @classmethod
+    def _of_rows(cls, waypoints: list[Any], durations: list[Any]) -> ProblemRows:
+        if len(waypoints) != len(durations):
+            raise TimingError(f"{len(waypoints)} problems need as many rows of durations, {len(durations)} given")
+        pairs: list[Any] = [(numbers(p), numbers(t)) for p, t in zip(waypoints, durations, strict=True)]
+        shapes = [p.shape for p, _ in pairs if p is not None and p.ndim == 2 and p.shape[1]]
+        dim = next((p.shape[1] for p, t in pairs if _fit(p, t)), shapes[0][1] if shapes else 1)
+        odd, points, times, offsets = {}, [], [], [0]
+        for index, (p, t) in enumerate(pairs):
+            if not _fit(p, t) or p.shape[1] != dim:
+                odd[index] = waypoints[index], durations[index]
+                p, t = np.zeros((1, dim)), np.zeros(0)
+            points.append(p)
+            times.append(t)
+            offsets.append(offsets[-1] + len(t))
+        joined = np.concatenate(points) if points else np.zeros((0, dim))
+        return cls(joined, np.concatenate([*times, np.zeros(0)]), np.array(offsets, dtype=np.int64), odd)
+
+
+def _fit(points: Any, times: Any) -> bool:
+    if points is None or times is None or points.ndim != 2 or times.ndim != 1:
+        return False
+    return len(points) == len(times) + 1 > 1 and points.shape[1] > 0
+
+
+def _rows(values: Any, name: str) -> list[Any]:
+    try:
+        return list(values)
+    except TypeError:
+        raise InputError(f"{name} are {shown(values)}: give one row for each problem") from None
+
+
+def thread_count(threads: Any) -> int:
+    """Return how many threads to use: as many as processors unless given."""
+    if threads is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if not is_whole(threads) or not 1 <= threads <= 256:
+        raise InputError(f"threads is {shown(threads)}: use 1 to 256")
+    return int(threads)
+
+
+def end_states(state: State | None, where: str, batch: ProblemRows, half: int) -> FloatArray | None:
+    """Return derivatives 1 … k - 1 at an end, (problems, k - 1, dim), or None at rest."""
+    if state is None:
+        return None
+    check_state(
+        {name: np.zeros(batch.dim) for name in state} if isinstance(state, Mapping) else state, where, half, batch.dim
+    )
+    states = np.zeros((len(batch), half - 1, batch.dim))
+    for name, value in state.items():
+        given = numbers(value)
+        if given is None or given.shape not in ((batch.dim,), (len(batch), batch.dim)):
+            shapes = f"({batch.dim},) or ({len(batch)}, {batch.dim})"
+            raise WaypointError(f"the {name} of {where} must be numbers of shape {shapes}")
+        states[:, DERIVATIVES.index(name) - 1] = given
+    return states
+
+
+def corridors_of(corridor: Any, count: int) -> list[Any] | None:
+    """Corridor of every problem; None where there is none at all."""
+    if corridor is None:
+        return None
+    one = hasattr(corridor, "walls") or not hasattr(corridor, "__len__") or isinstance(corridor, (str, bytes, Mapping))
+    if one or getattr(corridor, "ndim", 1) == 0:
+        return [corridor] * count
+    each = list(corridor)
+    if len(each) != count:
+        raise CorridorError(f"{count} problems need one corridor, or one for each, {len(each)} given")
+    return each
+
+
+def no_durations(waypoints: Any) -> list[Any]:
+    """Return a row of no durations for each problem."""
+    return [None] * len(_rows(waypoints, "waypoints"))
+
+
+def further_arguments(count: int, without_durations: bool, **given: Any) -> list[dict[str, Any]] | None:
+    """Return the further arguments of ``plan`` by problem; None where there are none.
+
+    Raises
+    ------
+    InputError
+        If there are others than one for all, or one for each.
+    """
+    if not without_durations and all(value is None for value in given.values()):
+        return None
+    each: list[dict[str, Any]] = [{"durations": None} if without_durations else {} for _ in range(count)]
+    for name, value in given.items():
+        if not isinstance(value, (list, tuple, np.ndarray)) or (isinstance(value, np.ndarray) and not value.ndim):
+            values = [value] * count
+        else:
+            values = list(value)
+        if len(values) != count:
+            kind = LimitError if name == "limits" else WaypointError if name == "pins" else TimingError
+            raise kind(f"{count} problems need one {name}, or one for each, {len(values)} given")
+        for own, one in zip(each, values, strict=True):
+            own[name] = one
+    return each
+
+
+@dataclass(frozen=True, eq=False)
+class ManyAsked:
+    """All that a call asks for.
+
+    Parameters
+    ----------
+    batch : ProblemRows
+    half : int
+    ends : tuple of ndarray, shape (problems, k - 1, dim), or None
+    corridors : list, or None
+        By problem; None where there are none at all.
+    others : list of dict, or None
+        Further arguments of ``plan`` by problem.
+    workers : int
+    began : float
+        Reading of ``time.perf_counter`` [s].
+    watch : callable, or None
+        Called with the number of problems that are planned, now and then, and with all of them.
+    """
+
+    batch: ProblemRows
+    half: int
+    ends: tuple[FloatArray | None, FloatArray | None]
+    corridors: list[Any] | None
+    others: list[dict[str, Any]] | None
+    workers: int
+    began: float
+    watch: Callable[[int, int], None] | None = None
+
+    def alone(self, index: int) -> Trajectory | MinsnapError:
+        """Plan one problem by itself."""
+        points, start, end = self._places(index)
+        given: dict[str, Any] = {"durations": self.batch.problem(index)[1]} | (
+            self.others[index] if self.others else {}
+        )
+        try:
+            own: dict[str, Any] = {"degree": 2 * self.half - 1}
+            if isinstance(points, np.ndarray) and points.ndim == 2:
+                own["dim"] = points.shape[1]
+            curve = plan(points, corridor=self._corridor(index), start=start, end=end, **own, **given)
+            if curve.dim != self.batch.dim:
+                raise WaypointError(
+                    f"problem {index} has {curve.dim} coordinates and the others {self.batch.dim}: plan it apart"
+                )
+        except MinsnapError as error:
+            return error
+        return curve
+
+    def all_alone(self) -> list[Trajectory | MinsnapError]:
+        """Plan every problem by itself, over threads."""
+        found = []
+        with ThreadPoolExecutor(self.workers) as pool:
+            for curve in pool.map(self.alone, range(len(self.batch))):
+                found.append(curve)
+                if self.watch is not None:
+                    self.watch(len(found), len(self.batch))
+        return found
+
+    def slopes(self, index: int, curve: Trajectory) -> Slopes:
+        """Return how the optimal cost of one problem changes, whose plan this is."""
+        from minsnap.optimisation.gradient import cost_gradient
+        from minsnap.optimisation.optimum import InfeasibleRowsError
+        from minsnap.optimisation.place_gradient import place_gradient
+        from minsnap.optimisation.solve import solve
+
+        constraints = as_constraints(self._corridor(index))
+        if not constraints:
+            times, forces = free_slopes(curve.control_points, curve.durations)
+            return Slopes(times, np.diff(-forces, axis=0, prepend=0.0, append=0.0), np.zeros(len(times)))
+        points, start, end = self._places(index)
+        pins = None if self.others is None else self.others[index].get("pins")
+        smoothness = self.half, self.half - 1, 1
+        task = placed_task(points, None, start, end, pins, False, curve.dim, constraints, *smoothness, "auto")
+        try:
+            solved = solve(task, curve.durations, gap=GRADIENT_GAP)
+        except (SolverError, InfeasibleRowsError):
+            return Slopes.unknown(curve.legs, curve.dim)
+        return Slopes(cost_gradient(solved), *place_gradient(solved, constraints))
+
+    def _places(self, index: int) -> tuple[Any, State | None, State | None]:
+        """Waypoints of one problem, and its states at both ends."""
+        names = DERIVATIVES[1 : self.half]
+        start, end = (None if e is None else dict(zip(names, e[index], strict=True)) for e in self.ends)
+        return self.batch.problem(index)[0], start, end
+
+    def _corridor(self, index: int) -> Any:
+        return None if self.corridors is None else self.corridors[index]
+
+    def widths(self) -> FloatArray | None:
+        """Half-widths of all legs (legs in all,) where every corridor is a tube of numbers; else None.
+
+        Not a number where a corridor is malformed: its problem is then planned by itself, and refused.
+        """
+        if self.corridors is None or self.others or any(end is not None for end in self.ends):
+            return None
+        legs, values, known = np.diff(self.batch.offsets), [], {}
+        for corridor, count in zip(self.corridors, legs.tolist(), strict=True):
+            if (id(corridor), count) not in known:  # one corridor may serve many problems
+                known[id(corridor), count] = _plain_widths(corridor, count)
+            width = known[id(corridor), count]
+            if width is None:
+                return None
+            values.append(width)
+        if values and all(isinstance(width, float) for width in values):
+            return np.repeat(np.array(values), legs)
+        return np.concatenate(
+            [np.zeros(0), *(np.broadcast_to(w, n) for w, n in zip(values, legs.tolist(), strict=True))]
+        )
+
+
+def _plain_widths(corridor: Any, legs: int) -> FloatArray | float | None:
+    """Return half-widths of one tube; None for what is no tube, or one with a width per axis."""
+    if isinstance(corridor, float):
+        return corridor
+    width = numbers(corridor.half_width if isinstance(corridor, Tube) else corridor)
+    if corridor is None or width is None or width.ndim > 1:
+        return None
+    if width.ndim == 0:
+        return float(width)
+    return width if len(width) == legs else np.full(legs, np.nan)

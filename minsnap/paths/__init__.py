@@ -1,0 +1,1 @@
+"""Where paths come from: shapes, maps with ways through them, courses and missions."""

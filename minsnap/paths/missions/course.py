@@ -1,0 +1,220 @@
+"""A course: what is flown through, in which order, and within which limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import radians, tan
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_array, check_distance, check_switch, is_number, is_whole
+from minsnap.basics.messages import shown
+from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.constraint import Constraint
+from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.half_spaces import HalfSpaces
+from minsnap.corridors.tubes import Tube
+from minsnap.errors import WaypointError
+from minsnap.limits.limits import Limits
+
+SPEED, ACCELERATION = 3.0, 6.0
+"""Limits of a course that has none [m/s], [m/s^2]."""
+
+LEAN = tan(radians(1.0))
+"""How much the velocity may lean towards a side of a gate that is passed straight."""
+
+
+MOST_LAPS = 1000
+"""Most laps of a course."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """One entry of a course: a point, or a gate.
+
+    Parameters
+    ----------
+    place : ndarray, shape (2,) or (3,), or Gate
+        [m].
+    ball : float
+        Radius within which the point is passed [m]; 0: exactly.
+    hold : float
+        How long the vehicle stays there, at rest [s].
+    straight : float
+        Distance before and after a gate over which the path is perpendicular to it, by a degree towards each side, and
+        stays inside the prism over its opening [m].
+    """
+
+    place: FloatArray | Gate
+    ball: float = 0.0
+    hold: float = 0.0
+    straight: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.place, Gate):
+            give = "a gate, or two or three finite numbers"
+            place = check_array("the place of a stop", self.place, ((2,), (3,)), give, WaypointError)
+            object.__setattr__(self, "place", place)
+        for name in ("ball", "hold", "straight"):
+            value = getattr(self, name)
+            if not is_number(value) or value < 0.0:
+                raise WaypointError(f"{name} of a waypoint is {shown(value)}: give a number, 0 or more")
+        if self.straight and not (isinstance(self.place, Gate) and self.place.crossing):
+            raise WaypointError("only a gate with a crossing, 1 or -1, is passed straight: give both, or leave it out")
+
+    @property
+    def centre(self) -> FloatArray:
+        """The point, or the middle of the gate [m]."""
+        return self.place.centre if isinstance(self.place, Gate) else self.place
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Waypoints and gates in order, and how they are flown.
+
+    Parameters
+    ----------
+    stops : tuple of Stop
+        Two or more, without the first one repeated at the end; empty where boxes say the way.
+    closed : bool
+        A lap, which ends in the state that it begins with.
+    laps : int
+        How often it is flown.
+    limits : Limits or None
+        3 m/s and 6 m/s^2 unless given.
+    tube : float or None
+        Half-width of a corridor around the legs [m].
+    boxes : Boxes or None
+        Instead of stops, with ``start`` and ``end``.
+    start, end : mapping
+        States at the ends, as :func:`minsnap.plan` takes them.
+    tolerance : float
+        Half-width of the boxes around inner waypoints [m].
+    yaw : float, str, sequence or None
+        As :func:`minsnap.plan` takes it.
+    takeoff, land : sequence of float, bool
+        Whether, or from and to where [m], the vehicle takes off and lands; True: at an altitude of 0 below where the
+        course begins and ends.
+    name : str
+        What figures call it.
+    """
+
+    stops: tuple[Stop, ...]
+    closed: bool = False
+    laps: int = 1
+    limits: Limits | None = None
+    tube: float | None = None
+    boxes: Boxes | None = None
+    start: Mapping[str, Any] | None = None
+    end: Mapping[str, Any] | None = None
+    tolerance: float = 0.0
+    yaw: Any = None
+    takeoff: Sequence[float] | bool = False
+    land: Sequence[float] | bool = False
+    name: str = "course"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.stops, (tuple, list)) or not all(isinstance(stop, Stop) for stop in self.stops):
+            raise WaypointError(f"the stops are {shown(self.stops)}: give a tuple of Stop")
+        check_switch("closed", self.closed)
+        check_distance("the tolerance", self.tolerance, WaypointError)
+        if not is_whole(self.laps) or not 1 <= self.laps <= MOST_LAPS:
+            raise WaypointError(f"laps is {shown(self.laps)}: give a whole number from 1 to {MOST_LAPS}")
+        for name in ("takeoff", "land"):
+            if not isinstance(getattr(self, name), bool):
+                give = "True, False, or where on the ground, (x, y, z)"
+                check_array(name, getattr(self, name), ((3,),), give, WaypointError)
+        if self.boxes is None and len(self.stops) < 2:
+            raise WaypointError(f"a course has at least 2 waypoints or gates, {len(self.stops)} given")
+        if self.boxes is not None and (self.laps > 1 or self.closed or self.stops):
+            raise WaypointError("a course through boxes has a start and an end: give no waypoints, laps or closed")
+
+    @property
+    def bounds(self) -> Limits:
+        """The limits, or moderate ones where there are none."""
+        return Limits(speed=SPEED, acceleration=ACCELERATION) if self.limits is None else self.limits
+
+    @property
+    def periodic(self) -> bool:
+        """Whether laps are flown without a stop."""
+        return self.closed and not any(stop.hold for stop in self.stops)
+
+    @property
+    def points(self) -> list[FloatArray | Gate]:
+        """Waypoints and gates of one lap, as :func:`minsnap.plot_path` draws them."""
+        return [stop.place for stop in self.stops]
+
+    def changed(self, **fields: Any) -> Course:
+        """Return the course with other fields."""
+        return replace(self, **fields)
+
+    def sequence(self) -> list[Stop]:
+        """Return the stops in the order of the flight, all laps, with the first one again at the end of each lap."""
+        if self.closed:
+            return [*self.laps * list(self.stops), self.stops[0]]
+        lap = list(self.stops)
+        again = lap[1:] if np.array_equal(lap[0].centre, lap[-1].centre) else lap
+        return lap + (self.laps - 1) * again
+
+
+def section_arguments(stops: Sequence[Stop], course: Course, closed: bool) -> dict[str, Any]:
+    """Return the arguments of :func:`minsnap.plan` for stops that are flown without a pause between.
+
+    Ends of an open section are points: the vehicle rests there. A gate that is passed straight becomes three.
+    """
+    if closed and stops[0].straight:
+        raise WaypointError("the first gate of a closed lap cannot be passed straight: begin the lap at another one")
+    places: list[Any] = []
+    balls: list[float] = []
+    straight: list[tuple[int, Gate]] = []
+    for index, stop in enumerate(stops):
+        inner = closed or 0 < index < len(stops) - 1
+        if isinstance(stop.place, Gate) and inner and stop.straight:
+            straight.append((len(places), stop.place))
+            places += [_moved(stop.place, -stop.straight), stop.place, _moved(stop.place, stop.straight)]
+            balls += [0.0] * 3
+            continue
+        places.append(stop.place if inner else stop.centre)
+        balls.append(stop.ball if inner else 0.0)
+    if closed:
+        places[-1] = places[0]
+    corridor: list[Constraint] = [] if course.tube is None else [Tube(np.array(course.tube))]
+    corridor += [part for knot, gate in straight for part in _straight_passage(knot, gate)]
+    asked: dict[str, Any] = {"waypoints": places, "closed": closed, "limits": course.bounds}
+    asked |= {"corridor": corridor} if corridor else {}
+    if any(balls):
+        return asked | {"waypoint_tolerance": Ball(balls)}
+    return asked | ({"waypoint_tolerance": course.tolerance} if course.tolerance else {})
+
+
+def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:
+    """Return the prism over a gate's opening, and the directions in it, for the two legs from a knot on."""
+    sides, offsets = gate.edges()
+    legs, leaning = (knot, knot + 1), sides - LEAN * gate.crossing * gate.normal
+    prism = HalfSpaces(sides, offsets + sides @ gate.centre, legs)
+    return [prism, HalfSpaces(leaning, np.zeros(len(sides)), legs, order=1)]
+
+
+def knots_of(stops: Sequence[Stop]) -> list[int]:
+    """Return the knot of each stop of an open section, as :func:`section_arguments` places them."""
+    found, knot = [], 0
+    for index, stop in enumerate(stops):
+        inner = bool(stop.straight) and 0 < index < len(stops) - 1
+        found.append(knot + inner)
+        knot += 3 if inner else 1
+    return found
+
+
+def _moved(gate: Gate, distance: float) -> Gate:
+    """Return a gate moved along the direction in which it is flown through."""
+    step = gate.crossing * distance * gate.normal
+    if gate.corners.shape[1] == 2:
+        width = float(np.linalg.norm(gate.corners[1] - gate.corners[0]))
+        return Gate(gate.centre + step, gate.normal, width, crossing=gate.crossing)
+    moved = Gate.polygon(gate.corners + step, gate.crossing)
+    if moved.normal @ gate.normal < 0.0:
+        return Gate.polygon((gate.corners + step)[::-1], gate.crossing)
+    return moved

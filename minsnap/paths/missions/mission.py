@@ -1,0 +1,261 @@
+"""plan_mission: one trajectory from the ground through a course, lap by lap, and back to the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_kind
+from minsnap.corridors.constraint import Cones, Constraint, walls_of
+from minsnap.corridors.gates import Gate
+from minsnap.corridors.half_spaces import HalfSpaces
+from minsnap.corridors.tubes import Tube
+from minsnap.errors import WaypointError
+from minsnap.limits.limits import Limits
+from minsnap.optimisation.planned_yaw import asked_heading
+from minsnap.paths.missions.course import ACCELERATION, SPEED, Course, Stop, knots_of, section_arguments
+from minsnap.planner import plan
+from minsnap.trajectory.trajectory import Trajectory, concatenate
+
+CLIMB_SPEED, LANDING_SPEED, GENTLE = 1.0, 0.5, 2.0
+"""Largest speeds of take-off and landing [m/s], and their acceleration [m/s^2]."""
+
+SHORTEST_RUN, LONGEST_RUN = 1.0, 5.0
+"""Lengths of a run-up to a gate [m]; between them, that in which the top speed is reached."""
+
+
+@dataclass(frozen=True)
+class MissionPart:
+    """A part of a mission.
+
+    Parameters
+    ----------
+    name : str
+        take-off, run-up, lap 1, course, hold, run-out or landing.
+    start, duration : float
+        When it begins, and how long it takes [s].
+    """
+
+    name: str
+    start: float
+    duration: float
+
+
+@dataclass(frozen=True, eq=False)
+class Mission:
+    """A course as it is flown.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        All parts, joined with continuous derivatives up to jerk.
+    parts : tuple of MissionPart
+        In order.
+    course : Course
+        What was asked for.
+    limits : Limits
+        What holds for all parts.
+    corridor : tuple of HalfSpaces
+        The walls that positions stay inside, on the legs of the trajectory: boxes, or tube and straight gates.
+    """
+
+    trajectory: Trajectory
+    parts: tuple[MissionPart, ...]
+    course: Course
+    limits: Limits
+    corridor: tuple[HalfSpaces, ...] = ()
+
+
+def plan_mission(course: Course, **planning: Any) -> Mission:
+    """Plan a course with everything before and after it.
+
+    A closed course without holds, take-off and landing is one lap at speed, flown ``laps`` times. Everything else is
+    flown from rest to rest between holds, all laps in one plan. With ``takeoff`` the vehicle climbs from the ground to
+    the altitude of the first waypoint, and has a run-up where that is a gate, or where it takes off elsewhere; ``land``
+    is the same at the end.
+
+    Parameters
+    ----------
+    course : Course
+    **planning
+        Further arguments of :func:`minsnap.plan` for the course, such as ``pieces``.
+
+    Returns
+    -------
+    Mission
+
+    Raises
+    ------
+    WaypointError
+        If a plane course is to take off, or a waypoint is malformed.
+    InfeasibleError, SolverError
+        As :func:`minsnap.plan`.
+
+    Examples
+    --------
+    >>> import minsnap
+    >>> stops = tuple(minsnap.Stop(point) for point in ((0, 0, 1), (4, 0, 1), (2, 3, 1.5)))
+    >>> mission = minsnap.plan_mission(minsnap.Course(stops, closed=True, laps=2, takeoff=True, land=True))
+    >>> [part.name for part in mission.parts]
+    ['take-off', 'lap 1', 'lap 2', 'landing']
+    """
+    check_kind("the course", course, Course, "a Course")
+    flown = _flown(course, planning)
+    if course.takeoff is not False:
+        first = flown[0].curve
+        ground = _ground(first, 0.0, course.takeoff)
+        flown = [_Flown(_vertical(ground, first(0.0), course.bounds, CLIMB_SPEED), (("take-off", 0.0),)), *flown]
+    if course.land is not False:
+        last = flown[-1].curve
+        ground, end = _ground(last, last.duration, course.land), last(last.duration)
+        flown.append(_Flown(_vertical(end, ground, course.bounds, LANDING_SPEED), (("landing", 0.0),)))
+    curve = _headed(course, flown)
+    return Mission(curve, _parts(flown), course, course.bounds, _corridor(curve, flown))
+
+
+@dataclass(frozen=True, eq=False)
+class _Flown:
+    """A curve, the names of its parts with the instants at which they begin [s], and its walls."""
+
+    curve: Trajectory
+    names: tuple[tuple[str, float], ...]
+    walls: Sequence[Cones] = ()
+
+
+def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
+    """Plan the course itself."""
+    yaw = course.yaw if isinstance(course.yaw, str) else None
+    on_ground = course.takeoff is not False or course.land is not False
+    if course.boxes is not None:
+        walls = [course.boxes] if course.tube is None else [course.boxes, Tube(np.array(course.tube))]
+        ends = {"start": course.start, "end": course.end}
+        curve = plan(None, corridor=walls, limits=course.bounds, yaw=yaw, **ends, **planning)  # type: ignore[arg-type]
+        return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], curve(curve.leg_breaks)))]
+    if course.periodic and not on_ground:
+        asked = section_arguments([*course.stops, course.stops[0]], course, closed=True)
+        lap = plan(yaw=yaw, **asked, **planning)
+        kept = _walls(asked.get("corridor", ()), asked["waypoints"])
+        return [_Flown(lap, ((f"lap {number}", 0.0),), kept) for number in range(1, course.laps + 1)]
+    return _sections(course, yaw, planning)
+
+
+def _sections(course: Course, yaw: str | None, planning: dict[str, Any]) -> list[_Flown]:
+    """Plan from hold to hold, each from rest to rest, and the holds between."""
+    found: list[_Flown] = []
+    section: list[tuple[str, Stop]] = []
+    order = _order(course)
+    for index, entry in enumerate(order):
+        section.append(entry)
+        last = index == len(order) - 1
+        if len(section) > 1 and (entry[1].hold or last):
+            ends = _given_ends(course, index == len(section) - 1, last)
+            found.append(_section(section, course, yaw, ends | planning))
+            section = [entry]
+        if entry[1].hold:
+            found.append(_Flown(_at_rest(entry[1].centre, entry[1].hold), (("hold", 0.0),)))
+    return found
+
+
+def _order(course: Course) -> list[tuple[str, Stop]]:
+    """Return the stops of the flight in order, each with the name of the part that begins there."""
+    stops = course.sequence()
+    lap = len(stops) // course.laps if course.closed else max((len(stops) - 1) // course.laps, 1)
+    numbers = [min(index // lap, course.laps - 1) + 1 for index in range(len(stops))]
+    named = [f"lap {number}" if course.laps > 1 or course.closed else "course" for number in numbers]
+    order = list(zip(named, stops, strict=True))
+    if course.takeoff is not False:
+        order = [*_run(course, stops[0], course.takeoff, -1.0, "run-up"), *order]
+    if course.land is not False:
+        beyond = _run(course, stops[-1], course.land, 1.0, "run-out")
+        order = [*order[:-1], ("run-out" if beyond else order[-1][0], stops[-1]), *beyond]
+    return order
+
+
+def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list[tuple[str, Stop]]:
+    """Return the stop at which a run-up begins, or a run-out ends: elsewhere than at the waypoint itself, or none."""
+    place = stop.centre.copy()
+    if where is not True:
+        place[: len(place) - 1] = where[: len(place) - 1]
+    elif isinstance(stop.place, Gate):
+        most = course.bounds.speed or SPEED
+        length = min(max(SHORTEST_RUN, most**2 / (2.0 * (course.bounds.acceleration or ACCELERATION))), LONGEST_RUN)
+        place = place + side * (stop.place.crossing or 1) * length * stop.place.normal
+    return [] if np.array_equal(place, stop.centre) else [(name, Stop(place))]
+
+
+def _section(section: list[tuple[str, Stop]], course: Course, yaw: str | None, further: dict[str, Any]) -> _Flown:
+    """Plan a section, and name its parts."""
+    stops = [stop for _, stop in section]
+    asked = section_arguments(stops, course, closed=False)
+    curve = plan(yaw=yaw, **asked, **further)
+    times = curve.leg_breaks[knots_of(stops)]
+    names = [(name, float(t)) for (name, _), t in zip(section[:-1], times, strict=False)]
+    kept = [entry for i, entry in enumerate(names) if i == 0 or entry[0] != names[i - 1][0]]
+    return _Flown(curve, tuple(kept), _walls(asked.get("corridor", ()), asked["waypoints"]))
+
+
+def _walls(corridor: Sequence[Constraint], places: Any) -> list[Cones]:
+    """Return the walls that positions stay inside, for waypoints and gates."""
+    points = np.array([place.centre if isinstance(place, Gate) else place for place in places])
+    return [wall.cones for wall in walls_of(corridor, points) if wall.order == 0]
+
+
+def _corridor(joined: Trajectory, flown: Sequence[_Flown]) -> tuple[HalfSpaces, ...]:
+    """Return the walls of all parts, which are planes, on the legs of the whole."""
+    found, start = [], 0.0
+    middles = (joined.leg_breaks[:-1] + joined.leg_breaks[1:]) / 2.0
+    for part in flown:
+        own = np.searchsorted(start + part.curve.leg_breaks, middles, side="right") - 1
+        for wall in part.walls:
+            offset = wall.radius - (wall.slope * wall.anchor).sum(axis=1)
+            for leg in np.unique(wall.leg):
+                rows, legs = wall.leg == leg, np.flatnonzero(own == leg).tolist()
+                found.append(HalfSpaces(-wall.slope[rows], offset[rows], tuple(legs)))
+        start += part.curve.duration
+    return tuple(found)
+
+
+def _given_ends(course: Course, first: bool, last: bool) -> dict[str, Any]:
+    given = {"start": course.start if first else None, "end": course.end if last else None}
+    return {name: state for name, state in given.items() if state is not None}
+
+
+def _at_rest(place: FloatArray, duration: float) -> Trajectory:
+    return Trajectory(np.tile(place, (1, 8, 1)), np.array([duration]))
+
+
+def _ground(curve: Trajectory, t: float, where: Any) -> FloatArray:
+    """Return the point on the ground below an end of the course."""
+    if curve.dim != 3:
+        raise WaypointError("take-off and landing need waypoints of three coordinates, and these have two")
+    above = curve(t)
+    ground = np.array([above[0], above[1], 0.0 if where is True else where[2]])
+    if not above[2] > ground[2]:
+        raise WaypointError(f"the ground at {ground[2]:g} m is not below the course at {above[2]:g} m: say where it is")
+    return ground
+
+
+def _vertical(start: FloatArray, goal: FloatArray, limits: Limits, speed: float) -> Trajectory:
+    """Plan a climb or a descent from rest to rest, slower than the limits and than the given speed."""
+    slow = min(speed, limits.speed or speed)
+    gentle = min(GENTLE, limits.acceleration or GENTLE)
+    return plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle))
+
+
+def _headed(course: Course, flown: Sequence[_Flown]) -> Trajectory:
+    """Join the parts, and give the whole its heading."""
+    joined = concatenate([part.curve for part in flown])
+    limits = course.bounds
+    heading = asked_heading(course.yaw, joined.legs, False, limits)
+    return joined.with_yaw(heading(joined))
+
+
+def _parts(flown: Sequence[_Flown]) -> tuple[MissionPart, ...]:
+    starts = np.concatenate(([0.0], np.cumsum([part.curve.duration for part in flown])))
+    begins = [(name, float(start + t)) for part, start in zip(flown, starts, strict=False) for name, t in part.names]
+    ends = [t for _, t in begins[1:]] + [float(starts[-1])]
+    return tuple(MissionPart(name, t, end - t) for (name, t), end in zip(begins, ends, strict=True))

@@ -1,0 +1,119 @@
+"""A way through a map with a clearance, or the sentence that says why there is none."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.checks import check_array
+from minsnap.corridors.grid_gaps import gaps, grown
+from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along
+from minsnap.errors import CorridorError, InfeasibleError, WaypointError
+from minsnap.paths.routes.grid_map import GridMap
+from minsnap.paths.routes.grid_search import shortest_way, widest
+from minsnap.paths.routes.separation import separation
+
+
+def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: float) -> GridCorridor:
+    """Return boxes that lead from start to goal, all farther than the clearance from every occupied cell.
+
+    Parameters
+    ----------
+    grid : GridMap
+    start, goal : ndarray, shape (dim,)
+        [m].
+    clearance : float
+        [m].
+
+    Raises
+    ------
+    WaypointError
+        If start or goal is outside the map, or too near to what is occupied.
+    InfeasibleError
+        If there is no way, with a proof; says where the widest one is too narrow, and by how much (``smallest_width``).
+    """
+    for point, name in ((start, "start"), (goal, "goal")):
+        _check_inside(grid, point, name)
+    free = ~grown(grid.occupied, clearance, grid.resolution)
+    for point, name in ((start, "start"), (goal, "goal")):
+        if not free[tuple(grid.cell(point))]:
+            raise _too_near(grid, point, name, clearance)
+    way = shortest_way(free, grid.resolution, grid.cell(start), grid.cell(goal))
+    if way is None:
+        raise _too_narrow(grid, free, start, goal, clearance)
+    points = np.vstack((start, grid.centre(way), goal))
+    return boxes_along(free, grid.resolution, grid.lower, points, clearance)
+
+
+def end_point(value: npt.ArrayLike, dim: int, name: str) -> FloatArray:
+    """Return start or goal as an array of finite numbers: (dim,), or (3,) above a plane map [m]."""
+    wanted = "two coordinates, or three" if dim == 2 else "three coordinates"
+    give = f"{wanted} [m], as the map has {dim} axes"
+    return check_array(f"the {name}", value, ((dim,), (3,)), give, WaypointError)
+
+
+def _check_inside(grid: GridMap, point: FloatArray, name: str) -> None:
+    if grid.holds(point):
+        return
+    hint = "move it, or give the origin of the map"
+    turned = grid.lower + grid.resolution * np.array(grid.occupied.shape)[[1, 0, *range(2, grid.dim)]]
+    if ((point >= grid.lower) & (point <= turned)).all():
+        hint = "the first axis of the array is x; if its rows are y, transpose it"
+    raise WaypointError(f"the {name} {_metres(point)} is outside {grid.name} ({grid.extent_text()}): {hint}")
+
+
+def _too_near(grid: GridMap, point: FloatArray, name: str, clearance: float) -> WaypointError:
+    distance, cell = _nearest(grid, point)
+    place = f"the {name} {_metres(point)}, cell {_cells(grid.cell(point))},"
+    if grid.occupied[tuple(grid.cell(point))]:
+        return WaypointError(f"{place} is in an occupied cell: move it to a free one")
+    near = f"{place} is {distance:.3g} m from the occupied cell at {grid.spot(cell)}"
+    if distance < clearance:
+        return WaypointError(
+            f"{near}: the clearance is {clearance:g} m; move it by {clearance - distance:.2g} m and a cell, "
+            "or lower the clearance"
+        )
+    return WaypointError(
+        f"{near}: leave {grid.resolution.max():g} m, a cell, more than the clearance of {clearance:g} m"
+    )
+
+
+def _too_narrow(
+    grid: GridMap, free: BoolArray, start: FloatArray, goal: FloatArray, clearance: float
+) -> InfeasibleError | CorridorError:
+    """Return the sentence on the widest way there is."""
+    ends = grid.cell(start), grid.cell(goal)
+    open_, gap = ~grid.occupied, gaps(grid.occupied, grid.resolution)
+    most = widest(gap, open_, *ends)
+    lead = f"no way leads from {_metres(start)} to {_metres(goal)}"
+    if most is None:
+        return CorridorError(f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells")
+    way = shortest_way(open_ & (gap >= most), grid.resolution, *ends, avoided=gap <= most)
+    assert way is not None
+    narrow = way[int(gap[tuple(way.T)].argmin())]
+    return InfeasibleError(
+        f"{lead} with a clearance of {clearance:g} m: the widest one has {most:.3g} m on each side at "
+        f"{grid.spot(narrow)}, {clearance - most:.2g} m too narrow; a clearance of {most:.3g} m passes",
+        smallest_width=most,
+        contradiction=separation(grid, free, clearance, *ends),
+    )
+
+
+def _nearest(grid: GridMap, point: FloatArray) -> tuple[float, Any]:
+    """Return the distance of a point to the nearest occupied cell, and that cell."""
+    cells = np.argwhere(grid.occupied)
+    low = grid.lower + grid.resolution * cells
+    apart = np.maximum(np.maximum(low - point, point - low - grid.resolution), 0.0)
+    distance = np.linalg.norm(apart, axis=1)
+    return float(distance.min()), cells[int(distance.argmin())]
+
+
+def _metres(point: FloatArray) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in point) + ") m"
+
+
+def _cells(cell: npt.NDArray[np.intp]) -> str:
+    return "(" + ", ".join(str(int(index)) for index in cell) + ")"

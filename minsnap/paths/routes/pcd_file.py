@@ -1,0 +1,91 @@
+"""PCD files of the Point Cloud Library, version 0.7: ascii, binary and binary_compressed."""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.reading import check_size, reading
+from minsnap.errors import FileError
+from minsnap.paths.routes.lzf import decompress
+
+KINDS = {"F": "f", "I": "i", "U": "u"}
+MOST_POINTS = 100_000_000
+
+
+def read_pcd(path: str | os.PathLike[str]) -> FloatArray:
+    """Return the coordinates of a PCD file: (n, 3) [m].
+
+    Raises
+    ------
+    FileError
+        If it cannot be read, or is not such a file with fields x, y and z.
+    """
+    check_size(path)
+    with reading(path, "a point cloud in PCD"):
+        header, body = _split(path, Path(path).read_bytes())
+        layout = _layout(header)
+        count = int(header["POINTS"][0])
+        if not 0 <= count <= MOST_POINTS or not {"x", "y", "z"} <= set(layout.names or ()):
+            raise FileError(f"{path} has no fields x, y and z, or too many points")
+        rows = _rows(header["DATA"][0], body, layout, count)
+        return np.stack([np.asarray(rows[axis], dtype=np.float64) for axis in "xyz"], axis=-1)
+
+
+def _split(path: str | os.PathLike[str], content: bytes) -> tuple[dict[str, list[str]], bytes]:
+    """Return the entries of the header, and the rest of the file."""
+    entries: dict[str, list[str]] = {}
+    at = 0
+    while "DATA" not in entries:
+        end = content.find(b"\n", at)
+        if end < 0 or at > 10_000:
+            raise FileError(f"{path} has no line DATA: it is no point cloud in PCD")
+        words = content[at:end].decode("ascii").split("#")[0].split()
+        entries |= {words[0]: words[1:]} if words else {}
+        at = end + 1
+    return entries, content[at:]
+
+
+def _layout(header: Mapping[str, list[str]]) -> np.dtype[Any]:
+    """Return the type of a point; fields of several numbers are kept, those without a name get one."""
+    names = [name if name != "_" else f"_{i}" for i, name in enumerate(header["FIELDS"])]
+    counts = [int(count) for count in header.get("COUNT", ["1"] * len(names))]
+    kinds = [f"<{KINDS[kind]}{int(size)}" for kind, size in zip(header["TYPE"], header["SIZE"], strict=True)]
+    fields = zip(names, kinds, counts, strict=True)
+    return np.dtype([(name, kind, (count,)) if count > 1 else (name, kind) for name, kind, count in fields])
+
+
+def _rows(data: str, body: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:
+    if data == "ascii":
+        return _text_rows(body, layout, count)
+    if data == "binary":
+        return np.frombuffer(body, dtype=layout, count=count)  # type: ignore[return-value]
+    if data != "binary_compressed":
+        raise FileError(f"DATA is {data[:20]!r}: it is ascii, binary or binary_compressed")
+    packed, size = struct.unpack("<II", body[:8])
+    if size != count * layout.itemsize:
+        raise ValueError("a block of another size than its points need")
+    return _columns(decompress(body[8 : 8 + packed], size), layout, count)
+
+
+def _text_rows(body: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:
+    width = sum(int(np.prod(layout[name].shape)) for name in layout.names or ())
+    values = np.array(body.split(), dtype=np.float64).reshape(count, width)
+    places = np.cumsum([0] + [int(np.prod(layout[name].shape)) for name in layout.names or ()])
+    return {name: values[:, place] for name, place in zip(layout.names or (), places, strict=False)}
+
+
+def _columns(block: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:
+    """Return the fields of a block that holds one field of all points after the other."""
+    found, at = {}, 0
+    for name in layout.names or ():
+        field = layout[name]
+        found[name] = np.frombuffer(block, dtype=field, count=count, offset=at)
+        at += count * field.itemsize
+    return found

@@ -1,0 +1,93 @@
+"""A file is whole or not there, whatever happens while it is written."""
+
+import os
+
+import pytest
+
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.errors import FileError
+
+
+def test_the_name_appears_only_when_the_block_has_ended(tmp_path):
+    path = tmp_path / "a.csv"
+    with atomic_write(path) as file:
+        file.write("t,x\n")
+        file.flush()
+        assert not path.exists()
+    assert path.read_bytes() == b"t,x\n"
+    assert os.listdir(tmp_path) == ["a.csv"]
+
+
+def test_a_failure_leaves_what_was_there_and_no_litter(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    with pytest.raises(ZeroDivisionError), atomic_write(path) as file:
+        file.write("new")
+        1 / 0  # noqa: B018
+    assert path.read_text() == "old"
+    assert os.listdir(tmp_path) == ["a.csv"]
+
+
+def test_a_reader_of_what_was_there_reads_it_to_its_end(tmp_path):
+    """A rename leaves the old file to those who have it open; writing over it would not."""
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    with open(path) as reader:
+        with atomic_write(path) as file:
+            file.write("new")
+        assert reader.read() == "old"
+    assert path.read_text() == "new"
+
+
+def test_bytes_and_permissions(tmp_path):
+    path = tmp_path / "a.bin"
+    path.write_bytes(b"")
+    path.chmod(0o640)
+    with atomic_write(path, "wb") as file:
+        file.write(b"\x00\x01")
+    assert path.read_bytes() == b"\x00\x01"
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
+def test_without_clobber_an_existing_file_stays(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    with pytest.raises(FileError, match="there already"), atomic_write(path, clobber=False):
+        pass
+    assert path.read_text() == "old"
+
+
+def test_without_clobber_a_file_that_came_meanwhile_stays(tmp_path):
+    path = tmp_path / "a.csv"
+    with pytest.raises(FileError, match="there already"), atomic_write(path, clobber=False) as file:
+        file.write("mine")
+        path.write_text("theirs")
+    assert path.read_text() == "theirs"
+    assert os.listdir(tmp_path) == ["a.csv"]
+
+
+def test_without_clobber_a_new_file_is_written(tmp_path):
+    with atomic_write(tmp_path / "a.csv", clobber=False) as file:
+        file.write("new")
+    assert (tmp_path / "a.csv").read_text() == "new"
+
+
+def test_a_folder_is_not_a_file(tmp_path):
+    with pytest.raises(FileError, match="is a folder"), atomic_write(tmp_path):
+        pass
+
+
+def test_a_missing_folder_is_named_by_the_path_asked_for(tmp_path):
+    path = tmp_path / "nowhere" / "a.csv"
+    with pytest.raises(FileError) as caught, atomic_write(path):
+        pass
+    assert str(path) in str(caught.value)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="Linux has it")
+def test_a_full_device_is_named():
+    with (
+        pytest.raises(FileError, match="/dev/full cannot be written: No space left"),
+        atomic_write("/dev/full") as file,
+    ):
+        file.write("x")

@@ -1,0 +1,224 @@
+"""Links: what they open, what they refuse, whom they listen to."""
+
+import os
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+from clocks import FastClock
+from standin import StandIn, mavutil
+
+from minsnap.errors import FileError, LinkError
+from minsnap.flight.mavlink.connection import open_transport
+from minsnap.flight.mavlink.link import open_link, read_signing_key
+from minsnap.flight.mavlink.schedule import Clock
+
+
+@pytest.mark.parametrize("connection", ["udpin:0", "udpin::0", "udp:127.0.0.1:0", ":0", "tcpin:0"])
+def test_without_a_host_the_loopback_listens(connection):
+    transport = open_transport(connection)
+    assert transport.address.split(":")[1] == "127.0.0.1"
+    bound = socket.socket(fileno=os.dup(transport.readers()[0]))
+    assert bound.getsockname()[0] == "127.0.0.1"
+    bound.close()
+    transport.close()
+
+
+@pytest.mark.parametrize("connection", ["", "udpin", "udpin:here:there", "tcp:127.0.0.1:99999", "carrier pigeon"])
+def test_what_cannot_be_understood_is_named(connection):
+    with pytest.raises(LinkError, match="cannot understand the connection"):
+        open_transport(connection)
+
+
+@pytest.mark.parametrize("kind", ["udpin", "tcpin"])
+def test_a_port_in_use_is_named(kind):
+    taken = open_transport(f"{kind}:127.0.0.1:0")
+    bound = socket.socket(fileno=os.dup(taken.readers()[0]))
+    port = bound.getsockname()[1]
+    with pytest.raises(LinkError, match=f"{kind}:127.0.0.1:{port}: another program uses that port"):
+        open_transport(f"{kind}:127.0.0.1:{port}")
+    bound.close()
+    taken.close()
+
+
+def test_nobody_at_the_other_end_of_tcp():
+    with pytest.raises(LinkError, match="cannot connect to tcp:127.0.0.1:1: Connection refused"):
+        open_transport("tcp:127.0.0.1:1")
+
+
+def test_a_host_that_does_not_exist():
+    with pytest.raises(LinkError, match="no host is called 'no.such.host.invalid'"):
+        open_transport("udpout:no.such.host.invalid:14550")
+
+
+def test_a_device_that_does_not_exist():
+    with pytest.raises(LinkError, match="cannot open serial:/dev/nothing:57600"):
+        open_transport("serial:/dev/nothing:57600")
+
+
+def test_a_serial_port_carries_bytes_both_ways():
+    ours, theirs = os.openpty()
+    port = open_transport(f"{os.ttyname(theirs)},57600")
+    os.set_blocking(ours, False)
+    import tty
+
+    tty.setraw(ours)
+    port.send(b"there")
+    os.write(ours, b"back")
+    time.sleep(0.05)
+    assert (os.read(ours, 100), port.receive()[0]) == (b"there", b"back")
+    port.close()
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_tcp_comes_back_after_the_other_end_was_gone():
+    server = open_transport("tcpin:127.0.0.1:0")
+    bound = socket.socket(fileno=os.dup(server.readers()[0]))
+    port = bound.getsockname()[1]
+    bound.close()
+    client = open_transport(f"tcp:127.0.0.1:{port}")
+
+    def exchange(server):
+        deadline = time.monotonic() + 120.0
+        while time.monotonic() < deadline:
+            client.receive()
+            client.send(b"x")
+            if b"x" in server.receive()[0]:
+                return True
+            time.sleep(0.01)
+        return False
+
+    assert exchange(server)
+    server.close()
+    for _ in range(20):
+        client.receive()
+        client.send(b"lost")
+    again = open_transport(f"tcpin:127.0.0.1:{port}")
+    assert exchange(again)
+    client.close()
+    again.close()
+
+
+def test_our_heartbeat_goes_out_every_second_and_not_in_bursts():
+    clock = FastClock(20)
+    receiver = mavutil.mavlink_connection("udpin:127.0.0.1:0")
+    link = open_link(f"udpout:127.0.0.1:{receiver.port.getsockname()[1]}", clock)
+    began = clock.now()
+    for _ in range(10):
+        list(link.pump(clock.now() + 1.0))
+    clock.skip(5.0)
+    for _ in range(10):
+        list(link.pump(clock.now()))
+    took = clock.now() - began
+    beats = []
+    while (message := receiver.recv_msg()) is not None:
+        beats.append(message)
+    assert {m.get_type() for m in beats} == {"HEARTBEAT"}
+    assert took - 6.5 <= len(beats) <= took - 2, "the pause of 5 s is not made up for"
+    assert (beats[0].type, beats[0].autopilot, beats[0].get_srcComponent()) == (18, 8, 191)
+    link.close()
+    receiver.close()
+
+
+def test_no_heartbeat_says_how_long_and_where():
+    link = open_link("udpin:127.0.0.1:0", FastClock(50))
+    with pytest.raises(LinkError, match=r"no heartbeat of a vehicle within 5 s on udpin:127.0.0.1:0$"):
+        link.wait_for_vehicle(5.0)
+    link.close()
+
+
+def test_who_sends_to_a_port_that_nobody_answers_is_told_to_listen_there():
+    link = open_link("udpout:127.0.0.1:9", FastClock(50))
+    with pytest.raises(LinkError, match=r"sends to a port is heard on it: try udpin:127.0.0.1:9$"):
+        link.wait_for_vehicle(5.0)
+    link.close()
+
+
+def test_a_wrong_system_is_not_listened_to_and_is_named():
+    clock = FastClock(10)
+    with StandIn(clock=clock.now, system=3) as vehicle:
+        link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock, system=1)
+        with pytest.raises(LinkError, match="no heartbeat of system 1 .*; heard only system 3: check the system id"):
+            link.wait_for_vehicle(4.0)
+        link.close()
+
+
+def test_other_systems_and_ground_stations_are_ignored():
+    clock = FastClock(10)
+    link = open_link("udpin:127.0.0.1:0", clock)
+    bound = socket.socket(fileno=os.dup(link._transport.readers()[0]))
+    address = f"udpout:127.0.0.1:{bound.getsockname()[1]}"
+    bound.close()
+    ground = mavutil.mavlink_connection(address, source_system=255)
+    ground.mav.heartbeat_send(6, 8, 0, 0, 4)
+    with StandIn(address, clock=clock.now, system=7) as vehicle:
+        assert link.wait_for_vehicle(20.0).system == 7
+        with StandIn(address, clock=clock.now, system=9) as other:
+            other.body.position = [99.0, 99.0, 99.0]
+            while not link.ignored[(9, 1)]:
+                messages = list(link.pump(clock.now() + 0.2))
+                assert all(m.get_srcSystem() == 7 for m in messages)
+        vehicle.until(lambda v: link.vehicle.position is not None or not list(link.pump(clock.now() + 0.1)))
+        assert link.vehicle.position == (0.0, 0.0, 0.0)
+        assert link.ignored[(255, 0)] == 1
+    link.close()
+    ground.close()
+
+
+KEY = bytes(range(32))
+
+
+@pytest.mark.parametrize(("theirs", "heard"), [(KEY, True), (bytes(32), False), (None, False)])
+def test_signed_links_hear_only_their_own_key(theirs, heard):
+    clock = FastClock(10)
+    with StandIn(clock=clock.now) as vehicle:
+        if theirs is not None:
+            vehicle.link.setup_signing(theirs, allow_unsigned_callback=lambda *_: False)
+        link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock, signing_key=KEY)
+        if heard:
+            assert link.wait_for_vehicle(20.0).system == 1
+            vehicle.until(lambda v: any(kind == "HEARTBEAT" for _, kind, _ in v.heard) or link._beat())
+        else:
+            with pytest.raises(LinkError, match="messages were damaged or not signed with this key"):
+                link.wait_for_vehicle(4.0)
+        link.close()
+
+
+def test_signing_keys_are_read_raw_and_in_hexadecimal(tmp_path):
+    raw, text, bad = tmp_path / "raw", tmp_path / "hex", tmp_path / "bad"
+    raw.write_bytes(KEY)
+    text.write_text(KEY.hex() + "\n")
+    bad.write_text("secret")
+    assert read_signing_key(raw) == read_signing_key(text) == KEY
+    with pytest.raises(FileError, match="holds no MAVLink signing key: it must be 32 bytes, or 64 hexadecimal"):
+        read_signing_key(bad)
+
+
+def test_noise_does_not_disturb():
+    clock = Clock()
+    link = open_link("udpin:127.0.0.1:0", clock)
+    bound = socket.socket(fileno=os.dup(link._transport.readers()[0]))
+    noise = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    for size in (1, 7, 280, 1400):
+        noise.sendto(b"\xfd" + os.urandom(size), bound.getsockname())
+    time.sleep(0.05)
+    assert list(link.pump(clock.now())) == [] and not link.vehicle.known
+    with StandIn(f"udpout:127.0.0.1:{bound.getsockname()[1]}", clock=FastClock(5).now):
+        assert link.wait_for_vehicle(10.0).system == 1
+    noise.close()
+    bound.close()
+    link.close()
+
+
+def test_a_missing_pymavlink_names_the_extra():
+    code = (
+        "import sys; sys.modules['pymavlink'] = None\n"
+        "from minsnap.flight.mavlink.link import open_link\n"
+        "try: open_link('udpin:0')\n"
+        "except ImportError as error: print(error)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert said.strip() == "talking to a vehicle needs pymavlink: pip install minsnap[mavlink]"

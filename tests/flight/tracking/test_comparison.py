@@ -1,0 +1,129 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import InputError
+from minsnap.flight import compare, plot_tracking
+from minsnap.flight.tracking.comparison import moved
+from minsnap.flight.tracking.comparison_table import comparison_text
+from minsnap.flight.tracking.reference_curve import distance_to_curve, position_at
+from minsnap.trajectory.samples import Samples
+
+
+@pytest.fixture
+def eight():
+    return minsnap.lemniscate(laps=2)
+
+
+def flown(path, delay: float = 0.0, rate: float = 50.0, change=lambda position: position) -> Samples:
+    t = np.arange(0, path.duration, 1 / rate)
+    return Samples(t, change(path(np.clip(t - delay, 0, path.duration))))
+
+
+def test_a_perfect_flight_has_no_error(eight) -> None:
+    found = compare(eight.sample(20.0), flown(eight))
+    assert found.rmse_3d < 2e-4 and found.path_max < 2e-4 and abs(found.delay) < 1e-4
+
+
+@pytest.mark.parametrize("delay", [0.013, 0.137, 0.5, 1.21, -0.3])
+def test_a_delay_is_found_to_a_millisecond_and_taken_off(eight, delay) -> None:
+    found = compare(eight.sample(20.0), flown(eight, delay))
+    assert found.delay == pytest.approx(delay, abs=1e-3)
+    assert found.late_rmse_3d < 0.005 < found.rmse_3d
+    assert found.path_rmse < 2e-4, "in shape there is no error"
+    assert found.time_rmse == pytest.approx(found.rmse_3d, rel=1e-3)
+
+
+def test_an_offset_in_shape_is_no_error_in_time(eight) -> None:
+    found = compare(eight.sample(20.0), flown(eight, change=lambda position: position + [0, 0, 0.25]))
+    np.testing.assert_allclose(found.rmse, [0, 0, 0.25], atol=2e-4)
+    assert found.path_rmse == pytest.approx(0.25, abs=1e-4) and found.time_rmse < 0.005
+    assert found.rmse_3d == pytest.approx(0.25, abs=1e-4) == pytest.approx(found.max_error, abs=1e-3)
+
+
+def test_figures_by_hand() -> None:
+    reference = Samples(np.arange(4.0), np.zeros((4, 3)))
+    position = np.array([[3.0, 0, 0], [0, 4.0, 0], [0, 0, 0], [0, 0, 12.0]])
+    found = compare(reference, Samples(np.arange(4.0), position))
+    np.testing.assert_allclose(found.rmse, [1.5, 2.0, 6.0])
+    assert found.rmse_3d == 6.5 and found.max_error == 12.0 and found.delay == 0.0
+    np.testing.assert_allclose(found.path_error, [3, 4, 0, 12])
+
+
+@pytest.mark.parametrize("offset", [-312.7, 40.0])
+def test_clocks_are_aligned(eight, offset) -> None:
+    log = flown(eight, rate=30.0)
+    found = compare(eight.sample(20.0), moved(log, offset), align=True)
+    assert found.offset == pytest.approx(-offset, abs=2e-3) and found.rmse_3d < 0.005
+    with pytest.raises(InputError, match="no time in common: compare them with align=True"):
+        compare(eight.sample(20.0), moved(log, 1000.0))
+
+
+def test_a_log_with_waiting_before_and_after_is_aligned(eight) -> None:
+    middle = flown(eight)
+    still = [np.tile(middle.position[end], (750, 1)) for end in (0, -1)]
+    position = np.concatenate([still[0], middle.position, still[1]])
+    log = Samples(100.0 + np.arange(len(position)) / 50.0, position)
+    assert compare(eight.sample(20.0), log, align=True).offset == pytest.approx(-115.0, abs=5e-3)
+
+
+def test_parts_keep_the_delay_of_the_whole(eight) -> None:
+    found = compare(eight.sample(20.0), flown(eight, 0.2))
+    part = found.within(2.0, 4.0)
+    assert 2.0 <= part.t[0] and part.t[-1] <= 4.0 and part.delay == found.delay
+    with pytest.raises(InputError, match="nothing was flown between 90"):
+        found.within(90.0, 91.0)
+
+
+def test_distance_to_a_curve_is_that_of_a_dense_search(eight) -> None:
+    random = np.random.default_rng(0)
+    points = random.uniform((-4, -2, 1), (4, 2, 2), (40, 3))
+    dense = eight(np.linspace(0, eight.duration, 200_001))
+    brute = [np.linalg.norm(dense - point, axis=1).min() for point in points]
+    np.testing.assert_allclose(distance_to_curve(points, eight.sample(20.0)), brute, atol=2e-4)
+
+
+def test_distance_to_uneven_chords_and_to_a_point() -> None:
+    corner = Samples(np.arange(3.0), np.array([[0, 0], [100.0, 0], [100.0, 0.01]]))
+    np.testing.assert_allclose(distance_to_curve(np.array([[50.0, 3.0], [-4.0, 3.0]]), corner), [3.0, 5.0])
+    lone = Samples(np.arange(2.0), np.ones((2, 2)))
+    np.testing.assert_allclose(distance_to_curve(np.array([[4.0, 5.0]]), lone), [5.0])
+
+
+def test_position_between_samples_uses_velocity_where_there_is_any(eight) -> None:
+    samples, t = eight.sample(20.0), np.linspace(0, eight.duration, 777)
+    assert np.abs(position_at(samples, t) - eight(t)).max() < 2e-5
+    assert np.abs(position_at(replace(samples, velocity=None), t) - eight(t)).max() > 1e-4
+
+
+def test_dimensions_must_agree(eight) -> None:
+    flat = Samples(np.arange(3.0), np.zeros((3, 2)))
+    with pytest.raises(InputError, match="3 coordinates and the flight 2"):
+        compare(eight.sample(20.0), flat)
+
+
+def test_the_report_names_every_figure(eight) -> None:
+    found = compare(eight.sample(20.0), flown(eight, 0.1))
+    text = comparison_text({"one.csv": found})
+    assert "one.csv" in text and f"{found.rmse_3d:.4f}" in text and "from the curve" in text
+    numbers = found.as_dict()
+    assert numbers["rmse_3d"] == found.rmse_3d and set(numbers["rmse"]) == {"x", "y", "z"}
+
+
+def test_the_figure_shows_every_flight(eight) -> None:
+    import matplotlib
+
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+
+    figure = plot_tracking(eight.sample(20.0), {"a": flown(eight), "b": flown(eight, 0.2)}, "two flights")
+    plane, *profiles = figure.axes
+    assert len(plane.lines) == 3 and [ax.get_ylabel() for ax in profiles] == [
+        "$x$ [m]",
+        "$y$ [m]",
+        "$v_x$ [m/s]",
+        "$v_y$ [m/s]",
+    ]
+    pyplot.close(figure)

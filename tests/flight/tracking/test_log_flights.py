@@ -1,0 +1,97 @@
+"""Flights found in a log by its own setpoints: on a clock that runs differently, among climbs, holds and landings."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import InputError
+from minsnap.flight.tracking.comparison_plot import plot_comparison
+from minsnap.flight.tracking.log_comparison import compare_in_log
+from minsnap.flight.tracking.log_flights import find_flights
+from minsnap.trajectory.samples import Samples
+
+FILE = minsnap.lemniscate().sample(20.0)
+HOLD, CLIMB = 5.0, 4.0
+
+
+def course(t, starts, duration=FILE.duration, shift=(0.0, 0.0, 0.0)):
+    """Position asked for at the instants of a log: on the ground, climbing, holding, flying, landing."""
+    first, last = FILE.position[0] + (0, 0, 1.5), FILE.position[-1] + (0, 0, 1.5)
+    knots, values = [0.0, 2.0, 2.0 + CLIMB], [first * (1, 1, 0), first * (1, 1, 0), first]
+    for start in starts:
+        knots += list(start + FILE.t * duration / FILE.duration)
+        values += list(FILE.position + (0, 0, 1.5))
+    knots += [starts[-1] + duration + 3.0, starts[-1] + duration + 6.0]
+    values += [last, last * (1, 1, 0)]
+    return np.stack([np.interp(t, knots, column) for column in np.array(values).T], axis=1) + shift
+
+
+FILE_IN_AIR = Samples(FILE.t, FILE.position + (0, 0, 1.5), FILE.velocity)
+
+
+def log_of(starts, rate=1.0, late=0.0, shift=(0.0, 0.0, 0.0), error=(0.0, 0.0, 0.0), boot=0.0):
+    """Setpoints and positions of a log whose clock runs ``rate`` times slower than the file's."""
+    duration = FILE.duration / rate
+    end = starts[-1] + duration + 8.0
+    asked, seen = np.arange(0.0, end, 0.05 / rate), np.arange(0.0, end, 0.02)
+    setpoints = Samples(asked + boot, course(asked, starts, duration, shift=shift))
+    flown = Samples(seen + boot, course(seen - late / rate, starts, duration, shift=shift) + error)
+    return setpoints, flown
+
+
+@pytest.mark.parametrize("rate", [1.0, 1.013, 0.98])
+def test_all_flights_are_found_at_their_time(rate):
+    starts = [9.0, 9.0 + FILE.duration / rate + HOLD]
+    setpoints, _ = log_of(starts, rate, boot=100.0)
+    found = find_flights(FILE_IN_AIR, setpoints)
+    assert [one.start for one in found] == pytest.approx([100.0 + start for start in starts], abs=0.03)
+    assert [one.rate for one in found] == pytest.approx([rate] * 2, abs=2e-3)
+    assert max(one.mismatch for one in found) < 0.02 and not any(one.shift.any() for one in found)
+
+
+def test_lateness_stays_an_error_and_is_told_apart():
+    setpoints, flown = log_of([9.0], rate=1.013, late=0.25, error=(0.0, 0.0, 0.1))
+    (one,) = compare_in_log(FILE_IN_AIR, setpoints, flown)
+    t = np.arange(0.0, FILE.duration, 0.005)
+    there = np.stack([np.interp(t, FILE.t, column) for column in FILE.position.T], 1)
+    late = np.stack([np.interp(t - 0.25, FILE.t, column) for column in FILE.position.T], 1) + [0, 0, 0.1]
+    expected = np.sqrt(((late - there) ** 2).sum(axis=1).mean())
+    assert one.comparison.rmse_3d == pytest.approx(expected, rel=0.03)
+    assert one.comparison.delay == pytest.approx(0.25, abs=0.03)
+    assert one.comparison.across_rmse == pytest.approx(0.1, abs=0.06) and one.comparison.along_rmse > 0.2
+    assert np.median(one.comparison.along) < 0, "behind"
+    assert one.remarks() == ["the log's clock runs 1.3 % slow: flown times are those of the file"]
+
+
+def test_a_flight_from_another_origin_is_compared_there():
+    setpoints, flown = log_of([9.0], shift=(3.0, 1.0, 0.0))
+    (one,) = compare_in_log(FILE_IN_AIR, setpoints, flown)
+    assert one.comparison.rmse_3d < 0.02
+    assert one.remarks() == ["it was flown (3.00, 1.00, 0.00) m from where the file lies, and is compared there"]
+
+
+def test_a_constant_offset_of_more_than_a_metre_is_said():
+    setpoints, flown = log_of([9.0], error=(0.0, 2.0, 0.0))
+    (one,) = compare_in_log(FILE_IN_AIR, setpoints, flown)
+    (said,) = one.remarks()
+    assert "the whole flight lies (" in said and ", 2.00, " in said and "do origin and frame agree?" in said
+
+
+@pytest.mark.parametrize("changed", [lambda p: p[:, [1, 0, 2]] * (1, 1, -1), lambda p: 0.3 * p])
+def test_another_file_or_frame_is_refused(changed):
+    setpoints, flown = log_of([9.0])
+    with pytest.raises(InputError, match="the log's setpoints do not follow the file"):
+        compare_in_log(FILE_IN_AIR, Samples(setpoints.t, changed(setpoints.position)), flown)
+
+
+def test_a_flight_that_the_log_does_not_show_is_said():
+    setpoints, flown = log_of([9.0])
+    with pytest.raises(InputError, match=r"the log holds no positions during the flight that begins at [89]\."):
+        compare_in_log(FILE_IN_AIR, setpoints, Samples(flown.t[:100], flown.position[:100]))
+
+
+def test_the_figure_has_every_coordinate_and_the_error():
+    setpoints, flown = log_of([9.0], late=0.2)
+    (one,) = compare_in_log(FILE_IN_AIR, setpoints, flown)
+    figure = plot_comparison({"flight": one})
+    assert [ax.get_ylabel() for ax in figure.axes] == ["y [m]", "x [m]", "y [m]", "z [m]", "error [m]"]

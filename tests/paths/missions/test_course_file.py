@@ -1,0 +1,101 @@
+"""Courses in YAML."""
+
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import FileError
+from minsnap.paths.missions.course_file import is_course
+from minsnap.vehicle import Quadrotor
+from minsnap.vehicle.yaml import description_of
+
+TEXT = """
+name: yard
+waypoints:
+  - [0, 0, 1.5]
+  - {centre: [5, 0, 1.5], heading_deg: 0, width: 1.0, height: 0.8, straight: 0.5}
+  - {x: 8, y: 3, z: 2, ball: 0.4}
+  - {centre: [4, 5, 2], heading: 3.141592653589793, width: 1.2}
+  - [0, 0, 1.5]
+closed: true
+laps: 2
+takeoff: true
+land: [1, 1, 0]
+limits: {speed: 4, acceleration: 6}
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def _write(text, name="course.yaml"):
+        (tmp_path / name).write_text(text)
+        return tmp_path / name
+
+    return _write
+
+
+def test_everything_that_is_said_is_read(write):
+    course = minsnap.read_course(write(TEXT))
+    assert course.name == "yard" and course.closed and course.laps == 2 and len(course.stops) == 4
+    assert course.takeoff is True and course.land == (1.0, 1.0, 0.0) and course.limits.speed == 4.0
+    gate, ball, back = course.stops[1].place, course.stops[2], course.stops[3].place
+    assert gate.normal == pytest.approx([1, 0, 0]) and gate.crossing == 1 and course.stops[1].straight == 0.5
+    assert np.ptp(gate.corners, axis=0) == pytest.approx([0.0, 1.0, 0.8])
+    assert ball.ball == 0.4 and ball.place == pytest.approx([8, 3, 2]) and course.stops[0].ball == 0.0
+    assert back.normal == pytest.approx([np.cos(pi), np.sin(pi), 0.0], abs=1e-12)
+
+
+def test_waypoint_files_are_no_courses(write):
+    assert not is_course(write("[[0, 0, 1], [1, 1, 1]]\n", "a.yaml"))
+    assert not is_course(write("waypoints: [{x: 0, y: 0, yaw: 1}, {x: 1, y: 1, yaw: 0}]\ndurations: [2]\n", "b.yaml"))
+    assert is_course(write("- {x: 0, y: 0, hold: 1}\n- [1, 1]\n", "c.yaml")) and is_course(write(TEXT))
+
+
+@pytest.mark.parametrize("file", sorted((Path(__file__).parents[3] / "benchmarks" / "courses").glob("*.yaml")), ids=str)
+def test_courses_of_the_benchmarks_are_read(file):
+    course = minsnap.read_course(file)
+    assert course.limits is not None and (len(course.stops) >= 2) != (course.boxes is not None)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("laps: 2", "speed: 2"), "'speed' is not known; a course has name, waypoints"),
+        (("laps: 2", "laps: 0"), "laps is 0"),
+        (("ball: 0.4", "size: 0.4"), "waypoint 2: give"),
+        (("heading_deg: 0", "heading_deg: north"), "waypoint 1: heading_deg is 'north'"),
+        (("heading_deg: 0, ", ""), "waypoint 1: a gate has a centre, a width, and one of"),
+        (("land: [1, 1, 0]", "land: yes"), "land is 'yes': give true, or where on the ground"),
+        (("[0, 0, 1.5]\\n  - {centre", "[0]\\n  - {centre"), "waypoint 0: give"),
+        (("{speed: 4, acceleration: 6}", "4"), "limits are 4: give them by name"),
+        (
+            ("{speed: 4, acceleration: 6}", "{velocity: 4}"),
+            "no limit is called 'velocity': there are speed, acceleration",
+        ),
+        (("laps: 2", "vehicle: none.yaml"), "none.yaml cannot be read"),
+        (("laps: 2", "vehicle: 3"), "vehicle is 3: give its fields by name, or a YAML file"),
+        (("laps: 2", "vehicle: {mass: 1}"), "a vehicle needs inertia, arm_length"),
+        (("laps: 2", "vehicle: {mass: 1, arm: 2}"), "no field is called arm: the fields are mass"),
+        (
+            ("laps: 2", "boxes: [[0, 0, 1], [1, 1, 2]]"),
+            r"boxes are \[\[0, 0, 1\], .*give their corners as lower and upper",
+        ),
+        (("x: 8", "x: .nan"), "waypoint 2"),
+    ],
+)
+def test_a_file_that_is_wrong_is_refused_with_its_place(write, change, message):
+    file = write(TEXT.replace(change[0].replace("\\n", "\n"), change[1].replace("\\n", "\n"), 1))
+    with pytest.raises(FileError, match=message):
+        minsnap.read_course(file)
+
+
+def test_a_vehicle_is_a_file_beside_the_course_or_a_preset(write, tmp_path):
+    vehicle = Quadrotor.dji_f330()
+    vehicle.to_yaml(tmp_path / "racer.yaml")
+    for named in ("racer.yaml", "dji_f330"):
+        limits = minsnap.read_course(write(TEXT.replace("laps: 2", f"vehicle: {named}"))).limits
+        assert description_of(limits.vehicle) == description_of(vehicle)
+        assert limits.reserve == 0.0 and limits.speed == 4.0
