@@ -67,8 +67,8 @@ def digest() -> str:
     import hashlib
 
     total = hashlib.sha256(" ".join(flag for flag in flags() if flag != "-Werror").encode())
-    for path in sorted(SOURCES.glob("*.[ch]pp")):
-        total.update(path.name.encode() + path.read_bytes())
+    for path in sorted(SOURCES.rglob("*.[ch]pp")):
+        total.update(path.relative_to(SOURCES).as_posix().encode() + path.read_bytes())
     return total.hexdigest()
 
 
@@ -91,9 +91,9 @@ def compile_library(target: Path) -> str:
     compiler = find_compiler()
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-        sources = sorted(SOURCES.glob("*.cpp"))
+        sources = sorted(SOURCES.rglob("*.cpp"))
         objects = [Path(folder) / f"{source.stem}.o" for source in sources]
-        commands = [[*compiler, *flags(), "-c", str(s), "-o", str(o)] for s, o in zip(sources, objects, strict=True)]
+        commands = [[*compiler, *flags(), f"-I{SOURCES}", "-c", str(s), "-o", str(o)] for s, o in zip(sources, objects, strict=True)]
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             list(pool.map(_run, commands))
         linked = Path(folder) / target.name

@@ -48,7 +48,7 @@ def test_the_library_is_compiled_once_and_again_after_a_change(sources):
     compiler_or_skip()
     assert not build.is_current()
     assert build.build() and build.is_current() and not build.build()
-    with open(build.SOURCES / "status.hpp", "a", encoding="utf-8") as file:
+    with open(build.SOURCES / "basics" / "status.hpp", "a", encoding="utf-8") as file:
         file.write("// changed\n")
     assert not build.is_current()
     assert build.build() and build.LIBRARY.stat().st_size > 0

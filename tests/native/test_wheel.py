@@ -54,7 +54,7 @@ def test_with_a_compiler_the_wheel_holds_the_library_for_every_python(checkout, 
     assert run.returncode == 0, run.stderr
     wheel, files = names(tmp_path)
     assert "-py3-none-" in wheel and "-any" not in wheel
-    assert f"minsnap/native/{build.LIBRARY.name}" in files and "minsnap/native/src/library.cpp" in files
+    assert f"minsnap/native/{build.LIBRARY.name}" in files and "minsnap/native/src/basics/library.cpp" in files
     assert not (checkout / "minsnap" / "native" / build.LIBRARY.name).exists()
 
 
@@ -63,7 +63,7 @@ def test_without_a_compiler_the_wheel_is_pure_and_says_why(checkout, tmp_path):
     assert run.returncode == 0, run.stderr
     wheel, files = names(tmp_path)
     assert wheel.endswith("-py3-none-any.whl")
-    assert f"minsnap/native/{build.LIBRARY.name}" not in files and "minsnap/native/src/library.cpp" in files
+    assert f"minsnap/native/{build.LIBRARY.name}" not in files and "minsnap/native/src/basics/library.cpp" in files
     (path,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(path) as archive:
         assert b"CXX=no-such-compiler is not on the PATH" in archive.read("minsnap/native/_core.txt")

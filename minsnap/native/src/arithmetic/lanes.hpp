@@ -1,0 +1,61 @@
+// Numbers with several lanes: the same elimination runs on one problem, on both ends of one, or on four at once.
+//
+// An elimination is a chain of dependent operations, so the lanes cost almost nothing.  The vector types are those of
+// gcc and clang; without wide registers the compiler splits them.
+#pragma once
+
+#include "arithmetic/double_double.hpp"
+
+// Loops of constant length over orders and axes; a unit that need not be fast defines it empty, and compiles faster.
+#if defined(MINSNAP_UNROLL)
+#elif defined(__clang__)
+#define MINSNAP_UNROLL _Pragma("unroll")
+#else
+#define MINSNAP_UNROLL _Pragma("GCC unroll 16")
+#endif
+#if !defined(MINSNAP_INLINE)
+#define MINSNAP_INLINE inline __attribute__((always_inline))
+#endif
+#define MINSNAP_INLINED __attribute__((always_inline))  // of a lambda
+#define MINSNAP_APART __attribute__((noinline))
+
+namespace minsnap {
+
+typedef double Pair __attribute__((vector_size(16)));
+typedef double Quad __attribute__((vector_size(32)));
+
+template <class Real>
+struct Lanes {
+    static constexpr int count = 1;
+    static double get(const Real &value, int) { return to_double(value); }
+    static void set(Real &value, int, double number) { value = Real(number); }
+};
+
+template <class Vector, int lanes>
+struct VectorLanes {
+    static constexpr int count = lanes;
+    static MINSNAP_INLINE double get(const Vector &value, int lane) { return value[lane]; }
+    static MINSNAP_INLINE void set(Vector &value, int lane, double number) { value[lane] = number; }
+};
+
+template <>
+struct Lanes<Pair> : VectorLanes<Pair, 2> {};
+template <>
+struct Lanes<Quad> : VectorLanes<Quad, 4> {};
+
+// The same number in every lane.
+template <class Real>
+MINSNAP_INLINE Real filled(double number) {
+    Real value{};
+    MINSNAP_UNROLL
+    for (int lane = 0; lane < Lanes<Real>::count; ++lane) Lanes<Real>::set(value, lane, number);
+    return value;
+}
+
+// The lesser of two numbers, lane by lane; not a number if the second is none.
+template <class Real>
+MINSNAP_INLINE Real lesser(Real one, Real two) {
+    return one < two ? one : two;
+}
+
+}  // namespace minsnap

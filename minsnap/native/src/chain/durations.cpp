@@ -1,0 +1,469 @@
+// Durations: the optimal cost and its exact gradient, and the split of a total time, or at a price of time, that costs
+// least; without walls by one elimination an evaluation, with walls by the certified exchange.
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "chain/cost_slopes.hpp"
+#include "basics/dispatch.hpp"
+#include "basics/export.hpp"
+#include "basics/for_all.hpp"
+#include "arithmetic/quasi_newton.hpp"
+#include "corridor/tube.hpp"
+#include "chain/unconstrained.hpp"
+#include "corridor/windows.hpp"
+
+namespace minsnap {
+namespace {
+
+using Integer = std::int64_t;
+
+constexpr Integer most_split_legs = Integer{1} << 20, most_split_pieces = 256;
+
+// Optimal cost of a chain without walls, and its slopes.
+class FreeCost {
+public:
+    FreeCost(const ChainProblem &chain, int half, bool closed) : chain_(chain), half_(half), closed_(closed) {}
+
+    // slopes (legs,): T dJ/dT of every leg; forces (legs, dim): dJ/dd for its displacement, or null.
+    Status evaluate(const double *durations, double &cost, double *slopes, double *forces) {
+        chain_.durations = durations;
+        Spread spread;
+        Status status = check_chain(chain_, half_, spread);
+        if (status != Status::done) return status;
+        for (Integer leg = 0; leg < chain_.legs; ++leg) slopes[leg] = 0.0;
+        cost = 0.0;
+        status = for_half(half_, [&](auto k) { return run<k.value>(spread, cost, slopes, forces); });
+        return status == Status::done && !std::isfinite(cost) ? Status::singular : status;
+    }
+
+private:
+    template <int half>
+    Status run(Spread spread, double &cost, double *slopes, double *forces) {
+        if (closed_) return spread == Spread::wide ? Status::unsupported : lap<half>(cost, slopes, forces);
+        if (spread == Spread::wide || half != 4) return from_states<half>(spread, cost, slopes, forces);
+        return for_axes<4>(chain_.stride, [&](auto axes, int axis) {
+            return open<4, axes.value>(axis, cost, slopes, forces);
+        });
+    }
+
+    // Leg by leg while the elimination gives their states.
+    template <int half, int axes>
+    Status open(int axis, double &cost, double *slopes, double *forces) {
+        using Chain = TwoWayChain<half, axes>;
+        constexpr int n = half - 1;
+        if (!room_.allocate(std::size_t(chain_.legs * Chain::width))) return Status::no_memory;
+        const LegTables<double> &tables = leg_tables<double>(half);
+        auto sink = [&](Integer leg, const double (&start)[n][axes], const double (&end)[n][axes]) {
+            double powers[half + 1];
+            duration_powers<half>(chain_.durations[leg], powers);
+            LegSlopes found;
+            const double *from = chain_.points + leg * chain_.stride + axis;
+            for (int d = 0; d < axes; ++d) {
+                const double step = from[chain_.stride + d] - from[d];
+                const double force = add_axis<half>(tables, powers, &start[0][d], &end[0][d], axes, step, found);
+                if (forces) forces[leg * chain_.stride + axis + d] = force;
+            }
+            cost += found.cost;
+            slopes[leg] += found.time;
+        };
+        return Chain::solve(chain_, axis, {room_.data(), Chain::width}, sink);
+    }
+
+    // The same after the elimination, for rare degrees, and for durations too far apart for doubles.
+    template <int half>
+    Status from_states(Spread spread, double &cost, double *slopes, double *forces) {
+        constexpr int n = half - 1;
+        const int dim = chain_.stride;
+        if (!room_.allocate(std::size_t(chain_.legs + 1) * n * dim)) return Status::no_memory;
+        const Status status = solve_chain(chain_, half, spread, {nullptr, room_.data()});
+        if (status != Status::done) return status;
+        const LegTables<double> &tables = leg_tables<double>(half);
+        for (Integer leg = 0; leg < chain_.legs; ++leg) {
+            double powers[half + 1];
+            duration_powers<half>(chain_.durations[leg], powers);
+            LegSlopes found;
+            for (int d = 0; d < dim; ++d) {
+                const double *start = room_.data() + leg * n * dim + d, *from = chain_.points + leg * dim + d;
+                const double step = from[dim] - from[0];
+                const double force = add_axis<half>(tables, powers, start, start + n * dim, dim, step, found);
+                if (forces) forces[leg * dim + d] = force;
+            }
+            cost += found.cost;
+            slopes[leg] = found.time;
+        }
+        return Status::done;
+    }
+
+    // A lap gives control points; scaled end derivatives are their differences.
+    template <int half>
+    Status lap(double &cost, double *slopes, double *forces) {
+        const int dim = chain_.stride;
+        if (!room_.allocate(std::size_t(chain_.legs) * 2 * half * dim)) return Status::no_memory;
+        const Status status = solve_closed(chain_, half, Spread::narrow, Output{room_.data(), nullptr});
+        if (status != Status::done) return status;
+        const LegTables<double> &tables = leg_tables<double>(half);
+        for (Integer leg = 0; leg < chain_.legs; ++leg) {
+            double powers[half + 1];
+            duration_powers<half>(chain_.durations[leg], powers);
+            for (int a = 0; a < half; ++a) powers[a] = 1.0;
+            LegSlopes found;
+            for (int d = 0; d < dim; ++d) {
+                const double *points = room_.data() + leg * 2 * half * dim + d;
+                double start[half], end[half];
+                scaled_ends<half>(points, dim, start, end);
+                const double *from = chain_.points + leg * dim + d;
+                const double force = add_axis<half>(tables, powers, start, end, 1, from[dim] - from[0], found);
+                if (forces) forces[leg * dim + d] = force;
+            }
+            cost += found.cost;
+            slopes[leg] = found.time;
+        }
+        return Status::done;
+    }
+
+    // Derivatives 1 ... k - 1 at both ends of the unit interval.
+    template <int half>
+    static void scaled_ends(const double *points, int stride, double *start, double *end) {
+        constexpr int degree = 2 * half - 1;
+        double left[half], right[half], factor = 1.0;
+        for (int j = 0; j < half; ++j) left[j] = points[j * stride], right[j] = points[(half + j) * stride];
+        for (int a = 1; a < half; ++a) {
+            for (int j = 0; j < half - a; ++j) left[j] = left[j + 1] - left[j], right[j] = right[j + 1] - right[j];
+            factor *= degree - a + 1;
+            start[a - 1] = factor * left[0];
+            end[a - 1] = factor * right[half - 1 - a];
+        }
+    }
+
+    ChainProblem chain_;
+    int half_;
+    bool closed_;
+    Buffer<double> room_;
+};
+
+// Optimal cost inside walls, in normalised units, and its slopes; every active row adds its multiplier times its own
+// slope, at an instant that keeps its share of the piece.
+class CorridorCost {
+public:
+    CorridorCost(const Request &given) : given_(given), windows_(given.half) {}
+
+    [[nodiscard]] bool allocate() {
+        const std::size_t pieces = std::size_t(given_.pieces), state = std::size_t(given_.half) * given_.dim;
+        const std::size_t most = pieces * state + 2;
+        return points_.allocate(pieces * 2 * state) && knots_.allocate((pieces + 1) * state) && wall_.allocate(most) &&
+               s_.allocate(most) && multiplier_.allocate(most) && direction_.allocate(most * given_.dim) &&
+               known_.allocate(most);
+    }
+
+    // slopes (pieces,): T dJ/dT of every piece. The contacts of one evaluation are where the next one begins.
+    Status evaluate(const double *durations, double &cost, double *slopes) {
+        given_.durations = durations;
+        Answer answer = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
+        const Status status = solve(answer);
+        if (status != Status::done) return status;
+        known_count_ = int(answer.rows);
+        for (int k = 0; k < known_count_; ++k)
+            known_[k] = contact(int(wall_[k]), s_[k], multiplier_[k], &direction_[k * given_.dim], given_.dim);
+        return for_half(given_.half, [&](auto k) { return slope<k.value>(int(answer.rows), cost, slopes); });
+    }
+
+private:
+    static constexpr int few = 48;
+
+    // Windows are the quicker way where pieces and contacts are many.
+    Status solve(Answer &answer) {
+        const bool known = known_count_ > 0, many = !known || known_count_ > few || given_.pieces > most_again;
+        if (given_.pieces > most_whole && many) {
+            const Status windows = windows_.solve(given_, answer);
+            if (windows == Status::done || given_.pieces > most_again) return windows;
+        }
+        const Status status = solver_.solve(given_, answer, Aim::measured, known_.data(), known_count_);
+        return known && status != Status::done ? solver_.solve(given_, answer, Aim::measured) : status;
+    }
+
+    template <int half>
+    Status slope(int rows, double &cost, double *slopes) {
+        const LegTables<double> &tables = leg_tables<double>(half);
+        const int dim = given_.dim;
+        cost = 0.0;
+        for (int piece = 0; piece < given_.pieces; ++piece) {
+            double powers[half + 1];
+            duration_powers<half>(given_.durations[piece] / given_.time, powers);
+            LegSlopes found;
+            for (int d = 0; d < dim; ++d) {
+                const double *start = &knots_[std::size_t(piece) * half * dim + d], *end = start + half * dim;
+                const double *from = given_.positions + std::size_t(piece) * dim + d;
+                const double step = (from[dim] - from[0]) / given_.length + end[0] - start[0];
+                add_axis<half>(tables, powers, start + dim, end + dim, dim, step, found);
+            }
+            cost += found.cost;
+            slopes[piece] = found.time;
+        }
+        for (int k = 0; k < rows; ++k) add_row<half>(tables, k, slopes);
+        return Status::done;
+    }
+
+    // With the derivatives at the knots held, entry a of order p's row grows as T^(a - p).
+    template <int half>
+    void add_row(const LegTables<double> &tables, int k, double *slopes) const {
+        const GivenWalls &walls = given_.walls;
+        const Integer wall = wall_[k], piece = walls.piece[wall];
+        const int order = int(walls.order[wall]), dim = given_.dim;
+        double factors[max_points], sum = 0.0;
+        row_factors(Degree<half>(half), tables, given_.durations[piece] / given_.time, order, s_[k], factors);
+        for (int d = 0; d < dim; ++d) {
+            const double *start = &knots_[std::size_t(piece) * half * dim + d], *end = start + half * dim;
+            const double *from = given_.positions + std::size_t(piece) * dim + d;
+            double slope = -order * factors[half] * ((from[dim] - from[0]) / given_.length);
+            for (int a = 0; a < half; ++a) {
+                slope += (a - order) * (factors[a] * start[a * dim] + factors[half + a] * end[a * dim]);
+            }
+            sum += normal(k, d) * slope;
+        }
+        slopes[piece] += multiplier_[k] * sum;
+    }
+
+    // Of the plane that row k is.
+    double normal(int k, int d) const {
+        const GivenWalls &walls = given_.walls;
+        const int dim = given_.dim;
+        const double side = walls.is_equality(wall_[k]) ? direction_[k * dim] : 1.0;
+        double sum = side * walls.normal[wall_[k] * dim + d];
+        for (int q = 0; walls.is_ball(wall_[k]) && q < dim; ++q) sum += direction_[k * dim + q] * walls.matrix_of(wall_[k], dim)[q * dim + d];
+        return sum;
+    }
+
+    Request given_;
+    Windows windows_;
+    ExchangeSolver solver_;
+    Buffer<double> points_, knots_, s_, multiplier_, direction_;
+    Buffer<Integer> wall_;
+    Buffer<Contact> known_;
+    int known_count_ = 0;
+};
+
+// Whether time is left for one more evaluation and for one like it after the search, judged by the longest so far.
+class TimeLeft {
+public:
+    explicit TimeLeft(double seconds) : seconds_(seconds) {}
+
+    bool over() {
+        const double now = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+        longest_ = now - last_ > longest_ ? now - last_ : longest_;
+        last_ = now;
+        return ended_ = ended_ || now + 2.0 * longest_ > seconds_;
+    }
+    bool ended() const { return ended_; }
+
+private:
+    const double seconds_;
+    const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+    double last_ = 0.0, longest_ = 0.0;
+    bool ended_ = false;
+};
+
+// What a search for durations starts from and leaves.
+struct Split {
+    Integer legs;
+    int per_leg;          // pieces of a leg
+    const double *first;  // (legs,) [s]
+    double price;         // cost of a second; zero where the total is that of `first`
+    double unit;          // what the cost is worth
+    double seconds;       // from now on, after which the best so far is returned
+    Integer capacity;     // evaluations at most
+    double *durations;    // (legs,)
+    double *history;      // (capacity, 2): total time and what is minimised, evaluation by evaluation
+    double *figures;      // evaluations
+};
+
+// Minimise the logarithm of cost + price * time over logarithms of factors on the first durations; at a fixed total the
+// durations are the shares of it. evaluate(durations of pieces, cost, slopes) gives a status.
+template <class Cost>
+Status find_split(const Split &split, double gain, Cost &&evaluate) {
+    const Integer legs = split.legs, pieces = legs * split.per_leg;
+    QuasiNewton search;
+    Buffer<double> times, slopes;
+    if (!search.allocate(int(legs)) || !times.allocate(std::size_t(pieces)) || !slopes.allocate(std::size_t(pieces))) {
+        return Status::no_memory;
+    }
+    double total = 0.0, best = 0.0;
+    Integer evaluations = 0;
+    Status last = Status::done;
+    TimeLeft left(split.seconds);
+    for (Integer i = 0; i < legs; ++i) total += split.first[i];
+    auto function = [&](const double *x, double *gradient, double &value) {
+        double sum = 0.0, cost = 0.0, all = 0.0;
+        for (Integer i = 0; i < legs; ++i) sum += gradient[i] = split.first[i] * std::exp(x[i]);
+        const double share = split.price > 0.0 ? 1.0 : total / sum;
+        for (Integer i = 0; i < legs; ++i) {
+            gradient[i] *= share;
+            for (int p = 0; p < split.per_leg; ++p) times[std::size_t(i * split.per_leg + p)] = gradient[i] / split.per_leg;
+        }
+        if (evaluations == split.capacity || (evaluations > 0 && left.over())) return false;
+        last = evaluate(times.data(), cost, slopes.data());
+        if (last != Status::done || !(cost > 0.0)) return false;
+        cost *= split.unit;
+        const double time = sum * share, price = split.price > 0.0 ? split.price : 0.0;
+        const double worth = cost + price * time;
+        if (evaluations == 0 || worth < best) {
+            best = worth;
+            for (Integer i = 0; i < legs; ++i) split.durations[i] = gradient[i];
+        }
+        split.history[2 * evaluations] = time;
+        split.history[2 * evaluations++ + 1] = worth;
+        for (Integer i = 0; i < pieces; ++i) all += slopes[std::size_t(i)];
+        for (Integer i = 0; i < legs; ++i) {
+            double slope = 0.0;
+            for (int p = 0; p < split.per_leg; ++p) slope += slopes[std::size_t(i * split.per_leg + p)];
+            const double own = split.price > 0.0 ? price * gradient[i] : -split.unit * all * gradient[i] / time;
+            gradient[i] = (split.unit * slope + own) / worth;
+        }
+        value = std::log(worth);
+        return true;
+    };
+    Stopping stopping;
+    stopping.gain = gain;
+    stopping.evaluations = int(split.capacity);
+    const Status status = search.minimise(stopping, function);
+    split.figures[0] = double(evaluations);
+    if (left.ended()) return Status::done;
+    return status == Status::infeasible && last != Status::done ? last : status;
+}
+
+// The same for a request, whose durations are not read.
+Status split_in_corridor(const Request &given, Split split) {
+    CorridorCost corridor(given);
+    if (!corridor.allocate()) return Status::no_memory;
+    split.unit = given.length * given.length * std::pow(given.time, 1.0 - 2.0 * given.half);
+    return find_split(split, given.gap, [&](const double *pieces, double &cost, double *slopes) {
+        return corridor.evaluate(pieces, cost, slopes);
+    });
+}
+
+bool fill_pins(const ChainProblem &chain, int half, const std::uint32_t *masks, const double *values, Buffer<Pin> &pins) {
+    if (!pins.allocate(std::size_t(chain.pin_count))) return false;
+    for (Integer i = 0; i < chain.pin_count; ++i) {
+        Pin &pin = pins[std::size_t(i)];
+        pin.mask = masks[i], pin.stride = chain.stride, pin.values = values + i * (half - 1) * chain.stride;
+    }
+    return true;
+}
+
+bool well_sized(Integer half, Integer legs, Integer dim, Integer pins) {
+    return half >= least_half && half <= most_half && legs >= 1 && legs <= most_split_legs && dim >= 1 &&
+           dim <= most_axes && pins >= 0 && pins <= legs;
+}
+
+}  // namespace
+}  // namespace minsnap
+
+using namespace minsnap;
+
+// Optimal cost of the curve through points (legs + 1, dim) and its exact gradient in the durations (legs,) and, unless
+// null, in the points (legs + 1, dim); pins and ends as in unconstrained.cpp.
+MINSNAP_EXPORT std::int32_t minsnap_cost_gradient(Integer half, Integer legs, Integer dim, Integer closed,
+                                                  const double *points, const double *durations, const double *start,
+                                                  const double *end, Integer pins, const Integer *knots,
+                                                  const std::uint32_t *masks, const double *values, double *cost,
+                                                  double *gradient, double *point_gradient) {
+    if (!well_sized(half, legs, dim, pins)) return int(Status::bad_size);
+    ChainProblem chain;
+    chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = int(dim);
+    chain.start = start, chain.end = end, chain.pin_count = pins, chain.knots = knots;
+    Buffer<Pin> room;
+    Buffer<double> forces;
+    if (!fill_pins(chain, int(half), masks, values, room)) return int(Status::no_memory);
+    chain.pins = room.data();
+    if (point_gradient && !forces.allocate(std::size_t(legs * dim))) return int(Status::no_memory);
+    FreeCost free(chain, int(half), closed != 0);
+    const Status status = free.evaluate(durations, *cost, gradient, point_gradient ? forces.data() : nullptr);
+    if (status != Status::done) return int(status);
+    for (Integer leg = 0; leg < legs; ++leg) gradient[leg] /= durations[leg];
+    for (Integer i = 0; point_gradient && i < (legs + 1) * dim; ++i) {
+        const double before = i >= dim ? forces[std::size_t(i - dim)] : 0.0;
+        point_gradient[i] = before - (i < legs * dim ? forces[std::size_t(i)] : 0.0);
+    }
+    return int(Status::done);
+}
+
+// The same for many chains without pins over threads, arrays as in many.cpp. Out: costs (count,), derivatives in the
+// durations (legs in all,) and in the displacements of legs (legs in all, dim).
+MINSNAP_EXPORT std::int32_t minsnap_many_gradients(const double *points, const double *durations, const Integer *offsets,
+                                                   Integer count, std::int32_t dim, std::int32_t half,
+                                                   const double *starts, const double *ends, std::int32_t threads,
+                                                   double *costs, double *slopes, double *displacements,
+                                                   std::int32_t *statuses) {
+    if (count < 0 || !ascending(offsets, count)) return int(Status::bad_size);
+    for_all(count, 8, threads, statuses, [&](Integer b) {
+        const Integer first = offsets[b], legs = offsets[b + 1] - first, state = b * (half - 1) * dim;
+        if (!well_sized(half, legs, dim, 0)) return Status::bad_size;
+        ChainProblem chain;
+        chain.points = points + (first + b) * dim, chain.durations = durations + first;
+        chain.legs = legs, chain.stride = dim;
+        chain.start = starts ? starts + state : nullptr, chain.end = ends ? ends + state : nullptr;
+        FreeCost free(chain, half, false);
+        const Status status = free.evaluate(chain.durations, costs[b], slopes + first, displacements + first * dim);
+        for (Integer leg = 0; status == Status::done && leg < legs; ++leg) slopes[first + leg] /= chain.durations[leg];
+        return status;
+    });
+    return int(Status::done);
+}
+
+// The split of least cost without walls. first (legs,) [s]; price: cost of a second, or zero for a fixed total. Out:
+// durations (legs,); history (capacity, 2): total time and value, evaluation by evaluation; figures (1,): how many.
+MINSNAP_EXPORT std::int32_t minsnap_best_split(Integer half, Integer legs, Integer dim, Integer closed,
+                                               const double *points, const double *first, double price,
+                                               const double *start, const double *end, Integer pins,
+                                               const Integer *knots, const std::uint32_t *masks, const double *values,
+                                               double seconds, Integer capacity, double *durations, double *history,
+                                               double *figures) {
+    if (!well_sized(half, legs, dim, pins) || capacity < 1) return int(Status::bad_size);
+    ChainProblem chain;
+    chain.points = points, chain.durations = first, chain.legs = legs, chain.stride = int(dim);
+    chain.start = start, chain.end = end, chain.pin_count = pins, chain.knots = knots;
+    Buffer<Pin> room;
+    if (!fill_pins(chain, int(half), masks, values, room)) return int(Status::no_memory);
+    chain.pins = room.data();
+    FreeCost free(chain, int(half), closed != 0);
+    const Split split = {legs, 1, first, price, 1.0, seconds, capacity, durations, history, figures};
+    return int(find_split(split, 1e-10, [&](const double *times, double &cost, double *slopes) {
+        return free.evaluate(times, cost, slopes, nullptr);
+    }));
+}
+
+// The same inside walls, solved for each evaluation; a request as in request.hpp, whose durations are those of `first`,
+// split equally over the pieces of each leg. `gap` is the share of the cost that an evaluation may give away.
+MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(
+    Integer half, Integer legs, Integer per_leg, Integer dim, Integer closed, double length, double time,
+    const double *positions, const double *first, double price, const std::uint8_t *pinned, const double *values,
+    Integer walls, const Integer *piece, const Integer *order, const double *normal, const double *anchor,
+    const double *bound, const double *width, const Integer *when, const Integer *ball, Integer matrices,
+    const double *matrix, double gap, double seconds, Integer capacity, double *durations, double *history,
+    double *figures) {
+    if (half < least_half || half > most_half || legs < 1 || per_leg < 1 || capacity < 1) return int(Status::bad_size);
+    if (per_leg > most_split_pieces || legs > most_split_pieces / per_leg) return int(Status::unsupported);
+    Buffer<double> times;
+    if (!times.allocate(std::size_t(legs * per_leg))) return int(Status::no_memory);
+    for (Integer i = 0; i < legs * per_leg; ++i) times[std::size_t(i)] = first[i / per_leg] / double(per_leg);
+    const Request given = {int(half), int(legs * per_leg), int(dim), closed != 0, length, time, positions, times.data(),
+                           pinned, values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, matrices}, gap};
+    const Status checked = check_request(given);
+    if (checked != Status::done) return int(checked);
+    return int(split_in_corridor(given, {legs, int(per_leg), first, price, 1.0, seconds, capacity, durations, history, figures}));
+}
+
+// The same for a total time in a tube, whose walls are made here: points (legs + 1, dim); half-widths as in tube.cpp.
+MINSNAP_EXPORT std::int32_t minsnap_best_tube_split(const double *points, const double *first, const double *widths,
+                                                    Integer legs, std::int32_t dim, std::int32_t half,
+                                                    std::int32_t shared, double gap, Integer capacity,
+                                                    double *durations, double *history, double *figures) {
+    if (capacity < 1 || legs > most_split_pieces) return int(Status::bad_size);
+    TubeWalls walls;
+    Request request = {};
+    const Status status = request_tube({points, first, widths, legs, dim, half, shared != 0}, gap, walls, request);
+    if (status != Status::done) return int(status);
+    const double never = std::numeric_limits<double>::infinity();
+    return int(split_in_corridor(request, {legs, 1, first, 0.0, 1.0, never, capacity, durations, history, figures}));
+}

@@ -1,0 +1,94 @@
+// Many plans, and their evaluation, over threads.  Every problem is solved as if it were alone, to the same bits.
+//
+// The arrays of all problems stand one after the other: problem b has the legs offsets[b] ... offsets[b + 1] - 1, and
+// one knot more than legs.
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+#include "polynomials/evaluate.hpp"
+#include "basics/export.hpp"
+#include "basics/for_all.hpp"
+#include "basics/past_caches.hpp"
+#include "chain/unconstrained.hpp"
+
+namespace minsnap {
+namespace {
+
+constexpr std::int64_t small = 2048, large = 1 << 20;  // doubles: of a result kept in the first cache; of results beyond all
+
+// How many problems a thread takes at once: of results beyond all caches those of nearly 2 MB, since two threads that write
+// side by side would both ask the system for the same fresh page of 2 MB, and both would clear it. Whole pages would be
+// worse: places a power of two apart lie in the same banks of the memory.
+std::int64_t chunk_of(std::int64_t count, std::int64_t all, std::int32_t threads) {
+    constexpr std::int64_t part = (15 << 17) / sizeof(double), least = 64;
+    if (all < large) return least;
+    return std::max(least, std::min(count * part / all, count / (4 * std::max(threads, 1))));
+}
+
+// The optimum of one problem of many, whose results are ``all`` doubles together.
+Status solve_one(const ChainProblem &chain, int half, std::int64_t all, double *out) {
+    Spread spread;
+    const Status checked = check_chain(chain, half, spread);
+    if (checked != Status::done) return checked;
+    const std::int64_t count = chain.legs * 2 * half * chain.stride;
+    if (all < large || count > small || reinterpret_cast<std::uintptr_t>(out) % 16 != 0)
+        return solve_chain(chain, half, spread, {out, nullptr});
+    alignas(64) double room[small];
+    const Status status = solve_chain(chain, half, spread, {room, nullptr});
+    if (status == Status::done) copy_past_caches(room, out, count);
+    return status;
+}
+
+}  // namespace
+}  // namespace minsnap
+
+// Plans without walls; starts and ends are states (count, half - 1, dim), null at rest.
+//
+// Out: control points, instants of the knots, and a status for each problem.
+MINSNAP_EXPORT std::int32_t minsnap_many(const double *points, const double *durations, const std::int64_t *offsets,
+                                         std::int64_t count, std::int32_t dim, std::int32_t half, const double *starts,
+                                         const double *ends, std::int32_t threads, double *out, double *breaks,
+                                         std::int32_t *statuses) {
+    using namespace minsnap;
+    if (count < 0 || dim < 1 || half < 2 || !ascending(offsets, count))
+        return static_cast<std::int32_t>(Status::bad_size);
+    const std::int64_t all = offsets[count] * 2 * half * dim;
+    for_all(count, chunk_of(count, all, threads), threads, statuses, [=](std::int64_t b) {
+        const std::int64_t first = offsets[b], state = b * (half - 1) * dim;
+        ChainProblem chain;
+        chain.points = points + (first + b) * dim, chain.durations = durations + first;
+        chain.legs = offsets[b + 1] - first, chain.stride = dim;
+        chain.start = starts ? starts + state : nullptr, chain.end = ends ? ends + state : nullptr;
+        const Status status = solve_one(chain, half, all, out + first * 2 * half * dim);
+        if (status == Status::done) write_breaks(chain.durations, chain.legs, breaks + first + b);
+        return status;
+    }, settle_copies);
+    return static_cast<std::int32_t>(Status::done);
+}
+
+// Derivative of an order of many curves of one degree, each at `instants` instants: (count, instants, dim).  The
+// instants are (count, instants), or (instants,) for all if they are shared.  Where a curve is missing (present is 0) or
+// asked outside its interval the values are not numbers.
+MINSNAP_EXPORT std::int32_t minsnap_evaluate_many(const double *points, const double *durations, const double *breaks,
+                                                  const std::int64_t *offsets, const std::uint8_t *present,
+                                                  std::int64_t count, std::int32_t degree, std::int32_t dim,
+                                                  std::int32_t order, const double *t, std::int64_t instants,
+                                                  std::int32_t shared, std::int32_t threads, double *out,
+                                                  std::int32_t *statuses) {
+    using namespace minsnap;
+    if (count < 0 || dim < 1 || degree < 0 || instants < 0 || order < 0 || order > degree || !ascending(offsets, count))
+        return static_cast<std::int32_t>(Status::bad_size);
+    for_all(count, 64, threads, statuses, [&](std::int64_t b) {
+        const std::int64_t first = offsets[b];
+        const PiecewiseCurve curve = {points + first * (degree + 1) * dim, durations + first,      breaks + first + b,
+                                      offsets[b + 1] - first,              degree, dim};
+        double *place = out + b * instants * dim;
+        const Status status =
+            present[b] ? evaluate_curve(curve, order, shared ? t : t + b * instants, instants, place) : Status::done;
+        if (!present[b] || status != Status::done)
+            std::fill(place, place + instants * dim, std::numeric_limits<double>::quiet_NaN());
+        return status;
+    });
+    return static_cast<std::int32_t>(Status::done);
+}

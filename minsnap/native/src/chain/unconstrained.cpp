@@ -1,0 +1,114 @@
+// Plans without walls: the curve of least integral of the squared k-th derivative through waypoints.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "chain/sweep.hpp"
+#include "basics/dispatch.hpp"
+#include "basics/export.hpp"
+#include "chain/unconstrained.hpp"
+
+namespace minsnap {
+namespace {
+
+constexpr std::int64_t most_legs = std::int64_t{1} << 32;
+
+bool well_sized(const ChainProblem &chain, int half) {
+    return chain.legs >= 1 && chain.legs <= most_legs && chain.stride >= 1 && chain.stride <= most_axes &&
+           half >= least_half && half <= most_half && chain.pin_count >= 0 && chain.pin_count < chain.legs + 1;
+}
+
+bool in_range(const double *values, std::int64_t count) {
+    bool all = true;
+    for (std::int64_t i = 0; i < count; ++i) all &= std::fabs(values[i]) <= largest_number;
+    return all;
+}
+
+// Pins are at inner knots, ascending, and in range.
+bool well_pinned(const ChainProblem &chain, int half) {
+    for (std::int64_t i = 0; i < chain.pin_count; ++i) {
+        const std::int64_t before = i ? chain.knots[i - 1] : 0;
+        if (chain.knots[i] <= before || chain.knots[i] >= chain.legs) return false;
+        if (!in_range(chain.pins[i].values, static_cast<std::int64_t>(half - 1) * chain.stride)) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+Status check_chain(const ChainProblem &chain, int half, Spread &spread) {
+    if (!well_sized(chain, half)) return Status::bad_size;
+    double least = chain.durations[0], most = least;
+    bool positive = true;
+    for (std::int64_t i = 0; i < chain.legs; ++i) {
+        positive = positive && chain.durations[i] > 0.0;
+        least = std::min(least, chain.durations[i]);
+        most = std::max(most, chain.durations[i]);
+    }
+    if (!positive || !std::isfinite(most)) return Status::bad_number;
+    const std::int64_t state = static_cast<std::int64_t>(half - 1) * chain.stride;
+    if (!in_range(chain.points, (chain.legs + 1) * chain.stride)) return Status::bad_number;
+    if (chain.start && !in_range(chain.start, state)) return Status::bad_number;
+    if (chain.end && !in_range(chain.end, state)) return Status::bad_number;
+    if (!well_pinned(chain, half)) return Status::bad_number;
+    if (least < shortest_duration || most > longest_duration) return Status::unsupported;
+    if (most > resolved_twice[half] * least) return Status::unsupported;
+    spread = most > resolved[half] * least ? Spread::wide : Spread::narrow;
+    return Status::done;
+}
+
+Status solve_chain(const ChainProblem &chain, int half, Spread spread, Output out) {
+    if (spread == Spread::wide) return solve_chain_extended(chain, half, out);
+    return half <= most_usual_half ? solve_chain_usual(chain, half, out) : solve_chain_high(chain, half, out);
+}
+
+void write_breaks(const double *durations, std::int64_t legs, double *breaks) {
+    double sum = breaks[0] = 0.0;
+    for (std::int64_t i = 0; i < legs; ++i) breaks[i + 1] = sum += durations[i];
+}
+
+}  // namespace minsnap
+
+// The curve through points (legs + 1, dim) [m] with durations (legs,) [s], at rest at both ends.
+//
+// Out: control points (legs, 2 half, dim) [m] and the instants of the knots (legs + 1,) [s].
+MINSNAP_EXPORT std::int32_t minsnap_unconstrained(const double *points, const double *durations, std::int64_t legs,
+                                                  std::int32_t dim, std::int32_t half, double *out, double *breaks) {
+    using namespace minsnap;
+    ChainProblem chain;
+    chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = dim;
+    Spread spread;
+    Status status = check_chain(chain, half, spread);
+    if (status == Status::done) status = solve_chain(chain, half, spread, {out, nullptr});
+    if (status == Status::done) write_breaks(durations, legs, breaks);
+    return static_cast<std::int32_t>(status);
+}
+
+// The same with states at the ends, (half - 1, dim) each, null at rest; pins at inner knots: their knots (pins,),
+// ascending, masks whose bit a stands for order a, values (pins, half - 1, dim); or closed, where the state at the end
+// is that at the start, and free.  Out also, unless null: the states of all knots, (legs + 1, half - 1, dim).
+MINSNAP_EXPORT std::int32_t minsnap_unconstrained_pinned(const double *points, const double *durations,
+                                                         std::int64_t legs, std::int32_t dim, std::int32_t half,
+                                                         const double *start, const double *end, std::int64_t pins,
+                                                         const std::int64_t *knots, const std::uint32_t *masks,
+                                                         const double *values, std::int32_t closed, double *out,
+                                                         double *breaks, double *states) {
+    using namespace minsnap;
+    ChainProblem chain;
+    chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = dim;
+    chain.start = start, chain.end = end, chain.pin_count = pins, chain.knots = knots;
+    if (!well_sized(chain, half)) return static_cast<std::int32_t>(Status::bad_size);
+    Buffer<Pin> room;
+    if (!room.allocate(static_cast<std::size_t>(pins))) return static_cast<std::int32_t>(Status::no_memory);
+    for (std::int64_t i = 0; i < pins; ++i) {
+        Pin &pin = room[static_cast<std::size_t>(i)];
+        pin.mask = masks[i], pin.stride = dim, pin.values = values + i * (half - 1) * dim;
+    }
+    chain.pins = room.data();
+    Spread spread;
+    Status status = check_chain(chain, half, spread);
+    if (status == Status::done)
+        status = closed ? solve_closed(chain, half, spread, {out, states}) : solve_chain(chain, half, spread, {out, states});
+    if (status == Status::done) write_breaks(durations, legs, breaks);
+    return static_cast<std::int32_t>(status);
+}

@@ -1,0 +1,136 @@
+// Entry point for certified corridors.
+#include <cmath>
+#include <cstdint>
+
+#include "basics/export.hpp"
+#include "certificate/proof.hpp"
+#include "corridor/windows.hpp"
+
+namespace minsnap {
+namespace {
+
+constexpr std::int64_t most_pieces = 200'000, most_walls = 10'000'000;
+
+bool all_finite(const double *values, std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i)
+        if (!std::isfinite(values[i])) return false;
+    return true;
+}
+
+bool all_positive(const double *values, std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i)
+        if (!(values[i] > 0.0 && std::isfinite(values[i]))) return false;
+    return true;
+}
+
+bool all_within(const std::int64_t *values, std::int64_t count, std::int64_t lowest, std::int64_t highest) {
+    for (std::int64_t i = 0; i < count; ++i)
+        if (values[i] < lowest || values[i] > highest) return false;
+    return true;
+}
+
+bool walls_fit(const Request &given) {
+    const GivenWalls &walls = given.walls;
+    return all_within(walls.piece, walls.count, 0, given.pieces - 1) &&
+           all_within(walls.order, walls.count, 0, 2 * given.half - 2) &&
+           (walls.when == nullptr || all_within(walls.when, walls.count, -1, equal + 1)) && walls.balls >= 0 &&
+           walls.balls <= walls.count &&
+           (walls.ball == nullptr || all_within(walls.ball, walls.count, -1, walls.balls - 1));
+}
+
+bool balls_have_room(const GivenWalls &walls) {
+    for (std::int64_t i = 0; i < walls.count; ++i)
+        if (walls.is_ball(i) && (walls.is_equality(i) || !(walls.bound[i] > 0.0))) return false;
+    return true;
+}
+
+bool numbers_fit(const Request &given) {
+    const GivenWalls &walls = given.walls;
+    const double units[] = {given.length, given.time, given.gap};
+    const std::int64_t knots = given.pieces + 1;
+    return all_positive(units, 3) && all_finite(given.positions, knots * given.dim) &&
+           all_positive(given.durations, given.pieces) &&
+           (given.values == nullptr || all_finite(given.values, knots * given.half * given.dim)) &&
+           all_finite(walls.normal, walls.count * given.dim) && all_finite(walls.anchor, walls.count * given.dim) &&
+           all_finite(walls.bound, walls.count) && all_positive(walls.width, walls.count) &&
+           all_finite(walls.matrix, walls.balls * given.dim * given.dim) && balls_have_room(walls);
+}
+
+}  // namespace
+
+bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls) {
+    return half >= 2 && half <= max_half && pieces >= 1 && pieces <= most_pieces && dim >= 1 && dim <= max_dim &&
+           walls >= 0 && walls <= most_walls;
+}
+
+Status check_request(const Request &given) {
+    if (!corridor_sizes_fit(given.half, given.pieces, given.dim, given.walls.count) || !walls_fit(given)) return Status::bad_size;
+    return numbers_fit(given) ? Status::done : Status::bad_number;
+}
+
+Status solve_in_double(const Request &given, Answer &answer) {
+    if (given.pieces > most_whole) {
+        const Status windows = Windows(given.half).solve(given, answer);
+        if (windows == Status::done || windows == Status::infeasible || given.pieces > most_again) return windows;
+    }
+    return ExchangeSolver().solve(given, answer);
+}
+
+// What is too much work in double precision is more in the other one: of 300 extreme corridors none of 37 was solved.
+Status solve_request(const Request &given, Answer &answer, std::int64_t &attempts) {
+    attempts = 1;
+    const Status status = solve_in_double(given, answer);
+    if (status == Status::done || status == Status::no_memory || status == Status::spent || status == Status::infeasible) return status;
+    if (given.pieces > most_again) return status;
+    attempts = 2;
+    return solve_extended(given, answer);
+}
+
+}  // namespace minsnap
+
+// Least cost inside walls that hold at every instant, proved. Sizes as in request.hpp, walls.hpp and exchange.hpp;
+// ``pinned``, ``values``, ``when`` and ``ball`` may be null. figures (6,): cost, lower bound, share of widths moved, rows, rounds,
+// attempts.
+MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pieces, std::int64_t dim,
+                                             std::int64_t closed, double length, double time, const double *positions,
+                                             const double *durations, const std::uint8_t *pinned, const double *values,
+                                             std::int64_t walls, const std::int64_t *piece, const std::int64_t *order,
+                                             const double *normal, const double *anchor, const double *bound,
+                                             const double *width, const std::int64_t *when, const std::int64_t *ball,
+                                             std::int64_t balls, const double *matrix, double gap, double *points,
+                                             double *knots, std::int64_t *row_wall, double *row_s,
+                                             double *row_multiplier, double *figures) {
+    using namespace minsnap;
+    if (!corridor_sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
+    const Request given = {int(half), int(pieces), int(dim), closed != 0, length, time, positions, durations, pinned,
+                           values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, balls}, gap};
+    const Status checked = check_request(given);
+    if (checked != Status::done) return std::int32_t(checked);
+    Answer answer = {points, knots, row_wall, row_s, row_multiplier, 0.0, 0.0, 0.0, 0, 0};
+    std::int64_t attempts = 0;
+    const Status status = solve_request(given, answer, attempts);
+    const double values_out[] = {answer.cost, answer.bound, answer.share, double(answer.rows), double(answer.rounds),
+                                 double(attempts)};
+    for (int i = 0; i < 6; ++i) figures[i] = values_out[i];
+    return std::int32_t(status);
+}
+
+// Whether each wall is kept at every instant by control points (pieces, 2k, dim), rounding included: the proof that
+// ``minsnap_corridor`` asks for, on its own. kept (walls,): 1 where it is proved.
+MINSNAP_EXPORT std::int32_t minsnap_walls_kept(std::int64_t half, std::int64_t pieces, std::int64_t dim,
+                                               const double *points, const double *durations, std::int64_t walls,
+                                               const std::int64_t *piece, const std::int64_t *order,
+                                               const double *normal, const double *anchor, const double *bound,
+                                               const double *width, const std::int64_t *when, const std::int64_t *ball,
+                                               std::int64_t balls, const double *matrix, std::uint8_t *kept) {
+    using namespace minsnap;
+    if (!corridor_sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
+    const GivenWalls given = {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, balls};
+    const Request request = {int(half), int(pieces), int(dim), false, 1.0, 1.0, points, durations, nullptr, nullptr,
+                             given, 1.0};
+    if (!walls_fit(request)) return std::int32_t(Status::bad_size);
+    if (!all_finite(points, pieces * 2 * half * dim) || !numbers_fit(request)) return std::int32_t(Status::bad_number);
+    Proof proof(given, points, durations, pieces, int(2 * half), int(dim));
+    for (std::int64_t wall = 0; wall < walls; ++wall) kept[wall] = proof.excess(wall).bound <= 0.0;
+    return std::int32_t(Status::done);
+}

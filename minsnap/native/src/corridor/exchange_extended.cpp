@@ -1,0 +1,15 @@
+// The exchange in the longest floating type.
+#include <new>
+
+#include "corridor/exchange.hpp"
+
+namespace minsnap {
+
+Status solve_extended(const Request &given, Answer &answer) {
+    Exchange<long double, 0> *const exchange = new (std::nothrow) Exchange<long double, 0>(given.half);
+    const Status status = exchange == nullptr ? Status::no_memory : exchange->solve(given, answer);
+    delete exchange;
+    return status;
+}
+
+}  // namespace minsnap
