@@ -1,4 +1,5 @@
 from . import studio as studio
+from .basics.version import __version__ as __version__
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .corridors.boxes import Boxes as Boxes

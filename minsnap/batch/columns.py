@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
+from minsnap.basics.version import __version__
 from minsnap.batch.dataset_rows import Row
 from minsnap.batch.problem_table import pyarrow_parquet
 from minsnap.errors import InputError
@@ -56,11 +56,12 @@ def record_batch(rows: Sequence[Row]) -> Any:
     """Return rows as a pyarrow.RecordBatch."""
     import pyarrow
 
-    made = version("minsnap")
     arrays = [
         _lists([row.get(name) for row in rows])
         if kind == "list"
-        else pyarrow.array([made if name == "version" else row.get(name) for row in rows], schema().field(name).type)
+        else pyarrow.array(
+            [__version__ if name == "version" else row.get(name) for row in rows], schema().field(name).type
+        )
         for name, kind in COLUMNS.items()
     ]
     return pyarrow.RecordBatch.from_arrays(arrays, schema=schema())

@@ -6,12 +6,12 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import reading
+from minsnap.basics.version import __version__
 from minsnap.batch.columns import parquet_writer, schema
 from minsnap.batch.folder import belongs
 from minsnap.batch.problem_table import pyarrow_parquet
@@ -113,7 +113,7 @@ def make_shard(job: ShardJob, number: int, told: Told | None = None) -> Shard:
 
 def made_with() -> dict[str, str]:
     """Return what decides the bytes besides the specification: the version of the library, and which core plans."""
-    return {"version": version("minsnap"), "core": "python" if core().library is None else "native"}
+    return {"version": __version__, "core": "python" if core().library is None else "native"}
 
 
 def _write(

@@ -67,11 +67,10 @@ def _root(
     Exit status: 0 done, 1 the request cannot be met, 2 bad usage or bad input.
     """
     if version:
-        from importlib.metadata import version as installed
-
+        from minsnap.basics.version import __version__
         from minsnap.native.library import describe
 
-        print(f"minsnap {installed('minsnap')}\n{describe()}")
+        print(f"minsnap {__version__}\n{describe()}")
         raise typer.Exit(0)
     if context.invoked_subcommand is None:
         print(context.get_help(), file=sys.stderr)

@@ -93,7 +93,10 @@ def compile_library(target: Path) -> str:
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         sources = sorted(SOURCES.rglob("*.cpp"))
         objects = [Path(folder) / f"{source.stem}.o" for source in sources]
-        commands = [[*compiler, *flags(), f"-I{SOURCES}", "-c", str(s), "-o", str(o)] for s, o in zip(sources, objects, strict=True)]
+        commands = [
+            [*compiler, *flags(), f"-I{SOURCES}", "-c", str(s), "-o", str(o)]
+            for s, o in zip(sources, objects, strict=True)
+        ]
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             list(pool.map(_run, commands))
         linked = Path(folder) / target.name

@@ -18,6 +18,7 @@ import numpy as np
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import load_yaml, read_text
+from minsnap.basics.version import __version__
 from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
@@ -112,8 +113,6 @@ def description(
     trajectory: Trajectory, waypoints: Any = None, corridor: Any = None, limits: Limits | None = None, command: Any = ()
 ) -> dict[str, Any]:
     """Return the file's content as plain numbers, text, lists and mappings; see :func:`write_polynomials`."""
-    from importlib.metadata import version
-
     from minsnap.certificate import certify
 
     found = certify(trajectory, waypoints, corridor, limits)
@@ -121,7 +120,7 @@ def description(
     return {
         "format": MARK,
         "version": VERSION,
-        "made_by": f"minsnap {version('minsnap')}",
+        "made_by": f"minsnap {__version__}",
         "command": list(command),
         "frame": "enu",
         "units": "m, s, rad",
