@@ -306,12 +306,12 @@ class LeastTime:
             slower = slowed(found.state, 1.0 + max(found.measured.limit, 0.0))
             found = self._run(search, self._slow_enough(search, slower) if keeps_all else slower)
             if keeps_all:
-                found = self._ended(search, found)
+                found = self._searched_on(search, found)
         if found.state.total < VANISHING * state.total:
             raise nothing_limits(list(self.limits.given()))
         return found
 
-    def _ended(self, search: JointSearch, found: Evaluated) -> Evaluated:
+    def _searched_on(self, search: JointSearch, found: Evaluated) -> Evaluated:
         """Search on from a curve that reaches no limit: such a curve is not the fastest nearby, the steps ended early.
 
         Near free fall steps become so short that rounding decides where they end, 3 % apart.
