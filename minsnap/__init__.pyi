@@ -20,6 +20,7 @@ from .errors import DegreeError as DegreeError
 from .errors import DivergenceError as DivergenceError
 from .errors import FileError as FileError
 from .errors import FitError as FitError
+from .errors import FleetError as FleetError
 from .errors import FlightError as FlightError
 from .errors import FrameError as FrameError
 from .errors import InfeasibleError as InfeasibleError
@@ -42,6 +43,18 @@ from .errors import YawError as YawError
 from .files.setpoint_csv import read_csv as read_csv
 from .files.setpoint_csv import write_csv as write_csv
 from .files.waypoints import read_waypoints as read_waypoints
+from .fleet.assignment import LineDistance as LineDistance
+from .fleet.assignment import assign as assign
+from .fleet.assignment import line_distance as line_distance
+from .fleet.common_clock import Fleet as Fleet
+from .fleet.fleet_certificate import FleetCertificate as FleetCertificate
+from .fleet.fleet_certificate import NearPair as NearPair
+from .fleet.fleet_certificate import certify_fleet as certify_fleet
+from .fleet.fleet_report import FleetReport as FleetReport
+from .fleet.keep_out import Cuboid as Cuboid
+from .fleet.keep_out import Cylinder as Cylinder
+from .fleet.keep_out import Ellipsoid as Ellipsoid
+from .fleet.separation import Separation as Separation
 from .limits.limits import Limits as Limits
 from .many.plan_many import plan_many as plan_many
 from .optimisation.textbook_qp import FullProblem as FullProblem

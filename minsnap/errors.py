@@ -164,6 +164,21 @@ class ThrustError(VehicleError):
     excess: float | None = None
 
 
+class FleetError(InputError):
+    """What is asked of several vehicles is malformed, or contradicts itself.
+
+    Attributes
+    ----------
+    vehicle : int or None
+        The vehicle it is about, counted from 0.
+    pair : tuple of int or None
+        The two vehicles it is about, counted from 0.
+    """
+
+    vehicle: int | None = None
+    pair: tuple[int, int] | None = None
+
+
 class FitError(InputError):
     """Measurements do not determine the coefficients of a fit."""
 
@@ -216,7 +231,7 @@ class InfeasibleError(InputError):
     contradiction : minsnap.optimisation.contradiction.Contradiction or None
         The proof: walls at instants, with multipliers, that no curve satisfies together at ``contradiction.durations``.
         Where these were not given but chosen, the sentence says so. Of a total, or a leg, too short for the limits
-        a ``time_allocation.short_total.ShortTotal``; of a map without a way a ``routes.separation.Separation``.
+        a ``time_allocation.short_total.ShortTotal``; of a map without a way a ``routes.barrier.Barrier``.
     """
 
     leg: int | None = None

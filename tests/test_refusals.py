@@ -87,7 +87,7 @@ SITES = [
 
 
 PASSAGE = ("passage", "_too_narrow", InfeasibleError)
-"""Tested in ``routes/test_separation.py``."""
+"""Tested in ``routes/test_barrier.py``."""
 
 
 def raising_sites():

@@ -12,9 +12,9 @@ from minsnap.basics.checks import check_array
 from minsnap.corridors.grid_gaps import gaps, grown
 from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along
 from minsnap.errors import CorridorError, InfeasibleError, WaypointError
+from minsnap.paths.routes.barrier import barrier
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.grid_search import shortest_way, widest
-from minsnap.paths.routes.separation import separation
 
 
 def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: float) -> GridCorridor:
@@ -98,7 +98,7 @@ def _too_narrow(
         f"{lead} with a clearance of {clearance:g} m: the widest one has {most:.3g} m on each side at "
         f"{grid.spot(narrow)}, {clearance - most:.2g} m too narrow; a clearance of {most:.3g} m passes",
         smallest_width=most,
-        contradiction=separation(grid, free, clearance, *ends),
+        contradiction=barrier(grid, free, clearance, *ends),
     )
 
 

@@ -17,7 +17,7 @@ from minsnap.paths.routes.grid_map import GridMap
 
 
 @dataclass(frozen=True, eq=False)
-class Separation:
+class Barrier:
     """The cells reached from the start, and what is in the way at their border.
 
     Parameters
@@ -65,14 +65,14 @@ def beside(cells: BoolArray) -> BoolArray:
     return np.asarray(binary_dilation(cells) & ~cells)
 
 
-def separation(grid: GridMap, free: BoolArray, clearance: float, start: IntArray, goal: IntArray) -> Separation:
+def barrier(grid: GridMap, free: BoolArray, clearance: float, start: IntArray, goal: IntArray) -> Barrier:
     """Return the proof for a map whose free cells do not join start and goal."""
     from scipy.ndimage import label
 
     part, _ = label(free)
     reached = part == part[tuple(start)]
     border = np.argwhere(beside(reached))
-    return Separation(grid, clearance, start, goal, reached, border, _nearest(grid, border))
+    return Barrier(grid, clearance, start, goal, reached, border, _nearest(grid, border))
 
 
 def _nearest(grid: GridMap, cells: IntArray) -> IntArray:

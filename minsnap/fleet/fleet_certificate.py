@@ -1,0 +1,223 @@
+"""certify_fleet: what holds of several vehicles at every instant, whoever planned them.
+
+Distances are proved from the control points with running error bounds in the native core: one that is returned is never
+more than the exact one of the stored numbers, and less by rounding alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.room import Room, as_room
+from minsnap.errors import FleetError
+from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_limits import FleetUse, fleet_use, room_margins
+from minsnap.fleet.keep_out import Obstacle, as_obstacles
+from minsnap.fleet.processors import processors
+from minsnap.fleet.separation import Separation, as_separation
+from minsnap.native.fleet_border import NearPairs, clearances, near_pairs
+
+if TYPE_CHECKING:
+    from minsnap.limits.limits import Limits
+    from minsnap.trajectory.path import Path
+
+REACH = 1.5
+"""Pairs nearer than this many times their separation are listed, unless the caller says otherwise."""
+
+FINEST = 1e-10
+"""How far the proof of a clearance and the truth may lie apart [m]."""
+
+
+@dataclass(frozen=True)
+class NearPair:
+    """Two vehicles that come near each other.
+
+    Parameters
+    ----------
+    pair : tuple of int
+        Ascending.
+    distance : float
+        Least distance over all time, heights divided by the downwash [m]; the exact one is not less.
+    required : float
+        What it is to be [m].
+    instant : float
+        When [s].
+    """
+
+    pair: tuple[int, int]
+    distance: float
+    required: float
+    instant: float
+
+    @property
+    def share(self) -> float:
+        """Distance in units of what it is to be."""
+        return self.distance / self.required
+
+
+@dataclass(frozen=True, eq=False)
+class FleetCertificate:
+    """What holds of a fleet over all time: proved, and exact to rounding.
+
+    Parameters
+    ----------
+    ok : bool
+        Everything that was asked holds: separations and limits to ``EXACT`` of themselves, clearances to ``EXACT`` [m].
+    least_distance : float or None
+        Of the pair that comes nearest to its separation, heights divided by the downwash [m]; None for one vehicle.
+    pair : tuple of int or None
+        Which two vehicles.
+    instant : float or None
+        When [s].
+    nearest : tuple of NearPair
+        All pairs that come nearer than ``reach`` times their separation, those nearest to it first.
+    utilisation : tuple of FleetUse
+        How far each limit is used by the vehicle that uses it most; empty without limits.
+    room_margins : ndarray, shape (vehicles,), or None
+        Least distance of each vehicle to the walls of the room [m], negative outside.
+    clearances : ndarray, shape (vehicles,), or None
+        Least distance of each vehicle to an obstacle [m], negative inside; near ellipsoids and corners a lower bound.
+    nearest_obstacles : ndarray of int, shape (vehicles,), or None
+        Which obstacle that is.
+    fleet : Fleet
+        What it is about.
+    separation : Separation or None
+    """
+
+    ok: bool
+    least_distance: float | None
+    pair: tuple[int, int] | None
+    instant: float | None
+    nearest: tuple[NearPair, ...] = field(repr=False)
+    utilisation: tuple[FleetUse, ...]
+    room_margins: FloatArray | None = field(repr=False)
+    clearances: FloatArray | None = field(repr=False)
+    nearest_obstacles: IntArray | None = field(repr=False)
+    fleet: Fleet = field(repr=False)
+    separation: Separation | None = field(repr=False)
+
+    @cached_property
+    def room_margin(self) -> float | None:
+        """Least distance of any vehicle to the walls of the room [m]; None without a room."""
+        return None if self.room_margins is None else float(self.room_margins.min())
+
+    @cached_property
+    def clearance(self) -> float | None:
+        """Least distance of any vehicle to an obstacle [m]; None without obstacles."""
+        return None if self.clearances is None else float(self.clearances.min())
+
+
+def certify_fleet(
+    fleet: Fleet | Sequence[Path],
+    separation: Separation | float | None = None,
+    limits: Limits | Sequence[Limits] | None = None,
+    room: Room | Sequence[npt.ArrayLike] | None = None,
+    avoid: Obstacle | Sequence[Obstacle] | None = None,
+    reach: float = REACH,
+    threads: int | None = None,
+) -> FleetCertificate:
+    """Say what holds, exactly, of several vehicles.
+
+    Parameters
+    ----------
+    fleet : Fleet or sequence of Trajectory
+        On one clock; who ends before the others stays at its end.
+    separation : Separation or float, optional
+        How far apart any two are to be [m]; the fleet's own unless given.
+    limits : Limits or sequence of Limits, optional
+        What each vehicle should not exceed, or one for each.
+    room : Room or pair of corners, optional
+        Where all are to be.
+    avoid : obstacle or sequence of obstacles, optional
+        Cylinders, ellipsoids and cuboids to keep out of.
+    reach : float
+        Pairs that come nearer than so many times their separation are listed.
+    threads : int, optional
+        As many as processors unless given; they change nothing in the result.
+
+    Returns
+    -------
+    FleetCertificate
+
+    Raises
+    ------
+    FleetError
+        If the trajectories, the limits, the room or the obstacles do not fit together.
+    """
+    flown = fleet if isinstance(fleet, Fleet) else Fleet(_listed(fleet))
+    asked = flown.separation if separation is None else as_separation(separation)
+    workers = processors(threads)
+    pairs = () if asked is None or len(flown) < 2 else _nearest(flown, asked, _checked_reach(reach), workers)
+    use = () if limits is None else fleet_use(flown, limits)
+    rooms = as_room(room)
+    margins = room_margins(flown, rooms[0]) if rooms else None
+    obstacles = as_obstacles(avoid)
+    clear, which = _clearances(flown, obstacles, workers) if obstacles else (None, None)
+    return FleetCertificate(
+        all(pair.share >= 1.0 - EXACT for pair in pairs[:1])
+        and all(used.kept for used in use)
+        and (margins is None or bool((margins >= 0.0).all()))
+        and (clear is None or bool((clear >= -EXACT).all())),
+        pairs[0].distance if pairs else None,
+        pairs[0].pair if pairs else None,
+        pairs[0].instant if pairs else None,
+        tuple(pair for pair in pairs if pair.share < reach),
+        use,
+        margins,
+        clear,
+        which,
+        flown,
+        asked,
+    )
+
+
+def _listed(fleet: Any) -> tuple[Any, ...]:
+    if not isinstance(fleet, Sequence):
+        raise FleetError(f"certify_fleet takes a Fleet or a list of trajectories, not {type(fleet).__name__}")
+    return tuple(fleet)
+
+
+def _checked_reach(reach: float) -> float:
+    if not reach >= 1.0:
+        raise FleetError(f"reach is {reach!r}: give at least 1, in units of the separation")
+    return float(reach)
+
+
+def _nearest(fleet: Fleet, separation: Separation, reach: float, threads: int) -> tuple[NearPair, ...]:
+    """Return pairs nearer than ``reach``, or the single nearest one, nearest to their separation first."""
+    radii = separation.radii_of(len(fleet))
+    found = near_pairs(fleet.arrays, radii, separation.downwash, reach, False, threads)
+    if not len(found.pairs):
+        found = near_pairs(fleet.arrays, radii, separation.downwash, reach, True, threads)
+        return _merged(found, separation, radii)[:1]
+    return _merged(found, separation, radii)
+
+
+def _merged(found: NearPairs, separation: Separation, radii: FloatArray) -> tuple[NearPair, ...]:
+    """Return the least of each pair over the cells of time."""
+    one, two = found.pairs.T
+    order = np.lexsort((found.instant, found.attained, two, one))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = (np.diff(one[order]) != 0) | (np.diff(two[order]) != 0)
+    starts = np.flatnonzero(first)
+    least, kept = np.minimum.reduceat(found.least[order], starts), order[starts]
+    required = radii[one[kept]] + radii[two[kept]]
+    ranked = np.lexsort((two[kept], one[kept], least / required))
+    columns = (one[kept], two[kept], least, required, found.instant[kept])
+    rows = zip(*(column[ranked].tolist() for column in columns), strict=True)
+    return tuple(NearPair((i, j), distance, asked, instant) for i, j, distance, asked, instant in rows)
+
+
+def _clearances(fleet: Fleet, obstacles: Sequence[Obstacle], threads: int) -> tuple[FloatArray, IntArray]:
+    if fleet.dim != 3:
+        raise FleetError("obstacles are in space, and the vehicles have two coordinates: give three")
+    least, _, which = clearances(fleet.arrays, np.stack([each.numbers() for each in obstacles]), FINEST, threads)
+    return least, which

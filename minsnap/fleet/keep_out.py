@@ -1,0 +1,157 @@
+"""Obstacles that vehicles keep out of: vertical cylinders, ellipsoids and boxes.
+
+What keeps out is the vehicle's centre: make an obstacle larger by what the vehicle itself needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers
+from minsnap.basics.messages import shown
+from minsnap.errors import FleetError
+
+
+@runtime_checkable
+class Obstacle(Protocol):
+    """A convex set that vehicles keep out of: a ball in scaled coordinates, cut by slabs along the axes."""
+
+    def numbers(self) -> FloatArray:
+        """Return centre (3), scale (3), radius (below 0 for no ball), lower and upper bounds (3 each), shape (13,)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder(ReadOnly):
+    """A vertical cylinder.
+
+    Parameters
+    ----------
+    centre : array_like, shape (2,)
+        x and y of its axis [m].
+    radius : float
+        [m].
+    low, high : float
+        Heights of its ends [m]; from minus infinity to infinity unless given.
+
+    Raises
+    ------
+    FleetError
+        If a number is none, the radius is not positive, or ``low`` is not below ``high``.
+    """
+
+    centre: FloatArray
+    radius: float
+    low: float = -inf
+    high: float = inf
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", _numbers(self.centre, (2,), "the centre of a cylinder", "x and y [m]"))
+        radius = _numbers(self.radius, (), "the radius of a cylinder", "a positive number [m]", 0.0)
+        ends = numbers((self.low, self.high))
+        if ends is None or ends.shape != (2,) or not ends[0] < ends[1]:
+            raise FleetError(f"a cylinder runs from {shown(self.low)} to {shown(self.high)}: give low below high [m]")
+        object.__setattr__(self, "radius", float(radius))
+        object.__setattr__(self, "low", float(ends[0]))
+        object.__setattr__(self, "high", float(ends[1]))
+
+    def numbers(self) -> FloatArray:
+        """Return its thirteen numbers; see ``Obstacle``."""
+        bounds = (-inf, -inf, self.low, inf, inf, self.high)
+        return np.array([*self.centre, 0.0, 1.0, 1.0, 0.0, self.radius, *bounds])
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid(ReadOnly):
+    """An ellipsoid along the axes; a sphere, if its half-axes are one number.
+
+    Parameters
+    ----------
+    centre : array_like, shape (3,)
+        [m].
+    half_axes : float or array_like, shape (3,)
+        [m].
+
+    Raises
+    ------
+    FleetError
+        If a number is none, or a half-axis is not positive.
+    """
+
+    centre: FloatArray
+    half_axes: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", _numbers(self.centre, (3,), "the centre of an ellipsoid", "x, y and z [m]"))
+        what, give = "the half-axes of an ellipsoid", "one positive number, or three [m]"
+        axes = _numbers(self.half_axes, ((), (3,)), what, give, 0.0)
+        object.__setattr__(self, "half_axes", _numbers(np.broadcast_to(axes, 3), (3,), what, give))
+
+    def numbers(self) -> FloatArray:
+        """Return its thirteen numbers; see ``Obstacle``."""
+        least = float(self.half_axes.min())
+        return np.array([*self.centre, *(least / self.half_axes), least, *(-inf,) * 3, *(inf,) * 3])
+
+
+@dataclass(frozen=True, eq=False)
+class Cuboid(ReadOnly):
+    """A box along the axes that vehicles keep out of.
+
+    Parameters
+    ----------
+    lower, upper : array_like, shape (3,)
+        Opposite corners [m]; infinite where it has no end.
+
+    Raises
+    ------
+    FleetError
+        If a lower bound is not below its upper one.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+
+    def __post_init__(self) -> None:
+        low, high = numbers(self.lower), numbers(self.upper)
+        if low is None or high is None or low.shape != (3,) or high.shape != (3,) or not (low < high).all():
+            raise FleetError(
+                f"a cuboid runs from {shown(self.lower)} to {shown(self.upper)}: give two corners of three numbers, "
+                "the lower below the upper [m]"
+            )
+        object.__setattr__(self, "lower", low)
+        object.__setattr__(self, "upper", high)
+
+    def numbers(self) -> FloatArray:
+        """Return its thirteen numbers; see ``Obstacle``."""
+        return np.array([*(0.0,) * 6, -1.0, *self.lower, *self.upper])
+
+
+def as_obstacles(avoid: Any) -> tuple[Obstacle, ...]:
+    """Return the argument ``avoid`` as obstacles: one, several or none."""
+    if avoid is None:
+        return ()
+    given = tuple(avoid) if isinstance(avoid, Sequence) else (avoid,)
+    for obstacle in given:
+        if not isinstance(obstacle, Obstacle):
+            raise FleetError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids")
+    return given
+
+
+def _numbers(
+    value: npt.ArrayLike,
+    shapes: tuple[int, ...] | tuple[tuple[int, ...], ...],
+    what: str,
+    give: str,
+    above: float = -inf,
+) -> FloatArray:
+    array = numbers(value)
+    allowed = shapes if shapes and isinstance(shapes[0], tuple) else (shapes,)
+    if array is None or array.shape not in allowed or not (bounded(array) & (array > above)).all():
+        raise FleetError(f"{what} is {shown(value)}: give {give}")
+    return array
