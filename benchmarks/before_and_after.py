@@ -34,7 +34,9 @@ def plans(minsnap):
     found["the same, 0.3 m"] = partial(minsnap.plan, RECTANGLE, total_time=12, corridor=0.3)
     found["round tube, 0.3 m"] = partial(minsnap.plan, RECTANGLE, DURATIONS, corridor=minsnap.RoundTube(0.3))
     limits = minsnap.Limits(speed=3, acceleration=4)
-    found["rectangle, scaled to limits"] = partial(minsnap.plan, RECTANGLE, limits=limits, split="distance")
+    found["rectangle, scaled to limits"] = partial(
+        minsnap.plan, RECTANGLE, limits=limits, search=minsnap.Search(split="distance")
+    )
     found["rectangle, 0.3 m, shortest time"] = partial(minsnap.plan, RECTANGLE, limits=limits, corridor=0.3)
     flown = minsnap.plan(RECTANGLE, DURATIONS, corridor=0.3)
     found["certificate of the rectangle"] = partial(minsnap.certify, flown, RECTANGLE, corridor=0.3, limits=limits)

@@ -66,7 +66,7 @@ class TimeCorridor:
         return minsnap.plan(RECTANGLE, DURATIONS, corridor=width)
 
     def time_sampled(self, width):
-        return minsnap.plan(RECTANGLE, DURATIONS, corridor=width, samples=SAMPLES, corridor_method="sampled")
+        return minsnap.plan(RECTANGLE, DURATIONS, corridor=minsnap.Sampled(width, SAMPLES))
 
     def time_full(self, width):
         return solve_full(self.problem, "daqp")

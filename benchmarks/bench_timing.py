@@ -56,7 +56,10 @@ class TimeSplit:
 
     def track_gain(self, case):
         """Cost of the split by distance over that of the best."""
-        return minsnap.plan(**self.asked, split="distance").cost() / minsnap.plan(**self.asked).cost()
+        return (
+            minsnap.plan(search=minsnap.Search(split="distance"), **self.asked).cost()
+            / minsnap.plan(**self.asked).cost()
+        )
 
 
 class TimeShortest:

@@ -41,7 +41,7 @@ def main(count: int) -> None:
         points, durations, width, degree, pieces = problem(seed)
         began = process_time()
         try:
-            traj = minsnap.plan(points, durations, corridor=width, degree=degree, pieces=pieces, dim=points.shape[1])
+            traj = minsnap.plan(points, durations, corridor=width, degree=degree, pieces=pieces)
             inside = minsnap.certify(traj, points, width).ok
             kind = " ".join((traj.report.core, *traj.report.rungs[-1:], "" if inside else "OUTSIDE")).strip()
         except MinsnapError as error:

@@ -22,7 +22,7 @@ from minsnap.flight.mavlink.offboard import prepare
 from minsnap.flight.mavlink.schedule import Clock
 
 LIMITS = minsnap.Limits(speed=1.5, acceleration=3.0)
-ROOM = ((-5.0, -5.0, 0.5), (5.0, 5.0, 3.0))
+ROOM = minsnap.Room((-5.0, -5.0, 0.5), (5.0, 5.0, 3.0))
 LEAST, MOST = 0.02, 0.2
 
 
@@ -56,7 +56,7 @@ def main(folder: Path, seconds: float) -> None:
     """Fly after the goal, then hold, and write the setpoints that arrived."""
     receiver, clock = Receiver((0.0, 2.0, -1.5)), Clock()
     receiver.start()
-    first = minsnap.plan([(2.0, 0.0, 1.5), goal_at(0.0)], limits=LIMITS, room=ROOM)
+    first = minsnap.plan([(2.0, 0.0, 1.5), goal_at(0.0)], limits=LIMITS, corridor=ROOM)
     options = StreamOptions(rate=20.0, trigger="now", rules=SafetyRules(abort_distance=1.0))
     counts = {"new": 0, "kept": 0, "refused": 0}
 

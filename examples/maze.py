@@ -70,7 +70,12 @@ def main(folder: Path) -> None:
     found = minsnap.corridor_from_grid(walls, PIXEL, (cells + 0.5) * PIXEL, clearance=RADIUS)
     legs = len(found.boxes)
     trajectory = minsnap.plan(
-        None, total_time=1.5 * legs, split="distance", corridor=found.boxes, start=found.start, end=found.end
+        None,
+        total_time=1.5 * legs,
+        corridor=found.boxes,
+        start=found.start,
+        end=found.end,
+        search=minsnap.Search(split="distance"),
     )
     minsnap.write_csv(trajectory, folder / "maze.csv")
     figure = Figure(figsize=(8, 6), layout="constrained")

@@ -19,10 +19,10 @@ INSTANTS = [2, 3, 5, 8, 12, 20, 30, 50]
 @styled
 def main(folder: Path) -> None:
     """Plan with more and more instants, and once for all of them."""
-    given = {"durations": [4, 2, 4, 2], "corridor": 0.3}
-    sampled = [minsnap.plan(CORNERS, samples=n, corridor_method="sampled", **given) for n in INSTANTS]
+    durations = [4, 2, 4, 2]
+    sampled = [minsnap.plan(CORNERS, durations, corridor=minsnap.Sampled(0.3, n)) for n in INSTANTS]
     outside = [-1000.0 * minsnap.certify(traj, corridor=0.3).corridor_margin for traj in sampled]
-    certain = minsnap.plan(CORNERS, **given)
+    certain = minsnap.plan(CORNERS, durations, corridor=0.3)
     for n, traj, millimetres in zip(INSTANTS, sampled, outside, strict=True):
         print(f"{n:3} instants per leg: cost {traj.cost():7.2f}, outside by {millimetres:7.2f} mm")
     print(f"every instant:      cost {certain.cost():7.2f}, outside by nothing")

@@ -18,8 +18,8 @@ from minsnap.plot import save_figure, styled
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 WAYS = {
-    "by distance, scaled": {"split": "distance"},
-    "best proportions, scaled": {"enforce": "scaling"},
+    "by distance, scaled": {"search": minsnap.Search(split="distance")},
+    "best proportions, scaled": {"search": minsnap.Search(enforce="scaling")},
     "limits in the programme": {},
     "the same, three pieces a side": {"pieces": 3},
 }

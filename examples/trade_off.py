@@ -24,12 +24,12 @@ def main(folder: Path) -> None:
     figure = Figure(figsize=(10.0, 4.0), layout="constrained")
     left, right = figure.subplots(1, 2)
     for corridor, color, marker in ((0.3, "#0072b2", "o"), (None, "#d55e00", "s")):
-        paths = [minsnap.plan(CORNERS, time_weight=price, corridor=corridor) for price in PRICES]
+        paths = [minsnap.plan(CORNERS, corridor=corridor, search=minsnap.Search(time_weight=price)) for price in PRICES]
         name = "no corridor" if corridor is None else f"corridor of {corridor} m"
         times = [path.duration for path in paths]
         left.plot(times, [p.cost() for p in paths], color=color, marker=marker, markersize=4, label=name)
         print(f"{name}: " + ", ".join(f"{p:.3g} a second: {t:.2f} s" for p, t in zip(PRICES, times, strict=True)))
-    naive = minsnap.plan(CORNERS, total_time=12.0, split="distance", corridor=0.3)
+    naive = minsnap.plan(CORNERS, total_time=12.0, corridor=0.3, search=minsnap.Search(split="distance"))
     left.plot(12.0, naive.cost(), "x", color="black", label="12 s split by distance")
     left.set(xscale="log", yscale="log", xlabel="duration [s]", ylabel="cost [m²/s⁷]")
     left.set_xticks([6, 8, 10, 15, 20, 30], ["6", "8", "10", "15", "20", "30"])

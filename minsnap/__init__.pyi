@@ -12,8 +12,10 @@ from .corridors.half_spaces import HalfSpaces as HalfSpaces
 from .corridors.occupancy_grid import corridor_from_grid as corridor_from_grid
 from .corridors.polytopes import Polytopes as Polytopes
 from .corridors.room import Room as Room
+from .corridors.sampled import Sampled as Sampled
 from .corridors.tubes import RoundTube as RoundTube
 from .corridors.tubes import Tube as Tube
+from .errors import ArgumentNameError as ArgumentNameError
 from .errors import BatchError as BatchError
 from .errors import CorridorError as CorridorError
 from .errors import DegreeError as DegreeError
@@ -87,6 +89,7 @@ from .plot import plot_utilisation as plot_utilisation
 from .replanning.change import Change as Change
 from .replanning.replanner import Replanner as Replanner
 from .replanning.replanner import replan as replan
+from .time_allocation.search_options import Search as Search
 from .trajectory.look_at import LookAt as LookAt
 from .trajectory.path import Path as Path
 from .trajectory.polynomial_form import as_polynomials as as_polynomials
@@ -96,3 +99,4 @@ from .trajectory.report import Utilisation as Utilisation
 from .trajectory.samples import Samples as Samples
 from .trajectory.trajectories import Trajectories as Trajectories
 from .trajectory.trajectory import Trajectory as Trajectory
+from .trajectory.velocity_heading import Velocity as Velocity

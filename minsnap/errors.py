@@ -35,6 +35,10 @@ class InputError(MinsnapError, ValueError):
     """What was passed in cannot be used."""
 
 
+class ArgumentNameError(InputError, TypeError):
+    """A call names an argument that does not exist; a TypeError as Python's own is."""
+
+
 class WaypointError(InputError):
     """Waypoints, pins or end states are malformed or contradict each other.
 

@@ -5,7 +5,6 @@ The module is not named ``plan``: a submodule of that name would hide the functi
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import monotonic, perf_counter
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy.typing as npt
 
+from minsnap.basics.argument_names import explains_names
 from minsnap.basics.checks import (
     check_closing,
     check_continuity,
@@ -21,7 +21,6 @@ from minsnap.basics.checks import (
     check_jumps,
     check_pieces,
     check_pins,
-    check_samples,
     check_words,
 )
 from minsnap.basics.deadline import NEVER, Deadline
@@ -31,12 +30,13 @@ from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import check_dimension, is_table, read_columns, warn_magnitude
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
-from minsnap.corridors.room import Room, as_room
+from minsnap.corridors.sampled import Sampled, unsampled
 from minsnap.corridors.tubes import as_constraints
-from minsnap.errors import CorridorError, TimingError
+from minsnap.errors import TimingError
 from minsnap.optimisation.planned_yaw import Yaw, asked_heading
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.resting import resting_plan
+from minsnap.time_allocation.search_options import USUAL, Search, check_search
 from minsnap.time_allocation.timing import Timed, Timing
 from minsnap.trajectory.report import Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
@@ -45,12 +45,28 @@ if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
 
 
+@explains_names(
+    {
+        "split": 'search=Search(split="distance")',
+        "time_weight": "search=Search(time_weight=100.0)",
+        "enforce": 'search=Search(enforce="scaling")',
+        "time_limit": "search=Search(time_limit=2.0)",
+        "on_interrupt": 'search=Search(on_interrupt="return")',
+        "room": "corridor=[0.3, Room(lower, upper)], since a room is a constraint",
+        "corridor_method": "corridor=Sampled(0.3, samples=20)",
+        "samples": "corridor=Sampled(0.3, samples=20)",
+        "certify": "corridor=Sampled(0.3), or certify(trajectory, corridor=0.3)",
+        "yaw_rate": "yaw=Velocity(yaw_rate=1.5)",
+        "hold_below": "yaw=Velocity(hold_below=0.3)",
+        "dim": "nothing: the waypoints have as many coordinates as their rows",
+    }
+)
 def plan(
     waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
     durations: npt.ArrayLike | None = None,
     total_time: float | None = None,
     limits: Limits | None = None,
-    corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None = None,
+    corridor: npt.ArrayLike | Constraint | Sequence[npt.ArrayLike | Constraint] | Sampled | None = None,
     continuity: int | None = None,
     degree: int = 7,
     yaw: Yaw = None,
@@ -60,21 +76,10 @@ def plan(
     solver: str = "auto",
     *,
     pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None = None,
-    split: str = "optimal",
-    time_weight: float | None = None,
-    enforce: str | None = None,
-    progress: Progress | bool | None = None,
     pieces: int | str = 1,
-    room: Room | Sequence[npt.ArrayLike] | None = None,
     waypoint_tolerance: npt.ArrayLike | Ball | None = None,
-    corridor_method: str = "exact",
-    samples: int | None = None,
-    certify: bool | None = None,
-    yaw_rate: float | None = None,
-    hold_below: float | None = None,
-    on_interrupt: str = "raise",
-    time_limit: float | None = None,
-    dim: int | None = None,
+    search: Search | None = None,
+    progress: Progress | bool | None = None,
 ) -> Trajectory:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
 
@@ -92,19 +97,20 @@ def plan(
     durations : array_like, shape (n - 1,), optional
         Duration of each leg [s].
     total_time : float, optional
-        Duration of all legs together [s], divided among them by ``split``.
+        Duration of all legs together [s], divided among them as ``search.split`` says.
     limits : Limits, optional
-        Bounds that hold at every instant; where neither durations, total time nor time weight are given, the plan
-        has the shortest time found within them.
-    corridor : float, array_like, Constraint or sequence of Constraint, optional
-        Half-width of a ``Tube`` around each leg [m], one for all legs or one per leg; or constraints, which all hold.
+        Bounds that hold at every instant; where neither durations, total time nor ``search.time_weight`` are given, the
+        plan has the shortest time found within them.
+    corridor : float, array_like, Constraint, sequence with Constraints among it, or Sampled, optional
+        Half-width of a ``Tube`` around each leg [m], one for all legs or one per leg; or constraints, which all hold,
+        such as ``[0.3, Room(lower, upper)]``. It holds at every instant, but for a ``Sampled`` one.
     continuity : int, optional
         Derivatives continuous at the knots; k - 1 unless given (3 for degree 7), at most 2k - 2; k - 2 with one
         polynomial per leg between given waypoints. Above k - 1 shortest times are not searched for: the plan is made at
         the durations found for k - 1, or longer ones.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
-    yaw : float, array_like of shape (n,), "velocity", "tilt", LookAt, callable, optional
+    yaw : float, array_like of shape (n,), "velocity", "tilt", Velocity, LookAt, callable, optional
         Constant yaw [rad]; one yaw per waypoint, joined by the shortest turns with the least integral of squared
         angular acceleration; along the velocity; such that the body never spins about its thrust axis; towards a
         point; or a function of time. Zero unless given.
@@ -117,45 +123,16 @@ def plan(
         A QP solver by its qpsolvers name, or ``"auto"``.
     pins : mapping, optional
         Derivatives at inner waypoints: ``{2: {"velocity": (1, 0, 0)}}``.
-    split : {"optimal", "distance", "trapezoid"}
-        How the time is divided among the legs: for the least cost (with ``limits`` alone: for the least time), in
-        proportion to their lengths, or by a trapezoidal speed profile per leg within the limits. Only ``"optimal"``
-        goes with ``durations`` and with ``time_weight``.
-    time_weight : float, optional
-        Minimise cost + time_weight * time over the durations (Richter et al. 2013), instead of fixing a total.
-    enforce : {"qp", "scaling"}, optional
-        How ``limits`` are kept: as walls of the QP (the default), so that long legs cruise at the limit; or, with
-        ``limits`` alone, by planning without them and stretching time (the default for the other splits).
-    progress : callable or bool, optional
-        Called with a ``Step`` at every evaluation of a search; True shows a line on standard error where it takes long.
     pieces : int or "auto"
         Polynomials per leg. ``"auto"`` lets the search for the shortest time within ``limits`` divide legs, into three
         and then six, as long as that promises to gain half a percent; it is one elsewhere.
-    room : Room or (lower, upper), optional
-        Two corners of a box that contains all legs [m], such as ``((-4, -4, 0), (4, 4, 6))``.
     waypoint_tolerance : float, array_like of shape (n,) or (n, dim), or Ball, optional
         Half-width of the box around a waypoint within which the curve may pass [m], or the ball; one number is for the
         inner waypoints, the ends stay pinned.
-    corridor_method : {"exact", "sampled"}
-        Keep the corridor at every instant, or only at ``samples`` instants per polynomial, for comparison with
-        planners that do so; ``"sampled"`` does not go with ``limits``.
-    samples : int, optional
-        Instants per polynomial with ``corridor_method="sampled"``, 20 unless given; not with ``"exact"``.
-    certify : bool, optional
-        Deprecated: True means ``corridor_method="exact"``, False ``"sampled"``.
-    yaw_rate, hold_below : float, optional
-        With ``yaw="velocity"``: below this horizontal speed [m/s] the heading is held, and turned at this rate at most
-        [rad/s] to the direction in which the path goes on. A tenth of the top horizontal speed unless given, at most
-        0.5 m/s; the limit on the yaw rate, or 2 rad/s.
-    on_interrupt : {"raise", "return"}
-        What Ctrl-C does during a search: raise KeyboardInterrupt, or end it with the best plan found so far, certified
-        like any other (``report.interrupted`` says so).
-    time_limit : float, optional
-        Seconds after which planning ends: for given ``durations`` with a certified plan that may cost more than the
-        least or with a SolverError (checked after every round of the exchange); for the shortest time within
-        ``limits`` with the best certified plan found so far. Not with ``total_time`` or ``time_weight`` alone.
-    dim : int, optional
-        Number of coordinates; needed where it is more than three.
+    search : Search, optional
+        How durations are searched for: the split of a total time, a price of time, how limits are kept, when to end.
+    progress : callable or bool, optional
+        Called with a ``Step`` at every evaluation of a search; True shows a line on standard error where it takes long.
 
     Returns
     -------
@@ -174,36 +151,39 @@ def plan(
         If every solver failed on a problem that has a solution.
     """
     began = perf_counter()
-    check_words(solver=solver, split=split, corridor_method=corridor_method, on_interrupt=on_interrupt)
+    check_words(solver=solver)
+    how = check_search(search)
     if is_table(waypoints):
         table = read_columns(waypoints)
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw
-        free = _all_none((durations, total_time, limits, time_weight))
+        free = _all_none((durations, total_time, limits, how.time_weight))
         durations = table.durations if free else durations
-    further = limits, continuity, yaw, start, end, pins, time_weight, enforce, room
-    finer = waypoint_tolerance, samples, certify, time_limit, yaw_rate, hold_below
-    usual = _usual(closed, solver, split, pieces, corridor_method) and on_interrupt in ("raise", "return")
-    if usual and _all_none(further) and _all_none(finer):
-        quick = resting_plan(waypoints, durations, total_time, corridor, degree, dim)
+    further = limits, continuity, yaw, start, end, pins, waypoint_tolerance
+    if (
+        replace(how, on_interrupt="raise") == USUAL
+        and _usual(closed, solver, pieces)
+        and _all_none(further)
+        and not isinstance(corridor, Sampled)
+    ):
+        quick = resting_plan(waypoints, durations, total_time, corridor, degree)
         if quick is not None:
-            return quick if progress is None else _shown(quick, progress, on_interrupt)
+            return quick if progress is None else _shown(quick, progress, how.on_interrupt)
     from minsnap.time_allocation.allocate import plan_timed
 
     closed = check_flag("closed", closed)
     parts, refine = check_pieces(pieces)
-    timing = Timing(durations, total_time, limits, split, time_weight, enforce, None, time_limit, refine, on_interrupt)
+    timing = Timing(durations, total_time, limits, **vars(how), refine=refine)
     timing.check()
-    instants = check_samples(_named_method(corridor_method, certify), samples, limits is not None)
+    walls, instants = unsampled(corridor, limits is not None)
     half = check_degree(degree)
     smoothness = half, check_continuity(continuity, half), parts
-    constraints = as_constraints(corridor) + as_room(room)
-    asked = waypoints, waypoint_tolerance, start, end, pins, closed, dim
+    asked = waypoints, waypoint_tolerance, start, end, pins, closed
     deadline = _deadline(timing.time_limit, durations, limits)
-    task = placed_task(*asked, constraints, *smoothness, _named_solver(solver))
+    task = placed_task(*asked, as_constraints(walls), *smoothness, _named_solver(solver))
     check_jumps(task.continuity, half, parts == 1 and not refine and not (task.upper > task.lower).any())
     task = task if deadline is NEVER else replace(task, deadline=deadline)
-    heading = asked_heading(yaw, task.legs, task.closed, limits, yaw_rate, hold_below)
-    with told(progress, "searching", lambda line: _steps_in(line, on_interrupt)) as watch:
+    heading = asked_heading(yaw, task.legs, task.closed, limits)
+    with told(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
         watched = timing if watch is None else replace(timing, progress=watch)
         timed = plan_timed(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.reported_by(_Plan(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
@@ -237,10 +217,9 @@ def _all_none(values: tuple[object, ...]) -> bool:
     return True
 
 
-def _usual(closed: bool, solver: str, split: str, pieces: int | str, corridor_method: str) -> bool:
+def _usual(closed: bool, solver: str, pieces: int | str) -> bool:
     """Whether these arguments have their defaults."""
-    plain = closed is False and type(pieces) is int and pieces == 1
-    return plain and solver == "auto" and split == "optimal" and corridor_method == "exact"
+    return closed is False and type(pieces) is int and pieces == 1 and solver == "auto"
 
 
 def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits: Limits | None) -> Deadline:
@@ -250,17 +229,6 @@ def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits:
     if durations is None:
         raise TimingError("time_limit goes with durations or limits: end a search for a split with Ctrl-C")
     return Deadline(monotonic() + time_limit)
-
-
-def _named_method(corridor_method: str, certify: bool | None) -> str:
-    """Return the name of the corridor method, also where the deprecated argument names it."""
-    if certify is None:
-        return corridor_method
-    method = "exact" if certify else "sampled"
-    if corridor_method not in ("exact", method):
-        raise CorridorError(f"certify={certify} contradicts corridor_method={corridor_method!r}: leave certify out")
-    warnings.warn(f"certify={certify} is deprecated: use corridor_method={method!r}", DeprecationWarning, stacklevel=3)
-    return method
 
 
 def _named_solver(solver: str) -> str:
@@ -279,7 +247,6 @@ def placed_task(
     end: Mapping[str, npt.ArrayLike] | None,
     pins: Mapping[int, Mapping[str, npt.ArrayLike]] | None,
     closed: bool,
-    dim: int | None,
     constraints: Sequence[Constraint],
     half: int,
     continuity: int,
@@ -289,7 +256,7 @@ def placed_task(
     """Check where the curve passes, with which derivatives, and that both are inside the walls of their legs."""
     placement = place(waypoints, tolerance, constraints, start, end, closed)
     points, lower, upper = placement.points, placement.lower, placement.upper
-    check_dimension(points.shape[1], dim)
+    check_dimension(points)
     warn_magnitude(points)
     pinned = check_pins(pins, placement.start, placement.end, closed, half, points)
     lap = check_closing(closed, points)

@@ -5,6 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import InputError, MinsnapError
+from minsnap.files.plan_arguments import plan_arguments
 
 P = [(0, 0, 1), (4, 0, 1), (4, 3, 1.5)]
 LARGE = 10**400
@@ -22,7 +23,6 @@ TABLE = np.full((3, 3), np.nan)
         ("solver", [1, 2], "solver is .*: it is a word"),
         ("solver", np.zeros(0), "solver is .*: it is a word"),
         ("split", TABLE, "split is .*: it is a word"),
-        ("corridor_method", 1, "corridor_method is 1: it is a word"),
         ("on_interrupt", TABLE, "on_interrupt is .*: it is a word"),
         ("enforce", TABLE, "enforce is"),
         ("closed", np.zeros(0), "closed is .*: it is True or False"),
@@ -37,7 +37,7 @@ def test_an_argument_of_plan_of_another_kind(name, value, said):
     timed = {"limits": minsnap.Limits(speed=2.0)} if searched else {"durations": [2, 2]}
     free = {} if name in ("time_weight", "total_time") else timed
     with pytest.raises(InputError, match=said) as refused:
-        minsnap.plan(P, **free | {name: value})
+        minsnap.plan(P, **plan_arguments(free | {name: value}))
     assert "\n" not in str(refused.value) and len(str(refused.value)) <= 1000
 
 

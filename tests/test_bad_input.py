@@ -20,6 +20,7 @@ from minsnap.errors import (
     WaypointError,
     YawError,
 )
+from minsnap.files.plan_arguments import plan_arguments
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
 DURATIONS = [4.0, 2.0, 4.0, 2.0]
@@ -138,14 +139,9 @@ IGNORED = (
     ({"total_time": 12, "enforce": "scaling"} | ALONE, TimingError, "leave out total_time"),
     ({"split": "distance", "enforce": "qp"} | ALONE, TimingError, "only scales time: leave out enforce='qp'"),
     ({"enforce": "walls"} | ALONE, TimingError, "enforce is 'walls': use 'qp' or 'scaling'"),
-    ({"samples": 20}, CorridorError, "samples=20 has no meaning.*corridor_method='sampled'"),
-    ({"corridor_method": "sampled"} | ALONE, CorridorError, "does not go with limits"),
-    ({"corridor_method": "sampled"} | LIMITS, CorridorError, "does not go with limits"),
-    ({"corridor_method": "sampled", "samples": 0}, CorridorError, "samples is 0: give a whole number"),
-    ({"corridor_method": "sampled", "samples": 2.0}, CorridorError, "samples is 2.0"),
-    ({"corridor_method": "sampled", "samples": True}, CorridorError, "samples is True"),
-    ({"corridor_method": "dense"}, CorridorError, "corridor_method is 'dense': use 'exact' or 'sampled'"),
-    ({"corridor_method": "sampled", "certify": True}, CorridorError, "certify=True contradicts"),
+    ({"corridor": minsnap.Sampled(0.3)} | ALONE, CorridorError, "does not go with limits"),
+    ({"corridor": minsnap.Sampled(0.3)} | LIMITS, CorridorError, "does not go with limits"),
+    ({"search": "distance"}, minsnap.InputError, "search must be a Search.*not str"),
 )
 
 REST = (
@@ -173,7 +169,7 @@ BEHIND = (
 @pytest.mark.parametrize(("walls", "words"), BEHIND, ids=str)
 def test_a_gate_behind_a_wall_is_named(walls, words):
     with pytest.raises(CorridorError, match=rf"the gate of waypoint 1 at \(4, 0, 1\) is 1 m {words}"):
-        minsnap.plan([(0, 0, 1), THROUGH, (6, 0, 1)], total_time=6.0, **walls)
+        minsnap.plan([(0, 0, 1), THROUGH, (6, 0, 1)], total_time=6.0, **plan_arguments(walls))
 
 
 @pytest.mark.parametrize(
@@ -181,7 +177,7 @@ def test_a_gate_behind_a_wall_is_named(walls, words):
 )
 def test_a_question_that_cannot_be_used(change, error, words):
     with pytest.raises(error, match=words) as caught:
-        minsnap.plan(**({"waypoints": CORNERS, "durations": DURATIONS} | change))
+        minsnap.plan(**plan_arguments({"waypoints": CORNERS, "durations": DURATIONS} | change))
     is_one_sentence(caught.value)
 
 
@@ -221,7 +217,7 @@ def test_what_is_asked_of_a_path_that_it_cannot_answer(ask, error, words):
 def test_evidence_is_attached():
     def evidence(**change):
         with pytest.raises(MinsnapError) as caught:
-            minsnap.plan(**({"waypoints": CORNERS, "durations": DURATIONS} | change))
+            minsnap.plan(**plan_arguments({"waypoints": CORNERS, "durations": DURATIONS} | change))
         return caught.value
 
     assert evidence(waypoints=replaced(2, (8, NAN, 1))).waypoint == 2
@@ -236,7 +232,7 @@ def test_evidence_is_attached():
 def test_bad_input_ends_with_2_and_what_cannot_be_met_with_1():
     for change, status in (({"degree": 4}, 2), ({"corridor": -1}, 2), ({"corridor": 0.02, "continuity": 4}, 1)):
         with pytest.raises(MinsnapError) as caught:
-            minsnap.plan(**({"waypoints": CORNERS, "durations": DURATIONS} | change))
+            minsnap.plan(**plan_arguments({"waypoints": CORNERS, "durations": DURATIONS} | change))
         assert exit_status(caught.value) == status
 
 

@@ -32,7 +32,7 @@ def test_far_walls_do_not_hide_a_curve_below_the_floor(choice, far):
         assert lowest < -1e-4, "without a floor the curve dips"
         certificate = minsnap.certify(free, corridor=room)
         assert not certificate.ok and certificate.corridor_margin <= lowest
-        held = minsnap.plan(points, [2, 1, 2, 1], room=room)
+        held = minsnap.plan(points, [2, 1, 2, 1], corridor=room)
         assert minsnap.certify(held, corridor=room).ok and held.extent((0, 0, 1))[0] >= 0.0
 
 

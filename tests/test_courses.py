@@ -43,7 +43,9 @@ def test_a_course_says_nothing_that_is_not_read(name):
 def test_a_slow_flight_through_a_course_is_certified(courses, name):
     course = courses.read_course(name)
     how = {key: value for key, value in course.arguments.items() if key != "limits"}
-    traj = minsnap.plan(**how, total_time=60.0 if "moving" not in name else 5.0, split="distance")
+    traj = minsnap.plan(
+        total_time=60.0 if "moving" not in name else 5.0, search=minsnap.Search(split="distance"), **how
+    )
     found = minsnap.certify(traj, **(course.checks | {"limits": None}))
     assert found.ok
 

@@ -7,6 +7,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import InfeasibleError, IntervalError, MinsnapError, TimingError, WaypointError
+from minsnap.files.plan_arguments import plan_arguments
 
 P = np.array([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 3.0, 1.5)])
 T = [2.0, 2.0]
@@ -43,7 +44,6 @@ QUESTIONS = {
     "room": lambda v: {"room": ((-9, -9, -9), (9, 9, v))},
     "yaw": lambda v: {"yaw": v},
     "yaw function": lambda v: {"yaw": lambda t: v},
-    "dimension": lambda v: {"dim": v},
     "speed limit": lambda v: {"limits": minsnap.Limits(speed=v)},
     "vertical limit": lambda v: {"limits": minsnap.Limits(vertical_speed=v)},
 }
@@ -53,7 +53,7 @@ def answer(asked):
     """Plan; a refusal is one sentence, and a plan has finite figures and a certificate that is proved."""
     question = {"waypoints": P, "durations": T} | asked
     try:
-        curve = minsnap.plan(**question)
+        curve = minsnap.plan(**plan_arguments(question))
     except MinsnapError as refused:
         text = str(refused)
         assert 10 < len(text) <= 1000 and "\n" not in text
@@ -181,7 +181,7 @@ REFUSED = {
         "the velocity of start must be numbers",
     ),
     "pieces": (lambda: minsnap.plan(P, T, pieces=10**6), "at most 1000"),
-    "samples": (lambda: minsnap.plan(P, T, corridor=1, corridor_method="sampled", samples=10**9), "at most 100000"),
+    "samples": (lambda: minsnap.plan(P, T, corridor=minsnap.Sampled(1, 10**9)), "at most 100000"),
 }
 
 

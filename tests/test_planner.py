@@ -1,6 +1,7 @@
 """The one call: what it takes, what it gives, what it says of itself."""
 
 import inspect
+import re
 import subprocess
 import sys
 
@@ -32,12 +33,8 @@ def test_its_arguments_are_those_of_the_contract_in_that_order():
         "solver",
     ]
     defaults = {name: p.default for name, p in inspect.signature(minsnap.plan).parameters.items()}
-    assert (defaults["degree"], defaults["closed"], defaults["solver"], defaults["split"]) == (
-        7,
-        False,
-        "auto",
-        "optimal",
-    )
+    assert (defaults["degree"], defaults["closed"], defaults["solver"]) == (7, False, "auto")
+    assert len(names) <= 18
 
 
 @pytest.mark.parametrize("make", (list, tuple, np.array, lambda rows: np.array(rows, np.float32)))
@@ -71,7 +68,7 @@ def test_durations_are_those_given_to_the_last_bit(start, core_name):
 def test_any_dimension(dim):
     points = np.random.default_rng(0).normal(size=(5, dim))
     for corridor in (None, 0.2):
-        traj = minsnap.plan(points, DURATIONS, corridor=corridor, dim=dim)
+        traj = minsnap.plan(points, DURATIONS, corridor=corridor)
         assert (traj(traj.breaks) == points).all()
         assert minsnap.certify(traj, points, corridor).ok
 
@@ -102,20 +99,38 @@ def test_the_cost_is_by_default_that_of_the_derivative_minimised():
 def test_a_corridor_kept_at_samples_only_is_cheaper_and_leaves_it():
     asked = {"waypoints": CORNERS, "durations": DURATIONS, "corridor": 0.3}
     exact = minsnap.plan(**asked)
-    sampled = minsnap.plan(**asked, corridor_method="sampled")
-    assert (sampled.control_points == minsnap.plan(**asked, corridor_method="sampled", samples=20).control_points).all()
+    sampled = minsnap.plan(CORNERS, DURATIONS, corridor=minsnap.Sampled(0.3))
+    assert (
+        sampled.control_points == minsnap.plan(CORNERS, DURATIONS, corridor=minsnap.Sampled(0.3, 20)).control_points
+    ).all()
     assert sampled.cost() < exact.cost()
     assert minsnap.certify(exact, CORNERS, 0.3).ok
     assert not minsnap.certify(sampled, CORNERS, 0.3).ok
 
 
-def test_certify_as_an_argument_is_deprecated_and_means_the_same():
-    asked = {"waypoints": CORNERS, "durations": DURATIONS, "corridor": 0.3}
-    for old, new in ((True, "exact"), (False, "sampled")):
-        with pytest.warns(DeprecationWarning, match=f"use corridor_method='{new}'") as seen:
-            traj = minsnap.plan(**asked, certify=old)
-        assert seen[0].filename == __file__
-        assert (traj.control_points == minsnap.plan(**asked, corridor_method=new).control_points).all()
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ({"room": ((-1, -1, 0), (9, 5, 3))}, "Room(lower, upper)"),
+        ({"split": "distance"}, "search=Search(split="),
+        ({"time_weight": 2.0}, "search=Search(time_weight="),
+        ({"enforce": "qp"}, "search=Search(enforce="),
+        ({"time_limit": 2.0}, "search=Search(time_limit="),
+        ({"on_interrupt": "return"}, "search=Search(on_interrupt="),
+        ({"corridor_method": "sampled"}, "corridor=Sampled("),
+        ({"samples": 20}, "corridor=Sampled("),
+        ({"certify": False}, "corridor=Sampled("),
+        ({"yaw_rate": 1.0}, "yaw=Velocity(yaw_rate="),
+        ({"hold_below": 1.0}, "yaw=Velocity(hold_below="),
+        ({"dim": 3}, "as many coordinates as their rows"),
+        ({"duration": 12.0}, "did you mean durations?"),
+        ({"max_speed": 12.0}, "it takes closed, continuity, corridor"),
+    ],
+)
+def test_a_name_that_plan_does_not_have_is_answered_with_the_one_that_was_meant(old, new):
+    with pytest.raises(TypeError, match=re.escape(new)) as caught:
+        minsnap.plan(CORNERS, **{"durations": DURATIONS, **old})
+    assert isinstance(caught.value, minsnap.InputError)
 
 
 def test_no_neighbour_is_cheaper():
@@ -132,7 +147,7 @@ def test_no_neighbour_is_cheaper():
 
 
 def test_by_distance_every_leg_has_the_same_mean_speed():
-    traj = minsnap.plan(CORNERS, total_time=9.0, split="distance")
+    traj = minsnap.plan(CORNERS, total_time=9.0, search=minsnap.Search(split="distance"))
     assert traj.durations == pytest.approx([3.0, 1.5, 3.0, 1.5])
 
 

@@ -24,7 +24,7 @@ def test_no_corridor():
 
 
 def test_durations_by_distance():
-    traj = minsnap.plan(CORNERS, total_time=12.0, split="distance")
+    traj = minsnap.plan(CORNERS, total_time=12.0, search=minsnap.Search(split="distance"))
     assert traj.durations == pytest.approx(DURATIONS)
     assert traj.cost() == pytest.approx(216.8955, abs=5e-5)
 
@@ -54,7 +54,7 @@ def test_every_solver_reaches_the_reference_value(solver):
 
 @pytest.mark.parametrize(("continuity", "cost", "outside"), ((3, 1545.5717, 4.7e-3), (4, 1582.8615, 5.5e-3)))
 def test_twenty_samples_a_leg_leave_the_corridor_between_them(continuity, cost, outside):
-    traj = minsnap.plan(CORNERS, DURATIONS, corridor=0.3, samples=20, corridor_method="sampled", continuity=continuity)
+    traj = minsnap.plan(CORNERS, DURATIONS, corridor=minsnap.Sampled(0.3, 20), continuity=continuity)
     assert traj.cost() == pytest.approx(cost, rel=1e-6)
     assert minsnap.certify(traj, CORNERS, 0.3).corridor_margin == pytest.approx(-outside, abs=1e-4)
 

@@ -8,6 +8,7 @@ from tasks import REFERENCE
 
 import minsnap
 from minsnap.errors import InfeasibleError, UnprovedError
+from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
 
 KINDS = {"InfeasibleError": InfeasibleError, "UnprovedError": UnprovedError}
@@ -134,7 +135,7 @@ def test_a_refusal_verifies_or_says_what_was_tried(site, sentence, asked):
 def test_a_proof_for_durations_that_were_chosen_says_so(asked, chosen):
     """From rest to rest with continuity 6 nothing is free, so that a corridor may be too narrow for any durations."""
     with pytest.raises(InfeasibleError, match="it is too narrow at") as refused:
-        minsnap.plan(POINTS, corridor=1e-4, continuity=6, **asked)
+        minsnap.plan(POINTS, corridor=1e-4, continuity=6, **plan_arguments(asked))
     assert refused.type is InfeasibleError and refused.value.verify()
     note = f"; this is proved for the durations chosen last, {refused.value.contradiction.durations.sum():.4g} s in all"
     assert (note in str(refused.value)) is chosen

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import LARGEST, SMALLEST, FloatArray, bounded, numbers
 from minsnap.basics.messages import shown
-from minsnap.errors import CorridorError, DegreeError, InputError, MinsnapError, TimingError, WaypointError
+from minsnap.errors import DegreeError, InputError, MinsnapError, TimingError, WaypointError
 
 DERIVATIVES = ("position", "velocity", "acceleration", "jerk", "snap", "crackle")
 DEGREES = (3, 5, 7, 9, 11)
@@ -29,8 +29,6 @@ MOST_PIECES, MOST_PER_PIECE = 1000, 100_000
 """Most polynomials per leg, and most instants per polynomial of a sampled corridor."""
 NO_NUMBERS = (bool, np.timedelta64)
 """Kinds of integers that are no numbers here."""
-SAMPLES = 20
-"""Instants per polynomial at which a sampled corridor holds unless the caller says otherwise."""
 
 
 def is_number(value: Any) -> bool:
@@ -207,39 +205,6 @@ def check_pieces(pieces: Any) -> tuple[int, bool]:
             f"{MOST_PIECES}, or 'auto'"
         )
     return int(pieces), False
-
-
-def check_samples(method: str, samples: Any, limited: bool) -> int | None:
-    """Return the instants per polynomial at which the corridor is kept; None for every instant.
-
-    Parameters
-    ----------
-    method : {"exact", "sampled"}
-    samples : int, optional
-        As it was passed.
-    limited : bool
-        Whether there are limits, which hold at every instant.
-    """
-    if method not in ("exact", "sampled"):
-        raise CorridorError(f"corridor_method is {shown(method)}: use 'exact' or 'sampled'")
-    if method == "exact":
-        if samples is not None:
-            raise CorridorError(
-                f"samples={shown(samples)} has no meaning where the corridor holds at every instant: "
-                "leave it out, or set corridor_method='sampled'"
-            )
-        return None
-    if limited:
-        raise CorridorError(
-            "corridor_method='sampled' does not go with limits, which hold at every instant: use 'exact'"
-        )
-    samples = SAMPLES if samples is None else samples
-    if not is_whole(samples) or not 1 <= samples <= MOST_PER_PIECE:
-        raise CorridorError(
-            f"samples is {shown(samples)}: give a whole number of instants per polynomial, at least 1 and at most "
-            f"{MOST_PER_PIECE}"
-        )
-    return int(samples)
 
 
 def refuse_repeated(points: FloatArray, reason: str) -> None:

@@ -16,6 +16,7 @@ from minsnap.certificate import certify
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
 from minsnap.errors import InfeasibleError, InputError, MinsnapError, UnprovedError
+from minsnap.files.plan_arguments import plan_arguments
 from minsnap.planner import plan
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -48,7 +49,7 @@ class Asked:
         try:
             asked = request(self.spec, self.number)
             row |= _question(asked)
-            row |= _answer(asked, plan(**asked.arguments))
+            row |= _answer(asked, plan(**plan_arguments(asked.arguments)))
         except MinsnapError as error:
             row |= {"status": _status(error), "error": str(error)[:SENTENCE]}
         except Exception as error:

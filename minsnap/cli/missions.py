@@ -28,16 +28,18 @@ def course_of(file: Path) -> Course:
 
 def fly_course(course: Course, planning: Planning, destination: Destination) -> None:
     """Plan a course and deliver it."""
+    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.missions.mission import plan_mission
 
-    asked = planning.arguments()
-    refused = [name for name in ("total_time", "time_weight", "split") if name in asked]
+    named = planning.arguments()
+    refused = [name for name in ("total_time", "time_weight", "split") if name in named]
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
         raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
+    asked = plan_arguments({"yaw": course.yaw} | named | destination.search)
     chosen = {"limits": asked.pop("limits", None), "yaw": asked.pop("yaw", None), "tube": asked.pop("corridor", None)}
     flown = course.changed(**{name: value for name, value in chosen.items() if value is not None})
-    mission = plan_mission(flown, **asked, **destination.search)
+    mission = plan_mission(flown, **asked)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     view, further = destination.view or "xy", {"parts": parts}
     how: dict[str, Any] = {"limits": mission.limits, "further": further}

@@ -46,6 +46,7 @@ def plan(
     """
     from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.formats.polynomials import is_polynomials
+    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.files.request_yaml import read_request
     from minsnap.planner import plan as plan_path
 
@@ -64,7 +65,7 @@ def plan(
     if "split" in chosen and not searched and found.total_time is None and not found.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
     asked = _asked(found, chosen, searched)
-    path = plan_path(**asked, **destination.search)
+    path = plan_path(**plan_arguments(asked | destination.search))
     destination.deliver(path, found.walls, found.waypoints, limits=asked.get("limits"), origin=_home(file))
 
 

@@ -68,10 +68,11 @@ def route(
     Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given. Exit status 1 if no way is
     wide enough.
     """
+    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.routes.plan_route import plan_through
 
     ends = parse_point("--start", start), parse_point("--goal", goal)
-    asked = reading.arguments() | timing.arguments() | destination.search
+    asked = reading.arguments() | plan_arguments(timing.arguments() | destination.search)
     found = plan_through(_source(map_file, reading.transpose), *ends, **asked)
     figures = {"obstacle_distance": found.distance, "obstacle_instant": found.approach.instant}
     figures["altitude"] = 0.0 if found.dim == 2 else None

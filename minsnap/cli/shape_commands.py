@@ -33,16 +33,17 @@ def rect(
 
     Within 3 m/s and 6 m/s^2 in the shortest time found, unless a time or limits are given.
     """
+    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.shapes import rectangle
 
-    asked = planning.arguments() | {
+    asked = plan_arguments(planning.arguments() | destination.search) | {
         "corridor": planning.walls,
         "laps": laps,
         "start_corner": start_corner,
         "clockwise": clockwise,
         "center": center,
     }
-    path = rectangle(width, length, altitude=altitude, **asked, **destination.search)
+    path = rectangle(width, length, altitude=altitude, **asked)
     destination.deliver(path, planning.walls, limits=planning.limits)
 
 
@@ -56,10 +57,11 @@ def line(
     constant_speed: Annotated[bool, typer.Option("--constant-speed", help="Equal steps from end to end.")] = False,
 ) -> None:
     """Plan a straight line, from rest to rest or at constant speed."""
+    from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.shapes import line as plan_line
 
     search = {} if constant_speed else destination.search
-    path = plan_line(start, goal, constant_speed=constant_speed, **timing.arguments(), **search)
+    path = plan_line(start, goal, constant_speed=constant_speed, **plan_arguments(timing.arguments() | search))
     destination.deliver(path, limits=timing.limits)
 
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import is_whole
 from minsnap.basics.messages import shown
 from minsnap.errors import MagnitudeWarning, WaypointError
 
@@ -110,17 +109,19 @@ def _durations(values: FloatArray, name: str) -> FloatArray | None:
     )
 
 
-def check_dimension(count: int, dim: int | None) -> None:
-    """Raise WaypointError if waypoints have more than three coordinates and nobody said so, or others than said."""
-    if dim is None and count > 3:
+def check_dimension(points: FloatArray) -> None:
+    """Raise WaypointError if waypoints (n, dim) look like an array whose rows are x, y and z."""
+    rows, columns = points.shape
+    if is_transposed(rows, columns):
         raise WaypointError(
-            f"waypoints have {count} coordinates: give rows of x, y, z (transpose an array whose rows are x, y and z), "
-            f"or dim={count} if there are as many"
+            f"waypoints have {rows} rows of {columns} coordinates: give rows of x, y, z (transpose an array whose rows "
+            "are x, y and z); with more than three coordinates, give more than three waypoints"
         )
-    if dim is not None and not (is_whole(dim) and dim == count):
-        raise WaypointError(
-            f"dim={shown(dim)}, and the waypoints have {count} coordinates: leave dim out, or mend them"
-        )
+
+
+def is_transposed(rows: int, columns: int) -> bool:
+    """Whether an array of waypoints has at most three rows, and more coordinates than space has."""
+    return rows <= 3 < columns
 
 
 def warn_magnitude(points: FloatArray) -> None:

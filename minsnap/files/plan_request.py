@@ -131,8 +131,8 @@ class SceneRequest:
             If a wall or a limit is malformed.
         """
         asked: dict[str, Any] = {"waypoints": self.waypoints, "durations": self.durations, "yaw": self.yaw}
-        asked |= {"total_time": self.total_time, "limits": self.bounds, "corridor": self._corridor()}
-        asked |= {"room": self.room, "continuity": self.continuity}
+        asked |= {"total_time": self.total_time, "limits": self.bounds, "corridor": self.walls}
+        asked |= {"continuity": self.continuity}
         given = {name: value for name, value in asked.items() if value is not None}
         return given | {"degree": self.degree, "pieces": self.pieces, "closed": self.closed}
 

@@ -218,10 +218,8 @@ class ManyAsked:
             self.others[index] if self.others else {}
         )
         try:
-            own: dict[str, Any] = {"degree": 2 * self.half - 1}
-            if isinstance(points, np.ndarray) and points.ndim == 2:
-                own["dim"] = points.shape[1]
-            curve = plan(points, corridor=self._corridor(index), start=start, end=end, **own, **given)
+            ends = {"start": start, "end": end, "degree": 2 * self.half - 1}
+            curve = plan(points, corridor=self._corridor(index), **ends, **given)  # type: ignore[arg-type]
             if curve.dim != self.batch.dim:
                 raise WaypointError(
                     f"problem {index} has {curve.dim} coordinates and the others {self.batch.dim}: plan it apart"
@@ -254,7 +252,7 @@ class ManyAsked:
         points, start, end = self._places(index)
         pins = None if self.others is None else self.others[index].get("pins")
         smoothness = self.half, self.half - 1, 1
-        task = placed_task(points, None, start, end, pins, False, curve.dim, constraints, *smoothness, "auto")
+        task = placed_task(points, None, start, end, pins, False, constraints, *smoothness, "auto")
         try:
             solved = solve(task, curve.durations, gap=GRADIENT_GAP)
         except (SolverError, InfeasibleRowsError):

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, bounded, numbers
-from minsnap.basics.checks import is_number
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import MagnitudeWarning, YawError
@@ -24,7 +22,7 @@ from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.velocity_heading import VelocityHeading
+from minsnap.trajectory.velocity_heading import Velocity
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -39,62 +37,19 @@ SAMPLED, FOLLOWED = 50.0, 1e-2
 """Rate at which a function of time is sampled [Hz], and the largest difference of the spline from it [rad]."""
 
 
-@dataclass(frozen=True)
-class Held:
-    """How a heading along the velocity is held where the path is slow.
-
-    Parameters
-    ----------
-    yaw_rate : float, optional
-        Largest rate of a held heading [rad/s]; that of the limits unless given.
-    hold_below : float, optional
-        Horizontal speed below which it is held [m/s].
-    limit : float, optional
-        Of the yaw rate [rad/s].
-    """
-
-    yaw_rate: float | None = None
-    hold_below: float | None = None
-    limit: float | None = None
-
-    def heading(self, curve: Trajectory) -> Heading:
-        """Return the heading along the velocity of a curve."""
-        return VelocityHeading(curve, self.limit if self.yaw_rate is None else self.yaw_rate, self.hold_below)
-
-    def check(self, yaw: object) -> None:
-        """Raise YawError if this goes with another yaw than one along the velocity, or exceeds the limit."""
-        for name in ("yaw_rate", "hold_below"):
-            value = getattr(self, name)
-            if value is not None and not (isinstance(yaw, str) and yaw == "velocity"):
-                raise YawError(
-                    f"{name}={shown(value)} is for a heading along the velocity: give yaw='velocity' with it"
-                )
-            if value is not None and not (is_number(value) and value > 0):
-                raise YawError(f"{name} is {shown(value)}: give a positive number")
-        if self.yaw_rate is not None and self.limit is not None and self.yaw_rate > self.limit:
-            raise YawError(f"yaw_rate={self.yaw_rate:g} is more than the limit of {self.limit:g} rad/s: lower it")
-
-
-Yaw = float | str | npt.ArrayLike | LookAt | Callable[[Any], Any] | None
+Yaw = float | str | npt.ArrayLike | Velocity | LookAt | Callable[[Any], Any] | None
 """What a plan takes as its yaw."""
 
 ChosenHeading = Callable[[Trajectory], Heading]
 """Gives a planned curve its heading."""
 
 
-def asked_heading(
-    yaw: Yaw,
-    legs: int,
-    closed: bool,
-    limits: Limits | None = None,
-    yaw_rate: float | None = None,
-    hold_below: float | None = None,
-) -> ChosenHeading:
+def asked_heading(yaw: Yaw, legs: int, closed: bool, limits: Limits | None = None) -> ChosenHeading:
     """Check the requested yaw and return the function that gives a curve its heading.
 
     Parameters
     ----------
-    yaw : float, array_like of shape (legs + 1,), "velocity", "tilt", LookAt, callable or None
+    yaw : float, array_like of shape (legs + 1,), "velocity", "tilt", Velocity, LookAt, callable or None
         [rad]; zero where it is None.
     legs : int
         Of the curve.
@@ -103,8 +58,6 @@ def asked_heading(
     limits : Limits, optional
         Of the plan: their vehicle's drag is that of a heading from the tilt, their yaw rate that of one along the
         velocity.
-    yaw_rate, hold_below : float, optional
-        Of a heading along the velocity: see ``Held``.
 
     Raises
     ------
@@ -112,13 +65,15 @@ def asked_heading(
         If the yaw is malformed, or that at the end of a closed lap is not that at its start, but for whole turns.
     """
     medium, limit = (AIRLESS, None) if limits is None else (limits.medium, limits.yaw_rate)
-    held = Held(yaw_rate, hold_below, limit)
-    held.check(yaw)
     if isinstance(yaw, str):
         if yaw not in ("velocity", "tilt"):
             raise _unknown(yaw)
         drag = medium.linear, medium.quadratic
-        return held.heading if yaw == "velocity" else lambda curve: TiltHeading(curve, 0.0, medium.gravity, drag)
+        if yaw == "tilt":
+            return lambda curve: TiltHeading(curve, 0.0, medium.gravity, drag)
+        yaw = Velocity()
+    if isinstance(yaw, Velocity):
+        return yaw.within(limit).heading
     if isinstance(yaw, LookAt):
         return yaw.heading
     if callable(yaw):
@@ -190,6 +145,6 @@ def _angles(yaw: Any) -> FloatArray:
 
 def _unknown(yaw: Any) -> YawError:
     return YawError(
-        f"yaw is {shown(yaw)}: give an angle [rad], one per waypoint, 'velocity', 'tilt', a LookAt or a function of "
-        "time"
+        f"yaw is {shown(yaw)}: give an angle [rad], one per waypoint, 'velocity', 'tilt', a Velocity, a LookAt or a "
+        "function of time"
     )

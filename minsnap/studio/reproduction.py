@@ -18,8 +18,7 @@ def as_python(request: SceneRequest) -> str:
         "total_time": request.total_time,
         "durations": _list(request.durations),
         "limits": _limits(request),
-        "corridor": _corridor(request),
-        "room": None if request.room is None else repr(request.room),
+        "corridor": _walls(request),
         "yaw": _list(request.yaw),
         "degree": request.degree if request.degree != 7 else None,
         "continuity": request.continuity,
@@ -61,6 +60,14 @@ def _limits(request: SceneRequest) -> str | None:
         return f"minsnap.Limits({fields})" if fields else None
     vehicle = f"Quadrotor.{request.vehicle}(), reserve={request.rotors!r}"
     return f"minsnap.Limits.of({vehicle}{', ' if fields else ''}{fields})"
+
+
+def _walls(request: SceneRequest) -> str | None:
+    corridor = _corridor(request)
+    if request.room is None:
+        return corridor
+    room = f"minsnap.Room{request.room!r}"
+    return room if corridor is None else f"[{corridor}, {room}]"
 
 
 def _corridor(request: SceneRequest) -> str | None:

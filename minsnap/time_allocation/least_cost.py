@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.messages import shown
-from minsnap.errors import TimingError
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
@@ -169,10 +167,3 @@ def active_rows(solved: SolvedTask) -> WallRows | None:
 def leg_sums(values: FloatArray, pieces: int) -> FloatArray:
     """Sum values of pieces (pieces in all,) over each leg."""
     return np.asarray(values.reshape(-1, pieces).sum(axis=1))
-
-
-def check_split(split: str) -> str:
-    """Return the name of a split, or raise TimingError."""
-    if split not in ("optimal", "distance", "trapezoid"):
-        raise TimingError(f"split is {shown(split)}: use 'optimal', 'distance' or 'trapezoid'")
-    return split

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, bounded, lengths_of, numbers
 from minsnap.basics.checks import DEGREES, LONGEST, SHORTEST
 from minsnap.corridors.gates import Gate
-from minsnap.corridors.given_waypoints import warn_magnitude
+from minsnap.corridors.given_waypoints import is_transposed, warn_magnitude
 from minsnap.native.durations import SplitFound, best_split, best_tube_split
 from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.tube import tube_optimum
@@ -28,7 +28,6 @@ def resting_plan(
     total: float | None,
     corridor: object,
     degree: int,
-    dim: int | None,
 ) -> Trajectory | None:
     """Plan for given durations, or for a total time and the split of it that costs least; arguments as of ``plan``.
 
@@ -40,7 +39,7 @@ def resting_plan(
     points = numbers(waypoints)
     if points is None or points.ndim != 2 or len(points) < 2 or not points.shape[1]:
         return None
-    if (dim is None and points.shape[1] > 3) or (dim is not None and not (type(dim) is int and dim == points.shape[1])):
+    if is_transposed(*points.shape):
         return None
     times = _split_by_distance(points, total) if durations is None else numbers(durations)
     if times is None or times.shape != (len(points) - 1,):

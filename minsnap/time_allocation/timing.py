@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_positive, check_time
+from minsnap.basics.checks import check_time
 from minsnap.basics.messages import shown
 from minsnap.errors import LimitError, SolverError, TimingError
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.time_allocation.least_cost import check_split, distance_split
+from minsnap.time_allocation.least_cost import distance_split
 from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -64,9 +64,6 @@ class Timing:
     def __post_init__(self) -> None:
         if self.total_time is not None:
             object.__setattr__(self, "total_time", check_time("total_time", self.total_time, TimingError))
-        for name, unit in (("time_weight", "cost per second"), ("time_limit", "s")):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, check_positive(name, getattr(self, name), unit, TimingError))
 
     @property
     def total(self) -> float:
@@ -80,10 +77,7 @@ class Timing:
 
     def check(self) -> None:
         """Raise unless exactly one way of choosing durations is asked for, and nothing that it would ignore."""
-        check_split(self.split)
         self._check_limits()
-        if self.on_interrupt not in ("raise", "return"):
-            raise TimingError(f"on_interrupt is {shown(self.on_interrupt)}: use 'raise' or 'return'")
         names = ("durations", "total_time", "time_weight")
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) > 1:
@@ -95,8 +89,6 @@ class Timing:
         self._check_ignored(given)
 
     def _check_limits(self) -> None:
-        if not isinstance(self.enforce, (str, type(None))) or self.enforce not in (None, "qp", "scaling"):
-            raise TimingError(f"enforce is {shown(self.enforce)}: use 'qp' or 'scaling'")
         if self.limits is None:
             return
         from minsnap.limits.limits import check_limits

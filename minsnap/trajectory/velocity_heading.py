@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +25,44 @@ RESTING = 1e-6
 
 GRID = 64
 """Instants a polynomial piece at which the turns of the velocity are counted."""
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """A yaw along the velocity, as :func:`minsnap.plan` takes it; ``yaw="velocity"`` is the one without parameters.
+
+    Parameters
+    ----------
+    yaw_rate : float, optional
+        Largest rate at which a held heading turns [rad/s]; the limit on the yaw rate unless given, or 2 rad/s.
+    hold_below : float, optional
+        Horizontal speed below which the heading is held [m/s]; a tenth of the top one unless given, at most 0.5 m/s.
+
+    Raises
+    ------
+    YawError
+        If a value is not positive; on use, if the rate is more than the limit.
+    """
+
+    yaw_rate: float | None = None
+    hold_below: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in (("yaw_rate", "rad/s"), ("hold_below", "m/s")):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, check_positive(name, getattr(self, name), unit, YawError))
+
+    def within(self, limit: float | None) -> Velocity:
+        """Return the same with the rate of a limit [rad/s] where it has none of its own."""
+        if limit is None or (self.yaw_rate is not None and self.yaw_rate <= limit):
+            return self
+        if self.yaw_rate is not None:
+            raise YawError(f"yaw_rate={self.yaw_rate:g} is more than the limit of {limit:g} rad/s: lower it")
+        return replace(self, yaw_rate=limit)
+
+    def heading(self, curve: Path) -> VelocityHeading:
+        """Return the heading along the velocity of a curve."""
+        return VelocityHeading(curve, self.yaw_rate, self.hold_below)
 
 
 class VelocityHeading:

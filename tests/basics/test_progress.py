@@ -50,7 +50,7 @@ def test_progress_true_shows_a_search(at_once, capsys, limits):
     shown = lines(capsys.readouterr().err)
     assert any(re.match(r"searching .* 1 plans, [\d.]+ s$", text) for text in shown), shown
     assert watched.duration == pytest.approx(plain.duration)
-    minsnap.plan(CORNERS, corridor=0.3, progress=True, on_interrupt="return", **asked)
+    minsnap.plan(CORNERS, corridor=0.3, progress=True, search=minsnap.Search(on_interrupt="return"), **asked)
     assert "(Ctrl-C takes the best)" in capsys.readouterr().err
     minsnap.plan(CORNERS, corridor=0.3, progress=False, **asked)
     assert capsys.readouterr().err == ""

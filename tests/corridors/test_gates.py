@@ -93,21 +93,23 @@ def test_sides_of_a_gate_hold_two_corners_each_and_no_corner_is_outside(gate):
 @pytest.mark.parametrize("how", [{}, {"corridor": 0.6}, {"pieces": 2}, {"continuity": 4}])
 def test_a_curve_passes_through_its_gate(gate, how):
     waypoints = [POINTS[0], gate, *POINTS[2:]]
-    traj = minsnap.plan(waypoints, total_time=6, split="distance", **how)
+    traj = minsnap.plan(waypoints, total_time=6, search=minsnap.Search(split="distance"), **how)
     knot = traj(traj.leg_breaks[1])
     assert inside_hull(knot[None], gate.corners, gate.normal) <= 1e-9
     assert minsnap.certify(traj, waypoints, corridor=how.get("corridor")).ok
-    centred = minsnap.plan(POINTS[:1] + [gate.centre] + POINTS[2:], total_time=6, split="distance", **how)
+    centred = minsnap.plan(
+        POINTS[:1] + [gate.centre] + POINTS[2:], total_time=6, search=minsnap.Search(split="distance"), **how
+    )
     assert traj.cost() < centred.cost() * (1 + 1e-9)
 
 
 def test_a_gate_is_crossed_in_its_direction():
     for crossing in (1, -1):
         gate = Gate((3, 1, 2), (1, 1, 0.5), 1.0, 0.6, crossing=crossing)
-        traj = minsnap.plan([POINTS[0], gate, *POINTS[2:]], total_time=6, split="distance")
+        traj = minsnap.plan([POINTS[0], gate, *POINTS[2:]], total_time=6, search=minsnap.Search(split="distance"))
         assert crossing * (traj(traj.leg_breaks[1], 1) @ gate.normal) >= -1e-9
         assert minsnap.certify(traj, [POINTS[0], gate, *POINTS[2:]]).ok
-    free = minsnap.plan([POINTS[0], SLANTED, *POINTS[2:]], total_time=6, split="distance")
+    free = minsnap.plan([POINTS[0], SLANTED, *POINTS[2:]], total_time=6, search=minsnap.Search(split="distance"))
     back = Gate((3, 1, 2), (1, 1, 0.5), 1.0, 0.6, crossing=-1)
     assert not minsnap.certify(free, [POINTS[0], back, *POINTS[2:]]).ok
 

@@ -25,7 +25,10 @@ def test_columns_of_a_data_frame_are_used_by_name():
 def test_a_time_that_is_given_takes_precedence_over_the_table():
     assert minsnap.plan(FRAME, durations=(1.0, 2.0)).duration == pytest.approx(3.0)
     assert minsnap.plan(FRAME, total_time=5.0).duration == pytest.approx(5.0)
-    assert minsnap.plan(FRAME, limits=Limits(speed=2.0), split="distance").max_norm(1)[0] <= 2.0 + 1e-6
+    assert (
+        minsnap.plan(FRAME, limits=Limits(speed=2.0), search=minsnap.Search(split="distance")).max_norm(1)[0]
+        <= 2.0 + 1e-6
+    )
 
 
 @pytest.mark.parametrize(
@@ -78,19 +81,18 @@ def test_a_table_that_is_not_clear_is_refused(table, message):
         minsnap.plan(table)
 
 
-def test_more_than_three_coordinates_need_dim():
+def test_an_array_whose_rows_are_x_y_and_z_is_refused():
     points = np.random.default_rng(0).normal(size=(3, 5))
     for timing in ({"durations": (1.0, 1.0)}, {"total_time": 2.0}):
-        with pytest.raises(WaypointError, match="5 coordinates: give rows of x, y, z .transpose .* or dim=5"):
+        with pytest.raises(WaypointError, match="3 rows of 5 coordinates: give rows of x, y, z .transpose"):
             minsnap.plan(points, **timing)
-        with pytest.raises(WaypointError, match="4 coordinates"):
-            minsnap.plan(points[:, :4], **timing)
-        assert minsnap.plan(points, dim=5, **timing).dim == 5
     assert minsnap.plan(points.T, durations=(1.0,) * 4).dim == 3
-    assert minsnap.plan(points, dim=5, durations=(1.0, 1.0), start={"velocity": np.ones(5)}).dim == 5
-    for dim in (2, 3.0):
-        with pytest.raises(WaypointError, match=f"dim={dim}, and the waypoints have 3"):
-            minsnap.plan(POINTS, durations=(1.0, 1.0), dim=dim)
+
+
+def test_more_than_three_coordinates_are_planned():
+    points = np.random.default_rng(0).normal(size=(4, 5))
+    assert minsnap.plan(points, durations=(1.0,) * 3, start={"velocity": np.ones(5)}).dim == 5
+    assert minsnap.plan(points, total_time=3.0).dim == 5
 
 
 def test_many_problems_of_four_coordinates_are_planned():
@@ -114,7 +116,7 @@ def test_numbers_of_another_unit_are_warned_of(points, message):
     with pytest.warns(MagnitudeWarning, match=message):
         minsnap.plan(points, durations=np.full(len(points) - 1, 100.0))
     with pytest.warns(MagnitudeWarning, match=message):
-        minsnap.plan(points, total_time=100.0, split="distance")
+        minsnap.plan(points, total_time=100.0, search=minsnap.Search(split="distance"))
 
 
 @pytest.mark.parametrize(

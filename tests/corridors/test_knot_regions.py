@@ -48,7 +48,7 @@ def test_every_leg_has_a_length_though_a_path_starts_where_it_would_pass():
     placement = place(None, None, [PAIR], {"position": (2.5, 0.5)}, {"position": (4.5, 0.2)}, False)
     assert (np.diff(placement.points, axis=0) != 0.0).any(axis=1).all()
     ends = {"start": {"position": (2.5, 0.5)}, "end": {"position": (4.5, 0.2)}}
-    traj = minsnap.plan(None, total_time=4, split="distance", corridor=PAIR, **ends)
+    traj = minsnap.plan(None, total_time=4, corridor=PAIR, search=minsnap.Search(split="distance"), **ends)
     assert traj.report.corridor_margin >= 0.0 and traj(0.0) == pytest.approx([2.5, 0.5])
 
 

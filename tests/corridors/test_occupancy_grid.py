@@ -47,7 +47,14 @@ def test_boxes_cannot_grow_any_further():
 
 def test_plan_through_them_never_meets_an_obstacle():
     found = corridor_from_grid(GRID, 0.1, PATH)
-    traj = minsnap.plan(None, total_time=12, split="distance", corridor=found.boxes, start=found.start, end=found.end)
+    traj = minsnap.plan(
+        None,
+        total_time=12,
+        corridor=found.boxes,
+        start=found.start,
+        end=found.end,
+        search=minsnap.Search(split="distance"),
+    )
     assert minsnap.certify(traj, corridor=found.boxes).ok
     cells = np.floor(traj(np.linspace(0, traj.duration, 3000)) / 0.1).astype(int)
     assert not GRID[tuple(np.minimum(cells, np.array(GRID.shape) - 1).T)].any()

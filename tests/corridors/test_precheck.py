@@ -176,7 +176,7 @@ def test_ends_and_overlaps_outside_the_room_are_refused_by_name():
     pair = Boxes([(0, 0), (2, 0)], [(3, 1), (5, 1)])
     ends = {"start": {"position": (0.5, 0.5)}, "end": {"position": (4.5, 0.5)}}
     with refused(CorridorError, r"the position of end, \(4.5, 0.5\), is 1.5 m outside the room of leg 1"):
-        minsnap.plan(None, [1, 1], corridor=pair, room=((0, 0), (3, 1)), **ends)
+        minsnap.plan(None, [1, 1], corridor=[pair, minsnap.Room((0, 0), (3, 1))], **ends)
     with refused(CorridorError, r"the overlap that leg 1 starts in, around .* outside the half-space"):
         minsnap.plan(None, [1, 1], corridor=[pair, HalfSpaces((1, 0), 1.5, legs=(0,))], **ends)
 

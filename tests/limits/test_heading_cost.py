@@ -41,7 +41,10 @@ def test_the_sentence_gives_the_shares_of_both_headings(vehicle):
 
 def test_only_a_yaw_that_nobody_asked_for_is_remarked_on():
     limits = Limits.of(VEHICLE, reserve=0.1)
-    plans = {yaw: minsnap.plan(COURSE, total_time=4.5, limits=limits, split="distance", yaw=yaw) for yaw in (None, 0.0)}
+    plans = {
+        yaw: minsnap.plan(COURSE, total_time=4.5, limits=limits, yaw=yaw, search=minsnap.Search(split="distance"))
+        for yaw in (None, 0.0)
+    }
     assert len(plans[None].report.notes) == 1 and plans[0.0].report.notes == ()
     assert minsnap.plan(COURSE, [9.0, 9.0, 9.0]).report.notes == ()
 

@@ -30,7 +30,7 @@ def test_every_plan_is_the_one_that_plan_makes(degree, dim):
     many = minsnap.plan_many(points, durations=durations, degree=degree)
     assert len(many) == 9 and many.errors == (None,) * 9 and (many.dim, many.degree) == (dim, degree)
     for curve, P, T in zip(many, points, durations, strict=True):
-        assert same(curve, minsnap.plan(P, durations=T, degree=degree, dim=dim))
+        assert same(curve, minsnap.plan(P, durations=T, degree=degree))
     assert many.stacked.shape == (9, 5, degree + 1, dim)
     assert np.allclose(many.duration, durations.sum(axis=1), rtol=1e-14)
 

@@ -101,7 +101,7 @@ def test_the_best_split_costs_what_the_python_core_finds(kind):
 @pytest.mark.parametrize("weight", (1e-2, 1e2))
 def test_a_price_of_time_is_balanced(weight, corridor):
     """Stretching all times by a changes J a^-7 + weight T a to no order: 7 J = weight T."""
-    path = minsnap.plan(REFERENCE, time_weight=weight, corridor=corridor)
+    path = minsnap.plan(REFERENCE, corridor=corridor, search=minsnap.Search(time_weight=weight))
     assert 7.0 * path.report.cost == pytest.approx(weight * path.duration, rel=2e-3)
 
 

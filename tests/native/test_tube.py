@@ -83,7 +83,7 @@ def test_sizes_out_of_bounds_are_refused():
     assert tube_optimum(points, durations, widths, 1) is None and tube_optimum(points, durations, widths, 7) is None
     many = np.random.default_rng(0).normal(size=(4, 9))
     assert tube_optimum(many, durations, widths, 4) is None
-    assert minsnap.plan(many, durations, corridor=0.3, dim=9).report.core == "python"
+    assert minsnap.plan(many, durations, corridor=0.3).report.core == "python"
 
 
 def skewed(seed):

@@ -77,10 +77,10 @@ def test_what_many_pieces_contradict_is_found_by_the_native_core_and_proved_wher
 @pytest.mark.parametrize("seed", [1, 4, 12, 15])
 def test_extreme_corridors_of_several_pieces_end_with_the_plan_of_one_piece_after_few_solves(calls, seed):
     points, durations, width, degree, pieces = problem(seed)
-    traj = minsnap.plan(points, durations, corridor=width, degree=degree, pieces=pieces, dim=points.shape[1])
+    traj = minsnap.plan(points, durations, corridor=width, degree=degree, pieces=pieces)
     assert len(calls) <= 30
     assert minsnap.certify(traj, points, width).ok
-    one = minsnap.plan(points, durations, corridor=width, degree=degree, dim=points.shape[1])
+    one = minsnap.plan(points, durations, corridor=width, degree=degree)
     assert traj.cost() <= 1.001 * one.cost()
 
 

@@ -91,7 +91,7 @@ def test_the_optimum_with_free_waypoints_is_that_of_the_sum_of_squares(asked):
 
 @pytest.mark.parametrize("samples", (1, 3, 8, 20))
 def test_samples_alone_cost_less_and_stick_out(samples):
-    sampled = minsnap.plan(CORNERS, DURATIONS, corridor=0.3, samples=samples, corridor_method="sampled")
+    sampled = minsnap.plan(CORNERS, DURATIONS, corridor=minsnap.Sampled(0.3, samples))
     certain = minsnap.plan(CORNERS, DURATIONS, corridor=0.3)
     assert sampled.cost() < certain.cost()
     assert sampled.report.corridor_margin < 0.0
@@ -168,7 +168,7 @@ def test_many_legs_are_inside_and_match_a_finely_sampled_programme(count):
     points, durations, widths = many_legs(count)
     traj = minsnap.plan(points, durations, corridor=widths)
     assert minsnap.certify(traj, points, widths).ok
-    sampled = minsnap.plan(points, durations, corridor=widths, samples=60, corridor_method="sampled")
+    sampled = minsnap.plan(points, durations, corridor=minsnap.Sampled(widths, 60))
     assert sampled.cost() * (1.0 - 1e-6) <= traj.cost() <= sampled.cost() * (1.0 + 2e-3)
 
 

@@ -11,6 +11,7 @@ from tasks import REFERENCE, many_legs
 import minsnap
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError, SolverError, TimingError
+from minsnap.files.plan_arguments import plan_arguments
 from minsnap.optimisation import fallbacks, master_qp, preconditioning
 from minsnap.optimisation.exchange import Trouble
 from minsnap.optimisation.solved_task import SolvedTask
@@ -20,7 +21,7 @@ TIMES = [4.0, 2.0, 4.0, 2.0]
 
 def plan(width=0.3, **options):
     """Plan the rectangle by the Python core, which a named solver asks for."""
-    return minsnap.plan(REFERENCE, TIMES, corridor=width, solver="daqp", **options)
+    return minsnap.plan(REFERENCE, TIMES, corridor=width, solver="daqp", **plan_arguments(options))
 
 
 def inside(traj, width=0.3):
@@ -111,7 +112,7 @@ def test_more_digits_are_tried_where_no_solver_answers(monkeypatch):
     assert plan().cost() > 2.0 * traj.cost()
 
 
-FLOOR = {"room": ((-50.0, 0.0), (50.0, 2.0)), "solver": "daqp"}
+FLOOR = {"corridor": minsnap.Room((-50.0, 0.0), (50.0, 2.0)), "solver": "daqp"}
 SLIDING = [(0.0, 0.0), (2.0, 0.0), (5.0, 0.0)]
 
 
@@ -229,26 +230,26 @@ def test_a_solver_that_was_asked_for_is_the_first_of_all():
 
 
 def test_the_time_limit_ends_with_a_certified_plan_or_a_sentence():
-    late = plan(0.05, time_limit=1e-9)
+    late = plan(0.05, search=minsnap.Search(time_limit=1e-9))
     assert late.report.rungs[-1] == "blend" and inside(late, 0.05)
-    assert late.cost() > plan(0.05, time_limit=60.0).cost() * (1.0 + 1e-3)
+    assert late.cost() > plan(0.05, search=minsnap.Search(time_limit=60.0)).cost() * (1.0 + 1e-3)
     limits = minsnap.Limits(speed=3.2)
     with pytest.raises(SolverError, match="time_limit has passed without a certified plan"):
-        plan(0.3, limits=limits, time_limit=1e-9)
+        plan(0.3, limits=limits, search=minsnap.Search(time_limit=1e-9))
 
 
 def test_a_time_limit_goes_with_durations():
     with pytest.raises(TimingError, match="time_limit goes with durations or limits"):
-        minsnap.plan(REFERENCE, total_time=12.0, time_limit=1.0)
+        minsnap.plan(REFERENCE, total_time=12.0, search=minsnap.Search(time_limit=1.0))
     with pytest.raises(TimingError, match="time_limit is 0"):
-        plan(time_limit=0)
+        plan(search=minsnap.Search(time_limit=0))
 
 
 @pytest.mark.parametrize("lower", [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
 def test_a_room_whose_walls_lie_along_the_legs_is_no_obstacle(lower):
     """Velocities at the corners are zero there, and what rounding leaves of them must not refuse the plan."""
-    room = (lower, (8.0, 4.0, 2.0))
-    traj = minsnap.plan(REFERENCE, TIMES, room=room, solver="daqp")
+    room = minsnap.Room(lower, (8.0, 4.0, 2.0))
+    traj = minsnap.plan(REFERENCE, TIMES, solver="daqp", corridor=room)
     assert minsnap.certify(traj, REFERENCE, minsnap.Room(*room)).corridor_margin >= 0.0
     assert traj.cost() == pytest.approx(3340.14, rel=1e-5)
 

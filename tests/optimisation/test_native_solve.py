@@ -5,6 +5,7 @@ import pytest
 from helpers.tasks import REFERENCE
 
 import minsnap
+from minsnap.files.plan_arguments import plan_arguments
 from minsnap.native.library import core, using
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
@@ -33,10 +34,10 @@ def compare(points, durations, **others):
     For a convex set and the optimum x* in it, J(x - x*) <= J(x) - J*, so J(x - y) <= (1e-3 + 5.5e-3)^2 J*:
     the curves are close, too.
     """
-    native = minsnap.plan(points, durations, **others)
+    native = minsnap.plan(points, durations, **plan_arguments(others))
     assert native.report.core == "native", native.report.handed_over
     with using("python"):
-        python = minsnap.plan(points, durations, **others)
+        python = minsnap.plan(points, durations, **plan_arguments(others))
     assert python.report.core == "python"
     assert -1e-6 <= python.report.cost / native.report.cost - 1.0 <= 3e-5
     difference = minsnap.Trajectory(native.control_points - python.control_points, native.durations, native.pieces)
@@ -92,7 +93,7 @@ def test_a_start_on_the_floor_is_planned_natively():
     ],
 )
 def test_what_is_handed_over_says_why(others, reason):
-    report = minsnap.plan(REFERENCE, DURATIONS, **others).report
+    report = minsnap.plan(REFERENCE, DURATIONS, **plan_arguments(others)).report
     assert report.core == "python"
     assert reason in report.handed_over
 
@@ -135,7 +136,7 @@ def test_zigzags_with_free_waypoints_are_planned(tolerance, degree, pieces):
 def test_the_plane_of_a_gate_is_not_taken_for_a_wall_that_a_waypoint_touches():
     points = [(0, 0, 1), minsnap.Gate((2, 0.3, 1.2), (1, 0.5, 0.2), 1.0), (4, 1.5, 1), (6, 0, 1)]
     room = minsnap.Room((-1, -2, 0), (8, 1.5, 3))
-    task = placed_task(points, None, None, None, None, False, 3, [room], 4, 3, 1, "auto")
+    task = placed_task(points, None, None, None, None, False, [room], 4, 3, 1, "auto")
     assert task.touches.any()
     solved = solve(task, np.array([1.5, 1.3, 1.4]))
     assert solved.optimum.native is not None and len(solved.optimum.native.multiplier)

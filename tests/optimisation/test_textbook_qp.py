@@ -90,7 +90,7 @@ def test_closed_laps_are_those_of_the_full_problem(asked):
 @settings(max_examples=15)
 @given(corridors(legs=(2, 3), dims=(2, 3), degrees=(5, 7), **MILD))
 def test_sampled_corridors_are_those_of_the_full_problem(asked):
-    traj = minsnap.plan(**asked, samples=10, corridor_method="sampled")
+    traj = minsnap.plan(**asked | {"corridor": minsnap.Sampled(asked["corridor"], 10)})
     problem = build_qp(**asked, samples=10)
     x = unknowns(traj)
     assert (problem.G @ x - problem.h).max() <= 1e-6 * np.abs(asked["waypoints"]).max()

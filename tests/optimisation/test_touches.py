@@ -37,7 +37,10 @@ def test_a_course_that_touches_its_walls_is_planned(seed):
 def test_touching_costs_as_much_as_nearly_touching():
     """The cost grows as the square root of the room below the waypoints vanishes."""
     points, durations = [(0, 0, 1), (3, 1, 0), (5, -2, 0), (8, 0, 1)], [1.0, 1.5, 1.2]
-    costs = [minsnap.plan(points, durations, room=((-9, -9, -low), (9, 9, 6))).report.cost for low in (0.0, 1e-8, 1e-6)]
+    costs = [
+        minsnap.plan(points, durations, corridor=minsnap.Room((-9, -9, -low), (9, 9, 6))).report.cost
+        for low in (0.0, 1e-8, 1e-6)
+    ]
     assert 0.0 <= costs[0] / costs[1] - 1.0 < 3e-3
     assert (costs[0] - costs[2]) / (costs[0] - costs[1]) == pytest.approx(10.0, rel=0.2)
 

@@ -27,6 +27,7 @@ def corridors(draw, legs=(1, 6), dims=(1, 4), degrees=DEGREES, walls=True, close
     lengths = lengths or SPANS[degree][0]
     pace = pace or SPANS[degree][1]
     count, dim = draw(st.integers(*legs)), draw(st.integers(*dims))
+    count = max(count, dim if dim > 3 else 1)  # three rows of more columns are taken for x, y and z
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     sizes = np.array(draw(st.lists(decades(*lengths), min_size=count, max_size=count)))
     directions = random.normal(size=(count, dim))
@@ -40,8 +41,6 @@ def corridors(draw, legs=(1, 6), dims=(1, 4), degrees=DEGREES, walls=True, close
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     durations = lengths * 10.0 ** random.uniform(-pace, pace, len(lengths))
     given = {"waypoints": points, "durations": durations, "degree": degree}
-    if dim > 3:
-        given["dim"] = dim
     if walls:
         given["corridor"] = draw(decades(0.03, 1.6)) * 10.0 ** random.uniform(-0.3, 0.3, len(lengths))
     if closed:

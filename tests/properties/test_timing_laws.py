@@ -104,7 +104,7 @@ def test_the_shortest_plan_touches_its_limits_and_exceeds_none(asked):
 @settings(max_examples=6, phases=QUICK)
 @given(problems(), decades(0.1, 1e4))
 def test_a_priced_plan_exceeds_no_limit(asked, weight):
-    check(minsnap.plan(**asked, time_weight=weight), asked)
+    check(minsnap.plan(search=minsnap.Search(time_weight=weight), **asked), asked)
 
 
 @settings(max_examples=6, phases=QUICK)
@@ -119,7 +119,7 @@ def test_a_total_within_reach_is_kept_with_the_limits(asked, longer):
 @settings(max_examples=2, phases=QUICK)
 @given(problems(), st.sampled_from(["optimal", "distance"]))
 def test_a_plan_that_is_only_scaled_exceeds_no_limit(asked, split):
-    path = minsnap.plan(**asked, enforce="scaling", split=split)
+    path = minsnap.plan(search=minsnap.Search(enforce="scaling", split=split), **asked)
     check(path, asked)
     assert path.report.binding.fraction >= 0.999
 

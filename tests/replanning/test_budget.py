@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap import Boxes, Limits, Replanner, TimingError, deadline
+from minsnap import Boxes, Limits, Replanner, TimingError
+from minsnap.basics import deadline
 from minsnap.basics.deadline import Deadline, LateError
 from minsnap.errors import SolverError
 from minsnap.replanning import replanner as replanner_module

@@ -21,7 +21,7 @@ CRAZYFLIE = minsnap.Limits.of(Quadrotor.crazyflie(), reserve=0.25, speed=2.0)
 
 @pytest.fixture(scope="module")
 def curve():
-    return minsnap.plan(CORNERS, durations=(4.0, 3.0), corridor=minsnap.Boxes(LOWER, UPPER), room=ROOM)
+    return minsnap.plan(CORNERS, durations=(4.0, 3.0), corridor=[minsnap.Boxes(LOWER, UPPER), minsnap.Room(*ROOM)])
 
 
 def test_every_wall_of_a_scene_gives_the_same_plan_again(curve):

@@ -7,6 +7,7 @@ from tasks import REFERENCE, random_legs
 import minsnap
 from minsnap.cli.app import exit_status
 from minsnap.errors import InfeasibleError, LimitError, TimingError, WaypointError
+from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
@@ -31,7 +32,7 @@ LIMITS = Limits(speed=3.0, acceleration=6.0)
 )
 def test_what_cannot_be_meant_is_refused(given, said):
     with pytest.raises(TimingError, match=said) as refused:
-        minsnap.plan(REFERENCE, **given)
+        minsnap.plan(REFERENCE, **plan_arguments(given))
     assert exit_status(refused.value) == 2
 
 
@@ -106,7 +107,7 @@ def test_a_state_at_its_limit_on_the_way_is_refused():
 
 def test_pinned_states_do_not_scale():
     with pytest.raises(TimingError, match="do not scale"):
-        minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (2, 0, 0)}, enforce="scaling")
+        minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (2, 0, 0)}, search=minsnap.Search(enforce="scaling"))
 
 
 OTHERS = {
@@ -124,7 +125,7 @@ POINTS = np.array([(0, 0, 1), (4, 0, 3), (4, 4, 1), (0, 4, 3), (0, 0, 1)], dtype
 )
 def test_limits_that_are_no_walls_hold_in_every_mode(name, mode):
     limits, options = OTHERS[name]
-    path = minsnap.plan(POINTS, limits=limits, **mode, **options)
+    path = minsnap.plan(POINTS, limits=limits, **plan_arguments(mode | options))
     check(path, limits, POINTS, options.get("corridor"))
 
 
@@ -134,7 +135,7 @@ def test_limits_that_are_no_walls_are_never_exceeded_in_silence(name, mode):
     """In 1.5 s a least thrust can be kept: a path so fast needs much of it everywhere."""
     limits, options = OTHERS[name]
     with pytest.raises(InfeasibleError):
-        minsnap.plan(POINTS, limits=limits, **mode, **options)
+        minsnap.plan(POINTS, limits=limits, **plan_arguments(mode | options))
 
 
 @pytest.mark.parametrize("limits", [Limits(body_rate=1.0), Limits(min_thrust=0.8), Limits(max_thrust=1.4, tilt=0.4)])
@@ -170,10 +171,10 @@ def test_a_total_with_limits_costs_more_than_without_and_keeps_them():
 
 def test_a_dear_second_with_limits_ends_near_the_shortest_time():
     shortest = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3).duration
-    path = minsnap.plan(REFERENCE, time_weight=1e6, limits=LIMITS, corridor=0.3)
+    path = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3, search=minsnap.Search(time_weight=1e6))
     check(path, LIMITS, corridor=0.3)
     assert shortest * 0.999 <= path.duration <= 1.03 * shortest
-    cheap = minsnap.plan(REFERENCE, time_weight=1.0, limits=LIMITS, corridor=0.3)
+    cheap = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3, search=minsnap.Search(time_weight=1.0))
     assert cheap.duration > path.duration and cheap.cost() < path.cost()
 
 
@@ -221,7 +222,7 @@ class Patience:
     ],
 )
 def test_an_interrupted_search_gives_the_best_certified_plan_and_says_so(asked):
-    path = minsnap.plan(REFERENCE, progress=Patience(4), on_interrupt="return", **asked)
+    path = minsnap.plan(REFERENCE, progress=Patience(4), **plan_arguments({"on_interrupt": "return"} | asked))
     assert path.report.interrupted and len(path.report.steps) >= 4
     certificate = minsnap.certify(path, REFERENCE, corridor=asked.get("corridor"), limits=asked.get("limits"))
     assert certificate.ok
@@ -236,7 +237,9 @@ def test_a_search_by_one_call_is_the_same_whether_it_is_watched_or_not(asked):
     plain = minsnap.plan(REFERENCE, total_time=12.0, **asked)
     steps = []
     watched = minsnap.plan(REFERENCE, total_time=12.0, progress=steps.append, **asked)
-    kept = minsnap.plan(REFERENCE, total_time=12.0, progress=Patience(2), on_interrupt="return", **asked)
+    kept = minsnap.plan(
+        REFERENCE, total_time=12.0, progress=Patience(2), search=minsnap.Search(on_interrupt="return"), **asked
+    )
     for path in (watched, kept):
         assert (path.control_points == plain.control_points).all() and (path.breaks == plain.breaks).all()
     assert steps == list(plain.report.steps) and len(steps) > 2
@@ -254,12 +257,12 @@ def test_a_search_by_one_call_is_the_same_whether_it_is_watched_or_not(asked):
 )
 def test_an_interrupt_is_the_callers_own_unless_asked_for(asked):
     with pytest.raises(KeyboardInterrupt):
-        minsnap.plan(REFERENCE, progress=Patience(3), **asked)
+        minsnap.plan(REFERENCE, progress=Patience(3), **plan_arguments(asked))
 
 
 def test_an_unknown_answer_to_interrupts_is_refused():
     with pytest.raises(minsnap.TimingError, match="'raise' or 'return'"):
-        minsnap.plan(REFERENCE, total_time=12.0, on_interrupt="ignore")
+        minsnap.plan(REFERENCE, total_time=12.0, search=minsnap.Search(on_interrupt="ignore"))
 
 
 def test_a_search_that_runs_to_its_end_was_not_interrupted():

@@ -6,6 +6,7 @@ from tasks import REFERENCE
 import minsnap
 from minsnap.corridors.boxes import Boxes
 from minsnap.errors import CorridorError, DegreeError, LimitError, SolverError, WaypointError, YawError
+from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.vehicle import Quadrotor
@@ -55,7 +56,7 @@ def test_pieces_are_at_least_one(pieces):
 )
 def test_headings_that_contradict_themselves_are_refused(heading, sentence):
     with pytest.raises(YawError, match=sentence):
-        minsnap.plan(REFERENCE, limits=LIMITS, **heading)
+        minsnap.plan(REFERENCE, limits=LIMITS, **plan_arguments(heading))
 
 
 def test_a_heading_from_the_tilt_of_another_planet_is_refused():

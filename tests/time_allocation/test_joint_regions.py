@@ -17,7 +17,7 @@ POINTS = [(0, 0, 1), (2, 0.5, 1), GATE, (6, 0, 1.5), (8, 0, 1)]
 
 def layout_of(pieces, tolerance):
     state = {"velocity": (0.0, 0.0, 0.0)}
-    task = placed_task(POINTS, tolerance, state, state, None, False, None, [], 4, 3, pieces, "auto")
+    task = placed_task(POINTS, tolerance, state, state, None, False, [], 4, 3, pieces, "auto")
     problem = JointProblem(task, Limits(speed=3.0), np.full(task.legs, 2.0))
     return problem.layout(pieces)
 

@@ -13,7 +13,7 @@ from minsnap.trajectory.report import Step
 
 
 def test_distance_split_is_in_proportion_to_the_lengths():
-    path = minsnap.plan(REFERENCE, total_time=12.0, split="distance")
+    path = minsnap.plan(REFERENCE, total_time=12.0, search=minsnap.Search(split="distance"))
     assert np.diff(path.leg_breaks) == pytest.approx([4.0, 2.0, 4.0, 2.0], abs=1e-12)
     assert path.cost() == pytest.approx(216.8955, abs=1e-3)
     assert path.report.steps == ()
@@ -90,7 +90,7 @@ def test_ten_legs_end_where_random_starts_of_another_optimiser_end():
 
 def test_a_thousand_legs():
     points, _ = random_legs(6, 1000)
-    by_distance = minsnap.plan(points, total_time=2000.0, split="distance").cost()
+    by_distance = minsnap.plan(points, total_time=2000.0, search=minsnap.Search(split="distance")).cost()
     path = minsnap.plan(points, total_time=2000.0)
     assert path.cost() < 0.5 * by_distance
     assert np.diff(path.leg_breaks).min() > 0.0 and path.duration == pytest.approx(2000.0, rel=1e-12)
@@ -107,12 +107,19 @@ def test_total_time_scales_the_split_and_the_cost_by_its_seventh_power():
 def test_every_degree_gains_by_the_split(degree):
     half = (degree + 1) // 2
     best = minsnap.plan(REFERENCE, total_time=12.0, degree=degree).cost(half)
-    assert best < minsnap.plan(REFERENCE, total_time=12.0, split="distance", degree=degree).cost(half)
+    assert best < minsnap.plan(REFERENCE, total_time=12.0, degree=degree, search=minsnap.Search(split="distance")).cost(
+        half
+    )
 
 
 def test_closed_laps_are_split_too():
     best = minsnap.plan(REFERENCE, total_time=12.0, closed=True, corridor=0.3)
-    assert best.cost() < minsnap.plan(REFERENCE, total_time=12.0, closed=True, corridor=0.3, split="distance").cost()
+    assert (
+        best.cost()
+        < minsnap.plan(
+            REFERENCE, total_time=12.0, closed=True, corridor=0.3, search=minsnap.Search(split="distance")
+        ).cost()
+    )
 
 
 def test_one_leg_has_nothing_to_split():
@@ -122,14 +129,17 @@ def test_one_leg_has_nothing_to_split():
 @pytest.mark.parametrize("weight", [1e-2, 1.0, 1e3])
 def test_a_price_on_time_balances_cost_against_it(weight):
     """At the optimum stretching all times by a changes J a^-7 + weight T a to no order: 7 J = weight T."""
-    path = minsnap.plan(REFERENCE, time_weight=weight)
+    path = minsnap.plan(REFERENCE, search=minsnap.Search(time_weight=weight))
     assert 7.0 * path.cost() == pytest.approx(weight * path.duration, rel=1e-3)
     best = minsnap.plan(REFERENCE, total_time=path.duration).cost()
     assert path.cost() == pytest.approx(best, rel=1e-4), "the cost is least for its time"
 
 
 def test_time_gets_dearer_with_its_weight():
-    paths = [minsnap.plan(REFERENCE, time_weight=weight, corridor=0.3) for weight in (1.0, 10.0, 100.0)]
+    paths = [
+        minsnap.plan(REFERENCE, corridor=0.3, search=minsnap.Search(time_weight=weight))
+        for weight in (1.0, 10.0, 100.0)
+    ]
     durations, costs = [p.duration for p in paths], [p.cost() for p in paths]
     assert durations == sorted(durations, reverse=True) and costs == sorted(costs)
     assert all(minsnap.certify(p, REFERENCE, corridor=0.3).ok for p in paths)
@@ -154,11 +164,11 @@ def test_log_keeps_the_best():
 
 def test_a_split_of_unknown_name_or_without_limits_is_refused():
     with pytest.raises(TimingError, match="'optimal', 'distance' or 'trapezoid'"):
-        minsnap.plan(REFERENCE, total_time=12.0, split="equal")
+        minsnap.plan(REFERENCE, total_time=12.0, search=minsnap.Search(split="equal"))
     with pytest.raises(TimingError, match="needs limits"):
-        minsnap.plan(REFERENCE, total_time=12.0, split="trapezoid")
+        minsnap.plan(REFERENCE, total_time=12.0, search=minsnap.Search(split="trapezoid"))
     with pytest.raises(TimingError, match="needs a limit on speed or acceleration"):
-        minsnap.plan(REFERENCE, split="trapezoid", limits=Limits(snap=3.0))
+        minsnap.plan(REFERENCE, limits=Limits(snap=3.0), search=minsnap.Search(split="trapezoid"))
 
 
 def test_a_task_knows_the_lengths_that_splits_use():

@@ -5,6 +5,7 @@ import pytest
 from tasks import REFERENCE
 
 import minsnap
+from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
 from minsnap.time_allocation.joint_layout import JointState
@@ -50,14 +51,14 @@ def task_of_corners():
 def test_a_price_is_paid_as_by_searches_over_durations_alone():
     """Nested searches over durations, with the limits as walls of the QP, ended at 12839.55 and 1518.18."""
     for weight, least in ((100.0, 1518.18), (1000.0, 12839.55)):
-        path = minsnap.plan(REFERENCE, time_weight=weight, limits=LIMITS, corridor=0.3)
+        path = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3, search=minsnap.Search(time_weight=weight))
         check(path, LIMITS)
         assert path.cost() + weight * path.duration <= 1.001 * least
 
 
 def test_several_pieces_are_priced_within_the_limits():
     """A search that began from the shortest plan ended at 5,014,569 here, since that plan is so rough."""
-    path = minsnap.plan(REFERENCE, time_weight=1e4, limits=LIMITS, corridor=0.3, pieces=3)
+    path = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.3, pieces=3, search=minsnap.Search(time_weight=1e4))
     check(path, LIMITS)
     assert path.cost() + 1e4 * path.duration <= 106_700
 
@@ -75,19 +76,21 @@ def test_limits_that_are_not_convex_are_kept_without_slowing_down():
     path = minsnap.plan(REFERENCE, total_time=13.0, limits=TURNING, corridor=0.3)
     check(path, TURNING)
     assert path.duration == pytest.approx(13.0) and path.cost() <= 290.0
-    priced = minsnap.plan(REFERENCE, time_weight=1e3, limits=TURNING, corridor=0.3)
+    priced = minsnap.plan(REFERENCE, limits=TURNING, corridor=0.3, search=minsnap.Search(time_weight=1e3))
     check(priced, TURNING)
     assert priced.cost() + 1e3 * priced.duration <= 13_060.0
 
 
 def test_limits_that_do_not_bind_change_nothing():
     for asked in ({"total_time": 30.0}, {"time_weight": 1.0}):
-        free, path = (minsnap.plan(REFERENCE, corridor=0.3, **asked, **more) for more in ({}, {"limits": LIMITS}))
+        free, path = (
+            minsnap.plan(REFERENCE, corridor=0.3, **plan_arguments(asked | more)) for more in ({}, {"limits": LIMITS})
+        )
         assert path.cost() == pytest.approx(free.cost(), rel=1e-6)
 
 
 def test_a_moving_start_is_priced_too():
     start = {"velocity": (1.0, 0.3, 0.0)}
-    path = minsnap.plan(REFERENCE, time_weight=1e3, limits=LIMITS, corridor=0.5, start=start)
+    path = minsnap.plan(REFERENCE, limits=LIMITS, corridor=0.5, start=start, search=minsnap.Search(time_weight=1e3))
     assert minsnap.certify(path, REFERENCE, corridor=0.5, limits=LIMITS).ok
     assert path(0.0, 1) == pytest.approx(start["velocity"])

@@ -10,6 +10,7 @@ from tasks import REFERENCE, random_legs
 import minsnap
 from minsnap.basics.deadline import NEVER
 from minsnap.errors import LimitError
+from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
 from minsnap.planner import placed_task
 from minsnap.time_allocation.initial_guess import stop_and_go
@@ -50,7 +51,7 @@ def test_reference_rectangle_by_scaling_alone():
         "distance": {"split": "distance"},
         "trapezoid": {"split": "trapezoid"},
     }.items():
-        path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, **options)
+        path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, **plan_arguments(options))
         check_touching(path, LIMITS, REFERENCE, 0.3)
         durations[name] = path.duration
     assert durations["best"] <= 12.75
@@ -94,13 +95,13 @@ def test_a_search_ends_before_a_step_that_would_be_late_also_where_no_step_is_ac
     ticks, steps = count(), []
     monkeypatch.setattr(NEVER, "clock", lambda: float(next(ticks)))
     monkeypatch.setattr(JointSearch, "_descended", lambda *given: steps.append(1) or (0.0, None))
-    path = minsnap.plan(REFERENCE, limits=LIMITS, time_limit=10.0)
+    path = minsnap.plan(REFERENCE, limits=LIMITS, search=minsnap.Search(time_limit=10.0))
     assert path.report.interrupted and minsnap.certify(path, limits=LIMITS).ok
     assert 1 <= len(steps) <= 5
 
 
 def test_a_search_with_a_gain_ends_at_the_first_step_that_gains_less():
-    task = placed_task(REFERENCE, None, None, None, None, False, None, [minsnap.Tube(0.3)], 4, 3, 1, "auto")
+    task = placed_task(REFERENCE, None, None, None, None, False, [minsnap.Tube(0.3)], 4, 3, 1, "auto")
     for gain, least, most in ((1.0, 1, 1), (None, 4, 80)):
         told = []
         search = JointProblem(task, Limits(speed=3.0, acceleration=6.0), np.full(task.legs, 3.0)).search(1, told.append)

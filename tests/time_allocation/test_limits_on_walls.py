@@ -18,7 +18,7 @@ def course(seed):
 
 @pytest.mark.parametrize("seed", [0, 8, 44])
 def test_the_shortest_time_of_a_course_on_the_floor_is_certified(seed):
-    traj = minsnap.plan(course(seed), room=FLOOR, limits=LIMITS)
+    traj = minsnap.plan(course(seed), limits=LIMITS, corridor=FLOOR)
     assert minsnap.certify(traj, course(seed), FLOOR, limits=LIMITS).ok
     assert max(used.fraction for used in traj.report.utilisation) > 0.98
 
@@ -26,11 +26,11 @@ def test_the_shortest_time_of_a_course_on_the_floor_is_certified(seed):
 def test_a_total_within_limits_on_the_floor_is_certified():
     points = course(11)
     points[0, 2] = points[-1, 2] = 0.0
-    traj = minsnap.plan(points, room=FLOOR, limits=LIMITS, total_time=30.0)
+    traj = minsnap.plan(points, limits=LIMITS, total_time=30.0, corridor=FLOOR)
     assert traj.duration == pytest.approx(30.0) and minsnap.certify(traj, points, FLOOR, limits=LIMITS).ok
 
 
 def test_a_price_of_time_where_no_curve_fits_is_refused_with_the_reason():
     state = {"velocity": (0.0, 30.0)}
     with pytest.raises(minsnap.InfeasibleError, match="too narrow"):
-        minsnap.plan([(0, 0), (5, 0)], time_weight=100.0, corridor=0.1, start=state)
+        minsnap.plan([(0, 0), (5, 0)], corridor=0.1, start=state, search=minsnap.Search(time_weight=100.0))

@@ -69,7 +69,9 @@ def test_a_piece_joined_before_a_plan_is_the_same_curve_with_as_many_legs():
 def test_a_time_limit_ends_with_a_certified_plan_or_a_sentence(seconds):
     start = {"velocity": (2.0, 0, 0)}
     try:
-        path = minsnap.plan(POINTS, limits=LIMITS, corridor=BOXES, start=start, time_limit=seconds)
+        path = minsnap.plan(
+            POINTS, limits=LIMITS, corridor=BOXES, start=start, search=minsnap.Search(time_limit=seconds)
+        )
     except minsnap.SolverError as late:
         assert str(late).startswith("time_limit has passed without a certified plan")
     else:

@@ -121,10 +121,10 @@ def test_gates_are_crossed_in_their_openings():
 
 
 def test_a_search_out_of_time_returns_what_it_has():
-    path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, pieces=3, time_limit=1e-6)
+    path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, pieces=3, search=minsnap.Search(time_limit=1e-6))
     assert path.report.interrupted and minsnap.certify(path, REFERENCE, corridor=0.3, limits=LIMITS).ok
     with pytest.raises(minsnap.MinsnapError, match="time_limit"):
-        minsnap.plan(REFERENCE, limits=LIMITS, time_limit=-1.0)
+        minsnap.plan(REFERENCE, limits=LIMITS, search=minsnap.Search(time_limit=-1.0))
 
 
 @pytest.mark.parametrize("step", [1, 4, 14])
@@ -133,7 +133,9 @@ def test_an_interrupted_search_returns_what_it_has(step):
         if found.evaluation == step:
             raise KeyboardInterrupt
 
-    path = minsnap.plan(REFERENCE, corridor=0.3, limits=LIMITS, pieces=2, progress=stop, on_interrupt="return")
+    path = minsnap.plan(
+        REFERENCE, corridor=0.3, limits=LIMITS, pieces=2, progress=stop, search=minsnap.Search(on_interrupt="return")
+    )
     assert path.report.interrupted and minsnap.certify(path, REFERENCE, corridor=0.3, limits=LIMITS).ok
 
 

@@ -76,7 +76,7 @@ def test_a_closed_lap_that_turns_all_the_way_round_is_smooth_too():
 
 
 def test_along_the_velocity_is_its_angle_unwrapped():
-    traj = minsnap.plan(SQUARE, TIMES, yaw="velocity", hold_below=0.01)
+    traj = minsnap.plan(SQUARE, TIMES, yaw=minsnap.Velocity(hold_below=0.01))
     t = np.linspace(0.4, traj.duration - 0.4, 501)
     velocity = traj(t, 1)
     assert wrap(traj.yaw(t) - np.arctan2(velocity[:, 1], velocity[:, 0])) == pytest.approx(np.zeros(501), abs=1e-9)

@@ -55,7 +55,7 @@ def test_a_certificate_shows_whether_everything_holds():
 
 @pytest.mark.parametrize("dim", [1, 2, 3, 5])
 def test_paths_of_any_dimension_have_a_card(dim):
-    path = minsnap.plan(np.arange(3.0 * dim).reshape(3, dim), durations=[1, 2], dim=dim)
+    path = minsnap.plan(np.arange(4.0 * dim).reshape(4, dim), durations=[1, 1, 1])
     assert facts(path)["duration"] == "3 s"
     assert drawings(path) == (2 if dim == 3 else 1)
 

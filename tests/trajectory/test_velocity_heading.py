@@ -6,6 +6,7 @@ import pytest
 import minsnap
 from minsnap import Limits
 from minsnap.errors import YawError
+from minsnap.files.plan_arguments import plan_arguments
 from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
@@ -27,7 +28,7 @@ def differences(heading, duration):
 
 @pytest.mark.parametrize("name", COURSES)
 def test_a_heading_is_continuous_with_the_rate_that_is_reported_exactly(name):
-    traj = minsnap.plan(*COURSES[name], yaw="velocity", yaw_rate=1.5, corridor=0.5)
+    traj = minsnap.plan(*COURSES[name], yaw=minsnap.Velocity(yaw_rate=1.5), corridor=0.5)
     middles, rates = differences(traj.yaw, traj.duration)
     largest = np.abs(rates).max()
     assert traj.yaw(middles, 1) == pytest.approx(rates, abs=2e-3 * max(largest, 1.0))
@@ -38,7 +39,7 @@ def test_a_heading_is_continuous_with_the_rate_that_is_reported_exactly(name):
 
 @pytest.mark.parametrize("name", COURSES)
 def test_where_it_follows_it_is_the_angle_of_the_velocity_and_elsewhere_the_path_is_slow_or_near_it(name):
-    traj = minsnap.plan(*COURSES[name], yaw="velocity", yaw_rate=50.0, hold_below=0.3, corridor=0.5)
+    traj = minsnap.plan(*COURSES[name], yaw=minsnap.Velocity(yaw_rate=50.0, hold_below=0.3), corridor=0.5)
     t = np.linspace(0.0, traj.duration, 2001)
     velocity = traj(t, 1)
     follows = np.zeros(len(t), dtype=bool)
@@ -51,11 +52,11 @@ def test_where_it_follows_it_is_the_angle_of_the_velocity_and_elsewhere_the_path
 
 def test_a_path_that_turns_back_turns_half_a_turn_within_the_limit():
     limits = Limits(speed=3.0, acceleration=5.0, yaw_rate=2.0)
-    traj = minsnap.plan(BACK, limits=limits, yaw="velocity", enforce="scaling")
+    traj = minsnap.plan(BACK, limits=limits, yaw="velocity", search=minsnap.Search(enforce="scaling"))
     assert abs(traj.yaw(traj.duration) - traj.yaw(0.0)) == pytest.approx(np.pi)
     _, rates = differences(traj.yaw, traj.duration)
     assert 1.0 < np.abs(rates).max() <= 2.0
-    free = minsnap.plan(BACK, limits=Limits(speed=3.0, acceleration=5.0), enforce="scaling")
+    free = minsnap.plan(BACK, limits=Limits(speed=3.0, acceleration=5.0), search=minsnap.Search(enforce="scaling"))
     assert traj.duration == pytest.approx(free.duration, rel=1e-6)
 
 
@@ -67,7 +68,7 @@ def test_a_stretched_path_holds_its_heading_by_the_same_rules():
 
 
 def test_a_path_slower_than_the_hold_everywhere_keeps_one_heading():
-    traj = minsnap.plan([(0, 0), (1, 1)], [4.0], yaw="velocity", hold_below=5.0)
+    traj = minsnap.plan([(0, 0), (1, 1)], [4.0], yaw=minsnap.Velocity(hold_below=5.0))
     assert traj.yaw(np.linspace(0.0, 4.0, 101)) == pytest.approx(np.full(101, np.pi / 4.0))
 
 
@@ -82,12 +83,12 @@ def test_a_path_slower_than_the_hold_everywhere_keeps_one_heading():
 )
 def test_what_would_be_ignored_or_means_nothing_is_refused(asked, words):
     with pytest.raises(YawError, match=words):
-        minsnap.plan(BACK, [2.0, 2.0], **asked)
+        minsnap.plan(BACK, [2.0, 2.0], **plan_arguments(asked))
 
 
 def test_a_rate_above_the_limit_is_refused():
     with pytest.raises(YawError, match="more than the limit"):
-        minsnap.plan(BACK, limits=Limits(speed=3.0, yaw_rate=1.0), yaw="velocity", yaw_rate=2.0)
+        minsnap.plan(BACK, limits=Limits(speed=3.0, yaw_rate=1.0), yaw=minsnap.Velocity(yaw_rate=2.0))
 
 
 def test_the_heading_itself_refuses_a_rate_of_zero():

@@ -20,6 +20,7 @@ from minsnap.optimisation.planned_yaw import asked_heading
 from minsnap.paths.missions.course import ACCELERATION, SPEED, Course, Stop, knots_of, section_arguments
 from minsnap.planner import plan
 from minsnap.trajectory.trajectory import Trajectory, concatenate
+from minsnap.trajectory.velocity_heading import Velocity
 
 CLIMB_SPEED, LANDING_SPEED, GENTLE = 1.0, 0.5, 2.0
 """Largest speeds of take-off and landing [m/s], and their acceleration [m/s^2]."""
@@ -128,7 +129,7 @@ class _Flown:
 
 def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
     """Plan the course itself."""
-    yaw = course.yaw if isinstance(course.yaw, str) else None
+    yaw = course.yaw if isinstance(course.yaw, (str, Velocity)) else None
     on_ground = course.takeoff is not False or course.land is not False
     if course.boxes is not None:
         walls = [course.boxes] if course.tube is None else [course.boxes, Tube(np.array(course.tube))]
@@ -143,7 +144,7 @@ def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
     return _sections(course, yaw, planning)
 
 
-def _sections(course: Course, yaw: str | None, planning: dict[str, Any]) -> list[_Flown]:
+def _sections(course: Course, yaw: str | Velocity | None, planning: dict[str, Any]) -> list[_Flown]:
     """Plan from hold to hold, each from rest to rest, and the holds between."""
     found: list[_Flown] = []
     section: list[tuple[str, Stop]] = []
@@ -187,7 +188,9 @@ def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list
     return [] if np.array_equal(place, stop.centre) else [(name, Stop(place))]
 
 
-def _section(section: list[tuple[str, Stop]], course: Course, yaw: str | None, further: dict[str, Any]) -> _Flown:
+def _section(
+    section: list[tuple[str, Stop]], course: Course, yaw: str | Velocity | None, further: dict[str, Any]
+) -> _Flown:
     """Plan a section, and name its parts."""
     stops = [stop for _, stop in section]
     asked = section_arguments(stops, course, closed=False)

@@ -22,6 +22,7 @@ from minsnap.paths.routes.map_files import array_map, read_map
 from minsnap.paths.routes.map_values import Reading
 from minsnap.paths.routes.passage import end_point, find_passage
 from minsnap.planner import plan
+from minsnap.time_allocation.search_options import is_priced
 from minsnap.trajectory.path import Heading, Path
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -194,6 +195,6 @@ def _lifted(found: GridCorridor, start: FloatArray, goal: FloatArray) -> tuple[B
 def _timed(planning: dict[str, Any]) -> dict[str, Any]:
     """Return arguments of a plan with limits, if neither times nor limits are among them."""
     given = {name for name, value in planning.items() if value is not None}
-    if given & {"durations", "total_time", "time_weight", "limits"}:
+    if given & {"durations", "total_time", "limits"} or is_priced(planning):
         return planning
     return planning | {"limits": Limits(speed=SPEED, acceleration=ACCELERATION)}

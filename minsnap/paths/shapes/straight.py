@@ -13,6 +13,7 @@ from minsnap.basics.checks import check_positive, check_switch, is_whole, refuse
 from minsnap.basics.messages import shown
 from minsnap.errors import ShapeError, TimingError
 from minsnap.paths.shapes.shape_checks import check_finite, check_point
+from minsnap.time_allocation.search_options import is_priced
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -74,7 +75,7 @@ def line(
         raise ShapeError(f"the line starts and ends at {tuple(ends[0].tolist())}: give it two ends")
     if check_switch("constant_speed", constant_speed):
         return _constant_speed(ends, total_time, limits, **options)
-    if total_time is None and limits is None and options.get("time_weight") is None:
+    if total_time is None and limits is None and not is_priced(options):
         total_time = distance / SPEED
     return _plan(ends, total_time=total_time, limits=limits, **options)
 
@@ -115,7 +116,7 @@ def rectangle(
     total_time, durations, limits
         As :func:`minsnap.plan` takes them; unless one is given, the shortest time found within 3 m/s and 6 m/s^2.
     **options
-        More arguments of :func:`minsnap.plan`, such as ``yaw``, ``closed`` or ``split``.
+        More arguments of :func:`minsnap.plan`, such as ``yaw``, ``closed`` or ``search``.
 
     Returns
     -------
@@ -134,7 +135,7 @@ def rectangle(
     first = _check_count("start corner", start_corner, 0, 3)
     steps = np.arange(4 * turns + 1) * (-1 if check_switch("clockwise", clockwise) else 1)
     waypoints = corners[(first + steps) % 4]
-    if total_time is None and durations is None and limits is None and options.get("time_weight") is None:
+    if total_time is None and durations is None and limits is None and not is_priced(options):
         limits = rectangle_limits()
     times = {"total_time": total_time, "durations": durations, "limits": limits}
     return _plan(waypoints, corridor=corridor, **times, **options)

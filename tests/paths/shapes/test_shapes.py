@@ -146,7 +146,7 @@ def test_rectangle_visits_its_corners_in_order_and_stays_inside(corner, clockwis
         clockwise=clockwise,
         corridor=0.2,
         total_time=32.0,
-        split="distance",
+        search=minsnap.Search(split="distance"),
     )
     found = path(path.leg_breaks)
     assert found[[0, 4, 8]] == pytest.approx(np.array([found[0]] * 3), abs=1e-9)

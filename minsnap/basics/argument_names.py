@@ -1,0 +1,55 @@
+"""Unknown names of arguments, answered with the name that was meant."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from difflib import get_close_matches
+from functools import wraps
+from typing import Any, TypeVar, cast
+
+from minsnap.basics.messages import shown
+from minsnap.errors import ArgumentNameError
+
+Called = TypeVar("Called", bound=Callable[..., Any])
+
+
+def explains_names(moved: Mapping[str, str]) -> Callable[[Called], Called]:
+    """Make a function or class answer unknown keywords with a sentence.
+
+    Parameters
+    ----------
+    moved : mapping
+        What to write in place of names that are not parameters, by name.
+
+    Returns
+    -------
+    callable
+        A decorator; what it returns has the same signature and raises ArgumentNameError for an unknown name.
+    """
+
+    def explained(called: Called) -> Called:
+        target: Callable[..., Any] = vars(called)["__init__"] if isinstance(called, type) else called
+        known = frozenset(inspect.signature(target).parameters)
+
+        @wraps(target)
+        def checked(*args: Any, **kwargs: Any) -> Any:
+            if not kwargs.keys() <= known:
+                raise _unknown(called.__name__, next(name for name in kwargs if name not in known), known, moved)
+            return target(*args, **kwargs)
+
+        if isinstance(called, type):
+            type.__setattr__(called, "__init__", checked)
+            return called
+        return cast(Called, checked)
+
+    return explained
+
+
+def _unknown(called: str, name: str, known: frozenset[str], moved: Mapping[str, str]) -> ArgumentNameError:
+    if name in moved:
+        return ArgumentNameError(f"{called} has no argument {name}: write {moved[name]}")
+    stem = name.removeprefix("max_")
+    near = [stem] if stem in known else get_close_matches(name, known - {"self"}, 1)
+    hint = f"did you mean {near[0]}?" if near else f"it takes {', '.join(sorted(known - {'self'}))}"
+    return ArgumentNameError(f"{called} has no argument {shown(name)}: {hint}")

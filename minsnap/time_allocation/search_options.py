@@ -1,0 +1,83 @@
+"""How durations are searched for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from minsnap.basics.checks import check_positive, check_words
+from minsnap.basics.messages import shown
+from minsnap.errors import InputError, TimingError
+
+WORDS = {
+    "split": ("optimal", "distance", "trapezoid"),
+    "enforce": ("qp", "scaling"),
+    "on_interrupt": ("raise", "return"),
+}
+"""The words that an option can have."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """How durations are searched for, where a plan chooses them.
+
+    Parameters
+    ----------
+    split : {"optimal", "distance", "trapezoid"}
+        How the time is divided among the legs: for the least cost (with limits alone: for the least time), in
+        proportion to their lengths, or by a trapezoidal speed profile per leg within the limits. Only ``"optimal"``
+        goes with given durations and with ``time_weight``.
+    time_weight : float, optional
+        Minimise cost + time_weight * time over the durations (Richter et al. 2013), instead of fixing a total.
+    enforce : {"qp", "scaling"}, optional
+        How limits are kept: as walls of the QP (the default), so that long legs cruise at the limit; or, with limits
+        alone, by planning without them and stretching time (the default for the other splits).
+    time_limit : float, optional
+        Seconds after which planning ends: for given durations with a certified plan that may cost more than the least
+        or with a SolverError (checked after every round of the exchange); for the shortest time within limits with
+        the best certified plan found so far. Not with a total time or ``time_weight`` alone.
+    on_interrupt : {"raise", "return"}
+        What Ctrl-C does during a search: raise KeyboardInterrupt, or end it with the best plan found so far, certified
+        like any other (``report.interrupted`` says so).
+
+    Raises
+    ------
+    TimingError
+        If a word is not one of these, or a number is not positive.
+    """
+
+    split: str = "optimal"
+    time_weight: float | None = None
+    enforce: str | None = None
+    time_limit: float | None = None
+    on_interrupt: str = "raise"
+
+    def __post_init__(self) -> None:
+        check_words(split=self.split, on_interrupt=self.on_interrupt)
+        for name, allowed in WORDS.items():
+            value = getattr(self, name)
+            if value is not None and not (isinstance(value, str) and value in allowed):
+                *others, last = map(repr, allowed)
+                raise TimingError(f"{name} is {shown(value)}: use {', '.join(others)} or {last}")
+        for name, unit in (("time_weight", "cost per second"), ("time_limit", "s")):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, check_positive(name, getattr(self, name), unit, TimingError))
+
+
+USUAL = Search()
+"""What is searched for unless something else is asked for."""
+
+
+def check_search(search: object) -> Search:
+    """Return how to search; raise InputError if it is no ``Search``."""
+    if search is None:
+        return USUAL
+    if not isinstance(search, Search):
+        raise InputError(f"search must be a Search, such as Search(split='distance'), not {type(search).__name__}")
+    return search
+
+
+def is_priced(options: Mapping[str, object]) -> bool:
+    """Whether the search among arguments of ``plan`` has a price of time."""
+    search = options.get("search")
+    return isinstance(search, Search) and search.time_weight is not None
