@@ -42,7 +42,7 @@ def fly(path, added):
     plain = path.sample(20.0)
     sent = added.stated(plain)
     flight = simulate(VEHICLE, CascadeController(), sent, setpoint_delay=DELAY)
-    wanted = plain.position[np.clip((flight.t * 20.0 + 1e-6).astype(int), 0, len(plain) - 1)]
+    wanted = plain.position[np.clip(((flight.t - sent.lead) * 20.0 + 1e-6).astype(int), 0, len(plain) - 1)]
     error = np.linalg.norm(flight.position - wanted, axis=1)
     return flight.t, error, fit_flight(simulated_log(VEHICLE, flight, plain))
 
@@ -52,7 +52,7 @@ def loop(path):
     first = fly(path, FeedForward())
     fitted = first[2].vehicle(name="fitted")
     second = fly(path, FeedForward(vehicle=fitted))
-    lead = min(second[2].delay.value, 0.5)
+    lead = min(second[2].delay.value, 1.0)
     third = fly(path, FeedForward(vehicle=fitted, lead=lead))
     return fitted, first[2], lead, (first, second, third)
 

@@ -144,6 +144,8 @@ def _as_text(
     ]
     if report.feed_forward is not None:
         lines.append(("feed-forward", f"up to {report.feed_forward:.4g} m/s^2 beside the acceleration"))
+    if report.lead:
+        lines.append(("lead", f"sent {report.lead:g} s before the instants that they are planned for"))
     if inside is not None:
         margin = f"{inside.margin:.3g} m at the samples, least at {inside.instant:.6g} s"
         lines.append(("corridor margin", margin))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,6 +35,7 @@ def compare(
         ),
     ] = False,
     max_delay: Annotated[float, typer.Option("--max-delay", metavar="S", help="Longest delay looked for [s].")] = 2.0,
+    lead: options.FlownLead = None,
     frame: options.ReadFrame = None,
     waypoints: Annotated[
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
@@ -49,12 +51,13 @@ def compare(
     """Compare flights with what they were to fly: error per axis, along and across the path, and lateness.
 
     The flights of a log are found where its own setpoints follow the file: climb and landing do not count, and the
-    vehicle's lateness stays an error.
+    vehicle's lateness stays an error. Setpoints sent ahead count at the instants that they were planned for, as the
+    file or the log of the stream says, or --lead.
     """
     if (waypoints is None) != (corridor is None):
         raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
     check_figure(plot, view)
-    found = _compared(reference, flights, frame, align, max_delay)
+    found = _compared(reference, flights, frame, align, max_delay, lead)
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in found.items()}
     if plot is not None:
         from minsnap.flight.tracking.comparison_plot import plot_comparison
@@ -65,7 +68,7 @@ def compare(
 
 
 def _compared(
-    reference: Path, paths: list[Path], frame: str | None, align: bool, max_delay: float
+    reference: Path, paths: list[Path], frame: str | None, align: bool, max_delay: float, lead: float | None
 ) -> dict[str, ComparedFlight]:
     """Read and compare all files; damage in a log is reported on standard error."""
     from minsnap.files.convert import read_samples
@@ -75,6 +78,7 @@ def _compared(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         wanted = load_reference(reference, frame) if _is_flight(reference) else read_samples(reference, frame)
+        wanted = wanted if lead is None else replace(wanted, lead=lead)
         for path in paths:
             flights = _flights(wanted, path, reference, frame, align, max_delay)
             for number, one in enumerate(flights, 1):

@@ -42,6 +42,7 @@ def fit(
         ),
     ] = None,
     mass: Annotated[float | None, typer.Option("--mass", metavar="KG", help="The base's unless given.")] = None,
+    lead: options.FlownLead = None,
     plot: options.Plot = None,
     json: options.Json = False,
 ) -> None:
@@ -51,7 +52,7 @@ def fit(
     --vehicle.
     """
     if form is None:
-        _fit_flight(file, output, base, mass, plot, json)
+        _fit_flight(file, output, base, mass, lead, plot, json)
         return
     if output is not None or base is not None or mass is not None:
         raise InputError("--output, --base and --mass are for logs of flights: leave them out with --form")
@@ -66,12 +67,18 @@ def fit(
 
 
 def _fit_flight(
-    file: Path, output: Path | None, base: Path | None, mass: float | None, plot: Path | None, json: bool
+    file: Path,
+    output: Path | None,
+    base: Path | None,
+    mass: float | None,
+    lead: float | None,
+    plot: Path | None,
+    json: bool,
 ) -> None:
     from minsnap.flight.tracking.flight_fit import default_name, fit_flight
     from minsnap.vehicle import read_vehicle
 
-    found = fit_flight(file)
+    found = fit_flight(file, lead)
     if plot is not None:
         from minsnap.flight.tracking.flight_fit_plot import plot_flight_fit
         from minsnap.plot.figures import save_figure
@@ -94,9 +101,17 @@ def _say_flight(found: FlightFit, json: bool) -> None:
     if found.wind is not None:
         print(f"  wind {_number(found.wind[0], 'm/s')} along x, {_number(found.wind[1], 'm/s')} along y")
     print(f"  hover throttle        {_number(found.hover, '')}")
-    print(f"  delay of the position {_number(found.delay, 's')}")
+    print(f"  delay of the position {_number(found.delay, 's')} after its setpoint{_offset(found)}")
     for note in found.notes:
         print(f"note: {note}")
+
+
+def _offset(found: FlightFit) -> str:
+    """Say how much of the delay the lead of the flight offset, and which lead offsets all of it."""
+    if found.delay is None or not found.lead:
+        return ""
+    left, whole = found.delay.value - found.lead, found.delay.value
+    return f", of which its lead offset {found.lead:g} s: {left:.3f} s are left, and --lead {whole:.2f} offsets all"
 
 
 def _number(number: FittedNumber | None, unit: str) -> str:

@@ -49,6 +49,11 @@ Lead = Annotated[
     float, typer.Option("--lead", metavar="S", help="Send setpoints earlier by this: compensates the vehicle's delay.")
 ]
 
+FlownLead = Annotated[
+    float | None,
+    typer.Option("--lead", metavar="S", help="How much earlier than planned the flight's setpoints were sent."),
+]
+
 Time = Annotated[float | None, typer.Option("--time", metavar="S", help="Duration of the whole [s].")]
 Split = Annotated[
     str | None, typer.Option("--split", help="How --time is split over the legs: optimal, distance or trapezoid.")

@@ -71,6 +71,8 @@ class ConsistencyReport:
         Whether the velocity there is zero (below 1 cm/s); None without velocities.
     feed_forward : float or None
         The most that is to be commanded in addition to the acceleration [m/s^2]; None where none is stated.
+    lead : float
+        How much earlier than planned the rows are to be sent [s].
     """
 
     problems: tuple[str, ...]
@@ -83,6 +85,7 @@ class ConsistencyReport:
     starts_at_rest: bool | None
     ends_at_rest: bool | None
     feed_forward: float | None = None
+    lead: float = 0.0
 
     @property
     def ok(self) -> bool:
@@ -124,7 +127,7 @@ def check_samples(
     figures = (samples.duration, samples.rate, float(jumps[far]), float(samples.t[far]))
     added = None if samples.feed_forward is None else float(np.linalg.norm(samples.feed_forward, axis=1).max())
     problems += _overdone(added, largest_acceleration)
-    return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests, added)
+    return ConsistencyReport(tuple(problems), len(samples), *figures, axes, *rests, added, samples.lead)
 
 
 def _overdone(added: float | None, largest: float) -> list[str]:

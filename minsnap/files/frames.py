@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -181,7 +182,9 @@ def map_samples(samples: Samples, source: str | Frame, target: str | Frame) -> S
     if here.name == there.name:
         return samples
     vectors = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
-    mapped = {name: map_vectors(getattr(samples, name), here, there) for name in vectors if _has(samples, name)}
+    mapped: dict[str, Any] = {
+        name: map_vectors(getattr(samples, name), here, there) for name in vectors if _has(samples, name)
+    }
     if samples.yaw is not None:
         mapped["yaw"] = map_yaw(samples.yaw, here, there)
     if samples.yaw_rate is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from minsnap.basics.storage.table import read_table
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.frames import get_frame, map_samples
-from minsnap.files.sidecar import frame_of, note_frame
+from minsnap.files.sidecar import frame_of, lead_of, note_frame
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
@@ -61,7 +62,7 @@ def write_csv(
         Samples per second of a path [Hz].
     frame : str
         Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.files.frames.FRAMES`. One that is not
-        ENU is noted in ``NAME.csv.meta`` beside it, so that readers know it.
+        ENU is noted in ``NAME.csv.meta`` beside it, so that readers know it; so is a lead of the samples.
     clobber : bool
         False: a destination that exists is an error.
     origin : sequence of 3 float, optional
@@ -95,7 +96,8 @@ def write_csv(
     lines = csv_lines(source, rate, frame)
     with atomic_write(path, clobber=clobber) as file:
         file.writelines(lines)
-    note_frame(path, get_frame(frame).name, source.rate if isinstance(source, Samples) else rate, origin)
+    rate, lead = (source.rate, source.lead) if isinstance(source, Samples) else (rate, 0.0)
+    note_frame(path, get_frame(frame).name, rate, origin, lead)
 
 
 def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") -> Iterator[str]:
@@ -147,7 +149,7 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
     _check_increasing(path, table["t"])
     stacks = {q: np.stack([table[n] for n in names], axis=-1) for q, names in GROUPS.items() if names[0] in table}
     squeezed = {q: stack[:, 0] if len(GROUPS[q]) == 1 else stack for q, stack in stacks.items()}
-    return map_samples(Samples(table["t"], **squeezed), axes, "enu")
+    return map_samples(Samples(table["t"], **squeezed, lead=lead_of(path)), axes, "enu")
 
 
 def in_space(samples: Samples) -> Samples:
@@ -158,7 +160,8 @@ def in_space(samples: Samples) -> Samples:
         raise FileError(f"a setpoint file holds 2 or 3 coordinates, and the path has {samples.dim}")
     vectors = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
     flat = {name: getattr(samples, name) for name in vectors if getattr(samples, name) is not None}
-    return replace(samples, **{name: np.pad(array, ((0, 0), (0, 1))) for name, array in flat.items()})
+    padded: dict[str, Any] = {name: np.pad(array, ((0, 0), (0, 1))) for name, array in flat.items()}
+    return replace(samples, **padded)
 
 
 def _checked(names: list[str], values: FloatArray) -> FloatArray:

@@ -1,14 +1,16 @@
-"""What a setpoint CSV cannot say itself, in a small file beside it: a frame that is not ENU, and where its origin is.
+"""What a setpoint CSV cannot say itself, in a small file beside it: a frame that is not ENU, its origin, and its lead.
 
 The header of a setpoint CSV is fixed and its first line, so that any program can read it; further data are in
-``NAME.csv.meta``: JSON with frame, units and rate, the origin where it is known, and a checksum of the CSV to which it
-belongs. A CSV without such a file is in the frame given by the reader, by default ENU.
+``NAME.csv.meta``: JSON with frame, units and rate, the origin where it is known, how much earlier than planned its rows
+are to be sent, and a checksum of the CSV to which it belongs. A CSV without such a file is in the frame given by the
+reader, by default ENU.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import zlib
 from collections.abc import Sequence
@@ -28,8 +30,10 @@ LARGEST = 10_000
 """Bytes of the largest such file."""
 
 
-def note_frame(path: str | os.PathLike[str], frame: str, rate: float, origin: Sequence[float] | None = None) -> None:
-    """Write the frame and the origin of a CSV that has just been written; where there is nothing to say remove a note.
+def note_frame(
+    path: str | os.PathLike[str], frame: str, rate: float, origin: Sequence[float] | None = None, lead: float = 0.0
+) -> None:
+    """Write frame, origin and lead of a CSV that has just been written; where there is nothing to say remove a note.
 
     Parameters
     ----------
@@ -39,17 +43,21 @@ def note_frame(path: str | os.PathLike[str], frame: str, rate: float, origin: Se
         [Hz].
     origin : sequence of 3 float, optional
         WGS 84 latitude and longitude [degrees] and altitude [m] of the point (0, 0, 0).
+    lead : float
+        How much earlier than planned the rows are to be sent [s].
     """
     if not Path(path).is_file():
         return
     beside = _beside(path)
-    if frame == "enu" and origin is None:
+    if frame == "enu" and origin is None and not lead:
         with contextlib.suppress(OSError):  # a file with so long a name can have no note
             beside.unlink(missing_ok=True)
         return
     facts = {"frame": frame, "units": UNITS, "rate": rate, "crc32": _checksum(path)}
     if origin is not None:
         facts["origin"] = [float(value) for value in origin]
+    if lead:
+        facts["lead"] = lead
     with atomic_write(beside) as file:
         file.write(json.dumps(facts) + "\n")
 
@@ -84,8 +92,19 @@ def origin_of(path: str | os.PathLike[str]) -> tuple[float, ...] | None:
     return _noted(path).get("origin")
 
 
+def lead_of(path: str | os.PathLike[str]) -> float:
+    """Return how much earlier than planned the rows of a CSV are to be sent [s]; 0 where its note does not say.
+
+    Raises
+    ------
+    FileError
+        If the note is damaged, or the CSV was changed after it was written.
+    """
+    return float(_noted(path).get("lead", 0.0))
+
+
 def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return frame and origin from the note of a CSV, as far as it has them; nothing without a note."""
+    """Return frame, origin and lead from the note of a CSV, as far as it has them; nothing without a note."""
     beside = _beside(path)
     try:
         if not beside.is_file():
@@ -94,11 +113,13 @@ def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
         return {}
     with reading(beside, "a note on a setpoint file"):
         facts = json.loads(read_text(beside, LARGEST))
-        found: dict[str, Any] = {"frame": get_frame(facts["frame"]).name}
+        found: dict[str, Any] = {"frame": get_frame(facts["frame"]).name, "lead": float(facts.get("lead", 0.0))}
         if facts.get("origin") is not None:
             latitude, longitude, altitude = map(float, facts["origin"])
             found["origin"] = (latitude, longitude, altitude)
         checksum, units = int(facts["crc32"]), facts.get("units")
+    if not 0.0 <= found["lead"] < math.inf:
+        raise FileError(f"{beside} says a lead of {found['lead']} s: it must be 0 or more")
     if units != UNITS or checksum != _checksum(path):
         raise FileError(f"{path} is not the file that {beside} was written for: write it again, or remove {beside}")
     return found

@@ -105,7 +105,7 @@ def dense_samples(source: Path | Samples) -> Samples:
     if isinstance(source, Samples):
         return source
     t = np.linspace(0.0, source.duration, POINTS)
-    motion = {quantity: source(t, order) for order, quantity in enumerate(QUANTITIES)}
+    motion: dict[str, Any] = {quantity: source(t, order) for order, quantity in enumerate(QUANTITIES)}
     return Samples(t, **motion, yaw=source.yaw(t), yaw_rate=source.yaw(t, 1))
 
 

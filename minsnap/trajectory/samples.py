@@ -28,6 +28,9 @@ class Samples(ReadOnly):
         [rad/s].
     feed_forward : ndarray, shape (m, dim), or None
         What is to be commanded in addition to the acceleration, to offset drag [m/s^2]; it is no part of the motion.
+    lead : float
+        How much earlier than planned each of them is sent, to offset the delay of a vehicle [s]: what is commanded at
+        ``t`` is meant for ``t + lead`` on the clock on which the first is sent.
     """
 
     t: FloatArray
@@ -39,12 +42,13 @@ class Samples(ReadOnly):
     yaw: FloatArray | None = None
     yaw_rate: FloatArray | None = None
     feed_forward: FloatArray | None = None
+    lead: float = 0.0
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
+        for name in ARRAYS:
+            value = getattr(self, name)
             if value is not None:
-                object.__setattr__(self, field.name, owned(value))
+                object.__setattr__(self, name, owned(value))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -90,6 +94,10 @@ class Samples(ReadOnly):
     def rate(self) -> float:
         """Samples per second [Hz]: the reciprocal of the mean step; 0 where they last no time."""
         return (len(self.t) - 1) / self.duration if self.duration > 0.0 else 0.0
+
+
+ARRAYS = tuple(field.name for field in fields(Samples) if field.name != "lead")
+"""The quantities of samples that are arrays."""
 
 
 def _axes(dim: int) -> tuple[str, ...]:

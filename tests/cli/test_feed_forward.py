@@ -41,8 +41,9 @@ def test_a_lead_is_written_and_shown(call, tmp_path):
     plain, led = call("circle", "-o", "a.csv"), call("circle", "-o", "b.csv", "--lead", 0.2)
     assert plain.returncode == led.returncode == 0 and "setpoints sent 200 ms ahead" in led.stdout
     one, two = (minsnap.read_csv(tmp_path / name) for name in ("a.csv", "b.csv"))
-    np.testing.assert_allclose(two.position[:-5], one.position[4:-1], atol=1e-6)
-    assert two.feed_forward is None and check_samples(two).ok
+    np.testing.assert_array_equal(two.position, one.position)
+    assert two.feed_forward is None and check_samples(two).ok and (one.lead, two.lead) == (0.0, 0.2)
+    assert "sent 0.2 s before" in call("check", "b.csv").stdout
 
 
 @pytest.mark.parametrize(
@@ -51,7 +52,7 @@ def test_a_lead_is_written_and_shown(call, tmp_path):
         (["--drag", 1.0], "give -o FILE"),
         (["--drag", 1.0, "-o", "a.json"], "polynomials hold no feed-forward"),
         (["--drag", -1.0, "-o", "a.csv"], "the drag is -1.0 1/s"),
-        (["--lead", 0.9, "-o", "a.csv"], "between 0 and 0.5 s"),
+        (["--lead", 1.2, "-o", "a.csv"], "between 0 and 1 s"),
         (["--vehicle", "none.yaml", "-o", "a.csv"], "none.yaml cannot be read"),
     ],
 )

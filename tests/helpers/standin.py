@@ -79,6 +79,7 @@ class StandIn:
         self.position_rate, self.beat_period, self.patience = 20.0, 0.25, 1.0
         self.guided_timeout, self.refused_takeoffs, self.failed = 3.0, 0 if self.px4 else 1, False
         self.parameters, self.written = {}, []
+        self.held_back = 0.0  # how much later than it comes a setpoint is acted on [s]
         self.returns, self.topics, self.fused = False, [], 0
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
         self._stop = threading.Event()
@@ -229,7 +230,7 @@ class StandIn:
     def _follow(self, now, dt):
         silence = now - self.last_setpoint
         if self.px4 or silence <= COASTING:
-            self.body.follow(self.setpoints[-1][1], dt)
+            self.body.follow(self._acted_on(now), dt)
         elif silence <= self.guided_timeout:
             self.body.drift(dt, GAINED)
         else:
@@ -238,6 +239,10 @@ class StandIn:
             self.failsafes.append(now)
             self.failed = True
             self.mode = (self.returning if self.returns else self.other) if self.px4 else self.mode
+
+    def _acted_on(self, now):
+        come = [message for t, message in self.setpoints[-60:] if t <= now - self.held_back]
+        return come[-1] if come else self.setpoints[0][1]
 
     def _climb(self, dt):
         """Take off at a metre per second; a setpoint on the way would stop it, as ArduPilot's would."""

@@ -18,7 +18,7 @@ from minsnap.trajectory.samples import Samples
 
 
 def to_dataframe(samples: Samples, frame: str = "enu") -> Any:
-    """Return a pandas.DataFrame; its ``attrs["frame"]`` names the frame.
+    """Return a pandas.DataFrame; its ``attrs["frame"]`` names the frame, ``attrs["lead"]`` a lead.
 
     Parameters
     ----------
@@ -41,6 +41,8 @@ def to_dataframe(samples: Samples, frame: str = "enu") -> Any:
             columns |= dict(zip(names, values.reshape(len(mapped), -1).T, strict=True))
     table = pandas.DataFrame(columns)
     table.attrs["frame"] = get_frame(frame).name
+    if samples.lead:
+        table.attrs["lead"] = samples.lead
     return table
 
 
@@ -58,7 +60,7 @@ def from_dataframe(table: Any) -> Samples:
     there = {quantity: names for quantity, names in GROUPS.items() if all(name in table.columns for name in names)}
     stacks = {quantity: table[list(names)].to_numpy(np.float64) for quantity, names in there.items()}
     squeezed = {quantity: values[:, 0] if quantity.startswith("yaw") else values for quantity, values in stacks.items()}
-    samples = Samples(table["t"].to_numpy(np.float64), **squeezed)
+    samples = Samples(table["t"].to_numpy(np.float64), **squeezed, lead=float(table.attrs.get("lead", 0.0)))
     return map_samples(samples, table.attrs.get("frame", "enu"), "enu")
 
 

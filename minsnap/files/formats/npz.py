@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import fields
 
 import numpy as np
 
@@ -20,12 +19,11 @@ from minsnap.files.formats.pieces import from_powers, polynomials_of, yaw_powers
 from minsnap.files.formats.sample_checks import checked_samples
 from minsnap.trajectory.path import ConstantHeading, Heading, Path
 from minsnap.trajectory.planned_heading import PlannedHeading
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import ARRAYS, Samples
 from minsnap.trajectory.trajectory import Trajectory
 
-_SAMPLES = tuple(field.name for field in fields(Samples))
 _TRAJECTORY = ("control_points", "durations", "yaw_angle", "yaw_control_points", "yaw_durations", "yaw_rule")
-_KNOWN = (*_SAMPLES, *_TRAJECTORY, "frame")
+_KNOWN = (*ARRAYS, "lead", *_TRAJECTORY, "frame")
 
 
 def write_npz(source: Path | Samples, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
@@ -46,7 +44,8 @@ def write_npz(source: Path | Samples, path: str | os.PathLike[str], *, clobber: 
 
 
 def _of_samples(samples: Samples) -> dict[str, FloatArray]:
-    return {name: getattr(samples, name) for name in _SAMPLES if getattr(samples, name) is not None}
+    arrays = {name: getattr(samples, name) for name in ARRAYS if getattr(samples, name) is not None}
+    return arrays | ({"lead": np.array(samples.lead)} if samples.lead else {})
 
 
 def _of_trajectory(trajectory: Trajectory) -> dict[str, FloatArray]:
@@ -83,7 +82,8 @@ def read_npz(path: str | os.PathLike[str]) -> Trajectory | Samples:
                 return headed(curve, json.loads(str(arrays["yaw_rule"])))
             return curve.with_yaw(_heading(arrays))
         if "t" in arrays and "position" in arrays:
-            return checked_samples(Samples(**{name: arrays[name] for name in _SAMPLES if name in arrays}))
+            lead = float(arrays.get("lead", np.array(0.0)))
+            return checked_samples(Samples(**{name: arrays[name] for name in ARRAYS if name in arrays}, lead=lead))
     raise FileError(f"{path} holds neither a trajectory (control_points, durations) nor samples (t, position)")
 
 

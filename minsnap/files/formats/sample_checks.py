@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import numpy as np
 
 from minsnap.errors import FileError
-from minsnap.trajectory.samples import Samples
+from minsnap.trajectory.samples import ARRAYS, Samples
 
 VECTORS = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
 
@@ -24,15 +22,17 @@ def checked_samples(samples: Samples) -> Samples:
     count, dim = np.shape(samples.t), np.shape(samples.position)[1:]
     if len(count) != 1 or not count[0] or len(dim) != 1 or not dim[0]:
         raise FileError(f"samples have instants (m,) and positions (m, dim), not {count} and {samples.position.shape}")
-    for entry in fields(samples):
-        values = getattr(samples, entry.name)
+    if not (np.isfinite(samples.lead) and samples.lead >= 0.0):
+        raise FileError(f"the lead is {samples.lead} s: it must be 0 or more")
+    for name in ARRAYS:
+        values = getattr(samples, name)
         if values is None:
             continue
-        wanted = (*count, *dim) if entry.name in VECTORS else count
+        wanted = (*count, *dim) if name in VECTORS else count
         if values.shape != wanted:
-            raise FileError(f"{entry.name} has the shape {values.shape}, and the instants ask for {wanted}")
+            raise FileError(f"{name} has the shape {values.shape}, and the instants ask for {wanted}")
         if not np.isfinite(values).all():
-            raise FileError(f"{entry.name} holds a number that is not finite")
+            raise FileError(f"{name} holds a number that is not finite")
     late = np.flatnonzero(np.diff(samples.t) <= 0.0)
     if late.size:
         raise FileError(f"instant {late[0] + 1} is not after the one before: instants must increase")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,7 +42,7 @@ def read_stream_log(path: str | os.PathLike[str]) -> FlightLog:
     Returns
     -------
     FlightLog
-        Its reference are the setpoints that were sent, those before and after the flight included.
+        Its reference are the setpoints that were sent, those before and after the flight included, with their lead.
 
     Raises
     ------
@@ -53,15 +54,21 @@ def read_stream_log(path: str | os.PathLike[str]) -> FlightLog:
         raise FileError(f"{path} is no log of a stream: its first line does not begin with {START}")
     names = lines[0].split(",")
     rows = [dict(zip(names, cells, strict=True)) for cells in csv.reader(lines[1:]) if len(cells) == len(names)]
-    frame = next((row["text"][6:] for row in rows if row.get("text", "").startswith("frame=")), None)
+    frame, lead = _noted(rows, "frame"), _noted(rows, "lead")
     if frame not in ("ned", "frd"):
         raise FileError(f"{path} does not say in which frame it is")
     sent = [row for row in rows if row["kind"] == "setpoint"]
     heard = [row for row in rows if row["kind"] == "position" and row["x"]]
     try:
-        return flight_log(_track(sent, True), _track(heard, False), None, frame)
+        log = flight_log(_track(sent, True), _track(heard, False), None, frame)
+        return log if log.reference is None else replace(log, reference=replace(log.reference, lead=float(lead or 0)))
     except ValueError:
         raise FileError(f"{path} has an entry that is not a number") from None
+
+
+def _noted(rows: Sequence[Row], name: str) -> str | None:
+    start = f"{name}="
+    return next((row["text"][len(start) :] for row in rows if row.get("text", "").startswith(start)), None)
 
 
 def _track(rows: Sequence[Row], heading: bool) -> Track | None:

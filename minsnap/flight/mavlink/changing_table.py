@@ -11,6 +11,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FlightError, InputError, TimingError
 from minsnap.flight.mavlink.compensation import FeedForward
 from minsnap.flight.mavlink.setpoints import Setpoint, SetpointTable, tabulate
+from minsnap.flight.mavlink.vehicle_state import Vector
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -58,7 +59,7 @@ class ChangingTable:
     def __init__(self, table: SetpointTable, added: FeedForward = NOTHING) -> None:
         self._flown, self._added = Flown(table, 0.0), added
         self.rate, self.fields, self.missing, self.mask = table.rate, table.fields, table.missing, table.mask
-        self.start, self.note, self.frame = table.start, table.note, table.frame
+        self.start, self.note, self.frame, self.lead = table.start, table.note, table.frame, table.lead
 
     def __len__(self) -> int:
         return len(self._flown.table)
@@ -66,6 +67,10 @@ class ChangingTable:
     def __getitem__(self, index: int) -> Setpoint:
         """Return the setpoint of a step; beyond the last it is the last."""
         return self._flown.table[index]
+
+    def planned(self, step: float) -> Vector:
+        """Return where the vehicle is to be while a step is sent [m]."""
+        return self._flown.table.planned(step)
 
     @property
     def began(self) -> float:
@@ -144,8 +149,7 @@ class ChangingTable:
         end = (len(table) - 1) / self.rate
         if at > end + 1.0 / self.rate:
             raise TimingError(f"the change takes over at {at:.6g} s, after the flight ends at {end:.6g} s: plan anew")
-        if not self._added.lead:
-            self._check_joint(table, trajectory, at)
+        self._check_joint(table, trajectory, at)
 
     def _check_joint(self, table: SetpointTable, trajectory: Trajectory, at: float) -> None:
         """Compare the start of a trajectory with the setpoints there, between two steps by their derivatives."""

@@ -1,4 +1,9 @@
-"""Feed-forward in setpoints: drag compensated through the acceleration, response delay through a lead time."""
+"""Feed-forward in setpoints: drag compensated through the acceleration, response delay through a lead time.
+
+A lead shifts the whole flight: the first setpoint is sent ``lead`` before the instant that it is planned for, so that a
+path that begins at rest still does, and nothing of it is left out. Where the vehicle is to be at an instant is where
+the setpoint sent ``lead`` before it was; every distance to the plan is measured there.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +14,11 @@ import numpy as np
 
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError
-from minsnap.flight.mavlink.setpoints import resampled_at
 from minsnap.flight.simulation.controllers.feed_forward import drag_feed_forward
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.quadrotor import Quadrotor
 
-LONGEST_LEAD = 0.5
+LONGEST_LEAD = 1.0
 """A lead beyond this is no delay of a vehicle that flies well [s]."""
 
 
@@ -34,7 +38,7 @@ class FeedForward:
     Raises
     ------
     InputError
-        If the drag is negative or not finite, both are given, or the lead is not between 0 and 0.5 s.
+        If the drag is negative or not finite, both are given, or the lead is not between 0 and 1 s.
     """
 
     drag: float = 0.0
@@ -59,7 +63,7 @@ class FeedForward:
         return self.stated(samples).commanded()
 
     def stated(self, samples: Samples) -> Samples:
-        """Return the samples with what offsets drag stated as their feed-forward, all earlier by the lead time.
+        """Return the samples with what offsets drag stated as their feed-forward, and the lead stated as theirs.
 
         Parameters
         ----------
@@ -69,9 +73,11 @@ class FeedForward:
         Raises
         ------
         InputError
-            If drag is to be offset and the samples have no velocity, or state their feed-forward already.
+            If drag is to be offset and the samples have no velocity, or state their feed-forward or lead already.
         """
-        return self._led(self._compensated(samples))
+        if self.lead and samples.lead:
+            raise InputError(f"the file states its lead already ({samples.lead:g} s): leave the lead out")
+        return replace(self._compensated(samples), lead=samples.lead + self.lead) if self.given else samples
 
     def _compensated(self, samples: Samples) -> Samples:
         if not self.drag and self.vehicle is None:
@@ -83,16 +89,6 @@ class FeedForward:
         extra = self.drag * samples.velocity if self.vehicle is None else drag_feed_forward(self.vehicle, samples)
         return replace(samples, feed_forward=np.asarray(extra))
 
-    def _led(self, samples: Samples) -> Samples:
-        """Return at each instant the sample valid ``lead`` later; the last sample is held at rest."""
-        if not self.lead:
-            return samples
-        ahead = resampled_at(samples, np.minimum(samples.t + self.lead, samples.t[-1]), samples.t)
-        flying = (samples.t + self.lead < samples.t[-1]).astype(np.float64)
-        names = ("velocity", "acceleration", "yaw_rate", "feed_forward")
-        kept = {name: getattr(ahead, name) for name in names if getattr(ahead, name) is not None}
-        return replace(ahead, **{name: flying.reshape(-1, *(1,) * (v.ndim - 1)) * v for name, v in kept.items()})
-
     def describe(self, samples: Samples) -> str:
         """Return a text that says what is added to samples."""
         said = []
@@ -100,6 +96,6 @@ class FeedForward:
         if added is not None:
             most = float(np.linalg.norm(added, axis=1).max())
             said.append(f"drag offset by up to {most:.2f} m/s²")
-        if self.lead:
-            said.append(f"setpoints sent {1e3 * self.lead:g} ms ahead")
+        if self.lead or samples.lead:
+            said.append(f"setpoints sent {1e3 * (self.lead or samples.lead):g} ms ahead")
         return " and ".join(said)

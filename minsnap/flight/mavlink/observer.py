@@ -45,7 +45,7 @@ class StreamObserver:
         on_status: StatusCallback | None,
     ) -> None:
         self._table, self._on_event, self._on_status = table, on_event, on_status
-        self._log = None if options.log is None else StreamLog(options.log, table.frame, start)
+        self._log = None if options.log is None else StreamLog(options.log, table.frame, start, table.lead)
         self._phase = Phase.PRESTREAM
         self._error: float | None = None
         self._errors: list[float] = []
@@ -69,7 +69,7 @@ class StreamObserver:
             self._on_event(text)
 
     def heard(self, now: float, message: Message, vehicle: VehicleState, sequence: Sequence | None) -> None:
-        """Record a message of the vehicle: its position, the distance to its setpoint, its texts."""
+        """Record a message of the vehicle: its position, the distance to where it is to be, its texts."""
         kind = message.get_type()
         if kind == "LOCAL_POSITION_NED":
             self._measure(vehicle, sequence)
@@ -85,7 +85,7 @@ class StreamObserver:
     def _measure(self, vehicle: VehicleState, sequence: Sequence | None) -> None:
         if sequence is None:
             return
-        self._error = vehicle.distance(sequence.setpoint.position)
+        self._error = vehicle.distance(sequence.planned)
         if sequence.phase is Phase.FLYING and math.isfinite(self._error):
             self._errors.append(self._error)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.errors import FlightError, InputError
+from minsnap.errors import FlightError
 from minsnap.files.consistency import ConsistencyReport, check_samples
 from minsnap.files.sidecar import frame_of
 from minsnap.flight.mavlink.link import Link, open_link
@@ -86,8 +86,6 @@ def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOpti
     if not report.ok:
         raise FlightError(f"not fit to fly: {report.problems[0]}")
     added = options.feed_forward
-    if added.lead and options.laps > 1:
-        raise InputError("a lead holds the end of a lap: fly one lap, or leave the lead out")
     sent = added.stated(samples)
     frame = options.frame if isinstance(source, (Samples, Path)) else frame_of(source, options.frame)
     table = tabulate(sent, options.rate, options.fields, frame or "enu", options.laps)

@@ -109,6 +109,13 @@ class Sequence:
         ``hold``, ``land`` or ``rtl``: what to ask for when a rule has stopped the flight.
     give_up : float
         How long the vehicle may be silent before a hold ends [s].
+
+    Attributes
+    ----------
+    setpoint : Setpoint
+        What is sent now.
+    planned : tuple of 3
+        Where the vehicle is to be now [m]: of setpoints sent ahead, where the one sent that much before is.
     """
 
     def __init__(
@@ -137,6 +144,7 @@ class Sequence:
         self.completed = self.aborted = self.gave_up = False
         self.offset: Vector = (0.0, 0.0, 0.0)
         self.setpoint = table.start
+        self.planned: Vector = self.setpoint.position
         self._first_slot = 0
         self._was_outside = False
         self._outside_since: float | None = None
@@ -184,6 +192,7 @@ class Sequence:
         """Stop and hold: at the vehicle's position if it was reported recently, else at the last setpoint."""
         fresh = where_it_is and at.vehicle.position is not None and at.now - at.vehicle.positioned <= FRESH
         self.setpoint = self.setpoint.held(at.vehicle.position if fresh else None)
+        self.planned = self.setpoint.position
         self.phase, self.reason = Phase.HOLDING, reason
 
     def abort(self, reason: str, at: Conditions) -> None:
@@ -268,15 +277,17 @@ class Sequence:
         x, y, z = (there - here for there, here in zip(place, first.position, strict=True))
         self.offset = (x, y, z if self._height else 0.0)
         self.setpoint = first.shifted(self.offset)
+        self.planned = self.setpoint.position
 
     def _advance(self, at: Conditions) -> None:
         """Advance to the setpoint due now, unless a rule is broken or the end is reached."""
-        reason = self._rules.breach(at.now, at.vehicle, self.setpoint.position, self._autopilot)
+        reason = self._rules.breach(at.now, at.vehicle, self.planned, self._autopilot)
         if reason is not None:
             self.abort(reason, at)
             return
         index = at.slot - self._first_slot
         self.setpoint = self._table[index].shifted(self.offset)
+        self.planned = self.setpoint.held(self._table.planned(index)).shifted(self.offset).position
         if index >= len(self._table):
             self.completed = True
             self.hold(None, at, where_it_is=False)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
+from typing import Any
 
 import numpy as np
 
@@ -93,6 +94,8 @@ class SetpointTable:
         What is added to the source's setpoints, and how fast they begin and end, in words.
     frame : str
         The vehicle's frame: ``ned`` or ``frd``.
+    lead : float
+        How much earlier than planned each row is sent [s].
     """
 
     rows: FloatArray
@@ -102,6 +105,7 @@ class SetpointTable:
     laps: int = 1
     note: str = ""
     frame: str = "ned"
+    lead: float = 0.0
 
     def __len__(self) -> int:
         return (len(self.rows) - 1) * self.laps + 1
@@ -121,6 +125,13 @@ class SetpointTable:
         lap = len(self.rows) - 1
         row = self.rows[-1 if index >= lap * self.laps else index % lap].tolist()
         return Setpoint(tuple(row[0:3]), tuple(row[3:6]), tuple(row[6:9]), row[9], row[10])
+
+    def planned(self, step: float) -> Vector:
+        """Return where the vehicle is to be while a step is sent: where the step sent ``lead`` before is [m]."""
+        at = max(step - self.lead * self.rate, 0.0)
+        before, after = self[int(at)].position, self[int(at) + 1].position
+        x, y, z = (a + (at - int(at)) * (b - a) for a, b in zip(before, after, strict=True))
+        return x, y, z
 
 
 def tabulate(
@@ -157,7 +168,9 @@ def tabulate(
     missing = tuple(name for name in wanted if name not in held) if fields is not None else _absent(flown)
     rows = np.concatenate([_column(flown, name, name in held) for name in FIELDS], axis=1)
     rows.flags.writeable = False
-    return SetpointTable(rows, samples.rate if rate is None else float(rate), held, missing, laps, frame=frame)
+    return SetpointTable(
+        rows, samples.rate if rate is None else float(rate), held, missing, laps, frame=frame, lead=samples.lead
+    )
 
 
 def _absent(samples: Samples) -> tuple[str, ...]:
@@ -223,7 +236,8 @@ def resampled_at(samples: Samples, inside: FloatArray, t: FloatArray) -> Samples
     heading = _interpolated(samples.t, [samples.yaw, samples.yaw_rate], inside)
     names = ("position", "velocity", "acceleration", "yaw", "yaw_rate")
     added = None if samples.feed_forward is None else _linear(samples.t, samples.feed_forward, inside)
-    return Samples(t, **dict(zip(names, motion + heading, strict=True)), feed_forward=added)  # type: ignore[arg-type]
+    quantities: dict[str, Any] = dict(zip(names, motion + heading, strict=True))
+    return Samples(t, **quantities, feed_forward=added, lead=samples.lead)
 
 
 def _linear(t: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:

@@ -39,6 +39,8 @@ class StreamLog:
         The vehicle's local frame, noted in the first event.
     start : float
         The instant that counts as 0 [s].
+    lead : float
+        How much earlier than planned setpoints are sent [s], noted in the second event where it is not 0.
 
     Raises
     ------
@@ -46,7 +48,7 @@ class StreamLog:
         If the file is there already or cannot be made.
     """
 
-    def __init__(self, path: str | os.PathLike[str], frame: str, start: float) -> None:
+    def __init__(self, path: str | os.PathLike[str], frame: str, start: float, lead: float = 0.0) -> None:
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o666)
         except FileExistsError:
@@ -56,6 +58,8 @@ class StreamLog:
         self._start = start
         self._write(COLUMNS)
         self.event(start, f"frame={frame}")
+        if lead:
+            self.event(start, f"lead={lead!r}")
 
     def setpoint(self, now: float, index: int | None, setpoint: Setpoint, mask: int, lateness: float) -> None:
         """Log a setpoint that was sent."""

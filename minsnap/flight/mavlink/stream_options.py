@@ -127,7 +127,7 @@ class StreamStatus:
     lateness : float
         How late it left [s].
     error : float or None
-        Distance between the vehicle and the setpoint at its last report [m]; None before one.
+        Distance between the vehicle and where it is to be at its last report [m]; None before one.
     vehicle : VehicleState
         What the vehicle last said.
     """
@@ -159,7 +159,8 @@ class StreamReport:
     flown : int
         Setpoints of the flight itself.
     rmse, worst_error : float or None
-        Distance between reported positions and setpoints during the flight [m]; None when none was reported.
+        Distance between reported positions and those planned for their instants during the flight [m]: with a lead,
+        the setpoints sent that much before; None when none was reported.
     ignored, refused : int
         Messages of other systems; messages damaged or wrongly signed.
     """

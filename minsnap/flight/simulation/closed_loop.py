@@ -71,7 +71,7 @@ def simulate(
     wind : Wind or None
         None is still air.
     duration : float or None
-        How long to fly [s]; None is to the end of the reference.
+        How long to fly [s]; None is to the end of the reference, with the lead of samples before it.
     step : float
         [s].
     progress : callable, bool or None
@@ -100,7 +100,7 @@ def simulate(
     if not (is_number(setpoint_delay) and setpoint_delay >= 0):
         raise TimingError(f"the delay of setpoints is {shown(setpoint_delay)} s: it must be 0 or more")
     table = ReferenceTable(tabulate(path, setpoint_rate, step), vehicle, compensation)
-    length = table.samples.duration if duration is None else duration
+    length = table.samples.duration + table.samples.lead if duration is None else duration
     if not (is_number(length) and length > 0):
         raise TimingError(f"the flight lasts {shown(length)} s: give a duration above 0")
     check_steps(length, step)

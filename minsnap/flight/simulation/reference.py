@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -63,12 +64,12 @@ class ReferenceTable:
         return np.asarray(np.clip(found, 0, len(self.samples) - 1))
 
     def at(self, t: FloatArray, path: Path | Samples) -> Samples:
-        """Return the setpoints at instants, shape (m,): exact for a path, interpolated between samples."""
+        """Return what is planned for instants, shape (m,): exact for a path, interpolated between samples."""
         if isinstance(path, Path):
             inside = np.minimum(t, path.duration)
             velocity, acceleration = (spatial(path(inside, order)) for order in (1, 2))
             return Samples(t, spatial(path(inside)), velocity, acceleration, yaw=path.yaw(inside))
-        own = self.samples.t - self.samples.t[0]
+        own = self.samples.t - self.samples.t[0] + self.samples.lead
         known = self.samples.velocity
         moving = None if known is None else _interpolated(t, own, known)
         return Samples(t, _interpolated(t, own, self.samples.position), moving)
@@ -114,7 +115,8 @@ def _spatial(samples: Samples) -> Samples:
         return samples
     names = ("position", "velocity", "acceleration", "jerk", "snap", "feed_forward")
     held = {name: getattr(samples, name) for name in names}
-    return replace(samples, **{name: spatial(value) for name, value in held.items() if value is not None})
+    changed: dict[str, Any] = {name: spatial(value) for name, value in held.items() if value is not None}
+    return replace(samples, **changed)
 
 
 def _interpolated(t: FloatArray, own: FloatArray, values: FloatArray) -> FloatArray:

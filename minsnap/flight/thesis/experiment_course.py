@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -124,13 +125,14 @@ def _first(samples: Samples, count: int) -> Samples:
 def _map(samples: Samples, change: Callable[[FloatArray], FloatArray]) -> Samples:
     names = ("t", "position", "velocity", "acceleration", "jerk", "snap", "yaw", "yaw_rate")
     held = {name: getattr(samples, name) for name in names}
-    return replace(samples, **{name: change(value) for name, value in held.items() if value is not None})
+    changed: dict[str, Any] = {name: change(value) for name, value in held.items() if value is not None}
+    return replace(samples, **changed)
 
 
 def _joined(parts: list[Samples], rate: float) -> Samples:
     """Return samples one after the other on a uniform grid from 0."""
     names = ("position", "velocity", "acceleration", "jerk", "snap", "yaw", "yaw_rate")
-    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     return Samples(np.arange(len(columns["position"])) / rate, **columns)
 
 

@@ -38,7 +38,7 @@ class Comparison:
     delay : float
         By how much the flight is late, by cross-correlation [s]; negative if it is early.
     offset : float
-        What was added to the flight's time to align it with the reference's [s].
+        What was added to the flight's time to align it with the reference's [s]; a lead is subtracted.
     """
 
     t: FloatArray
@@ -162,7 +162,8 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
     Parameters
     ----------
     reference, flight : Samples
-        Of equal dimension; each with its own instants. Only the time that both cover counts.
+        Of equal dimension; each with its own instants. Only the time that both cover counts. With a lead the
+        reference is what was sent, and what was planned for an instant is what was sent that much before it.
     align : bool
         The clocks differ by an unknown offset, as those of a log and a file do: find it first, by cross-correlation
         over every offset. A delay is then part of the offset, and no longer to be seen.
@@ -187,7 +188,7 @@ def compare(reference: Samples, flight: Samples, *, align: bool = False, max_del
         raise InputError(f"max_delay is {shown(max_delay)}: it must be a time of 0 or more [s]")
     if reference.dim != flight.dim:
         raise InputError(f"the reference has {reference.dim} coordinates and the flight {flight.dim}: they must agree")
-    offset = -estimate_delay(reference, flight, None) if align else 0.0
+    offset = -estimate_delay(reference, flight, None) if align else -reference.lead
     t, position = _common(reference, flight, offset)
     delay = estimate_delay(reference, Samples(t, position), max_delay)
     error = position - position_at(reference, t)

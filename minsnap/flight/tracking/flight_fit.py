@@ -48,6 +48,8 @@ class FlightFit:
         What the flight does not tell, and what was assumed.
     speed, force, model : ndarray, shape (m, axes)
         Velocity [m/s], force per mass and the fit's [m/s^2], for figures.
+    lead : float
+        How much earlier than planned the setpoints of this flight were sent [s]: so much of the delay is offset.
     """
 
     source: str
@@ -59,6 +61,7 @@ class FlightFit:
     speed: FloatArray
     force: FloatArray
     model: FloatArray
+    lead: float = 0.0
 
     def __post_init__(self) -> None:
         own_arrays(self)
@@ -110,11 +113,12 @@ class FlightFit:
             "wind": None if self.wind is None else [_plain(each) for each in self.wind],
             "hover throttle": _plain(self.hover),
             "delay": _plain(self.delay),
+            "lead": self.lead,
             "notes": list(self.notes),
         }
 
 
-def fit_flight(source: str | os.PathLike[str] | FlightLog) -> FlightFit:
+def fit_flight(source: str | os.PathLike[str] | FlightLog, lead: float | None = None) -> FlightFit:
     """Fit drag, wind, hover throttle and delay to the log of a flight.
 
     With attitude and accelerometer in the log, drag along each axis of the body is fitted to what the accelerometer
@@ -125,6 +129,8 @@ def fit_flight(source: str | os.PathLike[str] | FlightLog) -> FlightFit:
     ----------
     source : path or FlightLog
         A ULog, a dataflash log, or the CSV that ``stream --log`` wrote.
+    lead : float, optional
+        How much earlier than planned the setpoints of the flight were sent [s]; a CSV of ``stream --log`` says it.
 
     Returns
     -------
@@ -146,7 +152,8 @@ def fit_flight(source: str | os.PathLike[str] | FlightLog) -> FlightFit:
     told = _from_setpoints(log) if log.inertial is None else _from_body(log)
     if told.hover is None and hover is not None:
         told = replace(told, notes=(*told.notes, f"the autopilot's own estimate of the hover throttle is {hover:.3f}"))
-    return replace(told, delay=delay, notes=(*damage, *told.notes))
+    led = lead if lead is not None else 0.0 if log.reference is None else log.reference.lead
+    return replace(told, delay=delay, lead=led, notes=(*damage, *told.notes))
 
 
 def _from_body(log: FlightLog) -> FlightFit:

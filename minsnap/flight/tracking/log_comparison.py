@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,10 @@ class ComparedFlight:
     def remarks(self) -> list[str]:
         """Return warnings about the validity of the figures, one sentence per warning."""
         said = []
+        if self.place is not None and self.place.lead:
+            said.append(
+                f"its setpoints were sent {self.place.lead:g} s ahead, and each instant is compared with its plan"
+            )
         if self.place is not None and self.place.shift.any():
             shift = ", ".join(f"{value:.2f}" for value in self.place.shift)
             said.append(f"it was flown ({shift}) m from where the file lies, and is compared there")
@@ -53,14 +57,18 @@ class ComparedFlight:
 
 
 def compare_in_log(
-    reference: Samples, setpoints: Samples, flown: Samples, max_delay: float = MAX_DELAY
+    reference: Samples,
+    setpoints: Samples,
+    flown: Samples,
+    max_delay: float = MAX_DELAY,
 ) -> list[ComparedFlight]:
     """Find every flight of a file in a log and compare it with the file.
 
     Parameters
     ----------
     reference : Samples
-        The file.
+        The file. The flight is compared with what it plans for each instant: its rows are sent its lead before, or
+        that of the setpoints where the log states one.
     setpoints, flown : Samples
         What the log says was asked for, and where the vehicle was, in the same world axes and on the log's clock.
     max_delay : float
@@ -71,8 +79,10 @@ def compare_in_log(
     InputError
         If the log's setpoints nowhere follow the file, or positions are missing there.
     """
-    compared = []
-    for place in find_flights(reference, setpoints):
+    compared, lead = [], setpoints.lead or reference.lead
+    reference = replace(reference, lead=0.0)
+    for found in find_flights(reference, setpoints):
+        place = replace(found, start=found.start + lead / found.rate, lead=lead)
         there, flight = place.moved(reference), place.in_time_of_file(flown, reference.duration)
         compared.append(ComparedFlight(compare(there, flight, max_delay=max_delay), there, flight, place))
     return compared

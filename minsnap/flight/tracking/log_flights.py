@@ -37,19 +37,22 @@ class LogFlight:
     Parameters
     ----------
     start : float
-        The log's time at which the file begins [s].
+        The log's time at which the file begins [s]; of setpoints sent ahead, the instant planned for its first.
     rate : float
         Seconds of the file for each second of the log: a simulator's clock may run slower than that of the streamer.
     shift : ndarray, shape (dim,)
         Where the setpoints lay less where the file lies [m]: zero, unless it was flown from another origin.
     mismatch : float
         Root mean square of the distance between setpoints and file that is left [m].
+    lead : float
+        How much earlier than planned its setpoints were sent [s].
     """
 
     start: float
     rate: float
     shift: FloatArray
     mismatch: float
+    lead: float = 0.0
 
     def __post_init__(self) -> None:
         own_arrays(self)

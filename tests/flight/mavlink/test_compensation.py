@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
-from flying import PATH, Flight
-from pilot import sent, streamed
+from flying import PATH, START, Flight
+from pilot import fly_until, sent, streamed
+from standin import PointMass, StandIn
 
 import minsnap
 from minsnap.errors import InputError
+from minsnap.files.consistency import check_samples
 from minsnap.flight import CascadeController, simulate
 from minsnap.flight.mavlink.compensation import FeedForward
 from minsnap.flight.mavlink.offboard import prepare
@@ -29,20 +31,33 @@ def test_a_vehicle_with_linear_drag_adds_the_same():
     np.testing.assert_allclose(by_vehicle.acceleration, by_number.acceleration, atol=1e-12)
 
 
-def test_a_lead_sends_what_comes_later_and_holds_the_end_at_rest():
+def test_a_lead_sends_the_whole_path_earlier_from_rest_to_rest():
     led = FeedForward(lead=0.1).applied(PATH)
-    for name in ("position", "velocity", "acceleration", "yaw", "yaw_rate"):
-        np.testing.assert_allclose(getattr(led, name)[:-3], getattr(PATH, name)[2:-1], atol=1e-12)
-        np.testing.assert_allclose(getattr(led, name)[-2:] - getattr(PATH, name)[-1], 0.0, atol=1e-12)
+    for name in ("t", "position", "velocity", "acceleration", "yaw", "yaw_rate"):
+        np.testing.assert_array_equal(getattr(led, name), getattr(PATH, name))
+    report = check_samples(led)
+    assert led.lead == report.lead == 0.1 and report.starts_at_rest and report.ends_at_rest
     assert not FeedForward().given and FeedForward().applied(PATH) is PATH
 
 
-def test_between_samples_the_lead_interpolates_with_all_derivatives():
+@pytest.mark.parametrize("lead", [0.1, 0.137, 0.35])
+def test_where_the_vehicle_is_to_be_is_what_was_sent_a_lead_before(lead):
     path = minsnap.circle(radius=2.0, period=6.0)
-    samples = path.sample(20.0)
-    led = FeedForward(lead=0.137).applied(samples)
-    inside = samples.t + 0.137 < path.duration
-    assert np.abs(led.position[inside] - path(samples.t[inside] + 0.137)).max() < 1e-6
+    table = prepare(FeedForward(lead=lead).stated(path.sample(20.0)), StreamOptions(frame="frd"))
+    for step in (0, 3, 60, 100):
+        x, y, z = path(max(step / 20.0 - lead, 0.0))
+        assert np.linalg.norm(np.subtract(table.planned(step), (x, -y, -z))) < 3e-3
+
+
+def test_a_vehicle_that_is_late_by_the_lead_is_on_time(clock):
+    at_speed = PointMass(START, lag=1e-9)
+    with StandIn(clock=clock.now, body=at_speed, held_back=0.3) as late:
+        for lead, least, most in ((0.0, 0.2, 1.0), (0.3, 0.0, 0.12)):
+            with Flight(late, PATH, clock, feed_forward=FeedForward(lead=lead)) as flight:
+                fly_until(flight, late)
+                late.until(lambda v: "holding the end" in flight.events)  # noqa: B023
+                late.enter(late.other)
+                assert least <= flight.result().rmse <= most
 
 
 @pytest.mark.parametrize(
@@ -51,8 +66,8 @@ def test_between_samples_the_lead_interpolates_with_all_derivatives():
         ({"drag": -1.0}, "the drag is -1.0 1/s"),
         ({"drag": np.nan}, "it must be 0 or more"),
         ({"drag": 1.0, "vehicle": Quadrotor.px4_sih()}, "give one of them"),
-        ({"lead": 0.6}, "between 0 and 0.5 s"),
-        ({"lead": -0.1}, "between 0 and 0.5 s"),
+        ({"lead": 1.1}, "between 0 and 1 s"),
+        ({"lead": -0.1}, "between 0 and 1 s"),
     ],
 )
 def test_what_makes_no_sense_is_refused(bad, says):
@@ -60,11 +75,12 @@ def test_what_makes_no_sense_is_refused(bad, says):
         FeedForward(**bad)
 
 
-def test_without_velocity_drag_is_not_known_and_a_lead_takes_one_lap():
+def test_without_velocity_drag_is_not_known_and_a_lead_is_stated_once():
     with pytest.raises(InputError, match="has no velocity"):
         prepare(Samples(PATH.t, PATH.position), StreamOptions(feed_forward=FeedForward(drag=1.0)))
-    with pytest.raises(InputError, match="fly one lap"):
-        prepare(PATH, StreamOptions(feed_forward=FeedForward(lead=0.1), laps=2))
+    assert prepare(PATH, StreamOptions(feed_forward=FeedForward(lead=0.1), laps=2)).laps == 2
+    with pytest.raises(InputError, match="states its lead already"):
+        prepare(FeedForward(lead=0.1).stated(PATH), StreamOptions(feed_forward=FeedForward(lead=0.1)))
 
 
 def test_what_is_added_is_said_and_sent(vehicle, clock):
@@ -74,8 +90,8 @@ def test_what_is_added_is_said_and_sent(vehicle, clock):
     table = flight.streamer._table
     middle = len(PATH) // 3
     row = table[middle]
-    later = PATH.acceleration[middle + 2] + 0.5 * PATH.velocity[middle + 2]
-    np.testing.assert_allclose((row.acceleration[1], row.acceleration[0], -row.acceleration[2]), later, atol=1e-9)
+    sum_of = PATH.acceleration[middle] + 0.5 * PATH.velocity[middle]
+    np.testing.assert_allclose((row.acceleration[1], row.acceleration[0], -row.acceleration[2]), sum_of, atol=1e-9)
     assert sent(vehicle)
 
 
@@ -89,7 +105,7 @@ def test_in_simulation_the_recorded_gain_is_reached(time):
 
     def error(added):
         flight = simulate(craft, CascadeController(), added.applied(samples), setpoint_delay=0.1)
-        held = path(np.minimum(np.floor(flight.t * 20.0 + 1e-6) / 20.0, path.duration))
+        held = path(np.clip(np.floor((flight.t - added.lead) * 20.0 + 1e-6) / 20.0, 0.0, path.duration))
         return np.sqrt(np.mean(np.sum((flight.position - held) ** 2, axis=1)))
 
     plain = error(FeedForward())

@@ -1,5 +1,7 @@
 """Feed-forward stated in files: written, read, checked, sent, simulated, and never part of the motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flying import PATH
@@ -42,10 +44,12 @@ def test_part_of_the_columns_is_refused(tmp_path):
         minsnap.read_csv(tmp_path / "a.csv")
 
 
-@pytest.mark.parametrize("name", ["a.parquet", "a.npz"])
+@pytest.mark.parametrize("name", ["a.parquet", "a.npz", "a.csv"])
 def test_other_formats_of_samples_keep_it(tmp_path, name):
     write_any(STATED, tmp_path / name)
     np.testing.assert_array_equal(read_any(tmp_path / name).feed_forward, STATED.feed_forward)
+    write_any(replace(STATED, lead=0.17), tmp_path / f"led_{name}")
+    assert read_any(tmp_path / name).lead == 0.0 and read_any(tmp_path / f"led_{name}").lead == 0.17
 
 
 def test_messages_have_the_sum():

@@ -27,7 +27,7 @@ COURSES = {
 def flown(sent, plain):
     """Fly setpoints; return the flight and its error to the setpoints that hold."""
     flight = simulate(Quadrotor.px4_sih(), CascadeController(), sent, setpoint_delay=DELAY)
-    held = plain.position[np.clip((flight.t * 20.0 + 1e-6).astype(int), 0, len(plain) - 1)]
+    held = plain.position[np.clip(((flight.t - sent.lead) * 20.0 + 1e-6).astype(int), 0, len(plain) - 1)]
     return flight, float(np.sqrt(np.mean(np.sum((flight.position - held) ** 2, axis=1))))
 
 
