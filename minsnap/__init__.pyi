@@ -21,6 +21,7 @@ from .errors import CorridorError as CorridorError
 from .errors import DegreeError as DegreeError
 from .errors import DivergenceError as DivergenceError
 from .errors import FileError as FileError
+from .errors import FirmwareWarning as FirmwareWarning
 from .errors import FitError as FitError
 from .errors import FleetError as FleetError
 from .errors import FlightError as FlightError

@@ -210,6 +210,10 @@ class MagnitudeWarning(UserWarning):
     """A number has the size of another unit than the one it is taken in, such as millimetres for metres."""
 
 
+class FirmwareWarning(UserWarning):
+    """A file is flown otherwise than it says by older firmware of a vehicle."""
+
+
 class UnknownSolverError(InputError):
     """The solver asked for is not known or not installed."""
 

@@ -62,13 +62,13 @@ def check(
     Exit status 1 if something is wrong with what the file holds.
     """
     from minsnap.files.consistency import check_samples
-    from minsnap.files.convert import read_samples
+    from minsnap.files.convert import read_samples, resolution_of
     from minsnap.files.sidecar import frame_of, origin_of
 
     if (waypoints is None) != (corridor is None):
         raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
     samples = read_samples(file, frame)
-    report = check_samples(samples)
+    report = check_samples(samples, resolution=resolution_of(file))
     inside = _membership(samples, waypoints, corridor)
     proved = _proved(file) if exact else None
     problems = [*report.problems, *_escape(inside), *_unproved(proved)]

@@ -22,6 +22,9 @@ from minsnap.trajectory.trajectory import Trajectory
 RATE = 20.0
 """Samples a second of a trajectory where a format or a command wants samples [Hz]."""
 
+RESOLUTION = 1e-3
+"""What rounding to three decimals does to a difference [m, m/s, rad]."""
+
 
 @cache
 def formats() -> dict[str, Format]:
@@ -56,15 +59,29 @@ def read_any(path: str | os.PathLike[str], frame: str | None = None) -> Content:
     FileError
         If the ending is not known or the file is bad.
     """
+    chosen = _reader(path)
+    assert chosen.read is not None
+    return chosen.read(path, frame)
+
+
+def _reader(path: str | os.PathLike[str]) -> Format:
+    """Return the format of a file that is there."""
     ending = Path(path).suffix.lower()
     able = [entry for entry in formats().values() if ending in entry.reads]
     if not able:
         known = dict.fromkeys(ending for entry in formats().values() for ending in entry.reads)
         raise FileError(f"{path} cannot be read by its ending: it must be one of {', '.join(known)}")
     able.sort(key=lambda entry: entry.recognises is None)
-    chosen = next((entry for entry in able if entry.recognises is None or entry.recognises(path)), able[-1])
-    assert chosen.read is not None
-    return chosen.read(path, frame)
+    return next((entry for entry in able if entry.recognises is None or entry.recognises(path)), able[-1])
+
+
+def resolution_of(path: str | os.PathLike[str], rate: float = RATE) -> float:
+    """Return what rounding in a file may do to a difference of two samples [m, m/s, rad]; 0.001 at least."""
+    chosen = _reader(path)
+    if chosen.rounding is None or chosen.read is None:
+        return RESOLUTION
+    content = chosen.read(path, None)
+    return max(RESOLUTION, chosen.rounding(content, 1.0 / rate)) if isinstance(content, Trajectory) else RESOLUTION
 
 
 def read_samples(path: str | os.PathLike[str], frame: str | None = None, rate: float = RATE) -> Samples:

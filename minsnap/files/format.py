@@ -60,6 +60,9 @@ class Format:
         Axes that it is written in; empty where they are chosen.
     most_pieces : int or None
         Polynomials that it holds at most.
+    rounding : callable or None
+        ``rounding(trajectory, step)``: what the format's rounding may do to a difference of two values a step apart, or
+        None where numbers are read back exactly.
     """
 
     name: str
@@ -71,3 +74,4 @@ class Format:
     recognises: Callable[[PathLike], bool] | None = None
     frame: str = "enu"
     most_pieces: int | None = None
+    rounding: Callable[[Trajectory, float], float] | None = None

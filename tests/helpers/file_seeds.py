@@ -2,6 +2,7 @@
 
 import json
 import struct
+import warnings
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,7 +21,9 @@ def seeds(folder):
     path = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1)], [2.0, 1.5], yaw=[0.0, 0.5, 0.0])
     names = {"path.csv": "setpoints", "piece.csv": "crazyflie", "path.yaml": "mav", "path.npz": "npz"}
     for name, to in {**names, "path.json": "polynomials", "path.traj": "crazyflie-compressed"}.items():
-        write_any(path, folder / name, to, rate=4.0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", minsnap.FirmwareWarning)
+            write_any(path, folder / name, to, rate=4.0)
     write_any(path.sample(4.0), folder / "samples.npz", "npz")
     (folder / "points.csv").write_text("x,y,z,yaw,duration\n0,0,1,0,2\n2,0,1,0.5,1.5\n2,1,1,0,\n")
     (folder / "points.yaml").write_text("waypoints:\n- [0, 0, 1]\n- {x: 2, y: 0, z: 1}\ndurations: [2.0]\n")

@@ -15,8 +15,9 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import read_text
-from minsnap.errors import FileError
+from minsnap.errors import FileError, MinsnapError
 from minsnap.files.format import Format, Writing
+from minsnap.files.formats.crazyflie_compressed import pieces_that_fit
 from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
@@ -74,9 +75,20 @@ def crazyflie_rows(trajectory: Trajectory, max_pieces: int | None = MAX_PIECES) 
         trajectory = trajectory.between(0.0, half).then(trajectory.between(half, trajectory.duration))
     pieces = len(trajectory.durations)
     if max_pieces is not None and pieces > max_pieces:
-        raise FileError(f"{pieces} pieces do not fit the Crazyflie's memory of {max_pieces}: fly it in parts")
+        raise FileError(
+            f"{pieces} pieces do not fit the Crazyflie's memory of {max_pieces}: {_smaller(trajectory)}fly it in parts"
+        )
     axes = position_powers(trajectory, DEGREE).transpose(0, 2, 1).reshape(pieces, -1)
     return np.hstack([trajectory.durations[:, None], axes, yaw_powers(trajectory, DEGREE)])
+
+
+def _smaller(trajectory: Trajectory) -> str:
+    """Name the format in which more pieces fit, if it holds this trajectory at all."""
+    try:
+        fit = pieces_that_fit(trajectory)
+    except MinsnapError:
+        return ""
+    return f"write the format crazyflie-compressed (.traj), in which {fit} of them fit, or "
 
 
 def read_crazyflie(path: str | os.PathLike[str]) -> Trajectory:

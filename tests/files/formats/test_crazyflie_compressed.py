@@ -1,17 +1,22 @@
 """The Crazyflie's compressed form: bytes by hand, the bound on rounding, and what does not fit."""
 
 import struct
+from math import comb
 
 import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import FileError
+from minsnap.cli.app import main
+from minsnap.errors import FileError, FirmwareWarning
+from minsnap.files.convert import write_any
+from minsnap.files.formats.crazyflie import write_crazyflie
 from minsnap.files.formats.crazyflie_compressed import (
+    END,
     MEMORY,
     compressed,
     read_compressed,
-    rounding_bound,
+    rounding_bounds,
     write_compressed,
 )
 from minsnap.trajectory.path import ConstantHeading
@@ -20,45 +25,102 @@ from minsnap.trajectory.trajectory import Trajectory
 CORNERS = [(0, 0, 1), (3, 0, 1), (3, 2, 1.5), (0, 2, 1)]
 
 
+def played(content):
+    """Decode as the firmware does (pptraj_compressed.c): yield (start [s], end [s], control points of each axis)."""
+    last, offset, clock = list(struct.unpack_from("<4h", content)), 8, 0.0
+    while True:
+        types, duration = content[offset], int.from_bytes(content[offset + 1 : offset + 3], "little")
+        offset += 3
+        if duration == 0:
+            return
+        axes = []
+        for axis in range(4):
+            count = {0: 0, 1: 1, 2: 3, 3: 7}[types >> 2 * axis & 0b11]
+            axes.append([last[axis], *struct.unpack_from(f"<{count}h", content, offset)])
+            last[axis] = axes[-1][-1]
+            offset += 2 * count
+        yield clock, clock + duration / 1000.0, axes
+        clock += duration / 1000.0
+
+
+def placed(axes, share):
+    """Position [m] and yaw [rad] at a share of a piece, from Bernstein's formula."""
+    values = []
+    for points in axes:
+        n = len(points) - 1
+        values.append(sum(comb(n, i) * share**i * (1 - share) ** (n - i) * p for i, p in enumerate(points)))
+    return np.array(values[:3]) / 1000.0, np.radians(values[3] / 10.0)
+
+
 def test_bytes_are_those_of_the_format():
+    bent = np.linspace((0.0, 0.0, 1.0), (0.7, 0.0, 1.0), 8)[None].copy()
+    bent[0, 3, 0] = 0.5
+    with pytest.warns(FirmwareWarning, match=r"before 2026\.08 flies a compressed yaw wrongly"):
+        content = compressed(Trajectory(bent, [2.0], ConstantHeading(np.pi / 2.0)))
+    middle = struct.pack("<BH7h", 0b000011, 2000, 100, 200, 500, 400, 500, 600, 700)
+    assert content == struct.pack("<4h", 0, 0, 1000, 900) + middle + b"\x00\x00\x00"
+
+
+def test_lines_and_cubics_are_stored_as_such():
     line = np.linspace((0.0, 0.0, 1.0), (0.7, 0.0, 1.0), 8)[None]
-    content = compressed(Trajectory(line, [2.0], ConstantHeading(np.pi / 2.0)))
-    assert content == struct.pack("<4hBH7h", 0, 0, 1000, 900, 0b000011, 2000, *range(100, 701, 100))
+    assert compressed(Trajectory(line, [2.0])) == struct.pack("<4hBHh3x", 0, 0, 1000, 0, 0b01, 2000, 700)
+    cubic = np.array([[(0.0, 0.0, 1.0), (0.3, 0.0, 1.0), (-0.1, 0.0, 1.0), (0.2, 0.0, 1.0)]])
+    assert compressed(Trajectory(cubic, [2.0])) == struct.pack("<4hBH3h3x", 0, 0, 1000, 0, 0b10, 2000, 300, -100, 200)
 
 
-def test_a_piece_at_constant_yaw_takes_45_bytes_and_ninety_fit():
-    corners = np.random.default_rng(1).uniform(-3.0, 3.0, (91, 3))
-    path = minsnap.plan(corners, np.full(90, 2.0), yaw=0.4)
-    assert len(compressed(path)) == 8 + 90 * 45 <= MEMORY
-    longer = minsnap.plan(np.vstack([corners, (0.0, 0.0, 0.0)]), np.full(91, 2.0), yaw=0.4)
-    with pytest.raises(FileError, match="91 pieces take 4103 bytes, 7 above .*: the first 90 would fit"):
+def test_a_piece_at_constant_yaw_takes_45_bytes_and_ninety_fit_with_the_end():
+    corners = np.random.default_rng(1).uniform(-3.0, 3.0, (92, 3))
+    path = minsnap.plan(corners[:91], np.full(90, 2.0))
+    assert len(compressed(path)) == 8 + 90 * 45 + len(END) <= MEMORY
+    longer = minsnap.plan(corners, np.full(91, 2.0))
+    with pytest.raises(FileError, match="91 pieces take 4106 bytes, 10 above .*: the first 90 would fit"):
         compressed(longer)
+    with pytest.raises(FileError, match=r"91 pieces do not fit .* crazyflie-compressed \(.traj\), in which 90 of them"):
+        write_crazyflie(longer, "never.csv")
 
 
+@pytest.mark.filterwarnings("ignore::minsnap.FirmwareWarning")
 @pytest.mark.parametrize("degree", [3, 5, 7])
 @pytest.mark.parametrize("yaw", [0.3, "turning"])
-def test_the_curve_is_within_its_bound_and_stays_continuous(tmp_path, degree, yaw):
+def test_the_firmware_flies_within_the_bounds_of_the_plan(tmp_path, degree, yaw):
     heading = [0.0, 1.0, 2.0, 0.5] if yaw == "turning" else yaw
     path = minsnap.plan(CORNERS, [2.0001, 1.5004, 2.0], degree=degree, yaw=heading)
     write_compressed(path, tmp_path / "path.traj")
+    bounds = rounding_bounds(path)
+    assert bounds.position < 3e-3
+    for start, end, axes in played((tmp_path / "path.traj").read_bytes()):
+        for share in np.linspace(0.0, 1.0, 101):
+            t = min(start + share * (end - start), path.duration)
+            place, turned = placed(axes, share)
+            assert np.linalg.norm(place - path(t)) <= bounds.position
+            assert abs(turned - path.yaw(t)) <= np.pi / 3600.0 + 0.5e-3 * 4.0
+
+
+@pytest.mark.filterwarnings("ignore::minsnap.FirmwareWarning")
+@pytest.mark.parametrize("degree", [5, 7])
+def test_what_is_read_is_within_the_bounds_with_its_derivatives(tmp_path, degree):
+    path = minsnap.plan(CORNERS, [2.0001, 0.5004, 2.0], degree=degree, yaw=0.3)
+    write_compressed(path, tmp_path / "path.traj")
     again = read_compressed(tmp_path / "path.traj")
     t = np.linspace(0.0, min(path.duration, again.duration), 2001)
-    assert np.linalg.norm(again(t) - path(t), axis=1).max() <= rounding_bound(path) < 3e-3
-    assert np.abs(again.yaw(t) - path.yaw(t)).max() <= np.pi / 3600.0 + 0.5e-3 * np.abs(path.yaw(t, 1)).max() + 1e-9
+    bounds = rounding_bounds(path)
+    for order, bound in enumerate((bounds.position, bounds.velocity, bounds.acceleration)):
+        off = np.linalg.norm(again(t, order) - path(t, order), axis=1)
+        assert off.max() <= bound <= 8.0 * off.max(), order
     assert (again.control_points[1:, 0] == again.control_points[:-1, -1]).all(), "knots are shared"
     assert np.abs(again.breaks - path.breaks).max() <= 0.5e-3 + 1e-12, "rounding of times does not add up"
 
 
 def test_reading_knows_all_four_types(tmp_path):
     axes = struct.pack("<3h", 10, 20, 30) + struct.pack("<h", 80) + struct.pack("<7h", *range(1, 8))
-    (tmp_path / "a.traj").write_bytes(struct.pack("<4hBH", 0, 0, 0, 5, 0b00110110, 500) + axes)
+    (tmp_path / "a.traj").write_bytes(struct.pack("<4hBH", 0, 0, 0, 5, 0b00110110, 500) + axes + END + b"not read")
     path = read_compressed(tmp_path / "a.traj")
     assert path(0.5) == pytest.approx([0.030, 0.080, 0.007])
     assert path(0.25)[0] == pytest.approx((3 * 10 + 3 * 20 + 30) / 8e3)
     assert path(0.25)[1] == pytest.approx(0.040) and path.yaw(0.3) == pytest.approx(np.radians(0.5))
 
 
-@pytest.mark.parametrize("content", [b"", b"1234567", b"12345678", b"12345678\x03", b"12345678\x03\x00\x01\x00"])
+@pytest.mark.parametrize("content", [b"", b"1234567", b"12345678\x03", b"12345678\x03\x00\x01\x00", b"12345678" + END])
 def test_what_is_cut_off_is_refused(tmp_path, content):
     (tmp_path / "a.traj").write_bytes(content)
     with pytest.raises(FileError, match=r"a\.traj is not a compressed trajectory"):
@@ -74,3 +136,29 @@ def test_what_the_format_cannot_hold_is_refused():
         compressed(minsnap.plan([(0, 0, 1), (4, 0, 1)], [7.0], degree=9))
     with pytest.raises(FileError, match="3 coordinates"):
         compressed(minsnap.plan([(0, 0), (4, 0)], [7.0]))
+
+
+def test_without_its_end_a_file_is_refused(tmp_path):
+    content = compressed(minsnap.plan(CORNERS, [2.0, 1.5, 2.0]))
+    for cut in (1, 2, 3):
+        (tmp_path / "a.traj").write_bytes(content[:-cut])
+        with pytest.raises(FileError, match=r"a\.traj"):
+            read_compressed(tmp_path / "a.traj")
+    with pytest.raises(FileError, match="three zero bytes"):
+        read_compressed(tmp_path / "a.traj")
+
+
+def test_check_allows_for_the_rounding_of_the_format(tmp_path, capsys):
+    eight = minsnap.lemniscate(width=4.0, period=8.0)
+    write_any(eight, tmp_path / "eight.traj")
+    with pytest.raises(SystemExit) as left:
+        main(["check", str(tmp_path / "eight.traj")])
+    assert left.value.code in (0, None), capsys.readouterr().out
+
+
+def test_check_still_sees_a_step_in_a_compressed_file(tmp_path, capsys):
+    first = struct.pack("<4hBHh", 0, 0, 1000, 0, 0b01, 2000, 2000) + struct.pack("<BHh", 0b01, 2000, -2000)
+    (tmp_path / "a.traj").write_bytes(first + END)
+    with pytest.raises(SystemExit) as left:
+        main(["check", str(tmp_path / "a.traj")])
+    assert left.value.code == 1 and "disagree" in capsys.readouterr().out
