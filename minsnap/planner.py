@@ -40,6 +40,7 @@ from minsnap.time_allocation.search_options import USUAL, Search, check_search
 from minsnap.time_allocation.timing import Timed, Timing
 from minsnap.trajectory.report import Progress, Report
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.unlimited import unlimited_notes
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
@@ -282,6 +283,7 @@ class _Plan:
             from minsnap.limits.heading_cost import fixed_yaw_notes
 
             notes = fixed_yaw_notes(limits, curve)
+        notes += unlimited_notes(curve, () if limits is None else limits.given())
         return Report(
             solver=optimum.solver,
             rounds=optimum.rounds,

@@ -88,6 +88,34 @@ def given_limits(options: Any) -> dict[str, Any]:
     return {kind.name: radians(value) if kind.degrees else value for kind, value in values.items() if value is not None}
 
 
+NoLimit = Annotated[
+    str | None,
+    typer.Option(
+        "--no-limit",
+        metavar="NAME",
+        help="Take off what holds beside the limits named: speed, acceleration, tilt, altitude; several with commas.",
+    ),
+]
+
+
+def taken_off(text: str | None) -> list[str]:
+    """Return the names that ``--no-limit`` takes off.
+
+    Raises
+    ------
+    InputError
+        If one of them holds only where it is named.
+    """
+    from minsnap.limits.ordinary import ORDINARY
+
+    known = (*ORDINARY, "altitude")
+    names = [] if text is None else text.split(",")
+    for name in names:
+        if name not in known:
+            raise InputError(f"--no-limit is {name!r}: it takes {', '.join(known)}; other limits hold only where named")
+    return names
+
+
 def _limit_option(kind: Kind) -> Any:
     metavar = "RATIO" if kind.unit == "of the weight" else kind.typed_unit.upper().replace("^", "")
     what = f"Shortest time within [{kind.typed_unit}]."

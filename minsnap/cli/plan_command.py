@@ -12,7 +12,7 @@ from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import Planning
+from minsnap.cli.planning import Planning, altitudes_of
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -65,6 +65,8 @@ def plan(
     if "split" in chosen and not searched and found.total_time is None and not found.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
     asked = _asked(found, chosen, searched)
+    if "room" not in asked and "limits" in chosen and not found.boxes:
+        asked |= altitudes_of(planning, found.waypoints)
     path = plan_path(**plan_arguments(asked | destination.search))
     destination.deliver(path, found.walls, found.waypoints, limits=asked.get("limits"), origin=_home(file))
 

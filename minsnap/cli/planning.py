@@ -42,6 +42,7 @@ RECTANGLE_WALLS = 0.3
 class Span:
     """The duration of a plan, as a time or as a weight on time."""
 
+    no_limit: options.NoLimit = None
     time: options.Time = None
     time_weight: options.TimeWeight = None
 
@@ -55,13 +56,31 @@ else:
 
 
 def limits_of(given: Any) -> Limits | None:
-    """Return the limits among options, or None."""
+    """Return the limits among options, completed by the ordinary ones where they choose the time; None without any."""
     chosen = options.given_limits(given)
-    if not chosen:
+    if not chosen and given.no_limit is None:
         return None
     from minsnap.limits.limits import Limits
+    from minsnap.limits.ordinary import completed
 
-    return Limits(**chosen)
+    if getattr(given, "time", None) is not None:
+        if given.no_limit is not None:
+            raise InputError("with --time only the limits that are named hold: leave out --no-limit")
+        return Limits(**chosen)
+    kept: dict[str, Any] = completed(chosen, [name for name in options.taken_off(given.no_limit) if name != "altitude"])
+    if not kept:
+        raise InputError("--no-limit leaves no limit: name one, such as --max-jerk, or give --time")
+    return Limits(**kept)
+
+
+def altitudes_of(given: Any, points: Any) -> dict[str, Any]:
+    """Return the floor and the ceiling of ordinary flight as the argument ``room``, where limits choose the time."""
+    named = bool(options.given_limits(given)) or given.no_limit is not None
+    if not named or given.time is not None or len(points[0]) != 3 or "altitude" in options.taken_off(given.no_limit):
+        return {}
+    from minsnap.limits.ordinary import ordinary_room
+
+    return {"room": ordinary_room(points)}
 
 
 @dataclass(frozen=True)
@@ -108,6 +127,15 @@ class Planning(TimingOptions):
         """The half-widths of the corridor [m], or None."""
         return options.parse_corridor(self.corridor)
 
+    @property
+    def limits(self) -> Limits | None:
+        """The limits given; a yaw rate alone, which limits no time, is not completed."""
+        if self.no_limit is None and list(options.given_limits(self)) == ["yaw_rate"]:
+            from minsnap.limits.limits import Limits
+
+            return Limits(**options.given_limits(self))
+        return limits_of(self)
+
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that were given."""
         chosen = options.given(corridor=self.walls, continuity=self.continuity)
@@ -137,20 +165,24 @@ class RectanglePlanning(Planning):
     @property
     def limits(self) -> Limits | None:
         """The limits given, or those of ``rectangle`` if no time is given either."""
-        chosen = super().limits
+        chosen = limits_of(self)
         if chosen is not None or self.time is not None or self.time_weight is not None:
             return chosen
-        from minsnap.paths.shapes.straight import rectangle_limits
+        from minsnap.limits.ordinary import ordinary_limits
 
-        return rectangle_limits()
+        return ordinary_limits()
 
 
 if TYPE_CHECKING:
 
     class PaceOptions:
         """The same without a duration."""
+
+        no_limit: str | None
 else:
-    PaceOptions = make_dataclass("PaceOptions", options.limit_fields(), frozen=True)
+    PaceOptions = make_dataclass(
+        "PaceOptions", [("no_limit", options.NoLimit, None), *options.limit_fields()], frozen=True
+    )
 
 
 @dataclass(frozen=True)
@@ -173,7 +205,11 @@ class Turning(PaceOptions):
             "yaw": options.chosen_yaw(self.yaw, self.look_at),
             "ramp": None if self.ramp is None else radians(self.ramp),
         }
-        own = {name: value for name, value in asdict(self).items() if name not in options.limit_options() | {"look_at"}}
+        own = {
+            name: value
+            for name, value in asdict(self).items()
+            if name not in options.limit_options() | {"look_at", "no_limit"}
+        }
         return options.given(**own | angles | {"limits": self.limits})
 
     @property

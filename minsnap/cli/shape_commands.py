@@ -10,7 +10,16 @@ import typer
 from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import Altitude, Center, Climbing, Clockwise, RectanglePlanning, TimingOptions, Turning
+from minsnap.cli.planning import (
+    Altitude,
+    Center,
+    Climbing,
+    Clockwise,
+    RectanglePlanning,
+    TimingOptions,
+    Turning,
+    altitudes_of,
+)
 
 StartAngle = Annotated[float, typer.Option("--start-angle", metavar="DEG", help="Where it begins [degrees].")]
 Point = tuple[float, float, float]
@@ -61,6 +70,8 @@ def line(
     from minsnap.paths.shapes import line as plan_line
 
     search = {} if constant_speed else destination.search
+    if not constant_speed:
+        search |= altitudes_of(timing, [start, goal])
     path = plan_line(start, goal, constant_speed=constant_speed, **plan_arguments(timing.arguments() | search))
     destination.deliver(path, limits=timing.limits)
 

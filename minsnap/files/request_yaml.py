@@ -18,6 +18,7 @@ from minsnap.files.frames import FRAMES
 from minsnap.files.plan_request import RESERVE, VEHICLES, Box, Point, SceneRequest
 from minsnap.files.waypoints import Waypoints, read_waypoints, waypoints_of
 from minsnap.limits.kinds import KIND
+from minsnap.limits.ordinary import completed_in_file, written_in_file
 
 FURTHER = ("total_time", "limits", "corridor", "boxes", "room", "degree", "continuity", "pieces", "closed", "view")
 """Keys of a request beyond those of a waypoint file."""
@@ -40,7 +41,8 @@ def read_request(path: str | os.PathLike[str]) -> SceneRequest:
     """Read a waypoint file, or a YAML file that says how to plan through its waypoints, too.
 
     Beside ``waypoints``, ``yaw`` and ``durations`` such a file may have: ``total_time`` [s]; ``limits``, a mapping of
-    the fields of :class:`~minsnap.Limits`, and ``rotors: {vehicle: crazyflie, reserve: 0.1}``; ``corridor``, one
+    the fields of :class:`~minsnap.Limits`, and ``rotors: {vehicle: crazyflie, reserve: 0.1}``; where they choose the
+    time, the ordinary ones hold too unless they are ``null`` (:mod:`minsnap.limits.ordinary`); ``corridor``, one
     half-width or one per leg [m]; ``boxes``, two corners per leg; ``room``, two corners; ``degree``, ``continuity``,
     ``pieces``, ``closed``; and ``view`` with the ``frame`` and the ``vehicle`` of the studio, which do not change the
     plan. ``yaw`` may also be one angle [rad], ``velocity`` or ``tilt``.
@@ -103,6 +105,8 @@ def request_text(request: SceneRequest) -> str:
 def _described(request: SceneRequest) -> dict[str, Any]:
     """Return what a request says, without what is left to its defaults."""
     limits: dict[str, Any] = dict(request.limits)
+    if request.rotors is None and request.durations is None and request.total_time is None:
+        limits = written_in_file(limits)
     if request.rotors is not None:
         limits["rotors"] = {"vehicle": request.vehicle, "reserve": request.rotors}
     boxes = None if request.boxes is None else _lists(request.boxes)
@@ -137,7 +141,8 @@ def _with_further(where: str, found: SceneRequest, content: Mapping[str, Any]) -
     if "total_time" in given:
         changes["total_time"] = finite_number(f"{where}: total_time", given["total_time"])
     if "limits" in given:
-        changes |= _limits(f"{where}: limits", given["limits"])
+        timed = found.durations is not None or "total_time" in given
+        changes |= _limits(f"{where}: limits", given["limits"], timed)
     if "corridor" in given:
         changes["corridor"] = _widths(f"{where}: corridor", given["corridor"], found.legs)
     if "boxes" in given:
@@ -152,11 +157,15 @@ def _with_further(where: str, found: SceneRequest, content: Mapping[str, Any]) -
     return replace(found, **_view(f"{where}: view", given.get("view", {})) | changes)
 
 
-def _limits(where: str, given: Any) -> dict[str, Any]:
+def _limits(where: str, given: Any, timed: bool) -> dict[str, Any]:
+    """Return the limits of a request, completed where they choose the time."""
     if not isinstance(given, dict) or not set(given) <= {*LIMITS, "rotors"}:
         raise FileError(f"{where} is {shown(given)}: give a mapping of {', '.join(LIMITS)} or rotors")
-    plain = tuple((str(k), finite_number(f"{where}: {k}", v)) for k, v in given.items() if k != "rotors")
-    return {"limits": plain} | (_rotors(f"{where}: rotors", given["rotors"]) if "rotors" in given else {})
+    plain = {str(k): v if v is None else finite_number(f"{where}: {k}", v) for k, v in given.items() if k != "rotors"}
+    if "rotors" in given or timed:
+        found: dict[str, Any] = {"limits": tuple((name, value) for name, value in plain.items() if value is not None)}
+        return found | (_rotors(f"{where}: rotors", given["rotors"]) if "rotors" in given else {})
+    return {"limits": tuple(completed_in_file(plain).items())}
 
 
 def _rotors(where: str, given: Any) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from minsnap.corridors.tubes import Tube
 from minsnap.optimisation.solved_task import NATIVE
 from minsnap.trajectory.report import Report, steps_of
 from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.unlimited import unlimited_notes
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,8 @@ class TubeReport:
         margin = min(margin_to(curve, walls).value for walls in Tube(self.widths).walls(self.waypoints))
         rows, rounds = self.figures[2:].astype(int).tolist()
         milliseconds, steps = 1e3 * self.seconds, steps_of(self.history)
-        return Report(NATIVE, rounds, rows, curve.cost(), margin, milliseconds, steps=steps, core=NATIVE)
+        notes = unlimited_notes(curve)
+        return Report(NATIVE, rounds, rows, curve.cost(), margin, milliseconds, steps=steps, core=NATIVE, notes=notes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.cards import card, strip_svg
 from minsnap.basics.tolerances import EXACT
+from minsnap.trajectory.unlimited import Spatial, unlimited_notes
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,7 @@ class Report:
         return card("Report", [("cost", f"{self.cost:.6g}"), *self.facts()], search)
 
 
-class HasCost(Protocol):
+class HasCost(Spatial, Protocol):
     """A curve that knows its cost."""
 
     def cost(self) -> float:
@@ -207,4 +208,5 @@ class LinearSystem:
     def report(self, curve: HasCost) -> Report:
         """Return the report of the plan."""
         milliseconds, steps = 1e3 * (self.ended - self.began), steps_of(self.history)
-        return Report("banded", 0, 0, curve.cost(), None, milliseconds, steps=steps, core=self.core)
+        notes = unlimited_notes(curve)
+        return Report("banded", 0, 0, curve.cost(), None, milliseconds, steps=steps, core=self.core, notes=notes)

@@ -58,7 +58,11 @@ def test_a_plan_is_planned_again_from_its_file(call, tmp_path):
     first = call("plan", "points.csv", "--corridor", "0.3", "--max-speed", "1.5", "-o", "r.json")
     assert first.returncode == 0
     stored = read_polynomials(tmp_path / "r.json")
-    assert stored.corridor == 0.3 and stored.limits == minsnap.Limits(speed=1.5) and len(stored.waypoints) == 3
+    assert (
+        stored.corridor == 0.3
+        and stored.limits == minsnap.Limits(speed=1.5, acceleration=6.0)
+        and len(stored.waypoints) == 3
+    )
     again = call("plan", "r.json", "-o", "again.json", "--json")
     figures = json.loads(again.stdout)
     assert figures["corridor_margin"] == stored.certificate["corridor_margin"] >= 0.0

@@ -7,6 +7,8 @@ import math
 
 import pytest
 
+import minsnap
+
 
 def figures(run):
     assert run.returncode == 0, run.stderr
@@ -27,11 +29,59 @@ OPTIONS = {
 @pytest.mark.parametrize("option", OPTIONS)
 def test_each_limit_alone_binds_and_says_where(call, option):
     name, value, limit = OPTIONS[option]
-    found = figures(call("line", option, value, "--json"))
+    others = ",".join({"speed", "acceleration", "tilt", "altitude"} - {name})
+    found = figures(call("line", option, value, "--no-limit", others, "--json"))
     (used,) = found["limits"]
     assert used["name"] == name and used["limit"] == pytest.approx(limit)
     assert found["binding"] == [name] and 0.999 <= used["fraction"] <= 1.0 + 1e-9
     assert used["leg"] == 0 and 0.0 <= used["instant"] <= found["duration"]
+
+
+def limits_of(run):
+    return {used["name"]: used["limit"] for used in figures(run)["limits"]}
+
+
+@pytest.mark.parametrize("command", [("rect",), ("circle",), ("plan", "points.csv"), ("line",)])
+def test_one_limit_named_leaves_the_others_at_ordinary_flight(call, tmp_path, command):
+    (tmp_path / "points.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,3,1.5\n")
+    found = figures(call(*command, "--max-speed", 8, "--json"))
+    assert {used["name"]: used["limit"] for used in found["limits"]} == {"speed": 8.0, "acceleration": 6.0}
+    assert found["max_acceleration"] <= 6.0 + 1e-8
+    assert limits_of(call(*command, "--max-acceleration", 4, "--json")) == {"speed": 3.0, "acceleration": 4.0}
+
+
+def test_a_small_tilt_alone_does_not_climb(call, tmp_path):
+    (tmp_path / "points.csv").write_text("x,y,z\n0,0,1.5\n4,0,1.5\n4,3,1.5\n0,3,2\n")
+    tilted = ("plan", "points.csv", "--max-tilt", 0.6)
+    assert call(*tilted, "-o", "ordinary.csv").returncode == 0
+    heights = minsnap.read_csv(tmp_path / "ordinary.csv").position[:, 2]
+    assert -0.5 <= heights.min() and heights.max() <= 4.0
+    free = figures(call(*tilted, "--no-limit", "altitude,speed,acceleration", "-o", "free.csv", "--json"))
+    assert minsnap.read_csv(tmp_path / "free.csv").position[:, 2].max() > 10.0
+    assert "the speed is not limited and reaches" in free["note"] and "the path goes over" in free["note"]
+
+
+def test_what_holds_unasked_is_taken_off_by_name(call):
+    assert limits_of(call("rect", "--max-speed", 2, "--no-limit", "acceleration", "--json")) == {
+        "speed": 2.0,
+        "tilt": math.pi / 4,
+    }
+    found = figures(call("rect", "--max-speed", 8, "--no-limit", "acceleration,tilt", "--json"))
+    assert len(found["limits"]) == 1 and "the acceleration is not limited and reaches" in found["note"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--no-limit", "jerk"), "--no-limit is 'jerk': it takes speed, acceleration, tilt, altitude"),
+        (("--no-limit", "speed", "--max-speed", 3), "the speed is limited to 3 and its limit taken off"),
+        (("--no-limit", "speed,acceleration,tilt"), "--no-limit leaves no limit"),
+        (("--no-limit", "speed", "--time", 9), "leave out --no-limit"),
+    ],
+)
+def test_limits_taken_off_without_sense_are_status_2(call, options, said):
+    run = call("rect", *options)
+    assert run.returncode == 2 and said in run.stderr
 
 
 def test_a_rectangle_without_times_is_flown_within_careful_limits(call):

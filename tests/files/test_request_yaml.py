@@ -1,6 +1,7 @@
 """Requests in YAML: everything reads back exactly, and what is malformed is refused with its place."""
 
 from dataclasses import replace
+from math import pi
 
 import pytest
 
@@ -8,6 +9,7 @@ import minsnap
 from minsnap.errors import FileError
 from minsnap.files.plan_request import SceneRequest
 from minsnap.files.request_yaml import read_request, write_request
+from minsnap.paths.missions.course_file import read_course
 
 POINTS = ((0.0, 0.0, 1.0), (4.0, 0.1, 1.0), (4.0, 3.0, 1.0 / 3.0))
 BOXES = (((-1.0, -1.0, 0.0), (5.0, 1.0, 2.0)), ((3.0, -1.0, 0.0), (5.0, 4.0, 2.0)))
@@ -19,6 +21,9 @@ REQUESTS = [
     SceneRequest(POINTS, limits=(("speed", 3.0), ("tilt", 0.5)), rotors=0.2, vehicle="crazyflie", pieces="auto"),
     SceneRequest(POINTS, total_time=8.0, boxes=BOXES, yaw=0.25, continuity=4, pieces=2, frame="ned"),
     SceneRequest((*POINTS, POINTS[0]), total_time=9.0, closed=True),
+    SceneRequest(POINTS, limits=(("speed", 8.0),)),
+    SceneRequest(POINTS, limits=(("speed", 8.0), ("acceleration", 20.0))),
+    SceneRequest(POINTS, total_time=9.0, limits=(("speed", 8.0),)),
 ]
 
 
@@ -33,6 +38,24 @@ def test_waypoint_files_are_requests_too(tmp_path):
     (tmp_path / "b.yaml").write_text("- [0, 0, 1]\n- [4, 0, 1]\n")
     assert read_request(tmp_path / "a.csv") == SceneRequest(((0.0, 0.0, 1.0), (4.0, 0.0, 1.0)), (2.5,))
     assert read_request(tmp_path / "b.yaml").waypoints == ((0.0, 0.0, 1.0), (4.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("said", "kept"),
+    [
+        ("{speed: 8}", {"speed": 8.0, "acceleration": 6.0}),
+        ("{jerk: 40}", {"jerk": 40.0, "speed": 3.0, "acceleration": 6.0}),
+        ("{speed: 8, acceleration: null}", {"speed": 8.0, "tilt": pi / 4}),
+        ("{speed: 8, acceleration: null, tilt: null}", {"speed": 8.0}),
+        ("{max_thrust: 2.5}", {"max_thrust": 2.5}),
+    ],
+)
+def test_limits_that_choose_the_time_are_completed(tmp_path, said, kept):
+    file = tmp_path / "scene.yaml"
+    file.write_text(f"waypoints: [[0,0,1],[4,0,1]]\nlimits: {said}\n")
+    assert dict(read_request(file).limits) == kept
+    file.write_text(f"waypoints: [[0,0,1],[4,0,1]]\nlaps: 1\nlimits: {said}\n")
+    assert read_course(file).bounds.given() == kept
 
 
 def test_one_half_width_is_for_every_leg(tmp_path):

@@ -19,9 +19,7 @@ from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits
-
-SPEED, ACCELERATION = 3.0, 6.0
-"""Limits of a course that has none [m/s], [m/s^2]."""
+from minsnap.limits.ordinary import ordinary_limits
 
 LEAN = tan(radians(1.0))
 """How much the velocity may lean towards a side of a gate that is passed straight."""
@@ -135,7 +133,7 @@ class Course:
     @property
     def bounds(self) -> Limits:
         """The limits, or moderate ones where there are none."""
-        return Limits(speed=SPEED, acceleration=ACCELERATION) if self.limits is None else self.limits
+        return ordinary_limits() if self.limits is None else self.limits
 
     @property
     def periodic(self) -> bool:

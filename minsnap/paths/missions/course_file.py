@@ -21,6 +21,7 @@ from minsnap.errors import FileError, VehicleError
 from minsnap.files.plan_request import VEHICLES, named_vehicle
 from minsnap.files.waypoints import COLUMNS
 from minsnap.limits.limits import Limits
+from minsnap.limits.ordinary import completed_in_file
 from minsnap.paths.missions.course import Course, Stop
 from minsnap.vehicle import Quadrotor
 from minsnap.vehicle.yaml import vehicle_from
@@ -147,7 +148,11 @@ def _limits(where: str, said: Mapping[str, Any]) -> Limits | None:
     if "vehicle" in said:
         vehicle = _vehicle(Path(where).parent, said["vehicle"], str(said.get("name", "vehicle")))
         return Limits.of(vehicle, reserve=0.0, **given)
-    return Limits(**given) if given else None
+    if not given:
+        return None
+    how: dict[str, Any] = {name: given[name] for name in ("norm", "gravity") if name in given}
+    kept: dict[str, Any] = completed_in_file({name: value for name, value in given.items() if name not in how})
+    return Limits(**kept, **how)
 
 
 def _vehicle(folder: Path, said: Any, name: str) -> Quadrotor:

@@ -16,8 +16,9 @@ from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import WaypointError
 from minsnap.limits.limits import Limits
+from minsnap.limits.ordinary import ACCELERATION, SPEED
 from minsnap.optimisation.planned_yaw import asked_heading
-from minsnap.paths.missions.course import ACCELERATION, SPEED, Course, Stop, knots_of, section_arguments
+from minsnap.paths.missions.course import Course, Stop, knots_of, section_arguments
 from minsnap.planner import plan
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 from minsnap.trajectory.velocity_heading import Velocity

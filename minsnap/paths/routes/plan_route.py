@@ -16,6 +16,7 @@ from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.occupancy_grid import GridCorridor
 from minsnap.errors import CorridorError, WaypointError
 from minsnap.limits.limits import Limits
+from minsnap.limits.ordinary import ordinary_limits
 from minsnap.paths.routes.cell_distance import Approach, nearest_cell
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import array_map, read_map
@@ -25,9 +26,6 @@ from minsnap.planner import plan
 from minsnap.time_allocation.search_options import is_priced
 from minsnap.trajectory.path import Heading, Path
 from minsnap.trajectory.trajectory import Trajectory
-
-SPEED, ACCELERATION = 3.0, 6.0
-"""Limits of a plan that is given neither a time nor limits [m/s], [m/s^2]."""
 
 FREE_HEIGHT = 1.0
 """How far above and below start and goal a plan in space may pass through a plane map [m]."""
@@ -197,4 +195,4 @@ def _timed(planning: dict[str, Any]) -> dict[str, Any]:
     given = {name for name, value in planning.items() if value is not None}
     if given & {"durations", "total_time", "limits"} or is_priced(planning):
         return planning
-    return planning | {"limits": Limits(speed=SPEED, acceleration=ACCELERATION)}
+    return planning | {"limits": ordinary_limits()}

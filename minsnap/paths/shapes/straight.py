@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 SPEED = 1.0
 """Average speed of a line that is given neither a time nor limits [m/s]."""
 
-SPEED_LIMIT, ACCELERATION_LIMIT = 3.0, 6.0
-"""Limits of a rectangle that is given neither times nor limits [m/s, m/s^2]."""
-
 MOST_LAPS = 100_000
 """Laps of a rectangle, which has four legs for each."""
 
@@ -136,16 +133,11 @@ def rectangle(
     steps = np.arange(4 * turns + 1) * (-1 if check_switch("clockwise", clockwise) else 1)
     waypoints = corners[(first + steps) % 4]
     if total_time is None and durations is None and limits is None and not is_priced(options):
-        limits = rectangle_limits()
+        from minsnap.limits.ordinary import ordinary_limits
+
+        limits = ordinary_limits()
     times = {"total_time": total_time, "durations": durations, "limits": limits}
     return _plan(waypoints, corridor=corridor, **times, **options)
-
-
-def rectangle_limits() -> Limits:
-    """Return the limits of a rectangle that is given neither times nor limits."""
-    from minsnap.limits.limits import Limits
-
-    return Limits(speed=SPEED_LIMIT, acceleration=ACCELERATION_LIMIT)
 
 
 def leg_durations(waypoints: FloatArray) -> FloatArray:

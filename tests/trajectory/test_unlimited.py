@@ -1,0 +1,31 @@
+"""Notes about what no limit holds: only where it is far from ordinary, and only where nothing bounds it."""
+
+import pytest
+
+import minsnap
+
+CORNERS = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [4.0, 3.0, 1.0]]
+
+
+@pytest.mark.parametrize("corridor", [None, 0.3, minsnap.Room((-9, -9, -9), (9, 9, 9))])
+def test_a_hurried_plan_says_its_acceleration(corridor):
+    curve = minsnap.plan(CORNERS, total_time=1.5, corridor=corridor)
+    found = minsnap.certify(curve)
+    assert found.max_acceleration > 2.0 * 9.81 and found.max_speed < 15.0
+    (note,) = curve.report.notes
+    assert note == f"the acceleration is not limited and reaches {found.max_acceleration:.4g} m/s²"
+    assert minsnap.plan(CORNERS, total_time=8.0, corridor=corridor).report.notes == ()
+
+
+def test_what_is_limited_is_not_noted():
+    loose = minsnap.Limits(speed=40.0, acceleration=60.0)
+    assert minsnap.plan(CORNERS, limits=loose).report.notes == ()
+    (note,) = minsnap.plan(CORNERS, limits=minsnap.Limits(acceleration=60.0), total_time=1.5).report.notes or ("",)
+    assert note == ""
+    (note,) = minsnap.plan([[0, 0, 1], [90, 0, 1]], limits=minsnap.Limits(max_thrust=2.0)).report.notes
+    assert note.startswith("the speed is not limited and reaches ")
+
+
+def test_a_path_far_beyond_its_waypoints_is_noted():
+    (*_, note) = minsnap.plan([[0, 0, 1], [1, 0, 1]], durations=[6.0], start={"velocity": (0, 0, 5)}).report.notes
+    assert note.startswith("the path goes over 6.8") and "its waypoints over 1 m" in note
