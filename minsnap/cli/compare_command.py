@@ -161,6 +161,7 @@ def _place(one: ComparedFlight) -> dict[str, Any]:
     """Return the place of a flight in its log, with the remarks on it."""
     place = one.place
     where = {} if place is None else {"log_start": place.start, "clock_rate": place.rate, "shift": place.shift.tolist()}
+    where |= {} if place is None or place.end is None else {"followed_until": place.end}
     return where | {"remarks": one.remarks()}
 
 

@@ -33,6 +33,11 @@ class ComparedFlight:
     flight: Samples
     place: LogFlight | None = None
 
+    @property
+    def whole(self) -> float:
+        """Duration of the file [s]."""
+        return self.reference.duration
+
     def remarks(self) -> list[str]:
         """Return warnings about the validity of the figures, one sentence per warning."""
         said = []
@@ -40,6 +45,9 @@ class ComparedFlight:
             said.append(
                 f"its setpoints were sent {self.place.lead:g} s ahead, and each instant is compared with its plan"
             )
+        if self.place is not None and self.place.end is not None:
+            part = f"the first {self.place.end:.2f} s of {self.whole:.2f} s ({100 * self.place.end / self.whole:.0f} %)"
+            said.append(f"its setpoints follow the file for {part}: that part is compared")
         if self.place is not None and self.place.shift.any():
             shift = ", ".join(f"{value:.2f}" for value in self.place.shift)
             said.append(f"it was flown ({shift}) m from where the file lies, and is compared there")

@@ -24,7 +24,19 @@ CANDIDATE = 0.4
 """Distance, in standard deviations of the file's positions, up to which a place in the log is looked at closely."""
 
 MATCHED = 0.05
-"""Distance in root mean square up to which setpoints are those of the file [m]."""
+"""Distance in root mean square up to which setpoints are those of the file, when both stand still [m]."""
+
+UNEVEN = 0.03
+"""What a log's instants may be off in root mean square, by setpoints that hold until the next and uneven clocks [s]."""
+
+PARTS = (0.5, 0.25, 0.125)
+"""Shares of the file, from its beginning, by which a flight is looked for that was not flown to its end."""
+
+AWAY = 0.4
+"""Setpoints that are off the file for so long have left it [s]."""
+
+LEAST_WAY = 0.5
+"""Extent that such a share needs: less is found anywhere [m]."""
 
 DRIFT = 0.05
 """Largest difference between the rates of the two clocks."""
@@ -46,6 +58,8 @@ class LogFlight:
         Root mean square of the distance between setpoints and file that is left [m].
     lead : float
         How much earlier than planned its setpoints were sent [s].
+    end : float or None
+        Until when of the file's time the setpoints follow it [s]; None for all of it.
     """
 
     start: float
@@ -53,6 +67,7 @@ class LogFlight:
     shift: FloatArray
     mismatch: float
     lead: float = 0.0
+    end: float | None = None
 
     def __post_init__(self) -> None:
         own_arrays(self)
@@ -66,7 +81,7 @@ class LogFlight:
             If fewer than two of them lie there.
         """
         t = (samples.t - self.start) * self.rate
-        kept = (t >= 0.0) & (t <= duration)
+        kept = (t >= 0.0) & (t <= (duration if self.end is None else self.end - self.lead))
         if np.count_nonzero(kept) < 2:
             raise InputError(f"the log holds no positions during the flight that begins at {self.start:.3f} s")
         velocity = None if samples.velocity is None else samples.velocity[kept] / self.rate
@@ -90,7 +105,7 @@ def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
     Returns
     -------
     list of LogFlight
-        In the order of time.
+        In the order of time: those of the whole file; if there is none, those of a part from its beginning.
 
     Raises
     ------
@@ -100,12 +115,60 @@ def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
     if reference.dim != setpoints.dim:
         raise InputError(f"the file has {reference.dim} coordinates and the log {setpoints.dim}: they must agree")
     found = [_refined(reference, setpoints, start) for start in _candidates(reference, setpoints)]
-    flights = [flight for flight in found if flight.mismatch <= MATCHED]
+    whole = [flight for flight in found if flight.mismatch <= _tolerance(reference)]
+    flights = [_cut(reference, setpoints, flight) for flight in whole] or _begun(reference, setpoints)
     if not flights:
         nearest = min((flight.mismatch for flight in found), default=np.inf)
         near = f"at best {nearest:.2g} m apart" if np.isfinite(nearest) else "nothing like it was asked for"
         raise InputError(f"the log's setpoints do not follow the file ({near}): is it of another file or frame?")
     return flights
+
+
+def _tolerance(reference: Samples) -> float:
+    """Return up to which distance in root mean square setpoints are those of a file [m]; speed makes it larger."""
+    way = np.linalg.norm(np.diff(reference.position, axis=0), axis=1)
+    speed = float(np.sqrt(np.mean((way / np.diff(reference.t)) ** 2)))
+    return float(np.hypot(MATCHED, UNEVEN * speed))
+
+
+def _begun(reference: Samples, setpoints: Samples) -> list[LogFlight]:
+    """Return the flights that follow a file from its beginning and leave it: stopped ones, and logs that end."""
+    for share in PARTS:
+        head = _until(reference, share * reference.duration)
+        if np.ptp(head.position, axis=0).max() < LEAST_WAY:
+            break
+        found = [_refined(head, setpoints, start) for start in _candidates(head, setpoints)]
+        flights = [flight for flight in found if flight.mismatch <= _tolerance(head)]
+        if flights:
+            return _apart([_cut(reference, setpoints, flight) for flight in flights], reference.duration)
+    return []
+
+
+def _apart(flights: list[LogFlight], duration: float) -> list[LogFlight]:
+    """Return the longest flights of which none begins during another: a piece of a path can be like its beginning."""
+    kept: list[LogFlight] = []
+    for flight in sorted(flights, key=lambda one: -(one.end or duration)):
+        if all(abs(flight.start - other.start) > (other.end or duration) / other.rate for other in kept):
+            kept.append(flight)
+    return sorted(kept, key=lambda one: one.start)
+
+
+def _until(reference: Samples, t: float) -> Samples:
+    kept = reference.t <= reference.t[0] + t
+    velocity = None if reference.velocity is None else reference.velocity[kept]
+    return Samples(reference.t[kept], reference.position[kept], velocity)
+
+
+def _cut(reference: Samples, setpoints: Samples, flight: LogFlight) -> LogFlight:
+    """Return the flight with its end, where setpoints leave the file for good: beyond three times the tolerance."""
+    t = (setpoints.t - flight.start) * flight.rate
+    inside = (t >= 0.0) & (t <= reference.duration)
+    t, place = t[inside], setpoints.position[inside] - flight.shift
+    away = np.linalg.norm(place - position_at(reference, reference.t[0] + t), axis=1) > 3.0 * _tolerance(reference)
+    lasting = max(1, int(AWAY / (reference.duration / max(len(t), 1))))
+    gone = np.flatnonzero(np.convolve(away, np.ones(lasting), mode="valid") >= lasting)
+    end = float(t[gone[0]]) if len(gone) else float(t[-1])
+    return flight if end > reference.duration - AWAY else replace(flight, end=end)
 
 
 def _candidates(reference: Samples, setpoints: Samples) -> list[float]:
