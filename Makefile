@@ -1,85 +1,97 @@
-# make demo   a rectangle in a corridor: CSV, picture and check, in out/
-# make test   all tests (examples, doctests and the documentation's build among them), warnings as errors
-# JOBS=2      with a target that tests: in 2 processes
-# make test-python  the tests of plans once more, by the Python core
-# make test-interpreter PYTHON=python3.10  a part of the tests with another interpreter
-# make lint   ruff and mypy
-# make docs   the documentation, in docs/_build/html
-# make figures  the pictures of the documentation, from the examples
-# make bench  the benchmarks
-# make clang  the native core's tests with a core compiled by clang
-# make mutate  the tests of polynomials, corridors, limits and certificates, on changed code; goes on where it was ended. MUTANTS='minsnap.limits.compliance*': a part
-# make sanitize  the native core's tests under the address and undefined-behaviour sanitizers
+# `make` or `make help` lists what can be made. Tests run on all processors; JOBS=1 takes one.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OTHER := build/interpreter
-PARALLEL := $(if $(JOBS),-n $(JOBS))
+JOBS ?= $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+PARALLEL := $(if $(filter-out 1,$(JOBS)),-n $(JOBS))
+PYTEST := $(BIN)/python -m pytest -W error
+QUIET := MPLBACKEND=agg OPENBLAS_NUM_THREADS=1
+CORE := MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build
 # Versions are pinned for Python 3.11 and newer; for 3.10, which they have left behind, pip chooses the last that there are.
 PINS := $(shell $(PYTHON) -c 'import sys; print("--constraint constraints.txt" * (sys.version_info >= (3, 11)))')
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PINS)
 
-# Where a C++ compiler exists the native core is wanted: a failing one must not pass as an installation in pure Python.
-COMPILER := $(shell command -v $(firstword $(if $(filter-out default,$(origin CXX)),$(CXX),c++)) || command -v g++ || command -v clang++)
-ifneq ($(COMPILER),)
-export MINSNAP_REQUIRE_NATIVE ?= 1
-endif
+.PHONY: help demo test check test-python test-kernels test-interpreter test-install lint docs figures wheels bench clang mutate sanitize clean
 
-.PHONY: demo test test-python test-interpreter lint docs figures bench clang mutate sanitize clean
+help: ## these lines
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | while IFS="$$(printf '\t')" read -r name text; do printf '%-21s %s\n' "make $$name" "$$text"; done
 
-demo: $(VENV)/installed
+demo: $(VENV)/installed ## plan a rectangle in a corridor into out/: CSV, picture, check
 	mkdir -p out
+	$(BIN)/minsnap --version
 	$(BIN)/minsnap rect --corridor 0.3 -o out/rectangle.csv --plot out/rectangle.png
 	$(BIN)/minsnap check out/rectangle.csv
 
-test: $(VENV)/developing
-	MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build
-	MINSNAP_REQUIRE_NATIVE=1 MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error $(PARALLEL)
+test: $(VENV)/developing ## every test, example and page of documentation, warnings as errors
+	$(CORE)
+	$(QUIET) $(PYTEST) $(PARALLEL)
 
-test-python: $(VENV)/developing
-	MINSNAP_CORE=python MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -W error $(PARALLEL) tests/optimisation tests/trajectory \
+check: $(VENV)/developing ## the fast part of the tests, within a minute
+	$(CORE)
+	$(QUIET) $(PYTEST) $(PARALLEL) -m "not slow and not long"
+
+test-python: $(VENV)/developing ## the tests of plans once more, by the Python core
+	MINSNAP_CORE=python $(QUIET) $(PYTEST) $(PARALLEL) tests/optimisation tests/trajectory \
 		tests/test_planner.py tests/many/test_many.py tests/test_reference_values.py
 
-clang: $(VENV)/developing
+# Of the oldest processor, without NumPy's faster loops, and of a newer one: what a test asserts must not depend on them.
+LOOPS := from numpy._core._multiarray_umath import __cpu_dispatch__ as known; print(*known)
+test-kernels: $(VENV)/developing ## the tests of plans under two other kernels of BLAS and NumPy
+	for kernel in Prescott Haswell; do \
+		OPENBLAS_CORETYPE=$$kernel NPY_DISABLE_CPU_FEATURES="$$([ $$kernel = Haswell ] || $(BIN)/python -c '$(LOOPS)')" $(QUIET) $(PYTEST) $(PARALLEL) \
+			-m "not slow" tests/test_planner.py tests/test_reference_values.py tests/optimisation tests/corridors tests/limits tests/polynomials || exit 1; done
+
+clang: $(VENV)/developing ## the native core's tests with a core compiled by clang
 	CXX=clang++ MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build --output build/clang/_core.bin
 	MINSNAP_CORE=native MINSNAP_LIBRARY=build/clang/_core.bin $(BIN)/python -m pytest -W error $(PARALLEL) -p no:cacheprovider tests/native \
 		--ignore tests/native/test_build.py --ignore tests/native/test_wheel.py -m "not slow"
 
 # The installed package and its core with another interpreter, in an environment of its own.
-test-interpreter:
+test-interpreter: ## a part of the tests with another interpreter: PYTHON=python3.10
 	@rm -rf $(OTHER) && $(PYTHON) -m venv $(OTHER)
-	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) . pyyaml pytest pytest-xdist hypothesis
+	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) . pytest pytest-xdist hypothesis
 	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest -W error $(PARALLEL) -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
 		$(addprefix $(CURDIR)/tests/,test_planner.py test_reference_values.py basics/test_cards.py paths/shapes optimisation/test_fallbacks.py cli/test_shape_commands.py)
 
-sanitize: $(VENV)/developing
+# As on a machine without a compiler, where pip gets one for the time of the build.
+test-install: ## install with nothing but Python on the PATH, and plan by the native core
+	@rm -rf build/bare && mkdir -p build/bare/bin && $(PYTHON) -m venv build/bare/venv
+	cd build/bare && env -u CXX PATH=$(CURDIR)/build/bare/bin venv/bin/python -m pip --disable-pip-version-check install --quiet $(CURDIR)
+	cd build/bare && MINSNAP_CORE=native PATH=$(CURDIR)/build/bare/bin venv/bin/minsnap rect --corridor 0.3 -o rectangle.csv
+	cd build/bare && venv/bin/minsnap --version
+
+wheels: $(VENV)/releasing ## wheels of all platforms into dist/, by cross-compilation, and what they need checked
+	$(BIN)/python release/wheels.py
+
+sanitize: $(VENV)/developing ## the native core's tests under the address and undefined-behaviour sanitizers
 	MINSNAP_CXXFLAGS='-Werror -DMINSNAP_UNROLL= -DMINSNAP_INLINE=inline -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all' \
 		$(BIN)/python -m minsnap.native.build --output build/sanitized/_core.bin
-	LD_PRELOAD=$$($(COMPILER) -print-file-name=libasan.so) ASAN_OPTIONS=detect_leaks=0 MINSNAP_CORE=native \
+	LD_PRELOAD=$$($(CXX) -print-file-name=libasan.so) ASAN_OPTIONS=detect_leaks=0 MINSNAP_CORE=native \
 		MINSNAP_LIBRARY=build/sanitized/_core.bin $(BIN)/python -m pytest -W error -p no:cacheprovider tests/native \
 		--ignore tests/native/test_build.py --ignore tests/native/test_wheel.py -m "not slow"
 
-mutate: $(VENV)/mutating
+mutate: $(VENV)/mutating ## the tests of polynomials, corridors, limits and certificates, on changed code; MUTANTS='minsnap.limits.*' is a part
 	MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/mutmut run --max-children $(or $(JOBS),1) $(if $(MUTANTS),'$(MUTANTS)')
 	$(BIN)/mutmut results | grep -v 'not checked'
 
-lint: $(VENV)/developing
+lint: $(VENV)/developing ## ruff and mypy
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-docs: $(VENV)/developing
+docs: $(VENV)/developing ## the documentation, in docs/_build/html
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 
-figures: $(VENV)/developing
+figures: $(VENV)/developing ## the pictures of the documentation, from the examples
 	$(BIN)/python docs/make_figures.py
 
-bench: $(VENV)/benchmarking
+bench: $(VENV)/benchmarking ## the benchmarks
 	for script in benchmarks/bench_*.py; do echo "# $$script"; $(BIN)/python $$script || exit 1; done
 
-clean:
-	rm -rf $(VENV) out mutants docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis
+clean: ## remove what was made
+	rm -rf $(VENV) out build dist mutants docs/_build .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
@@ -89,6 +101,7 @@ $(VENV)/made:
 	@touch $@
 
 $(VENV)/installed: $(VENV)/made pyproject.toml constraints.txt
+	@echo "installing minsnap; compiling its native core takes a minute or two"
 	$(PIP) --editable .
 	@touch $@
 
@@ -98,6 +111,10 @@ $(VENV)/developing: $(VENV)/made pyproject.toml constraints.txt
 
 $(VENV)/benchmarking: $(VENV)/developing
 	$(PIP) --editable '.[bench]'
+	@touch $@
+
+$(VENV)/releasing: $(VENV)/developing
+	$(PIP) --editable '.[release]'
 	@touch $@
 
 $(VENV)/mutating: $(VENV)/developing

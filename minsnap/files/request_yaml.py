@@ -88,17 +88,9 @@ def write_request(request: SceneRequest, path: str | os.PathLike[str], *, clobbe
 
 
 def request_text(request: SceneRequest) -> str:
-    """Return a request as YAML text; numbers are written so that they read back exactly.
+    """Return a request as YAML text; numbers are written so that they read back exactly."""
+    import yaml
 
-    Raises
-    ------
-    ImportError
-        If PyYAML is not there.
-    """
-    try:
-        import yaml
-    except ImportError as error:
-        raise ImportError("writing YAML needs PyYAML: pip install minsnap[yaml]") from error
     return str(yaml.safe_dump(_described(request), sort_keys=False, default_flow_style=None, width=120))
 
 

@@ -93,8 +93,6 @@ def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
     ------
     FileError
         If the file is missing, empty or malformed; says which line or waypoint.
-    ImportError
-        If the file is YAML and PyYAML is not there.
     """
     if Path(path).suffix.lower() in (".yaml", ".yml"):
         return waypoints_of(f"{path}", load_yaml(path))

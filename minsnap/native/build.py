@@ -3,13 +3,16 @@
 Nothing heavy is imported here: the module runs where minsnap is only being installed, without numpy. And what
 compiling needs is imported where it is needed, since every process that plans loads this module for ``LIBRARY``.
 
-Environment: ``CXX`` names the compiler, ``MINSNAP_CXXFLAGS`` adds flags (``-Werror`` in development, sanitizers).
+Environment: ``CXX`` names the compiler, ``MINSNAP_CXXFLAGS`` adds flags (``-Werror`` in development, sanitizers),
+``MINSNAP_PLATFORM`` is the platform of a wheel, one of ``PLATFORMS``, to compile for with the package ``ziglang``.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -27,9 +30,24 @@ FLAGS = (
 )
 """Without contraction every machine rounds alike; the results do not depend on which instructions a processor has."""
 
+PLATFORMS: Mapping[str, str] = {
+    "manylinux2014_x86_64.manylinux_2_17_x86_64": "x86_64-linux-gnu.2.17",
+    "manylinux2014_aarch64.manylinux_2_17_aarch64": "aarch64-linux-gnu.2.17",
+    "musllinux_1_2_x86_64": "x86_64-linux-musl",
+    "musllinux_1_2_aarch64": "aarch64-linux-musl",
+    "macosx_10_13_x86_64": "x86_64-macos.10.13",
+    "macosx_11_0_arm64": "aarch64-macos.11.0",
+    "win_amd64": "x86_64-windows-gnu",
+}
+"""The platforms of the wheels that are released, as pip names them and as zig does."""
+
+ADVICE = "install g++ or clang, or the package ziglang beside minsnap, and run python -m minsnap.native.build"
+
+ROOM = "free some space on the disk; compiling the core takes 50 MB, and with zig's compiler 700 MB"
+
 
 class NoCompilerError(RuntimeError):
-    """No C++ compiler is on the PATH."""
+    """No C++ compiler is on the PATH, and the package ``ziglang`` is not installed."""
 
 
 class CompilationError(RuntimeError):
@@ -37,22 +55,68 @@ class CompilationError(RuntimeError):
 
 
 def find_compiler() -> list[str]:
-    """Return the command of the C++ compiler: ``CXX`` if set, else the first of ``COMPILERS`` on the PATH.
+    """Return the command of the C++ compiler: ``CXX``, the first of ``COMPILERS`` on the PATH, or that of ``ziglang``.
 
     Raises
     ------
     NoCompilerError
         If there is none.
     """
+    named = os.environ.get("CXX", "")
+    if "MINSNAP_PLATFORM" not in os.environ:
+        command = _on_path(named)
+        if command:
+            return command
+        if named:
+            raise NoCompilerError(f"CXX={named} is not on the PATH: name another compiler, or none to have one chosen")
+    command = _ziglang()
+    if command:
+        return command
+    raise NoCompilerError(f"none of {', '.join(COMPILERS)} is on the PATH: {ADVICE}")
+
+
+def _on_path(named: str) -> list[str]:
     import shlex
     import shutil
 
-    named = os.environ.get("CXX", "")
     for command in [shlex.split(named)] if named else [[name] for name in COMPILERS]:
         if command and shutil.which(command[0]):
             return command
-    missing = f"CXX={named} is not on the PATH" if named else f"none of {', '.join(COMPILERS)} is on the PATH"
-    raise NoCompilerError(f"no C++ compiler was found: {missing}")
+    return []
+
+
+def _ziglang() -> list[str]:
+    """Return the command of zig's C++ compiler for a common processor of the platform; empty if it is not installed."""
+    from importlib.util import find_spec
+
+    if find_spec("ziglang") is None:
+        return []
+    return [sys.executable, "-m", "ziglang", "c++", "-target", _target()]
+
+
+def _target() -> str:
+    """Return the target as zig names it: that of ``MINSNAP_PLATFORM``, or of this machine."""
+    import platform
+    import sysconfig
+
+    asked = os.environ.get("MINSNAP_PLATFORM")
+    if asked is not None:
+        if asked not in PLATFORMS:
+            raise NoCompilerError(f"MINSNAP_PLATFORM is {asked!r}: it must be one of {', '.join(PLATFORMS)}")
+        return PLATFORMS[asked]
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    if sys.platform == "win32":
+        return f"{machine}-windows-gnu"
+    if sys.platform == "darwin":
+        return f"{machine}-macos"
+    return f"{machine}-linux-{'musl' if 'musl' in str(sysconfig.get_config_var('HOST_GNU_TYPE')) else 'gnu'}"
+
+
+def requirements() -> list[str]:
+    """Return the packages that a build has to install first: zig's compiler where there is no other."""
+    if os.environ.get("MINSNAP_PLATFORM") is None and (os.environ.get("CXX") or _on_path("")):
+        return []
+    return ["ziglang>=0.13"]
 
 
 def flags() -> list[str]:
@@ -60,6 +124,13 @@ def flags() -> list[str]:
     import shlex
 
     return [*FLAGS, *shlex.split(os.environ.get("MINSNAP_CXXFLAGS", ""))]
+
+
+def _link_flags() -> list[str]:
+    """Return what links a library without symbols, unless it is to be debugged; on Windows with its runtime inside."""
+    strip = "-Wl,-x" if sys.platform == "darwin" else "-s"
+    debugged = any(flag.startswith("-g") for flag in flags())
+    return ["-shared", *([] if debugged else [strip]), *(["-static"] if sys.platform == "win32" else [])]
 
 
 def digest() -> str:
@@ -80,6 +151,8 @@ def is_current() -> bool:
 def compile_library(target: Path) -> str:
     """Compile all sources into ``target``, written whole or not at all; return the compiler's name.
 
+    What is done is printed to standard error, a line for each source.
+
     Raises
     ------
     NoCompilerError, CompilationError
@@ -89,32 +162,70 @@ def compile_library(target: Path) -> str:
     from concurrent.futures import ThreadPoolExecutor
 
     compiler = find_compiler()
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-        sources = sorted(SOURCES.rglob("*.cpp"))
-        objects = [Path(folder) / f"{source.stem}.o" for source in sources]
-        commands = [
-            [*compiler, *flags(), f"-I{SOURCES}", "-c", str(s), "-o", str(o)]
-            for s, o in zip(sources, objects, strict=True)
-        ]
-        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-            list(pool.map(_run, commands))
-        linked = Path(folder) / target.name
-        _run([*compiler, *flags(), "-shared", *map(str, objects), "-o", str(linked)])
-        os.replace(linked, target)
+    with _said(target):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+            sources = sorted(SOURCES.rglob("*.cpp"))
+            _say(f"compiling the native core with {' '.join(compiler)}: {len(sources)} files, a minute or two")
+            with ThreadPoolExecutor(_processors()) as pool:
+                objects = list(pool.map(lambda source: _compile(compiler, source, Path(folder)), sources))
+            linked = Path(folder) / target.name
+            _run([*compiler, *flags(), *map(str, objects), *_link_flags(), "-o", str(linked)], Path(folder))
+            os.replace(linked, target)
     return " ".join(compiler)
 
 
-def _run(command: list[str]) -> None:
+def _compile(compiler: list[str], source: Path, folder: Path) -> Path:
+    import time
+
+    began = time.monotonic()
+    made = folder / f"{source.stem}.o"
+    _run([*compiler, *flags(), f"-I{SOURCES}", "-c", str(source), "-o", str(made)], folder)
+    _say(f"compiled {source.relative_to(SOURCES)} in {time.monotonic() - began:.0f} s")
+    return made
+
+
+def _processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _say(text: str) -> None:
+    print(f"minsnap: {text}", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _said(target: Path) -> Iterator[None]:
+    """Turn what the system refuses while ``target`` is written into one sentence."""
+    import errno
+
+    try:
+        yield
+    except OSError as error:
+        advice = "compile elsewhere with --output, and name that file in MINSNAP_LIBRARY"
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            advice = ROOM
+        raise CompilationError(f"{target} cannot be written ({error.strerror}): {advice}") from None
+
+
+def _run(command: list[str], folder: Path) -> None:
+    """Run a compiler that keeps what it caches in ``folder``."""
+    import errno
     import shlex
     import subprocess
 
+    caches = dict.fromkeys(("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"), str(folder / "cache"))
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, check=False, env={**caches, **os.environ})
     except OSError as error:
         raise CompilationError(f"{command[0]}: {error}") from None
     if done.returncode:
-        raise CompilationError(f"{shlex.join(command)}\n{done.stderr.strip()}")
+        ended = f"was ended by signal {-done.returncode}" if done.returncode < 0 else "failed"
+        full = os.strerror(errno.ENOSPC) in done.stderr
+        advice = ROOM if full else "name another compiler in CXX, or set MINSNAP_PURE=1 to do without"
+        raise CompilationError(f"{command[0]} {ended}: {advice}\n{shlex.join(command)}\n{done.stderr.strip()}")
 
 
 def build(force: bool = False) -> bool:
@@ -132,11 +243,17 @@ def build(force: bool = False) -> bool:
     try:
         compiler = compile_library(LIBRARY)
     except (NoCompilerError, CompilationError) as error:
-        LIBRARY.unlink(missing_ok=True)
-        STAMP.write_text(f"-\n{str(error).splitlines()[0]}\n", encoding="utf-8")
+        with _said(LIBRARY):
+            leave_out(str(error).splitlines()[0])
         raise
     STAMP.write_text(f"{digest()}\n{compiler}\n", encoding="utf-8")
     return True
+
+
+def leave_out(reason: str) -> None:
+    """Remove the library beside this file, and note why there is none."""
+    LIBRARY.unlink(missing_ok=True)
+    STAMP.write_text(f"-\n{reason}\n", encoding="utf-8")
 
 
 def main(arguments: list[str] | None = None) -> int:

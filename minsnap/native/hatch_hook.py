@@ -1,6 +1,7 @@
-"""Compile the native core while a wheel is made; without a compiler the wheel is pure Python.
+"""Compile the native core while a wheel is made.
 
-``MINSNAP_REQUIRE_NATIVE=1`` makes a missing or failing compiler fail the installation.
+Where no compiler is on the PATH the build installs the package ``ziglang`` beside hatchling, which is one; it goes with
+the build's environment.  ``MINSNAP_PURE=1`` leaves the core out; then everything works in Python alone, more slowly.
 """
 
 from __future__ import annotations
@@ -21,40 +22,46 @@ from packaging.tags import platform_tags
 class NativeCoreHook(BuildHookInterface[Any]):  # type: ignore[misc, unused-ignore]
     """Adds the compiled library to a wheel, or compiles it in place for an editable one."""
 
+    def dependencies(self) -> list[str]:
+        """Return what has to be installed before the core can be compiled."""
+        return [] if _pure() else _recipe(Path(self.root)).requirements()
+
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile, and mark the wheel as one for this platform if that succeeded."""
+        """Compile, and mark the wheel as one for this platform; end with a sentence where that fails."""
         recipe = _recipe(Path(self.root))
         if version == "editable":
             compile_dir(str(Path(self.root) / "minsnap"), quiet=2)  # an installer does so for the files that it copies
+        if _pure():
+            self._leave_out(recipe, version, build_data)
+            return
         try:
             if version == "editable":
                 recipe.build()
             else:
                 self._include(recipe, build_data)
         except (recipe.NoCompilerError, recipe.CompilationError) as error:
-            self._go_on_without(recipe, version, build_data, error)
-        else:
-            build_data["pure_python"] = False
-            build_data["tag"] = f"py3-none-{_platform()}"
+            sys.exit(f"the native core of minsnap was not compiled: {error}")
+        build_data["pure_python"] = False
+        build_data["tag"] = f"py3-none-{os.environ.get('MINSNAP_PLATFORM') or _platform()}"
 
     def _include(self, recipe: ModuleType, build_data: dict[str, Any]) -> None:
         """Compile into a folder of its own and add library and stamp to the wheel."""
         library = self._folder() / recipe.LIBRARY.name
         compiler = recipe.compile_library(library)
-        self._add(recipe, build_data, library, library.name)
+        self._add(build_data, library)
         self._stamp(recipe, build_data, f"{recipe.digest()}\n{compiler}\n")
 
-    def _go_on_without(self, recipe: ModuleType, version: str, build_data: dict[str, Any], error: RuntimeError) -> None:
-        if os.environ.get("MINSNAP_REQUIRE_NATIVE", "") not in ("", "0"):
-            raise error
-        print(f"WARNING: minsnap is installed without its native core, and is slower: {error}", file=sys.stderr)
-        if version != "editable":
-            self._stamp(recipe, build_data, f"-\n{str(error).splitlines()[0]}\n")
+    def _leave_out(self, recipe: ModuleType, version: str, build_data: dict[str, Any]) -> None:
+        reason = "minsnap was installed with MINSNAP_PURE=1"
+        if version == "editable":
+            recipe.leave_out(reason)
+        else:
+            self._stamp(recipe, build_data, f"-\n{reason}\n")
 
     def _stamp(self, recipe: ModuleType, build_data: dict[str, Any], text: str) -> None:
         stamp = self._folder() / recipe.STAMP.name
         stamp.write_text(text, encoding="utf-8")
-        self._add(recipe, build_data, stamp, stamp.name)
+        self._add(build_data, stamp)
 
     def _folder(self) -> Path:
         if not hasattr(self, "_temporary"):
@@ -62,8 +69,12 @@ class NativeCoreHook(BuildHookInterface[Any]):  # type: ignore[misc, unused-igno
         return Path(self._temporary.name)
 
     @staticmethod
-    def _add(recipe: ModuleType, build_data: dict[str, Any], file: Path, name: str) -> None:
-        build_data["force_include"][str(file)] = f"minsnap/native/{name}"
+    def _add(build_data: dict[str, Any], file: Path) -> None:
+        build_data["force_include"][str(file)] = f"minsnap/native/{file.name}"
+
+
+def _pure() -> bool:
+    return os.environ.get("MINSNAP_PURE", "") not in ("", "0")
 
 
 def _recipe(root: Path) -> ModuleType:

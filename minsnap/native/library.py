@@ -73,7 +73,7 @@ def _loaded() -> Core:
     """Load the library, once a process."""
     path = os.environ.get("MINSNAP_LIBRARY", "") or str(LIBRARY)
     if not os.path.exists(path):
-        return Core(None, f"{_why_missing()}; install a C++ compiler such as g++ and install minsnap again")
+        return Core(None, f"{_why_missing()}: run python -m minsnap.native.build, or install minsnap again")
     try:
         library = ctypes.CDLL(path)
         found = int(library.minsnap_abi())

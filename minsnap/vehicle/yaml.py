@@ -51,10 +51,8 @@ def write_description(vehicle: Any, path: str | os.PathLike[str]) -> None:
     VehicleError
         If its drag is of a kind that has no description.
     """
-    try:
-        import yaml
-    except ImportError as error:
-        raise ImportError("writing YAML needs PyYAML: pip install minsnap[yaml]") from error
+    import yaml
+
     from minsnap.basics.storage.atomic import atomic_write
 
     with atomic_write(path) as file:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -148,12 +146,6 @@ def test_a_missing_file_is_bad_input(tmp_path):
     for name in ("none.csv", "none.yaml"):
         with pytest.raises(FileError, match="No such file"):
             minsnap.read_waypoints(tmp_path / name)
-
-
-def test_yaml_without_its_package_names_the_extra(write, monkeypatch):
-    monkeypatch.setitem(sys.modules, "yaml", None)
-    with pytest.raises(ImportError, match=r"minsnap\[yaml\]"):
-        minsnap.read_waypoints(write("- [0, 0]\n", "a.yaml"))
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.yaml"])

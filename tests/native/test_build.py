@@ -1,7 +1,10 @@
 """The build: compilers found, missing and failing; what an installation does with each."""
 
+import importlib.machinery
+import os
 import shutil
 import sys
+import types
 
 import pytest
 
@@ -16,7 +19,7 @@ def sources(tmp_path, monkeypatch):
     monkeypatch.setattr(build, "SOURCES", here / "src")
     monkeypatch.setattr(build, "LIBRARY", here / "_core.bin")
     monkeypatch.setattr(build, "STAMP", here / "_core.txt")
-    for other in (here / "src").glob("*.cpp"):  # one unit is enough to see the build at work
+    for other in (here / "src").rglob("*.cpp"):  # one unit is enough to see the build at work
         if other.name != "library.cpp":
             other.unlink()
     return here
@@ -37,11 +40,57 @@ def test_the_compiler_is_the_one_that_is_named(monkeypatch):
         build.find_compiler()
 
 
-def test_no_compiler_on_the_path_is_said(monkeypatch, tmp_path):
+def test_no_compiler_at_all_is_said(monkeypatch, tmp_path):
     monkeypatch.delenv("CXX", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(build.NoCompilerError, match=r"none of c\+\+, g\+\+, clang\+\+ is on the PATH"):
+    monkeypatch.setitem(sys.modules, "ziglang", None)
+    with pytest.raises(build.NoCompilerError, match=r"none of c\+\+, g\+\+, clang\+\+ is on the PATH: install"):
         build.find_compiler()
+
+
+def test_without_another_compiler_that_of_ziglang_is_taken(monkeypatch, tmp_path):
+    monkeypatch.delenv("CXX", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    package = types.ModuleType("ziglang")
+    package.__spec__ = importlib.machinery.ModuleSpec("ziglang", None)
+    monkeypatch.setitem(sys.modules, "ziglang", package)
+    command = build.find_compiler()
+    assert command[:5] == [sys.executable, "-m", "ziglang", "c++", "-target"]
+    assert command[5].split("-")[1] in ("linux", "macos", "windows")
+    for platform, target in build.PLATFORMS.items():
+        monkeypatch.setenv("MINSNAP_PLATFORM", platform)
+        assert build.find_compiler()[5] == target
+    monkeypatch.setenv("MINSNAP_PLATFORM", "amiga")
+    with pytest.raises(build.NoCompilerError, match="MINSNAP_PLATFORM is 'amiga': it must be one of manylinux"):
+        build.find_compiler()
+
+
+@pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="who may write everywhere is refused nothing"
+)
+def test_a_folder_that_cannot_be_written_is_said(sources, capsys):
+    compiler_or_skip()
+    sources.chmod(0o500)
+    assert build.main([]) == 1
+    assert "cannot be written (Permission denied): compile elsewhere with --output" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no device that is always full")
+def test_a_full_disk_is_said(sources, tmp_path, monkeypatch, capsys):
+    compiler = tmp_path / "compiler"
+    compiler.write_text('#!/bin/sh\ncat "$0" > /dev/full\n', encoding="utf-8")
+    compiler.chmod(0o755)
+    monkeypatch.setenv("CXX", str(compiler))
+    monkeypatch.setenv("LC_ALL", "C")
+    assert build.main([]) == 1
+    assert "compiler failed: free some space on the disk" in capsys.readouterr().err
+
+
+def test_what_is_done_is_said(sources, tmp_path, capsys):
+    compiler_or_skip()
+    assert build.main(["--output", str(tmp_path / "core.bin")]) == 0
+    said = capsys.readouterr().err
+    assert "compiling the native core with" in said and "compiled basics" in said
 
 
 def test_the_library_is_compiled_once_and_again_after_a_change(sources):

@@ -39,13 +39,9 @@ def load_yaml(path: str | os.PathLike[str]) -> Any:
     ------
     FileError
         If the file cannot be read, is not YAML, or is one that is refused; says which line.
-    ImportError
-        If PyYAML is not there.
     """
-    try:
-        import yaml
-    except ImportError as error:
-        raise ImportError("reading YAML needs PyYAML: pip install minsnap[yaml]") from error
+    import yaml
+
     text = read_text(path, LARGEST_YAML)
     try:
         with reading(path, "YAML"):
