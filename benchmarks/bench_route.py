@@ -30,8 +30,8 @@ def best(run, repeats=3):
 
 if __name__ == "__main__":
     for name, cells, start, goal, clearance in maps():
-        grid = minsnap.GridMap(cells, np.full(cells.ndim, 0.1))
+        grid = minsnap.routes.GridMap(cells, np.full(cells.ndim, 0.1))
         ends = np.array(start), np.array(goal)
         way = best(lambda: find_passage(grid, *ends, clearance))  # noqa: B023
-        whole = best(lambda: minsnap.plan_through(grid, start, goal, clearance))  # noqa: B023
+        whole = best(lambda: minsnap.routes.plan_through(grid, start, goal, clearance))  # noqa: B023
         print(f"{name}: way and boxes {way:.2f} s, with the plan and its distance {whole:.2f} s")

@@ -23,7 +23,7 @@ def main(folder: Path) -> None:
     columns = figure.subplots(2, 2, sharex="col", sharey="row").T
     for axes, (name, path) in zip(columns, circles.items(), strict=True):
         minsnap.write_csv(path, folder / f"circle_{name.replace(' ', '_')}.csv", rate=20.0)
-        minsnap.plot_profiles(path, axes, orders=(1, 2))
+        minsnap.plot.plot_profiles(path, axes, orders=(1, 2))
         axes[0].set_title(f"{name}: {path.duration:g} s", loc="left")
     save_figure(figure, folder / "circle_from_rest.png")
 

@@ -18,7 +18,7 @@ def main(folder: Path) -> None:
     traj = minsnap.plan(WAYPOINTS, durations=[3, 2.5, 2.5, 2.5], corridor=0.5, yaw="velocity")
     folder.mkdir(parents=True, exist_ok=True)
     minsnap.write_csv(traj, folder / "climbing.csv", rate=50.0)
-    figure = minsnap.plot_overview(traj, view="3d", corridor=0.5, title="five waypoints, ±0.5 m")
+    figure = minsnap.plot.plot_overview(traj, view="3d", corridor=0.5, title="five waypoints, ±0.5 m")
     save_figure(figure, folder / "climbing_with_yaw.png")
 
 

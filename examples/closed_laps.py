@@ -20,7 +20,7 @@ def main(folder: Path) -> None:
     print(f"closed lap {lap.cost():.1f} m²/s⁷, rest to rest {once.cost():.1f} m²/s⁷")
     print(f"speed through the first corner {float((lap(0.0, order=1) ** 2).sum() ** 0.5):.2f} m/s")
     folder.mkdir(parents=True, exist_ok=True)
-    save_figure(minsnap.plot_overview(lap, corridor=0.4, title="a lap without a stop"), folder / "closed_laps.png")
+    save_figure(minsnap.plot.plot_overview(lap, corridor=0.4, title="a lap without a stop"), folder / "closed_laps.png")
 
 
 if __name__ == "__main__":

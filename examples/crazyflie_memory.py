@@ -32,7 +32,7 @@ def main(folder: Path) -> None:
     t = np.linspace(0.0, min(path.duration, stored.duration), 5000)
     apart = np.linalg.norm(path(t) - stored(t), axis=1)
     print(f"{(folder / 'flight.traj').stat().st_size} of 4096 bytes, {1000 * apart.max():.2f} mm from the plan at most")
-    save_figure(minsnap.plot_overview(stored, title="60 pieces in the memory"), folder / "crazyflie_memory.png")
+    save_figure(minsnap.plot.plot_overview(stored, title="60 pieces in the memory"), folder / "crazyflie_memory.png")
 
 
 if __name__ == "__main__":

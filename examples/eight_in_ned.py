@@ -18,7 +18,7 @@ def main(folder: Path) -> None:
     minsnap.write_csv(path, folder / "eight_ned.csv", rate=50.0, frame="ned")
     print((folder / "eight_ned.csv").read_text().splitlines()[0])
     flown = minsnap.read_csv(folder / "eight_ned.csv", frame="ned")
-    figure = minsnap.plot_overview(flown, title="figure of eight, read back from its file")
+    figure = minsnap.plot.plot_overview(flown, title="figure of eight, read back from its file")
     save_figure(figure, folder / "eight_in_ned.png")
 
 

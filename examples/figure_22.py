@@ -20,7 +20,7 @@ def main(folder: Path) -> None:
     certificate = minsnap.certify(traj, waypoints=CORNERS, corridor=0.3)
     print(f"cost {traj.cost():.3f} m²/s⁷, margin {certificate.corridor_margin:.1e} m, ok: {certificate.ok}")
 
-    figure = minsnap.plot_overview(traj, corridor=0.3, title="8 m × 4 m in 12 s, inside ±0.3 m at every instant")
+    figure = minsnap.plot.plot_overview(traj, corridor=0.3, title="8 m × 4 m in 12 s, inside ±0.3 m at every instant")
     folder.mkdir(parents=True, exist_ok=True)
     save_figure(figure, folder / "figure_22.png")
 

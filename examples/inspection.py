@@ -27,7 +27,7 @@ def main(folder: Path) -> None:
         print(f"{one.name}: {one.value:.3f} of {one.limit:g}, at {one.instant:.2f} s")
     folder.mkdir(parents=True, exist_ok=True)
     minsnap.write_csv(flight, folder / "inspection.csv")
-    figure = minsnap.plot_overview(flight, title="the nose points at the mast")
+    figure = minsnap.plot.plot_overview(flight, title="the nose points at the mast")
     plane = figure.subfigs[0].axes[0]
     plane.plot(*MAST, marker="*", color="black", markersize=14, linestyle="none")
     for t in np.linspace(0.0, flight.duration, 40):

@@ -35,14 +35,14 @@ def main(folder: Path) -> None:
     """Plan with a clearance, and learn which one would be too much."""
     folder.mkdir(parents=True, exist_ok=True)
     office = draw_office(folder)
-    route = minsnap.plan_through(office, (1, 1, 1.2), (14, 9, 1.2), clearance=0.35)
+    route = minsnap.routes.plan_through(office, (1, 1, 1.2), (14, 9, 1.2), clearance=0.35)
     print(f"{route.duration:.2f} s, never nearer than {route.distance:.3f} m to what is occupied")
     try:
-        minsnap.plan_through(office, (1.5, 1.5, 1.2), (14, 9, 1.2), clearance=1.4)
+        minsnap.routes.plan_through(office, (1.5, 1.5, 1.2), (14, 9, 1.2), clearance=1.4)
     except InfeasibleError as error:
         print(error)
     minsnap.write_csv(route, folder / "route.csv")
-    save_figure(minsnap.plot_route(route, title="office"), folder / "map_to_flight.png")
+    save_figure(minsnap.plot.plot_route(route, title="office"), folder / "map_to_flight.png")
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ def main(folder: Path) -> None:
     certificate = minsnap.certify(mission.trajectory, limits=mission.limits)
     print("certified" if certificate.ok else "not certified")
     minsnap.write_csv(mission.trajectory, folder / "mission.csv")
-    save_figure(minsnap.plot_mission(mission), folder / "mission.png")
+    save_figure(minsnap.plot.plot_mission(mission), folder / "mission.png")
 
 
 if __name__ == "__main__":

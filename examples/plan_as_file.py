@@ -27,7 +27,7 @@ def main(folder: Path) -> None:
     same = bool((stored.trajectory.control_points == path.control_points).all())
     found = minsnap.certify(stored.trajectory, stored.waypoints, stored.corridor, stored.limits)
     print(f"equal to the last bit: {same}; certified again: {found.ok}, {found.corridor_margin:.2g} m from its walls")
-    figure = minsnap.plot_overview(
+    figure = minsnap.plot.plot_overview(
         stored.trajectory, corridor=stored.corridor, waypoints=stored.waypoints, limits=stored.limits, title="rect.json"
     )
     save_figure(figure, folder / "plan_as_file.png")

@@ -40,7 +40,7 @@ def boxes_at(gates: np.ndarray) -> minsnap.Boxes:
     return minsnap.Boxes(np.minimum(gates[:-1], gates[1:]) - WIDE, np.maximum(gates[:-1], gates[1:]) + WIDE)
 
 
-def fly() -> tuple[list[np.ndarray], list[minsnap.Change]]:
+def fly() -> tuple[list[np.ndarray], list[minsnap.replanning.Change]]:
     """Fly until the last gate is reached: the pieces of path flown, and every change."""
     replanner = minsnap.Replanner(LIMITS, clock=lambda: 0.0, recover=0.3, clearance=0.1)
     gates = gates_at(0.0)
@@ -60,7 +60,7 @@ def fly() -> tuple[list[np.ndarray], list[minsnap.Change]]:
 
 
 @styled
-def draw(paths: list[np.ndarray], changes: list[minsnap.Change]) -> Figure:
+def draw(paths: list[np.ndarray], changes: list[minsnap.replanning.Change]) -> Figure:
     """Draw the path flown from above, every plan on the way, and the stops that were ready."""
     figure = Figure(figsize=(10, 3.2), layout="constrained")
     title = "flown (blue), plans (grey), ends of stops (orange)"

@@ -42,7 +42,7 @@ def main(folder: Path) -> None:
     top.set(xlabel="time [s]", ylabel="speed [m/s]")
     top.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     top.grid(True, alpha=0.3)
-    minsnap.plot_utilisation(path, LIMITS, bottom)
+    minsnap.plot.plot_utilisation(path, LIMITS, bottom)
     folder.mkdir(parents=True, exist_ok=True)
     save_figure(figure, folder / "shortest_time.png")
 

@@ -40,7 +40,7 @@ def main(folder: Path) -> None:
         print(error)
     print(flight.sample(2.0).to_dataframe()[["t", "x", "y", "z", "yaw"]].head().to_string(index=False))
     minsnap.write_csv(flight, folder / "spreadsheet.csv")
-    figure = minsnap.plot_overview(flight, corridor=0.5, title="waypoints of a spreadsheet")
+    figure = minsnap.plot.plot_overview(flight, corridor=0.5, title="waypoints of a spreadsheet")
     save_figure(figure, folder / "spreadsheet.png")
 
 

@@ -36,7 +36,7 @@ def main(folder: Path) -> None:
     left.minorticks_off()
     left.grid(True, alpha=0.3)
     left.legend(fontsize="small")
-    minsnap.plot_convergence(minsnap.plan(CORNERS, total_time=12.0, corridor=0.3), right)
+    minsnap.plot.plot_convergence(minsnap.plan(CORNERS, total_time=12.0, corridor=0.3), right)
     folder.mkdir(parents=True, exist_ok=True)
     save_figure(figure, folder / "trade_off.png")
 

@@ -106,3 +106,10 @@ def test_links_within_the_repository_lead_somewhere(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     for target in re.findall(r"\]\((?!https?:)([^)#\s]+)", text):
         assert ((ROOT / page).parent / target).exists(), target
+
+
+def test_names_that_left_the_root_say_where_they_are():
+    assert len([name for name in minsnap.__all__ if not name.startswith("_")]) <= 70
+    for name, home in (("plot_path", "plot"), ("read_map", "routes"), ("YawError", "errors"), ("Faces", "corridors")):
+        with pytest.raises(AttributeError, match=f"it is minsnap.{home}.{name}"):
+            getattr(minsnap, name)

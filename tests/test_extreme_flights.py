@@ -125,14 +125,14 @@ def test_any_number_and_kind_ends_in_finite_numbers_or_a_sentence(name):
 
 @pytest.mark.parametrize("origin", [(np.nan, 0, 0), (0, 0), 1.0, "here", [None] * 3])
 def test_nothing_is_written_with_an_origin_that_is_none(origin, tmp_path):
-    with pytest.raises(minsnap.FileError, match="the origin is .*: give latitude and longitude"):
+    with pytest.raises(minsnap.errors.FileError, match="the origin is .*: give latitude and longitude"):
         minsnap.write_csv(CURVE, tmp_path / "a.csv", origin=origin)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("value", [v for v in KINDS if not isinstance(v, str)])
 def test_what_is_no_name_of_a_file_is_not_written_to(value):
-    with pytest.raises(minsnap.FileError, match="is no name of a file"):
+    with pytest.raises(minsnap.errors.FileError, match="is no name of a file"):
         minsnap.write_csv(CURVE, value)
 
 

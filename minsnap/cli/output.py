@@ -39,7 +39,7 @@ class Destination:
     output, plot : path or None
         File of the path, in the format of its ending ("-": setpoints to standard output), and figure.
     view : str or None
-        Of the figure, as :func:`minsnap.plot_path` takes it.
+        Of the figure, as :func:`minsnap.plot.plot_path` takes it.
     rate : float
         Setpoints a second [Hz].
     frame : str
@@ -143,7 +143,7 @@ class Destination:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
 
         ``further`` are figures for the summary beside those of the path; ``draw`` makes the figure to write, that of
-        :func:`minsnap.plot_overview` unless given; ``origin`` is what :func:`minsnap.write_csv` takes.
+        :func:`minsnap.plot.plot_overview` unless given; ``origin`` is what :func:`minsnap.write_csv` takes.
         """
         figures = summarise(path, corridor, waypoints, limits) | dict(further or {})
         if self.plot is not None and draw is not None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.basics.argument_names import explains_names
 from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers
 from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
@@ -62,6 +63,14 @@ class Ball(ReadOnly):
         return f"Ball({self.radius.tolist()!r})"
 
 
+@explains_names(
+    {
+        "heading": "normal=(cos(heading), sin(heading), 0)",
+        "yaw": "normal=(cos(yaw), sin(yaw), 0)",
+        "direction": "normal=, and crossing=1 where it is flown through along it",
+        "size": "width= and height=",
+    }
+)
 @dataclass(frozen=True, eq=False)
 class Gate(ReadOnly):
     """A waypoint that is an opening: the curve crosses its plane within it.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from minsnap.basics.argument_names import explains_names
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.messages import shown
@@ -31,6 +32,7 @@ STRONG = 15.0
 """Thrust-to-weight ratio above which one is taken for a mistake of units; racing vehicles reach about ten."""
 
 
+@explains_names({"rates": "body_rate= or yaw_rate=", "thrust": "max_thrust=, a thrust-to-weight ratio"})
 @dataclass(frozen=True)
 class Limits:
     """What a path must not exceed at any instant; None where there is no limit.
@@ -195,7 +197,10 @@ class Limits:
 def check_limits(limits: Any) -> None:
     """Raise LimitError for what are no Limits."""
     if not isinstance(limits, Limits):
-        raise LimitError(f"limits must be a Limits, not {type(limits).__name__}")
+        hint = ""
+        if isinstance(limits, Mapping) and limits:
+            hint = f": did you mean Limits({', '.join(f'{name}={shown(value)}' for name, value in limits.items())})?"
+        raise LimitError(f"limits must be a Limits, not {type(limits).__name__}{hint}")
 
 
 def _check_limit(kind: Kind, limit: float) -> None:

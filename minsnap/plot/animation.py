@@ -69,7 +69,7 @@ def animate_path(
     title : str
         Written before the time.
     **drawn
-        What :func:`minsnap.plot_path` is to draw too: ``corridor``, ``waypoints``.
+        What :func:`minsnap.plot.plot_path` is to draw too: ``corridor``, ``waypoints``.
 
     Raises
     ------

@@ -319,3 +319,8 @@ def test_a_gate_with_a_side_that_vanishes_in_rounding_is_refused(place, normal, 
     with pytest.raises(WaypointError, match="^the width of a gate"):
         Gate(place, normal, 0.9 * SMALLEST)
     assert Gate(np.zeros(len(place)), normal, SMALLEST).corners.any()
+
+
+def test_names_that_a_gate_does_not_have_are_answered():
+    with pytest.raises(TypeError, match=r"write normal=\(cos\(heading\)"):
+        Gate((1, 0, 1), heading=0.3, width=1.0)

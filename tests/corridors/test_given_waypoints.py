@@ -7,8 +7,8 @@ import pandas
 import pytest
 
 import minsnap
-from minsnap import Limits, MagnitudeWarning
-from minsnap.errors import WaypointError
+from minsnap import Limits
+from minsnap.errors import MagnitudeWarning, WaypointError
 
 POINTS = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [4.0, 3.0, 2.0]])
 FRAME = pandas.DataFrame({"t": [0.0, 4.0, 7.5], "x": POINTS[:, 0], "y": POINTS[:, 1], "z": POINTS[:, 2]})

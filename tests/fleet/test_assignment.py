@@ -18,7 +18,7 @@ def test_an_assignment_has_the_least_sum_of_squares():
 
 def test_spare_goals_are_left_out_and_missing_ones_refused():
     assert minsnap.assign([(0.0, 0.0)], [(5.0, 5.0), (1.0, 0.0)]).tolist() == [1]
-    with pytest.raises(minsnap.FleetError, match="2 vehicles and 1 goals"):
+    with pytest.raises(minsnap.errors.FleetError, match="2 vehicles and 1 goals"):
         minsnap.assign([(0.0, 0.0), (1.0, 1.0)], [(5.0, 5.0)])
 
 
@@ -45,5 +45,5 @@ def test_grids_apart_by_root_two_of_the_separation_are_apart_on_the_way():
 
 @pytest.mark.parametrize("starts", [[(0.0, np.nan, 1.0)], [], "here", [(1.0, 2.0, 3.0, 4.0)]])
 def test_bad_points_are_one_sentence(starts):
-    with pytest.raises(minsnap.FleetError, match="starts"):
+    with pytest.raises(minsnap.errors.FleetError, match="starts"):
         minsnap.assign(starts, [(0.0, 0.0, 0.0)])

@@ -22,7 +22,7 @@ def seeds(folder):
     names = {"path.csv": "setpoints", "piece.csv": "crazyflie", "path.yaml": "mav", "path.npz": "npz"}
     for name, to in {**names, "path.json": "polynomials", "path.traj": "crazyflie-compressed"}.items():
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", minsnap.FirmwareWarning)
+            warnings.simplefilter("ignore", minsnap.errors.FirmwareWarning)
             write_any(path, folder / name, to, rate=4.0)
     write_any(path.sample(4.0), folder / "samples.npz", "npz")
     (folder / "points.csv").write_text("x,y,z,yaw,duration\n0,0,1,0,2\n2,0,1,0.5,1.5\n2,1,1,0,\n")
@@ -151,15 +151,15 @@ def refusals():
 
 
 def _read_cells(path):
-    return minsnap.read_map(path, resolution=0.5)
+    return minsnap.routes.read_map(path, resolution=0.5)
 
 
 def _read_map_server(path):
     Path(path).with_name("map.pgm").write_bytes(PICTURE)
-    return minsnap.read_map(path)
+    return minsnap.routes.read_map(path)
 
 
 def _read_picture(path):
     described = Path(path).with_name("map.yaml")
     described.write_text(TEXTS["map.yaml"])
-    return minsnap.read_map(described)
+    return minsnap.routes.read_map(described)

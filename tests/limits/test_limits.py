@@ -131,3 +131,10 @@ def test_climbing_and_descending_have_limits_of_their_own():
 def test_numbers_of_numpy_become_those_of_python():
     limits = Limits(speed=np.float32(3.0), gravity=np.float64(9.8))
     assert (limits.speed, limits.gravity) == (3.0, 9.8) and type(limits.speed) is type(limits.gravity) is float
+
+
+def test_names_that_limits_do_not_have_are_answered():
+    with pytest.raises(TypeError, match="did you mean speed"):
+        Limits(max_speed=3.0)
+    with pytest.raises(LimitError, match=r"did you mean Limits\(speed=3\)\?"):
+        minsnap.plan([(0, 0, 1), (4, 0, 1)], limits={"speed": 3})

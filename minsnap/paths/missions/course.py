@@ -142,7 +142,7 @@ class Course:
 
     @property
     def points(self) -> list[FloatArray | Gate]:
-        """Waypoints and gates of one lap, as :func:`minsnap.plot_path` draws them."""
+        """Waypoints and gates of one lap, as :func:`minsnap.plot.plot_path` draws them."""
         return [stop.place for stop in self.stops]
 
     def changed(self, **fields: Any) -> Course:

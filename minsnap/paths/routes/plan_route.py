@@ -107,15 +107,15 @@ def plan_through(
     Parameters
     ----------
     grid : GridMap, path or array_like
-        A map; a file as :func:`minsnap.read_map` reads it; or an array of cells with two or three axes, x, y and z,
-        0 where free (see :meth:`minsnap.paths.routes.map_values.Reading.occupied`).
+        A map; a file as :func:`minsnap.routes.read_map` reads it; or an array of cells with two or three axes, x, y
+        and z, 0 where free (see :meth:`minsnap.paths.routes.map_values.Reading.occupied`).
     start, goal : array_like, shape (2,) or (3,)
         Where to fly from and to, at rest [m]. Three coordinates above a plane map plan in space: cells then reach from
         the ground to the sky.
     clearance : float
         Least distance to every occupied cell [m]: the vehicle's radius and what its controller needs.
     resolution, origin, threshold, unknown
-        As :func:`minsnap.read_map` takes them, for files and arrays.
+        As :func:`minsnap.routes.read_map` takes them, for files and arrays.
     altitudes : (float, float), optional
         Lowest and highest altitude of cells that may be flown through, in a map in space [m].
     **planning
@@ -143,7 +143,7 @@ def plan_through(
     >>> import minsnap, numpy as np
     >>> cells = np.zeros((100, 80))
     >>> cells[50, :60] = 1
-    >>> route = minsnap.plan_through(cells, (1, 1), (9, 7), clearance=0.3, resolution=0.1)
+    >>> route = minsnap.routes.plan_through(cells, (1, 1), (9, 7), clearance=0.3, resolution=0.1)
     >>> bool(route.distance >= 0.3 - 1e-9)
     True
     """

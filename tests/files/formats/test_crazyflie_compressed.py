@@ -79,7 +79,7 @@ def test_a_piece_at_constant_yaw_takes_45_bytes_and_ninety_fit_with_the_end():
         write_crazyflie(longer, "never.csv")
 
 
-@pytest.mark.filterwarnings("ignore::minsnap.FirmwareWarning")
+@pytest.mark.filterwarnings("ignore::minsnap.errors.FirmwareWarning")
 @pytest.mark.parametrize("degree", [3, 5, 7])
 @pytest.mark.parametrize("yaw", [0.3, "turning"])
 def test_the_firmware_flies_within_the_bounds_of_the_plan(tmp_path, degree, yaw):
@@ -96,7 +96,7 @@ def test_the_firmware_flies_within_the_bounds_of_the_plan(tmp_path, degree, yaw)
             assert abs(turned - path.yaw(t)) <= np.pi / 3600.0 + 0.5e-3 * 4.0
 
 
-@pytest.mark.filterwarnings("ignore::minsnap.FirmwareWarning")
+@pytest.mark.filterwarnings("ignore::minsnap.errors.FirmwareWarning")
 @pytest.mark.parametrize("degree", [5, 7])
 def test_what_is_read_is_within_the_bounds_with_its_derivatives(tmp_path, degree):
     path = minsnap.plan(CORNERS, [2.0001, 0.5004, 2.0], degree=degree, yaw=0.3)

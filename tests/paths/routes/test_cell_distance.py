@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap import GridMap
+from minsnap.paths.routes import GridMap
 from minsnap.paths.routes.cell_distance import nearest_cell
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from minsnap import read_map
 from minsnap.errors import CorridorError, FileError
+from minsnap.paths.routes import read_map
 from minsnap.paths.routes.lzf import decompress
 from minsnap.paths.routes.point_clouds import read_cloud
 

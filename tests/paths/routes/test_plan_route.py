@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap import GridMap, plan_through
 from minsnap.errors import CorridorError, InfeasibleError, WaypointError
+from minsnap.paths.routes import GridMap, plan_through
 
 CELLS = np.zeros((100, 80), dtype=np.uint8)
 CELLS[30:33, :55] = CELLS[60:63, 25:] = CELLS[45:48, 40:60] = 1
@@ -139,7 +139,7 @@ def test_a_large_map_in_space_is_crossed():
 
 
 def test_the_figure_has_the_cells_the_path_and_where_it_is_nearest(route):
-    figure = minsnap.plot_route(route, title="map")
+    figure = minsnap.plot.plot_route(route, title="map")
     plane = figure.subfigs[0].axes[0]
     assert "m from what is occupied" in figure.get_suptitle() and len(plane.images) == 1
     shown = plane.images[0].get_array()

@@ -1,0 +1,13 @@
+from .boxes import Boxes as Boxes
+from .constraint import Balls as Balls
+from .constraint import Constraint as Constraint
+from .constraint import Faces as Faces
+from .gates import Ball as Ball
+from .gates import Gate as Gate
+from .half_spaces import HalfSpaces as HalfSpaces
+from .occupancy_grid import corridor_from_grid as corridor_from_grid
+from .polytopes import Polytopes as Polytopes
+from .room import Room as Room
+from .sampled import Sampled as Sampled
+from .tubes import RoundTube as RoundTube
+from .tubes import Tube as Tube

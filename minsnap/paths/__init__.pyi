@@ -1,0 +1,3 @@
+from . import missions as missions
+from . import routes as routes
+from . import shapes as shapes
