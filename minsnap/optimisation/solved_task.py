@@ -72,6 +72,15 @@ class SolvedTask:
         """Exact least distance to each block of walls, in their order."""
         return [margin_to(self.trajectory, wall) for wall in self.task.walls]
 
+    def proved_margins(self, curve: Trajectory) -> dict[int, Margin]:
+        """Margins proved so far, by the identity of their walls; none if they are not of this very curve."""
+        if "margins" not in self.__dict__:
+            return {}
+        own = self.trajectory
+        if curve.control_points is not own.control_points or curve.durations is not own.durations:
+            return {}
+        return {id(wall): margin for wall, margin in zip(self.task.walls, self.margins, strict=True)}
+
     @property
     def inside(self) -> bool:
         """Whether no margin is negative, and every waypoint that may vary is where it may be."""

@@ -12,7 +12,9 @@ from minsnap.basics.checks import check_durations, refuse_repeated
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
+from minsnap.time_allocation.refused_times import in_other_times, told
 from minsnap.time_allocation.timing import (
     Finish,
     Run,
@@ -26,7 +28,6 @@ from minsnap.time_allocation.timing import (
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
-    from minsnap.optimisation.contradiction import Contradiction
     from minsnap.time_allocation.ways import Ways
 
 EACH = "give every leg a duration of its own"
@@ -54,58 +55,29 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
         If nothing fits, with the reason.
     """
     try:
-        return _timed(task, timing, finish, samples)
+        return _looked(_timed(task, timing, finish, samples), task, timing, samples)
     except LateError:
         raise
     except (InfeasibleError, SolverError) as refused:
-        proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
-        if proof is not None and _asked_for(proof, task, timing):
+        if not task.explained:
             raise
-        _refuse_short(task, timing, getattr(refused, "shortest", None))
-        if proof is not None:
-            tried = f"{proof.durations.sum():.4g} s in all"
-            refused.args = (f"{refused}; this is proved for the durations chosen last, {tried}, not for others",)
-        raise
+        found = in_other_times(task, timing, finish, samples, refused)
+        if found is not None:
+            return _looked(found, task, timing, samples)
+        raise told(refused, task, timing, lambda other: _timed(task, other, finish, samples)) from None
 
 
-def _refuse_short(task: Task, timing: Timing, shortest: float | None) -> None:
-    """Raise InfeasibleError if the times asked for are proved too short for the velocity alone.
-
-    ``shortest`` is the shortest total found [s], if any.
-    """
-    if timing.limits is None or not task.explained:
-        return
-    from minsnap.time_allocation.short_total import short_leg, short_total
-
-    bounded = task.with_walls(timing.limits.walls(task.waypoints))
+def _looked(found: Timed, task: Task, timing: Timing, samples: int | None) -> Timed:
+    """Return a plan that keeps everything asked for at a last look, or raise SolverError."""
+    asked = task if samples is None else replace(task, walls=())
+    times: FloatArray | float | None = timing.total_time
     if timing.durations is not None:
-        proof = short_leg(bounded, check_durations(timing.durations, task.legs))
-        if proof is not None:
-            leg = proof.rows[0].piece
-            raise InfeasibleError(
-                f"leg {leg} has {proof.total:.6g} s, and the velocity alone needs {float(proof.least):.6g} s: give it "
-                "more time",
-                leg=leg,
-                contradiction=proof,
-            )
-    if timing.total_time is not None:
-        proof = short_total(bounded, timing.total)
-        if proof is not None:
-            found = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
-            raise InfeasibleError(
-                f"{timing.total:.6g} s are too short for the limits: the velocity alone needs "
-                f"{float(proof.least):.6g} s{found}",
-                shortest=shortest,
-                contradiction=proof,
-            )
-
-
-def _asked_for(proof: Contradiction, task: Task, timing: Timing) -> bool:
-    """Whether a proof is of the durations asked for: it may be of others that a search chose."""
-    if timing.durations is not None:
-        asked = task.piece_durations(check_durations(timing.durations, task.legs))
-        return np.array_equal(proof.durations, asked)
-    return timing.total_time is not None and len(proof.durations) == 1
+        times = check_durations(timing.durations, task.legs)
+    start = found.limits_from
+    wrong = fault(asked, found.trajectory, timing.limits, times, start, found.solved)
+    if wrong is not None:
+        raise SolverError(f"the plan found is refused at the last look: {wrong}; please report this question")
+    return found
 
 
 def _timed(task: Task, timing: Timing, finish: Finish, samples: int | None = None) -> Timed:

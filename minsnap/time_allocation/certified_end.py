@@ -7,15 +7,18 @@ away.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from minsnap.corridors.constraint import Walls
+from minsnap.errors import SolverError
 from minsnap.limits.compliance import KEPT, largest_use
 from minsnap.limits.limits import Limits
 from minsnap.native.library import core
 from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.time_allocation.derivative_walls import kept_factor, on_derivatives
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_model import Caution, Inwards
 from minsnap.time_allocation.joint_search import SHARES, Evaluated, JointSearch, firmer
@@ -139,6 +142,9 @@ class CertifiedEnd:
         mean less use, the factor may lie far away, and is looked for there only if asked for: what keeps the limits as
         it is counts too.
         """
+        walls = on_derivatives(self.layout.task.walls)
+        if walls:
+            return self._within(walls, state)
         touches, flown = self.search.objective.touches, state
         for _ in range(QUICK):
             measured = self.search.finder.measure(flown)
@@ -161,6 +167,20 @@ class CertifiedEnd:
             return best
         touching = JointState(flown.scaled, flown.durations * factor)
         return shorter(best, solved_state(self.layout, touching, self.search.iterations))
+
+    def _within(self, walls: Sequence[Walls], state: JointState) -> SolvedTask | None:
+        """Fly the same path at the least speed that keeps walls on derivatives, which a change of time breaks, too.
+
+        Where a price of time has the last word the path keeps its time if it keeps the limits.
+        """
+        solved = solved_state(self.layout, state, self.search.iterations)
+        if not self.search.objective.touches and self._excess(solved) <= KEPT:
+            return solved
+        try:
+            factor = kept_factor(self.limits, walls, self.finish(solved.trajectory))
+        except SolverError:
+            return None
+        return solved_state(self.layout, JointState(state.scaled, state.durations * factor), self.search.iterations)
 
 
 def shorter(one: SolvedTask | None, other: SolvedTask | None) -> SolvedTask | None:

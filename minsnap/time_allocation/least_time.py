@@ -23,6 +23,7 @@ from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.joint_problem import JointProblem
 from minsnap.time_allocation.joint_search import VANISHING, Evaluated, JointSearch, firmer
 from minsnap.time_allocation.least_cost import Log
+from minsnap.time_allocation.longer_times import RESERVES
 from minsnap.time_allocation.refinement import divided, slowed
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits
@@ -36,9 +37,6 @@ from minsnap.trajectory.trajectory import LONGEST_PIECE
 
 DIVISIONS = (3, 2)
 """Parts into which pieces are divided one time after another where their number is left to the search."""
-
-RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
-"""Shares by which durations found are lengthened until a plan for them succeeds."""
 
 WORTHWHILE = 0.08
 """Relative gain by which pieces are divided once more: that gains about a sixteenth of it, here half a percent."""

@@ -68,8 +68,7 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverErro
     leg, instant = hardest_pressed(task, problem, units, found)
     message = f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s"
     try:
-        stretch = ElasticScale(task, leg_sums(durations, task.pieces), found).factor()
-        message += f"; {stretch * (1.0 + ROOM):.4g} times as long would do in these proportions"
+        stretch: float | None = ElasticScale(task, leg_sums(durations, task.pieces), found).factor() * (1.0 + ROOM)
     except LateError:
         raise
     except SolverError:

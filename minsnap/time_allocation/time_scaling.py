@@ -8,9 +8,9 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.errors import TimingError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.derivative_walls import kept_factor, without_derivative_walls
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import Log, distance_split, trapezoid_times
-from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.time_allocation.timing import Finish, Timed, Timing, searched, solved_or_explained, timed
 
 SCALE_PRECISION = 1e-6
@@ -25,12 +25,12 @@ def scaled_plan(task: Task, timing: Timing, limits: Limits, finish: Finish) -> T
     if not task.still:
         raise TimingError("derivatives that are pinned do not scale with time: use split='optimal' and enforce='qp'")
     split = "distance" if timing.split == "optimal" else timing.split
-    first = task.legs * proportions(task, split, limits)
+    first, shape = task.legs * proportions(task, split, limits), without_derivative_walls(task)
     search = None
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
         first, search = searched(_ScaledSearch(task, timing, limits, finish), timing.best_on_interrupt)
-    solved = solved_or_explained(task, task.piece_durations(first))
-    return timed(solved, finish, search, touching_factor(limits, finish(solved.trajectory)))
+    solved = solved_or_explained(shape, task.piece_durations(first))
+    return timed(solved, finish, search, kept_factor(limits, task.walls, finish(solved.trajectory)))
 
 
 class _ScaledSearch:
@@ -38,7 +38,7 @@ class _ScaledSearch:
 
     def __init__(self, task: Task, timing: Timing, limits: Limits, finish: Finish) -> None:
         self.task, self.limits, self.finish = task, limits, finish
-        self.first = stop_and_go_times(task.lengths, limits)
+        self.first, self.shape = stop_and_go_times(task.lengths, limits), without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
         self.factor = 1.0
@@ -54,8 +54,8 @@ class _ScaledSearch:
     def evaluate(self, logarithms: FloatArray) -> float:
         """Logarithm of the scaled total."""
         durations = self.first * np.exp(np.append(logarithms, 0.0))
-        trajectory = self.finish(solved_or_explained(self.task, self.task.piece_durations(durations)).trajectory)
-        self.factor = touching_factor(self.limits, trajectory, self.factor, SCALE_PRECISION)
+        trajectory = self.finish(solved_or_explained(self.shape, self.task.piece_durations(durations)).trajectory)
+        self.factor = kept_factor(self.limits, self.task.walls, trajectory, self.factor, SCALE_PRECISION)
         value = float(np.log(trajectory.duration * self.factor))
         if value < self.best[0]:
             self.best = (value, durations)

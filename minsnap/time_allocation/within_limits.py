@@ -5,17 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.errors import LimitError, UnprovedError
+from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.time_allocation.derivative_walls import kept_factor
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.least_priced import LeastPriced
-from minsnap.time_allocation.least_time import RESERVES
+from minsnap.time_allocation.longer_times import RESERVES, Attempt, least_longer
 from minsnap.time_allocation.moving_start import as_timed, moves, searched_from, shortest_from
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
@@ -32,9 +33,6 @@ from minsnap.time_allocation.timing import (
 )
 from minsnap.time_allocation.ways import end_on_limit
 from minsnap.trajectory.report import Utilisation
-
-CLOSE = 0.01
-"""How near the least reserve of time for a smoother plan is found."""
 
 TOUCHING, ROOM = 1e-6, 1e-2
 """How near to a limit a pinned state counts as at it, and the share of room that it should be left."""
@@ -60,7 +58,7 @@ def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fin
     solved, search = searched_from(task, limits, timing, finish)
     if task.continuity <= task.half - 1:
         return timed(solved, finish, search)
-    return _smoother(bounded, solved, limits, finish, search)
+    return _smoother(task, bounded, solved, limits, finish, search)
 
 
 def _searchable(bounded: Task, limits: Limits) -> bool:
@@ -72,35 +70,41 @@ def _leg_durations(solved: SolvedTask) -> FloatArray:
     return leg_sums(solved.trajectory.durations, solved.trajectory.pieces)
 
 
-def _smoother(task: Task, fastest: SolvedTask, limits: Limits, finish: Finish, search: Run) -> Timed:
-    """Plan with more derivatives continuous than a piece of the search shares, at its durations and little longer."""
-    durations = fastest.trajectory.durations
-    low, found = 0.0, None
-    for high in RESERVES:
-        found = _smooth(task, durations * (1.0 + high), limits, finish, search)
-        if found is not None:
-            break
-        low = high
+def _smoother(task: Task, bounded: Task, fastest: SolvedTask, limits: Limits, finish: Finish, search: Run) -> Timed:
+    """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
+    durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
+    found = least_longer(plans_for(replace(bounded, pieces=pieces), task, limits, finish, search), durations, False)
     if found is None:
-        raise explain(task, durations)
-    while high - low > CLOSE:
-        middle = (low + high) / 2.0
-        shorter = _smooth(task, durations * (1.0 + middle), limits, finish, search)
-        low, high = (middle, high) if shorter is None else (low, middle)
-        found = min(found, shorter or found, key=lambda one: one.trajectory.duration)
+        raise explain(replace(bounded, pieces=pieces), durations)
     return found
 
 
-def _smooth(task: Task, durations: FloatArray, limits: Limits, finish: Finish, search: Run) -> Timed | None:
-    """Plan for durations within limits; None where there is none, or it is not certified."""
-    try:
-        solved = solve(task, durations)
-    except InfeasibleRowsError:
-        return None
-    trajectory = finish(solved.trajectory)
-    if task.still:
-        return timed(solved, finish, search, touching_factor(limits, trajectory))
-    return timed(solved, finish, search) if keeps(limits, trajectory) else None
+def plans_for(
+    bounded: Task, task: Task, limits: Limits | None, finish: Finish, search: Run, exact: bool = False
+) -> Attempt:
+    """Return what plans for durations, within limits as walls; None where there is no plan, or it is not certified.
+
+    Parameters
+    ----------
+    bounded : Task
+        With the walls of the limits besides those of ``task``.
+    exact : bool
+        Whether the durations are kept; else a plan from rest to rest is flown as fast as its limits allow.
+    """
+
+    def plan(durations: FloatArray) -> Timed | None:
+        try:
+            solved = solve(bounded, durations)
+            trajectory = finish(solved.trajectory)
+            if limits is None:
+                return timed(solved, finish, search)
+            if bounded.still and not exact:
+                return timed(solved, finish, search, kept_factor(limits, task.walls, trajectory))
+        except (InfeasibleRowsError, SolverError):
+            return None
+        return timed(solved, finish, search) if keeps(limits, trajectory) else None
+
+    return plan
 
 
 def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:

@@ -1,0 +1,62 @@
+"""Plans in longer times, where a search for the time has ended without one.
+
+What is refused at durations that the plan itself chose may have a plan in others.  Some proportions of the durations
+are tried at many scales with the limits as walls; the first that has a plan is shortened as far as it keeps one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import LONGEST, SHORTEST
+from minsnap.time_allocation.timing import Timed
+
+RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
+"""Shares by which durations found are lengthened until a plan for them succeeds."""
+
+LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
+"""The same where a plan is wanted, however long it takes."""
+
+CLOSE = 0.01
+"""How near the least factor on time is found."""
+
+Attempt = Callable[[FloatArray], Timed | None]
+"""Plans for piece durations [s]; None where there is no plan, or it is not certified."""
+
+
+def least_longer(attempt: Attempt, durations: FloatArray, still: bool) -> Timed | None:
+    """Return the plan of the least factor on durations found, from one on; None where no factor tried has one.
+
+    Parameters
+    ----------
+    attempt : callable
+    durations : ndarray, shape (pieces in all,)
+        Whose proportions are kept [s].
+    still : bool
+        Whether what has a plan in some time has one in more, so that the longest decides whether there is one.
+    """
+    longest = LONGER[-1] + 1.0
+    if still and _attempted(attempt, durations * longest) is None:
+        return None
+    low, high, found = 1.0, 1.0, None
+    for share in LONGER:
+        low, high = high, 1.0 + share
+        found = _attempted(attempt, durations * high)
+        if found is not None:
+            break
+    if found is None:
+        return None
+    while high / low - 1.0 > CLOSE:
+        middle = float(np.sqrt(low * high))
+        shorter = _attempted(attempt, durations * middle)
+        low, high = (middle, high) if shorter is None else (low, middle)
+        found = min(found, shorter or found, key=lambda one: one.trajectory.duration)
+    return found
+
+
+def _attempted(attempt: Attempt, durations: FloatArray) -> Timed | None:
+    within = bool(((durations >= SHORTEST) & (durations <= LONGEST)).all())
+    return attempt(durations) if within else None

@@ -1,0 +1,185 @@
+"""What follows a refusal: other times where the plan may choose them, else what is proved of those asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import ceil, floor, log10
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_durations
+from minsnap.basics.deadline import LateError
+from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
+from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
+from minsnap.time_allocation.least_cost import distance_split
+from minsnap.time_allocation.longer_times import least_longer
+from minsnap.time_allocation.refusal import explain
+from minsnap.time_allocation.timing import Finish, Run, Timed, Timing
+from minsnap.time_allocation.within_limits import plans_for
+
+if TYPE_CHECKING:
+    from minsnap.optimisation.contradiction import Contradiction
+
+Refused = InfeasibleError | SolverError
+
+MORE = (1.0, 1.02, 1.2)
+"""Times the factor that relaxed limits give, which are tried before one is named."""
+
+
+def in_other_times(task: Task, timing: Timing, finish: Finish, samples: int | None, refused: Refused) -> Timed | None:
+    """Plan in other times where those that a search chose have no plan; None where none was found, or none may be.
+
+    Longer ones where the plan chooses its time, other splits of a total; none where the refusal is a proof for all.
+    """
+    mine = timing.durations is None
+    if not mine or samples is not None or task.lengths.min() <= 0.0 or _for_all_times(task, timing, refused):
+        return None
+    limits = timing.limits
+    bounded = task if limits is None else task.with_walls(limits.walls(task.waypoints))
+    bounded, rest = replace(bounded, explained=False), Run(())
+    if timing.total_time is not None:
+        attempt = plans_for(bounded, task, limits, finish, rest, exact=True)
+        splits = (timing.total_time / one.sum() * one for one in _proportions(task, timing, refused))
+        return next((found for found in map(attempt, splits) if found is not None), None)
+    attempt = plans_for(bounded, task, limits, finish, rest)
+    slows = task.still and not any(wall.order for wall in task.walls)
+    tried = (least_longer(attempt, durations, slows) for durations in _proportions(task, timing, refused))
+    return next((found for found in tried if found is not None), None)
+
+
+def _for_all_times(task: Task, timing: Timing, refused: Refused) -> bool:
+    """Whether a proof is of all times: of one polynomial from rest to rest by walls on positions, or of a total."""
+    proof = getattr(refused, "contradiction", None)
+    if proof is None or len(proof.durations) > 1:
+        return False
+    if timing.total_time is not None:
+        return bool(proof.durations[0] == timing.total_time)
+    return task.still and not any(row.order for row in proof.rows)
+
+
+def _proportions(task: Task, timing: Timing, refused: Refused) -> Iterator[FloatArray]:
+    """Piece durations whose proportions are tried: those of a proof, by stops at all waypoints, by distance, equal."""
+    proof = getattr(refused, "contradiction", None)
+    if proof is not None and len(proof.durations) == task.legs * task.pieces:
+        yield proof.durations
+    if timing.limits is not None:
+        yield task.piece_durations(stop_and_go_times(guessed_lengths(task), timing.limits))
+    yield task.piece_durations(distance_split(task, float(task.legs)))
+    if task.legs > 1:
+        yield np.ones(task.legs * task.pieces)
+
+
+def told(refused: Refused, task: Task, timing: Timing, plan: Callable[[Timing], Timed]) -> MinsnapError:
+    """Return the refusal with what is proved of the times asked for, and a factor on them that was tried.
+
+    Parameters
+    ----------
+    plan : callable
+        Plans the same with another timing.
+    """
+    proof = refused.contradiction if isinstance(refused, InfeasibleError) else None
+    asked = proof is not None and _asked_for(proof, task, timing)
+    if not asked:
+        _refuse_short(task, timing, getattr(refused, "shortest", None))
+    if not isinstance(refused, InfeasibleError) or _for_all_times(task, timing, refused):
+        return refused
+    if timing.total_time is not None and len(task.waypoints) == 2 and task.pieces == 1 and not asked:
+        limits = timing.limits
+        bounded = task if limits is None else task.with_walls(limits.walls(task.waypoints))
+        again = explain(bounded, np.array([timing.total]))
+        refused, asked = (again, True) if isinstance(again, InfeasibleError) else (refused, False)
+    factor = _stretch_tried(refused, task, timing, plan)
+    sentence, note = (
+        str(refused),
+        "" if factor is None else f"; {factor:.4g} times as long would do in these proportions",
+    )
+    if proof is not None and not asked:
+        tried = "" if timing.durations is not None else ", and others that were tried have no plan either"
+        refused, note = _unproved(refused), f"; this is not proved of all times{tried}{note}"
+    if note:
+        refused.args = (sentence + note,)
+    if not isinstance(refused, UnprovedError) or refused.shortest is None:
+        refused.stretch = factor
+    return refused
+
+
+def _stretch_tried(
+    refused: InfeasibleError, task: Task, timing: Timing, plan: Callable[[Timing], Timed]
+) -> float | None:
+    """Return a factor on the times asked for with which there is a plan, near the one that relaxed limits give."""
+    if refused.stretch is None or refused.shortest is not None:
+        return None
+    for more in MORE:
+        factor = _rounded_up(refused.stretch * more)
+        try:
+            if timing.durations is not None:
+                plan(replace(timing, durations=factor * check_durations(timing.durations, task.legs)))
+            elif timing.total_time is not None:
+                plan(replace(timing, total_time=factor * timing.total))
+            else:
+                return None
+        except LateError:
+            return None
+        except MinsnapError:
+            continue
+        return factor
+    return None
+
+
+def _rounded_up(factor: float) -> float:
+    """Return a factor with four digits, not less."""
+    unit = 10.0 ** (floor(log10(factor)) - 3)
+    return ceil(factor / unit) * unit
+
+
+def _unproved(refused: InfeasibleError) -> UnprovedError:
+    """Return the same refusal without a proof: other times may have a plan."""
+    if isinstance(refused, UnprovedError):
+        return refused
+    found = UnprovedError(str(refused), leg=refused.leg, instant=refused.instant, shortest=refused.shortest)
+    found.smallest_width = refused.smallest_width
+    return found
+
+
+def _refuse_short(task: Task, timing: Timing, shortest: float | None) -> None:
+    """Raise InfeasibleError if the times asked for are proved too short for the velocity alone.
+
+    ``shortest`` is the shortest total found [s], if any.
+    """
+    if timing.limits is None or not task.explained:
+        return
+    from minsnap.time_allocation.short_total import short_leg, short_total
+
+    bounded = task.with_walls(timing.limits.walls(task.waypoints))
+    if timing.durations is not None:
+        proof = short_leg(bounded, check_durations(timing.durations, task.legs))
+        if proof is not None:
+            leg = proof.rows[0].piece
+            raise InfeasibleError(
+                f"leg {leg} has {proof.total:.6g} s, and the velocity alone needs {float(proof.least):.6g} s: give it "
+                "more time",
+                leg=leg,
+                contradiction=proof,
+            )
+    if timing.total_time is not None:
+        proof = short_total(bounded, timing.total)
+        if proof is not None:
+            found = "" if shortest is None else f", and the shortest found is {shortest:.6g} s"
+            raise InfeasibleError(
+                f"{timing.total:.6g} s are too short for the limits: the velocity alone needs "
+                f"{float(proof.least):.6g} s{found}",
+                shortest=shortest,
+                contradiction=proof,
+            )
+
+
+def _asked_for(proof: Contradiction, task: Task, timing: Timing) -> bool:
+    """Whether a proof is of the durations asked for: it may be of others that a search chose."""
+    if timing.durations is not None:
+        asked = task.piece_durations(check_durations(timing.durations, task.legs))
+        return np.array_equal(proof.durations, asked)
+    return timing.total_time is not None and proof.durations.tolist() == [timing.total]

@@ -1,0 +1,96 @@
+"""The last look at a plan: it refuses what leaves a wall, a limit, a waypoint, a pin, a continuity or a time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Boxes, HalfSpaces, Limits, RoundTube, SolverError, Tube
+from minsnap.optimisation.problem import Task
+from minsnap.time_allocation import allocate
+from minsnap.time_allocation.last_look import fault
+from minsnap.time_allocation.timing import Timed
+
+POINTS = np.array([(0, 0, 1), (4, 0, 1), (4, 3, 1), (0, 3, 1)], dtype=float)
+TIMES = [2.0, 1.5, 2.0]
+BOXES = Boxes(np.minimum(POINTS[:-1], POINTS[1:]) - 0.25, np.maximum(POINTS[:-1], POINTS[1:]) + 0.25)
+SLOW = HalfSpaces([(1, 0, 0), (0, 1, 0)], [3.2, 3.1], order=1)
+SOFT = HalfSpaces((1, 0, 0), 3.5, order=2)
+
+
+@pytest.mark.parametrize(
+    "corridor", [0.3, RoundTube(0.3), BOXES, SLOW, SOFT, [BOXES, SLOW], [Tube(0.6), SLOW]], ids=repr
+)
+@pytest.mark.parametrize("asked", [{"durations": TIMES}, {"limits": Limits(speed=4.0)}, {"total_time": 5.5}], ids=str)
+def test_a_wall_that_the_solver_does_not_know_is_seen(monkeypatch, corridor, asked):
+    """One wall after another is switched off inside, after the question is taken and before it is solved."""
+    constraints = corridor if isinstance(corridor, list) else [corridor]
+    asked = {**asked, "yaw": 0.1}
+    assert minsnap.certify(minsnap.plan(POINTS, corridor=corridor, **asked), POINTS, corridor).ok
+    solve, seen = allocate._timed, 0
+    for off in range(len(constraints)):
+
+        def without(task, *others, off=off):
+            return solve(replace(task, walls=[*task.walls[:off], *task.walls[off + 1 :]]), *others)
+
+        monkeypatch.setattr(allocate, "_timed", without)
+        monkeypatch.setattr(allocate, "in_other_times", lambda *others: None)
+        with pytest.raises(SolverError, match=r"refused at the last look: it leaves the .* by [\d.e-]+ at"):
+            minsnap.plan(POINTS, corridor=corridor, **asked)
+        seen += 1
+    assert seen == len(constraints)
+
+
+def test_a_limit_that_the_solver_does_not_know_is_seen(monkeypatch):
+    solve, faster = allocate._timed, Limits(speed=9.0)
+
+    def loose(task, timing, *others):
+        return solve(task, replace(timing, limits=faster), *others)
+
+    monkeypatch.setattr(allocate, "_timed", loose)
+    monkeypatch.setattr(allocate, "in_other_times", lambda *others: None)
+    with pytest.raises(SolverError, match="last look: speed reaches .* where 3 is allowed"):
+        minsnap.plan(POINTS, limits=Limits(speed=3.0))
+
+
+def task_of(curve, **changes):
+    """Return what a curve from rest to rest keeps, with changes."""
+    points = np.array(curve(curve.leg_breaks))
+    pins = {k: {order: np.zeros(3) for order in (1, 2, 3)} for k in (0, len(points) - 1)}
+    asked = {"pins": pins, "half": 4, "continuity": 3, "closed": False, "pieces": 1, "walls": (), "solver": "auto"}
+    still = np.zeros(points.shape)
+    return Task(points, **({"lower": still, "upper": still} | asked | changes))
+
+
+def test_what_was_not_asked_for_is_named():
+    curve = minsnap.plan(POINTS, durations=TIMES)
+    assert fault(task_of(curve), curve, None, np.array(TIMES)) is None
+    assert "waypoint" in fault(replace(task_of(curve), waypoints=POINTS + [0, 0, 1e-6]), curve, None)
+    assert "other times" in fault(task_of(curve), curve, None, 5.6)
+    assert "other times" in fault(task_of(curve), curve, None, np.array([2.0, 1.4, 2.1]))
+    moving = {0: {1: np.array([1e-6, 0, 0])}, 3: {}}
+    assert "derivative 1 at waypoint 0" in fault(task_of(curve, pins=moving), curve, None)
+    assert "derivative 2 at waypoint 2" in fault(task_of(curve, pins={2: {2: np.zeros(3)}}), curve, None)
+    points = curve.control_points.copy()
+    points[1, 1] += 1e-6
+    assert "continuous up to order 0" in fault(task_of(curve), replace(curve, control_points=points), None)
+    lap = minsnap.plan([*POINTS, POINTS[0]], durations=[*TIMES, 1.5], closed=True)
+    closed = task_of(lap, pins={}, closed=True)
+    assert fault(closed, lap, None) is None
+    open_lap = minsnap.plan([*POINTS, POINTS[0]], durations=[*TIMES, 1.5], start={"velocity": (1, 0, 0)})
+    assert "derivative 1 at the end of the lap" in fault(closed, open_lap, None)
+
+
+def test_a_margin_counts_for_the_very_curve_alone():
+    """A stretched curve, or a wall that was not known, is proved anew."""
+    task = task_of(minsnap.plan(POINTS, durations=TIMES), walls=BOXES.walls(POINTS))
+    found: list[Timed] = []
+    timing = allocate.Timing(durations=TIMES)
+    found.append(allocate.plan_timed(task, timing, lambda curve: curve))
+    solved, curve = found[0].solved, found[0].trajectory
+    assert solved.inside and len(solved.proved_margins(curve)) == len(task.walls)
+    assert solved.proved_margins(curve.with_yaw(curve.yaw))
+    assert not solved.proved_margins(curve.stretched(1.0 + 1e-15))
+    narrower = Boxes(BOXES.lower + 0.2, BOXES.upper - 0.2).walls(POINTS)
+    assert "it leaves the box" in fault(replace(task, walls=narrower), curve, None, solved=solved)

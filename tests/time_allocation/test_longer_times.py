@@ -1,0 +1,68 @@
+"""Where a plan chooses its times, longer ones are tried before it is refused; what a refusal names was tried."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import HalfSpaces, InfeasibleError, Limits, UnprovedError
+from minsnap.files.plan_arguments import plan_arguments
+
+SLOW = HalfSpaces((1, 0, 0), 0.9, order=1)
+TWO = [(0, 0, 0), (5, 1, 0)]
+
+CURLED = [
+    (-0.4355543021500487, 0.028720626919515397),
+    (0.5094364211922586, 0.2654686664235477),
+    (-3.573172917176441, -1.4337024105779688),
+    (-1.9983674816247048, -2.1881263414074494),
+    (-1.6383762643948165, -1.661413793746516),
+]
+
+
+@pytest.mark.parametrize(
+    "chosen", [{"limits": Limits(speed=3)}, {"limits": Limits(speed=3), "enforce": "scaling"}, {"time_weight": 9.0}]
+)
+def test_times_that_a_plan_chooses_keep_a_wall_on_the_velocity(chosen):
+    path = minsnap.plan(TWO, corridor=SLOW, **plan_arguments(chosen))
+    assert minsnap.certify(path, TWO, SLOW, chosen.get("limits")).ok
+    assert path.duration <= 1.01 * 35.0 / 16.0 * 5.0 / 0.9
+
+
+@pytest.mark.parametrize("time_limit", [None, 0.02, 1.0])
+def test_more_time_never_makes_a_question_infeasible(time_limit):
+    limits, width = Limits(jerk=480.9034999071065, snap=2060.768224988668), 0.38631098363006355
+    path = minsnap.plan(
+        CURLED, degree=3, continuity=2, limits=limits, corridor=width, search=minsnap.Search(time_limit=time_limit)
+    )
+    assert minsnap.certify(path, CURLED, width, limits).ok
+
+
+def test_a_start_that_leads_past_the_goal_comes_back():
+    """2.9 m/s cannot end within half a metre under 6 m/s^2."""
+    limits, points = Limits(speed=3.0, acceleration=6.0), [(0, 0, 0), (0.5, 0, 0)]
+    path = minsnap.plan(points, limits=limits, start={"velocity": (2.9, 0, 0)})
+    assert minsnap.certify(path, points, limits=limits).ok and path(0.0, 1) == pytest.approx([2.9, 0, 0])
+    assert path.extent((1, 0, 0))[1] > 2.9**2 / 12.0
+
+
+@pytest.mark.parametrize("asked", [{"durations": [6.0]}, {"total_time": 6.0}], ids=str)
+def test_a_factor_on_times_that_is_named_has_a_plan(asked):
+    with pytest.raises(InfeasibleError, match="times as long would do in these proportions") as refused:
+        minsnap.plan(TWO, corridor=SLOW, limits=Limits(speed=3), **asked)
+    longer = {name: refused.value.stretch * np.array(value) for name, value in asked.items()}
+    longer = {name: value if value.ndim else float(value) for name, value in longer.items()}
+    assert minsnap.certify(minsnap.plan(TWO, corridor=SLOW, limits=Limits(speed=3), **longer), TWO, SLOW).ok
+    assert refused.value.verify() and f"{refused.value.stretch:.4g} times" in str(refused.value)
+
+
+def test_no_factor_is_named_where_none_was_found():
+    points = [(1.4486647217808546, 1.7472524892620327), (0.4054230280001305, 4.511673295865986)]
+    asked = {
+        "corridor": 0.06821868286297694,
+        "pieces": 3,
+        "start": {"velocity": (1.560173174788416, -6.252084091187593)},
+    }
+    limits = Limits(speed=5.081607977133792, acceleration=3.281004367161573, norm="axis")
+    with pytest.raises(UnprovedError) as refused:
+        minsnap.plan(points, durations=[1.6148001944098884], limits=limits, **asked)
+    assert refused.value.stretch is None and "would do" not in str(refused.value)
