@@ -17,7 +17,7 @@ WALL_TYPES = (c_int64, *[c_void_p] * 8, c_int64, c_void_p)
 
 _SOLVE = Entry(
     "minsnap_corridor",
-    *(c_int64, c_int64, c_int64, c_int64, c_double, c_double, c_void_p, c_void_p, c_void_p, c_void_p),
+    *(c_int64, c_int64, c_int64, c_int64, c_int64, c_double, c_double, c_void_p, c_void_p, c_void_p, c_void_p),
     *WALL_TYPES,
     *(c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
 )
@@ -79,6 +79,8 @@ class CorridorQuestion:
         Their values, for positions the deviation from the nominal one [m/s^order]; None: zero.
     closed : bool
         The last knot is the first; its entries are not read.
+    continuity : int
+        Derivatives continuous at the knots, up to 2k - 2; always k - 1 at least.
     """
 
     half: int
@@ -90,6 +92,7 @@ class CorridorQuestion:
     pinned: BoolArray | None = None
     values: FloatArray | None = None
     closed: bool = False
+    continuity: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +144,7 @@ def solve_corridor(question: CorridorQuestion, gap: float = GAP) -> CorridorAnsw
     points, knots = np.empty((pieces, 2 * half, dim)), np.empty((pieces + 1, half, dim))
     wall, rows, figures = np.empty(most, dtype=np.int64), np.empty((2, most)), np.zeros(6)
     status = function(
-        *(half, pieces, dim, question.closed, question.length, question.time),
+        *(half, pieces, dim, question.continuity, question.closed, question.length, question.time),
         *map(optional_address, (question.positions, question.durations, question.pinned, question.values)),
         *wall_arguments(question.walls),
         *(gap, *map(address, (points, knots, wall, rows[0], rows[1], figures))),

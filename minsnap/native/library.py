@@ -35,7 +35,7 @@ from typing import Any, ClassVar
 from minsnap.errors import MinsnapError
 from minsnap.native.build import LIBRARY, STAMP
 
-ABI = 5
+ABI = 6
 """What ``minsnap_abi`` of a matching library returns."""
 
 CHOICES = ("auto", "native", "python")

@@ -34,7 +34,7 @@ def corridor_question(task: Task, durations: FloatArray, units: Units) -> Corrid
     if reason:
         return reason
     positions, pinned = np.ascontiguousarray(task.positions), np.ascontiguousarray(~task.free)
-    known = (pinned, _pinned_values(task), task.closed)
+    known = (pinned, _pinned_values(task), task.closed, task.continuity)
     return CorridorQuestion(
         task.half, positions, np.ascontiguousarray(durations), native_walls(task), units.length, units.time, *known
     )
@@ -113,7 +113,7 @@ def _unsupported(task: Task) -> str:
     """Why the native core is not used; empty if it is."""
     if task.solver != "auto":
         return f"the solver {task.solver} was asked for"
-    if task.continuity != task.half - 1:
+    if task.continuity < task.half - 1:
         return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
     if (task.upper > task.lower).all(axis=0).any():
         return "the native core needs a waypoint that is fixed along each axis"

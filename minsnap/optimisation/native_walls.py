@@ -20,7 +20,7 @@ def native_walls(task: Task) -> WallArrays:
     for walls in knot_walls(task):
         piece, end = ends_of_pieces(task, walls.leg)
         blocks.append(_arrays(walls, np.arange(len(piece)), piece, end))
-    return _joined([*blocks, *_gate_planes(task)])
+    return _joined([*blocks, *_gate_planes(task)] or [_nothing(task.dim)])
 
 
 def _arrays(cones: Cones, row: IntArray, piece: IntArray, when: IntArray | None = None) -> WallArrays:
@@ -29,6 +29,11 @@ def _arrays(cones: Cones, row: IntArray, piece: IntArray, when: IntArray | None 
     when = np.full(len(row), -1) if when is None else when
     known = np.full(len(row), cones.order), -cones.slope[row], cones.anchor[row], cones.radius[row], cones.width[row]
     return WallArrays(piece, *known, when, matrix=matrix)
+
+
+def _nothing(dim: int) -> WallArrays:
+    none, vectors = np.zeros(0), np.zeros((0, dim))
+    return WallArrays(none.astype(np.int64), none.astype(np.int64), vectors, vectors, none, none)
 
 
 def _square(matrices: FloatArray) -> FloatArray:

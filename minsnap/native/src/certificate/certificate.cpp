@@ -10,6 +10,7 @@
 #endif
 
 #include "basics/buffer.hpp"
+#include "certificate/proof.hpp"
 #include "polynomials/enclosure.hpp"
 #include "basics/export.hpp"
 #include "polynomials/extrema.hpp"
@@ -172,6 +173,32 @@ Integer place(Integer wall, Integer piece, Integer per_leg) { return wall * per_
 
 }  // namespace
 
+Status find_continuity(const Pieces &pieces, double exact, double rounding, Integer &continuity) {
+    const Integer count = pieces.count, degree = pieces.degree;
+    const double *const points = pieces.points, *const durations = pieces.durations;
+    Buffer<double> jumps;
+    if (!jumps.allocate(std::size_t(count * (degree + 1)))) return Status::no_memory;
+    double largest_point = 0.0, sizes[max_curve_degree + 1] = {};
+    for (Integer i = 0; i < count * (degree + 1) * pieces.dim; ++i) {
+        largest_point = std::fabs(points[i]) > largest_point ? std::fabs(points[i]) : largest_point;
+    }
+    knot_jumps(pieces, jumps.data(), sizes);
+    for (Integer order = 0; order <= degree; ++order) {
+        for (Integer knot = 0; knot + 1 < count; ++knot) {
+            const double shorter = durations[knot] < durations[knot + 1] ? durations[knot] : durations[knot + 1];
+            const double jump = jumps[order * count + knot];
+            if (jump <= exact * sizes[order]) continue;
+            double allowed = rounding * largest_point;
+            for (Integer p = 0; p < order; ++p) allowed *= (degree - p) * 2.0 / shorter;
+            if (jump <= exact * sizes[order] + allowed) continue;
+            continuity = order - 1;
+            return Status::done;
+        }
+    }
+    continuity = degree;
+    return Status::done;
+}
+
 void binomial_row(int n, double *row) {
     row[0] = 1.0;
     for (int j = 1; j <= n; ++j) row[j] = 0.0;
@@ -312,27 +339,7 @@ MINSNAP_EXPORT std::int32_t minsnap_continuity(Integer count, Integer degree, In
     const Pieces pieces{points, durations, count, int(degree), int(dim)};
     const Status checked = check(pieces, degree, dim);
     if (checked != Status::done) return int(checked);
-    Buffer<double> jumps;
-    if (!jumps.allocate(std::size_t(count * (degree + 1)))) return int(Status::no_memory);
-    double largest_point = 0.0, sizes[max_curve_degree + 1] = {};
-    for (Integer i = 0; i < count * (degree + 1) * dim; ++i) {
-        largest_point = std::fabs(points[i]) > largest_point ? std::fabs(points[i]) : largest_point;
-    }
-    knot_jumps(pieces, jumps.data(), sizes);
-    for (Integer order = 0; order <= degree; ++order) {
-        for (Integer knot = 0; knot + 1 < count; ++knot) {
-            const double shorter = durations[knot] < durations[knot + 1] ? durations[knot] : durations[knot + 1];
-            const double jump = jumps[order * count + knot];
-            if (jump <= exact * sizes[order]) continue;
-            double allowed = rounding * largest_point;
-            for (Integer p = 0; p < order; ++p) allowed *= (degree - p) * 2.0 / shorter;
-            if (jump <= exact * sizes[order] + allowed) continue;
-            *continuity = order - 1;
-            return int(Status::done);
-        }
-    }
-    *continuity = degree;
-    return int(Status::done);
+    return int(find_continuity(pieces, exact, rounding, *continuity));
 }
 
 // Local maxima higher than `level` of polynomials (rows, degree + 1): row, s and value of each, `found` in all. At most

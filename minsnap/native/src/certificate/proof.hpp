@@ -2,6 +2,7 @@
 // by the same operations, and a little less.
 #pragma once
 
+#include "basics/status.hpp"
 #include "polynomials/enclosure.hpp"
 #include "corridor/walls.hpp"
 
@@ -29,5 +30,9 @@ private:
     Relative relative_;
     bool sound_;
 };
+
+// The highest order up to which the derivatives on both sides of every knot agree: to ``exact`` of their largest control
+// point, and to what the rounding of positions, ``rounding`` of the largest, becomes when it is differentiated.
+Status find_continuity(const Pieces &pieces, double exact, double rounding, std::int64_t &continuity);
 
 }  // namespace minsnap

@@ -14,6 +14,7 @@ template <class Real, int Half>
 struct Chain {
     Degree<Half> size;
     int pieces = 0, dim = 0;
+    int continuity = 0;  // derivatives continuous at the knots, at least k - 1
     bool closed = false;
     Buffer<Real> durations;       // (pieces,)
     Buffer<Real> steps;           // (pieces, dim): nominal displacement of each piece
@@ -24,12 +25,15 @@ struct Chain {
 
     explicit Chain(int half) : size(half), tables(&leg_tables<Real>(half)) {}
 
-    [[nodiscard]] bool allocate(int pieces_, int dim_, bool closed_) {
-        pieces = pieces_, dim = dim_, closed = closed_;
+    [[nodiscard]] bool allocate(int pieces_, int dim_, bool closed_, int continuity_ = 0) {
+        pieces = pieces_, dim = dim_, closed = closed_, continuity = continuity_;
         const std::size_t count = pieces, state = size.half() * std::size_t(dim);
         return durations.allocate(count) && steps.allocate(count * dim) && values.allocate((count + 1) * state) &&
                pinned.allocate((count + 1) * state) && points.allocate(count * dim * size.points());
     }
+
+    // Derivatives of order 0 and up that the pieces at a knot have in common.
+    int state() const { return continuity < size.half() ? size.half() : continuity + 1; }
 
     // The knot at the end of the last piece of a closed chain is the first one.
     int knot(int index) const { return closed && index == pieces ? 0 : index; }

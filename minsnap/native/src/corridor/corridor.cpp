@@ -92,7 +92,8 @@ Status solve_request(const Request &given, Answer &answer, std::int64_t &attempt
 // ``pinned``, ``values``, ``when`` and ``ball`` may be null. figures (6,): cost, lower bound, share of widths moved, rows, rounds,
 // attempts.
 MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pieces, std::int64_t dim,
-                                             std::int64_t closed, double length, double time, const double *positions,
+                                             std::int64_t continuity, std::int64_t closed, double length, double time,
+                                             const double *positions,
                                              const double *durations, const std::uint8_t *pinned, const double *values,
                                              std::int64_t walls, const std::int64_t *piece, const std::int64_t *order,
                                              const double *normal, const double *anchor, const double *bound,
@@ -101,9 +102,10 @@ MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pie
                                              double *knots, std::int64_t *row_wall, double *row_s,
                                              double *row_multiplier, double *figures) {
     using namespace minsnap;
-    if (!corridor_sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
+    if (!corridor_sizes_fit(half, pieces, dim, walls) || continuity < 0 || continuity > 2 * half - 2)
+        return std::int32_t(Status::bad_size);
     const Request given = {int(half), int(pieces), int(dim), closed != 0, length, time, positions, durations, pinned,
-                           values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, balls}, gap};
+                           values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, balls}, gap, int(continuity)};
     const Status checked = check_request(given);
     if (checked != Status::done) return std::int32_t(checked);
     Answer answer = {points, knots, row_wall, row_s, row_multiplier, 0.0, 0.0, 0.0, 0, 0};

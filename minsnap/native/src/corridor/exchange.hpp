@@ -32,6 +32,7 @@ public:
         if (status == Status::done) status = meet_equalities();
         if (status == Status::done) status = iterate(answer.points);
         answer.rounds = rounds_;
+        if (status == Status::done && aim == Aim::proved && !joined(answer.points)) status = Status::not_proved;
         return status == Status::done ? finish(answer) : status;
     }
 
@@ -52,10 +53,11 @@ private:
     static constexpr double most_work = sizeof(Real) > 8 ? 6e7 : 5e8;
     static constexpr Real absurd = Real(1e6);        // times the cost of stops at all knots: rounding has taken over
     static constexpr Real most_inward = Real(1e-3);  // share of their widths by which walls move
+    static constexpr double jump = 1e-9, stored = 8e-16;  // of derivatives at knots, as the certificate judges them
     static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);  // of Aim::near: excess, over walls moved so
 
     Status prepare() {
-        if (!chain.allocate(given_->pieces, given_->dim, given_->closed)) return Status::no_memory;
+        if (!chain.allocate(given_->pieces, given_->dim, given_->closed, given_->continuity)) return Status::no_memory;
         if (!walls_.allocate(given_->walls.count + 1) || !balls_.allocate(count_balls() + 1)) return Status::no_memory;
         load_chain(*given_, chain);
         int balls = 0;
@@ -67,6 +69,7 @@ private:
         most_cost_ = absurd * chain.cost();  // of what is pinned alone: straight legs with stops
         const Status status = factorise();
         if (status != Status::done) return status;
+        if (given_->continuity >= given_->half) most_cost_ += absurd * free_cost_;
         most_peaks_ = 8 * given_->walls.count + 8;
         if (!active.allocate() || !contacts_.allocate() || !peaks_.allocate(most_peaks_)) return Status::no_memory;
         return start();
@@ -81,13 +84,7 @@ private:
     // One factor for all coordinates that are pinned alike.
     Status factorise() {
         free_cost_ = 0;
-        bool done[max_dim] = {};
-        for (int axis = 0; axis < chain.dim; ++axis) {
-            if (done[axis]) continue;
-            int axes[max_dim], count = 0;
-            for (int other = axis; other < chain.dim; ++other)
-                if (!done[other] && pinned_alike(axis, other)) axes[count++] = other, done[other] = true;
-            SquareRoot<Real, Half> &factor = factors_[axis];
+        return for_each_factor([&](SquareRoot<Real, Half> &factor, const int *axes, int count) {
             if (!factor.allocate(chain)) return Status::no_memory;
             const Status status = factor.factorise(chain, axes, count);
             if (status != Status::done) return status;
@@ -98,8 +95,33 @@ private:
                 factor.optimum(i, scratch_.data());
                 factor.add(chain, axes[i], scratch_.data());
             }
+            return Status::done;
+        });
+    }
+
+    // Take away what is left of jumps of derivatives above k - 1: what is felt of them grows with powers of durations.
+    Status join() {
+        if (given_->continuity < given_->half) return Status::done;
+        const Status status = for_each_factor([&](SquareRoot<Real, Half> &factor, const int *axes, int count) {
+            return scratch_.allocate(factor.unknowns() + 1) ? factor.join(chain, axes, count, scratch_.data())
+                                                            : Status::no_memory;
+        });
+        if (status == Status::done) chain.place();
+        return status;
+    }
+
+    template <class Job>
+    Status for_each_factor(Job &&job) {
+        bool done[max_dim] = {};
+        Status status = Status::done;
+        for (int axis = 0; axis < chain.dim && status == Status::done; ++axis) {
+            if (done[axis]) continue;
+            int axes[max_dim], count = 0;
+            for (int other = axis; other < chain.dim; ++other)
+                if (!done[other] && pinned_alike(axis, other)) axes[count++] = other, done[other] = true;
+            status = job(factors_[axis], axes, count);
         }
-        return Status::done;
+        return status;
     }
 
     bool pinned_alike(int axis, int other) const {
@@ -221,6 +243,7 @@ private:
     // Prove the control points to be returned. Of walls that do not keep it, the instants are kept where the curve is
     // outside; a wall that rounding leaves no room for moves inwards.
     bool proved(double *points) {
+        if (join() != Status::done) return false;
         write_points(*given_, chain, points);
         Proof proof(given_->walls, points, given_->durations, given_->pieces, chain.size.points(), chain.dim);
         failure_count_ = 0, moved_walls_ = false;
@@ -254,6 +277,15 @@ private:
         if (!(inward < smallest(wall.give[0], wall.give[1]) / 2)) return false;
         wall.inward = inward;
         return true;
+    }
+
+    // Whether the control points are as often differentiable at the knots as asked, to what they can say.
+    bool joined(const double *points) const {
+        if (given_->continuity < given_->half) return true;
+        const Pieces pieces{points, given_->durations, given_->pieces, chain.size.degree(), chain.dim};
+        std::int64_t found = 0;
+        return pieces.sound() && find_continuity(pieces, jump, stored, found) == Status::done &&
+               found >= given_->continuity;
     }
 
     // The instants where the proof failed become peaks, where the curve is beyond the walls moved inwards.

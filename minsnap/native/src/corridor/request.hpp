@@ -19,6 +19,7 @@ struct Request {
     const double *values;              // (pieces + 1, k, dim) [m/s^order], deviations for order 0, or null: zero
     GivenWalls walls;
     double gap;                        // share of the cost that may be given away
+    int continuity = 0;                // derivatives continuous at the knots; less than k is k - 1
 };
 
 // Whether counts are within the bounds of a request.

@@ -30,7 +30,7 @@ public:
         given_ = &given, answer_ = &answer;
         stretches_ = given.pieces / core;
         answer.rounds = 0;
-        if (!joins() || stretches_ == 0) return Status::unsupported;
+        if (!joins() || stretches_ == 0 || given.continuity >= given.half) return Status::unsupported;
         if (!allocate()) return Status::no_memory;
         unroll();
         Status status = Status::done;
