@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from problems import corridor
 
-from minsnap import Ball, Boxes, Gate, HalfSpaces, Limits, Polytopes, RoundTube, Tube
+from minsnap import Ball, Boxes, Gate, HalfSpaces, Limits, Polytopes, Room, RoundTube, Tube
 
 Asked = dict[str, Any]
 
@@ -244,4 +244,8 @@ def question(kind: str, seed: int) -> tuple[str, Asked]:
     if kind == "all":
         shares = np.array([share for _, share in KINDS.values()])
         kind = str(np.random.default_rng((seed, 1)).choice(list(KINDS), p=shares / shares.sum()))
-    return kind, KINDS[kind][0](np.random.default_rng(seed))
+    asked = KINDS[kind][0](np.random.default_rng(seed))
+    if "room" in asked:
+        others = [asked["corridor"]] if "corridor" in asked else []
+        asked["corridor"] = [*others, Room(*asked.pop("room"))]
+    return kind, asked

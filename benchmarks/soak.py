@@ -25,7 +25,7 @@ from random_plans import KINDS, STATES, question
 from relaxation import Relaxation
 
 import minsnap
-from minsnap import Boxes, Polytopes, Room, RoundTube, Tube
+from minsnap import Boxes, Polytopes, RoundTube, Tube
 from minsnap.corridors.constraint import walls_of
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.tubes import as_constraints
@@ -68,8 +68,7 @@ def _plain(error):
 
 
 def _constraints(asked):
-    room = [Room(*asked["room"])] if "room" in asked else []
-    return as_constraints(asked.get("corridor")) + room
+    return as_constraints(asked.get("corridor"))
 
 
 def _judged(asked, traj):
@@ -180,7 +179,7 @@ def _fits(asked):
 def _wider(asked, error, factor):
     """The question with the corridor that the refusal names, times a factor; None where several widths are named."""
     corridor, width, leg = asked.get("corridor"), error.smallest_width * factor, error.leg
-    if "together with" in str(error) or "room" in asked or corridor is None:
+    if "together with" in str(error) or corridor is None:
         return None
     everywhere = "for all legs" in str(error)
     if isinstance(corridor, float | np.ndarray):

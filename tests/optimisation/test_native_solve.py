@@ -62,7 +62,7 @@ def test_random_tubes_cost_the_same_as_in_python(seed):
         {"closed": True},
         {"closed": True, "pieces": 3},
         {"waypoint_tolerance": 0.2},
-        {"room": ROOM},
+        {"corridor": [0.3, minsnap.Room(*ROOM)]},
         {"start": {"velocity": (1.0, 0.2, 0.0)}, "end": {"acceleration": (0.0, 0.0, 0.5)}},
         {"pins": {2: {"velocity": (0.0, 1.0, 0.0)}}},
         {"continuity": 4, "pieces": 2},
@@ -73,7 +73,7 @@ def test_random_tubes_cost_the_same_as_in_python(seed):
     ],
 )
 def test_every_kind_of_task_costs_the_same_as_in_python(others):
-    compare(REFERENCE, DURATIONS, corridor=0.3, **others)
+    compare(REFERENCE, DURATIONS, **{"corridor": 0.3} | others)
 
 
 @pytest.mark.parametrize(("continuity", "width"), [(4, 0.5), (5, 0.5), (6, 4.0)])
@@ -98,7 +98,7 @@ def test_boxes_and_polytopes_cost_the_same_as_in_python():
 
 def test_a_start_on_the_floor_is_planned_natively():
     points = np.array([(0.0, 0.0, 0.0), (4.0, 0.0, 1.0), (4.0, 4.0, 0.0)])
-    compare(points, (4.0, 4.0), room=((-1.0, -1.0, 0.0), (5.0, 5.0, 2.0)))
+    compare(points, (4.0, 4.0), corridor=[minsnap.Room((-1.0, -1.0, 0.0), (5.0, 5.0, 2.0))])
 
 
 @pytest.mark.parametrize(
