@@ -33,6 +33,7 @@ from .fleet.common_clock import Fleet as Fleet
 from .fleet.fleet_certificate import FleetCertificate as FleetCertificate
 from .fleet.fleet_certificate import NearPair as NearPair
 from .fleet.fleet_certificate import certify_fleet as certify_fleet
+from .fleet.fleet_planner import plan_fleet as plan_fleet
 from .fleet.fleet_report import FleetReport as FleetReport
 from .fleet.keep_out import Cuboid as Cuboid
 from .fleet.keep_out import Cylinder as Cylinder

@@ -19,8 +19,6 @@ class FleetReport:
         No fleet with these limits is faster: the trapezoid of speed and acceleration of the slowest vehicle [s].
     slowest : int
         Which vehicle that is.
-    alone : float
-        The shortest time found for the slowest vehicle if it were alone, with the same pieces [s].
     pieces : int
         Polynomials per vehicle.
     tried : int
@@ -37,7 +35,6 @@ class FleetReport:
     duration: float
     bound: float
     slowest: int
-    alone: float
     pieces: int
     tried: int
     iterations: int

@@ -114,7 +114,7 @@ def near_pairs(
     NativeCoreError
         If the native core is not in use, or has no memory left.
     """
-    call = _function(_SEPARATION)
+    call = native_function(_SEPARATION)
     capacity = 1024 + 16 * fleet.vehicles
     radii = np.ascontiguousarray(radii)
     while True:
@@ -125,7 +125,7 @@ def near_pairs(
             *(fleet.curves(), radii.ctypes.data, downwash, reach, int(nearest_only), threads, capacity),
             *(array.ctypes.data for array in (pairs, values, found)),
         )
-        _ask(call, question)
+        asked_of(call, byref(question))
         count = int(found[0])
         if count <= capacity:
             return NearPairs(pairs[:count], *np.ascontiguousarray(values[:count].T))
@@ -146,7 +146,7 @@ def clearances(
         How far proof and truth may lie apart [m].
     threads : int
     """
-    call = _function(_CLEARANCE)
+    call = native_function(_CLEARANCE)
     obstacles = np.ascontiguousarray(obstacles)
     values, nearest = np.empty((fleet.vehicles, 3)), np.empty(fleet.vehicles, dtype=np.int64)
     question = _ClearanceQuestion(
@@ -154,19 +154,21 @@ def clearances(
         *(fleet.curves(), len(obstacles), obstacles.ctypes.data, finest, threads),
         *(values.ctypes.data, nearest.ctypes.data),
     )
-    _ask(call, question)
+    asked_of(call, byref(question))
     return values[:, 0], values[:, 2], nearest
 
 
-def _function(entry: Entry) -> Function:
+def native_function(entry: Entry) -> Function:
+    """Return an entry point, or raise NativeCoreError where the Python core is in use."""
     found = entry.function()
     if found is None:
         raise NativeCoreError(f"fleets need the native core, and this is the {describe()}")
     return found
 
 
-def _ask(call: Function, question: Any) -> None:
-    status = Status(call(byref(question)))
+def asked_of(call: Function, *arguments: Any) -> None:
+    """Call an entry point, and raise NativeCoreError if it does not answer."""
+    status = Status(call(*arguments))
     if status != Status.DONE:
         raise NativeCoreError(f"the native core does not take this fleet: {status.reason}")
 

@@ -1,0 +1,118 @@
+"""Curves from which the joint search begins: straight lines, bent to the right of their way or by random numbers.
+
+Curves of a fleet are arrays (m, pieces + 1, 4, 3): at each knot the derivatives 0 to 3, times h^q with the duration h
+of a piece, so that they are lengths and do not change when all of time is stretched.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.fleet.fleet_task import FleetTask, way_of
+from minsnap.trajectory.path import Path
+
+RAMP = 0.15
+"""Share of the time in which the profile of the straight lines speeds up, and slows down."""
+
+
+def uniform(count: int, seed: int) -> FloatArray:
+    """Return numbers from -1 to 1 that only the seed and their place decide: splitmix64 of a counter."""
+    with np.errstate(over="ignore"):
+        x = (np.arange(count, dtype=np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+        x += np.uint64(seed % 2**63) * np.uint64(0xD1342543DE82EF95)
+        x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        x ^= x >> np.uint64(31)
+    return (x >> np.uint64(11)).astype(np.float64) * 2.0**-52 - 1.0
+
+
+def profile(pieces: int) -> FloatArray:
+    """Progress from 0 to 1 and its derivatives at knots, shape (pieces + 1, 4): speed rises and falls in ramps."""
+    s = np.arange(pieces + 1) / pieces
+    x = np.minimum(np.minimum(s, 1.0 - s) / RAMP, 1.0)
+    rises, inside = np.where(s <= 0.5, 1.0, -1.0), x < 1.0
+    way = RAMP * (2.5 * x**4 - 3.0 * x**5 + x**6) + np.maximum(np.minimum(s, 1.0 - s) - RAMP, 0.0)
+    speed = x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
+    slope = np.where(inside, 30.0 * x * x * (1.0 - x) ** 2 / RAMP, 0.0)
+    bend = np.where(inside, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / RAMP**2, 0.0)
+    scaled = np.stack([way, speed, rises * slope, bend], axis=1) / (1.0 - RAMP)
+    scaled[s > 0.5, 0] = 1.0 - scaled[s > 0.5, 0]
+    return np.asarray(scaled * (1.0 / pieces) ** np.arange(4))
+
+
+def bump(pieces: int) -> FloatArray:
+    """Return 16 s^2 (1 - s)^2 and its derivatives at knots, shape (pieces + 1, 4), at rest at both ends."""
+    s = np.arange(pieces + 1) / pieces
+    rows = [s**2 - 2 * s**3 + s**4, 2 * s - 6 * s**2 + 4 * s**3, 2 - 12 * s + 12 * s**2, -12 + 24 * s]
+    values = 16.0 * np.stack(rows, axis=1) * (1.0 / pieces) ** np.arange(4)
+    values[[0, -1], 1:] = 0.0
+    return np.asarray(values)
+
+
+def straight(starts: FloatArray, goals: FloatArray, pieces: int) -> FloatArray:
+    """Straight lines with one common profile."""
+    curves = profile(pieces)[None, :, :, None] * (goals - starts)[:, None, None, :]
+    curves[:, :, 0] += starts[:, None]
+    curves[:, -1, 0] = goals
+    return np.asarray(curves)
+
+
+def guess(task: FleetTask, pieces: int, seed: int) -> FloatArray:
+    """Return first curves: the seed chooses how they bend, the first one by what the fleet looks like."""
+    curves = np.concatenate([_through(points, pieces) for points in task.waypoints])
+    flat = bool(np.ptp(np.concatenate((task.starts, task.goals))[:, 2]) <= 0.2 * np.ptp(task.starts[:, :2]))
+    bends = flat if seed % 2 == 0 else not flat
+    offsets = _offsets(task, bends, seed)
+    offsets[[len(points) > 2 for points in task.waypoints]] = 0.0  # these are pinned on their way
+    return np.asarray(curves + bump(pieces)[None, :, :, None] * offsets[:, None, None, :])
+
+
+def _offsets(task: FleetTask, bends: bool, seed: int) -> FloatArray:
+    noise = uniform(3 * len(task), seed).reshape(-1, 3)
+    if not bends:
+        return 0.3 * (1 + seed // 2) * task.length * noise
+    way = task.goals - task.starts
+    length = np.sqrt((way * way).sum(axis=1))
+    mean = max(float(length.mean()), 1e-9)
+    share = min(0.3, max(0.05, 1.2 * len(task) * task.length / (2.0 * np.pi * mean))) * (1 + seed // 2)
+    right = np.stack([way[:, 1], -way[:, 0], np.zeros(len(way))], axis=1) * share
+    right[:, 2] += 0.1 * task.length * noise[:, 2]
+    return np.asarray(right + 0.02 * task.length * noise)
+
+
+def _through(points: FloatArray, pieces: int) -> FloatArray:
+    """Return curves of one vehicle, (1, pieces + 1, 4, 3), through its waypoints at knots of their own."""
+    if len(points) == 2:
+        return straight(points[:1], points[1:], pieces)
+    from minsnap.planner import plan
+
+    knots = waypoint_knots(points, pieces)
+    curve = plan(points, durations=np.diff(knots).astype(np.float64))
+    instants = np.minimum(np.arange(pieces + 1.0), curve.duration)
+    data = np.stack([curve(instants, order) for order in range(4)], axis=1)
+    data[knots, 0] = points
+    return data[None]
+
+
+def waypoint_knots(points: FloatArray, pieces: int) -> list[int]:
+    """Return the knot of each waypoint: by the length of the way, each leg at least one piece."""
+    steps = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    share = np.concatenate(([0.0], np.cumsum(steps))) / max(way_of(points), 1e-12)
+    knots = [0]
+    for index in range(1, len(points)):
+        least, most = knots[-1] + 1, pieces - (len(points) - 1 - index)
+        knots.append(min(max(round(float(share[index]) * pieces), least), most))
+    knots[-1] = pieces
+    return knots
+
+
+def frozen(fixed: Path, time: float, pieces: int) -> FloatArray:
+    """Return the curve of a vehicle that flies as it does, on the knots of the others: (pieces + 1, 4, 3)."""
+    h = time / pieces
+    instants = np.arange(pieces + 1) * h
+    curve = fixed.as_trajectory()
+    over = instants > curve.duration
+    data = np.stack([curve(np.minimum(instants, curve.duration), q) * h**q for q in range(4)], axis=1)
+    data[over, 1:] = 0.0
+    return np.asarray(data)

@@ -1,0 +1,277 @@
+"""plan_fleet: curves of several vehicles at once, apart at every instant, in the shortest common time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from time import monotonic
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.checks import check_seed, check_time, is_number, is_whole
+from minsnap.basics.messages import shown
+from minsnap.basics.progress import ProgressLine, told
+from minsnap.corridors.room import Room
+from minsnap.errors import FleetError, TimingError, UnprovedError
+from minsnap.fleet.assignment import line_distance
+from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_report import FleetReport
+from minsnap.fleet.fleet_task import FleetTask, check_task, way_of
+from minsnap.fleet.keep_out import Obstacle
+from minsnap.fleet.processors import processors
+from minsnap.fleet.separation import Separation
+from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown
+from minsnap.limits.limits import Limits
+from minsnap.optimisation.planned_yaw import Yaw, asked_heading
+from minsnap.trajectory.path import Path
+
+GUESSES = 4
+"""First guesses that are tried."""
+
+Told = Callable[[float, float], None]
+
+
+def plan_fleet(
+    waypoints: npt.ArrayLike | Sequence[npt.ArrayLike],
+    limits: Limits | Sequence[Limits] | None = None,
+    separation: Separation | float | None = None,
+    room: Room | Sequence[npt.ArrayLike] | None = None,
+    avoid: Obstacle | Sequence[Obstacle] | None = None,
+    total_time: float | None = None,
+    pieces: int | str = "auto",
+    start: Sequence[Mapping[str, npt.ArrayLike] | None] | None = None,
+    fixed: Sequence[Path] | Fleet | None = None,
+    yaw: Yaw | Sequence[Yaw] = None,
+    names: Sequence[str] | None = None,
+    polish: float = 0.0,
+    seed: int = 0,
+    time_limit: float | None = None,
+    progress: bool | Told | None = None,
+    threads: int | None = None,
+) -> Fleet:
+    """Plan several vehicles that start at one instant and arrive at one instant, apart at every instant.
+
+    Everything that is returned is certified, as ``certify_fleet`` does. Ctrl-C and ``time_limit`` end the search with
+    the best fleet certified so far.
+
+    Parameters
+    ----------
+    waypoints : array_like, shape (m, n, 3), or sequence of array_like, shape (n_i, 3)
+        Of each vehicle: start and goal, or more [m]. Those between are passed at instants by the length of the way.
+    limits : Limits or sequence of Limits, optional
+        Of all, or of each. The shortest time is searched for within them.
+    separation : Separation or float, optional
+        How far apart any two are to be [m].
+    room : Room or pair of corners, optional
+        Where all are to be.
+    avoid : obstacle or sequence of obstacles, optional
+        Cylinders, ellipsoids and cuboids to keep out of.
+    total_time : float, optional
+        Common flight time [s]; the shortest within the limits unless given. With it, curves have little snap.
+    pieces : int or "auto"
+        Polynomials of each vehicle.
+    start : sequence of mapping, optional
+        Of each vehicle, such as ``{"velocity": (1, 0, 0)}``, or None for rest.
+    fixed : sequence of Trajectory, optional
+        Vehicles that fly as they do; they come last in the fleet.
+    yaw : float, "velocity", callable or sequence of these, optional
+        Of all vehicles, or of each.
+    names : sequence of str, optional
+        Of the vehicles, the fixed ones last.
+    polish : float
+        Share of the shortest time that may be given away for curves of less snap, such as 0.05.
+    seed : int
+        Of the numbers that decide between equal ways; the same seed gives the same bits, with any number of threads.
+    time_limit : float, optional
+        Ends the search after so many seconds [s].
+    progress : bool or callable, optional
+        True for a line on the terminal, or what is called with each time reached [s] and its least distance [m].
+    threads : int, optional
+        As many as processors unless given.
+
+    Returns
+    -------
+    Fleet
+        Its report says how it was found; degree 7, three derivatives continuous.
+
+    Raises
+    ------
+    FleetError
+        If what is asked is malformed or contradicts itself.
+    TimingError
+        If no time and no limits are given, or the total time is shorter than the way of a vehicle allows.
+    UnprovedError
+        If no fleet was found; that there is none is not proved.
+    """
+    task = check_task(waypoints, limits, separation, room, avoid, start, fixed)
+    check_seed(seed)
+    _check_numbers(polish, time_limit)
+    _check_time(task, total_time)
+    count = _pieces_of(task, pieces)
+    workers, deadline = processors(threads), None if time_limit is None else monotonic() + float(time_limit)
+    with told(progress, "fleet", _line) as callback:
+        search = TimeSearch(task, count, workers, lambda: deadline is not None and monotonic() > deadline, callback)
+        found, method, stopped = _searched(search, total_time, polish, seed)
+    return _fleet(task, search, found, method, stopped, yaw, names)
+
+
+def _searched(search: TimeSearch, total_time: float | None, polish: float, seed: int) -> tuple[Certified, str, str]:
+    """Return the best certified curves, how they were found, and what ended the search early."""
+    method = "straight"
+    try:
+        found = _straight(search, total_time, polish)
+        if found is None:
+            method = "joint"
+            found = _joint(search, total_time, polish, seed)
+    except KeyboardInterrupt:
+        if search.best is None or total_time is not None:
+            raise
+        return search.best, method, "Ctrl-C"
+    return found, method, "time_limit" if search.stopped() else ""
+
+
+def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: int) -> Certified:
+    bound = float(search.task.bounds.max())
+    if total_time is not None:
+        return _timed(search, float(total_time), seed)
+    curves = search.open(range(seed, seed + GUESSES), max(bound, 1e-3))
+    if curves is None or search.best is None:
+        raise _not_found(search, "")
+    search.shorten(curves, COARSE, WARM, 0.93, 0.01, bound)
+    search.shorten(search.best.curves, FINE, LAST, 0.98, 0.004, bound)
+    best = search.best
+    return (search.least_snap(best.time * (1.0 + polish)) if polish > 0.0 else None) or best
+
+
+def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
+    """Return curves of little snap at a given time, or raise UnprovedError."""
+    settings = replace(LAST, smoothness=1e-5, tau=0.02, iterations=200)
+    for each in range(seed, seed + GUESSES):
+        curves = search.opening(each, time)
+        search.nearest = search.attempt(search.search_of(FINE), curves, time, settings)
+        if search.nearest.certified is not None and search.nearest.certified.time <= time * (1.0 + 1e-9):
+            search.best = replace(search.nearest.certified, time=time)
+            return search.least_snap(time) or search.best
+        if search.stopped():
+            break
+    raise _not_found(search, f" in {time:g} s")
+
+
+def _straight(search: TimeSearch, total_time: float | None, polish: float) -> Certified | None:
+    """Return straight lines with one common profile, if these are apart and nothing else is asked; else None.
+
+    The profile is the curve of one vehicle on a line whose limits are the strictest of all, in units of their ways.
+    """
+    task = search.task
+    if task.through or not task.free_time or task.avoid or len(task) < 2:
+        return None
+    if task.separation is not None and not line_distance(task.starts, task.goals, task.separation).apart:
+        return None
+    alone = _common_profile(task)
+    if alone is None:
+        return None
+    lone = TimeSearch(alone, max(search.pieces, 10), 1, search.stopped)
+    found = _joint(lone, total_time, polish, 0)
+    search.pieces, search.iterations, search.tried = lone.pieces, lone.iterations, lone.tried
+    share = found.curves[0, :, :, 0] / alone.goals[0, 0]
+    curves = share[None, :, :, None] * (task.goals - task.starts)[:, None, None, :]
+    curves[:, :, 0] += task.starts[:, None]
+    curves[:, -1, 0] = task.goals
+    certified, _ = search.certify(curves, found.time)
+    if certified is None or certified.time > found.time * (1.0 + 1e-6):
+        return None
+    search.best = certified
+    return certified if total_time is None else replace(certified, time=float(total_time))
+
+
+def _common_profile(task: FleetTask) -> FleetTask | None:
+    """Return the task of one vehicle that flies as far as the one that flies farthest, along x, within all limits."""
+    way = np.abs(task.goals - task.starts)
+    norms = np.sqrt((way * way).sum(axis=1))
+    longest = float(norms.max())
+    if longest == 0.0:
+        return None
+    ways = np.column_stack((way, norms, np.sqrt((way[:, :2] ** 2).sum(axis=1))))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.where(ways[:, None] > 0.0, task.limit_table / ways[:, None], np.inf)
+    least = longest * shares.min(axis=(0, 2))
+    speed, acceleration, jerk, snap = (float(value) if np.isfinite(value) else None for value in least)
+    limits = Limits(speed, acceleration, jerk, snap)
+    points = (np.array([(0.0, 0.0, 0.0), (longest, 0.0, 0.0)]),)
+    return FleetTask(points, ({},), (limits,) if task.limits is not None else None, None, None, (), ())
+
+
+def _fleet(
+    task: FleetTask, search: TimeSearch, found: Certified, method: str, stopped: str, yaw: Any, names: Any
+) -> Fleet:
+    """Return the fleet of certified curves, its headings and its report."""
+    curves = flown(found.curves[: len(task)], found.time)
+    each = list(yaw) if isinstance(yaw, list | tuple) else [yaw] * len(curves)
+    if len(each) != len(curves):
+        raise FleetError(f"{len(each)} yaws are given for {len(curves)} vehicles: give one for all, or one each")
+    limits = task.limits or (None,) * len(curves)
+    headed = [
+        curve if own is None else curve.with_yaw(asked_heading(own, 1, False, limit)(curve))
+        for curve, own, limit in zip(curves, each, limits, strict=True)
+    ]
+    bounds = task.bounds
+    slowest = int(np.argmax(bounds))
+    report = FleetReport(
+        *(method, found.time, float(bounds[slowest]), slowest, search.pieces),
+        *(search.tried, search.iterations, search.seconds, stopped),
+    )
+    return Fleet((*headed, *task.fixed), None if names is None else tuple(names), task.separation, report)  # type: ignore[arg-type]
+
+
+def _pieces_of(task: FleetTask, pieces: Any) -> int:
+    legs = max(len(points) for points in task.waypoints) - 1
+    if isinstance(pieces, str) and pieces == "auto":
+        length = np.mean([way_of(points) for points in task.waypoints])
+        usual = (
+            6 if len(task) >= 150 else 8 if length < 20.0 * task.length else 10 if length < 40.0 * task.length else 12
+        )
+        return max(usual, 4 * legs if legs > 1 else 0)
+    if not is_whole(pieces) or not 2 <= pieces <= 200 or pieces < legs:
+        raise FleetError(f"pieces is {shown(pieces)}: give 'auto' or a whole number from {max(2, legs)} to 200")
+    return int(pieces)
+
+
+def _check_numbers(polish: Any, time_limit: Any) -> None:
+    if not is_number(polish) or not 0.0 <= polish <= 10.0:
+        raise FleetError(f"polish is {shown(polish)}: give a share of the time from 0 to 10, such as 0.05")
+    if time_limit is not None:
+        check_time("time_limit", time_limit, TimingError)
+
+
+def _check_time(task: FleetTask, total_time: Any) -> None:
+    """Refuse a time that is none, or too short for the speed and acceleration of a vehicle."""
+    bound, slowest = float(task.bounds.max()), int(np.argmax(task.bounds))
+    if total_time is None:
+        if task.limits is None or not bound > 0.0:
+            raise TimingError(
+                "plan_fleet needs limits on the speed or the acceleration of vehicles that move, or a total_time"
+            )
+        return
+    given = check_time("total_time", total_time, TimingError)
+    if given < bound * (1.0 - 1e-9):
+        raise TimingError(
+            f"total_time is {given:g} s, and vehicle {slowest} alone needs {bound:.4g} s for its way of "
+            f"{way_of(task.waypoints[slowest]):.4g} m within its speed and acceleration: give more time"
+        )
+
+
+def _not_found(search: TimeSearch, when: str) -> UnprovedError:
+    """Say what was tried, and which pair presses."""
+    tried = search.nearest
+    text = f"no fleet was found that is apart at every instant{when}"
+    if tried is not None and tried.outcome.short_by > 0.0:
+        text += f": the nearest pair kept {1.0 - tried.outcome.short_by:.0%} of its separation"
+    elif tried is not None and tried.outcome.over_by > 0.0:
+        text += f": limits or walls were exceeded by {tried.outcome.over_by:.1%}"
+    return UnprovedError(f"{text}; give more time, room or pieces, or another seed")
+
+
+def _line(line: ProgressLine) -> Told:
+    return lambda time, least: line.show(None, f"{time:.3f} s, least distance {least:.3f} m")

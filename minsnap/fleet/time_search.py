@@ -1,0 +1,228 @@
+"""The search for the shortest common time of a fleet: joint searches at ever shorter times, each result certified.
+
+A time counts once the curves found for it are certified: pairs, room and obstacles as they are, limits after stretching
+all of time by what they are exceeded, which leaves the curves and their distances as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from time import process_time
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.first_guess import frozen, guess, waypoint_knots
+from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
+from minsnap.fleet.fleet_task import FleetTask
+from minsnap.limits.kinds import KIND
+from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
+from minsnap.trajectory.trajectory import Trajectory
+
+COARSE, FINE = 12, 16
+"""Samples of a piece while the time falls fast, and in the end."""
+
+FIRST = Settings(iterations=200)
+WARM = Settings()
+LAST = Settings(inflation=1.002, smoothness=1e-6, tau=0.005, iterations=60, inner=60, over_by=2e-3)
+
+OPENINGS = (2.0, 2.6, 3.4)
+"""Times tried first, in units of the bound."""
+
+_LEFT = np.array(
+    [[1, 0, 0, 0], [1, 1 / 7, 0, 0], [1, 2 / 7, 1 / 42, 0], [1, 3 / 7, 3 / 42, 1 / 210]],
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Certified:
+    """Curves that are proved to keep everything at a time, and by what."""
+
+    curves: FloatArray
+    time: float
+    certificate: FleetCertificate
+
+
+@dataclass(frozen=True, eq=False)
+class TimeTried:
+    """What came of a search at one time: nothing unless certified, and what was short."""
+
+    outcome: Outcome
+    certified: Certified | None
+    certificate: FleetCertificate | None = None
+
+
+@dataclass(eq=False)
+class TimeSearch:
+    """A search for one fleet with so many pieces.
+
+    Parameters
+    ----------
+    task : FleetTask
+    pieces : int
+    threads : int
+    stopped : callable
+        Whether it is to end.
+    told : callable or None
+        Called with each certified time and its least distance.
+    """
+
+    task: FleetTask
+    pieces: int
+    threads: int
+    stopped: Callable[[], bool]
+    told: Callable[[float, float], None] | None = None
+    best: Certified | None = None
+    tried: int = 0
+    iterations: int = 0
+    nearest: TimeTried | None = None
+    _began: float = field(default_factory=process_time)
+
+    def search_of(self, samples: int) -> FleetSearch:
+        """Return a joint search with so many samples a piece."""
+        task = self.task
+        numbers = [each.numbers() for each in task.avoid]
+        obstacles = np.stack(numbers) if numbers else np.zeros((0, 13))
+        downwash = 1.0 if task.separation is None else task.separation.downwash
+        shares = task.radii, task.limit_table * (1.0 if task.free_time else 0.995), task.walls, self._free(), obstacles
+        return FleetSearch(*shares, samples, downwash, task.length, self.threads)
+
+    def _free(self) -> FloatArray:
+        free = np.zeros((len(self.task) + len(self.task.fixed), self.pieces + 1, 4, 3))
+        free[: len(self.task), 1:-1] = 1.0
+        for vehicle, points in enumerate(self.task.waypoints):
+            free[vehicle, waypoint_knots(points, self.pieces), 0] = 0.0
+        return free
+
+    @property
+    def unit(self) -> float:
+        """Unit of acceleration in which the smoothness is weighed [m/s^2]."""
+        table = self.task.limit_table[:, 1]
+        if np.isfinite(table).any():
+            return float(table[np.isfinite(table)].min())
+        bound = max(float(self.task.bounds.max()), 1e-9)
+        way = float(np.abs(self.task.goals - self.task.starts).max()) or 1.0
+        return 4.0 * way / bound**2 if np.isfinite(bound) and bound > 1e-9 else way
+
+    def opening(self, seed: int, time: float) -> FloatArray:
+        """Return first curves for a time."""
+        curves = guess(self.task, self.pieces, seed)
+        if self.task.fixed:
+            still = np.stack([frozen(each, time, self.pieces) for each in self.task.fixed])
+            curves = np.concatenate((curves, still))
+        return np.ascontiguousarray(self.at_time(curves, time))
+
+    def at_time(self, curves: FloatArray, time: float) -> FloatArray:
+        """Return curves with the states that are given for a time: moving starts, and vehicles that fly as they do."""
+        h, count = time / self.pieces, len(self.task)
+        moved = curves.copy()
+        for vehicle, state in enumerate(self.task.states):
+            for order, value in state.items():
+                moved[vehicle, 0, order] = value * h**order
+        for index, each in enumerate(self.task.fixed):
+            moved[count + index] = frozen(each, time, self.pieces)
+        return moved
+
+    def attempt(self, search: FleetSearch, curves: FloatArray, time: float, settings: Settings) -> TimeTried:
+        """Search at one time, moving the curves, and certify what is found."""
+        outcome = search.run(curves, time, self.unit, settings, self.stopped)
+        self.tried += 1
+        self.iterations += outcome.iterations
+        if outcome.short_by >= settings.short_by or outcome.over_by >= settings.over_by:
+            return TimeTried(outcome, None)
+        certified, certificate = self.certify(curves, time)
+        if certified is not None and (self.best is None or certified.time < self.best.time):
+            self.best = certified
+            if self.told is not None:
+                self.told(certified.time, certificate.least_distance or np.inf)
+        return TimeTried(outcome, certified, certificate)
+
+    def certify(self, curves: FloatArray, time: float) -> tuple[Certified | None, FleetCertificate]:
+        """Return the curves at the least time at which they keep their limits, if they keep everything else."""
+        task = self.task
+        asked = {"separation": task.separation, "room": task.room, "avoid": task.avoid, "threads": self.threads}
+        if task.limits is not None and task.free_time:
+            time = self._stretched(curves, time)
+        fleet = Fleet((*flown(curves[: len(task)], time), *task.fixed))  # type: ignore[arg-type]
+        found = certify_fleet(fleet, **asked)  # type: ignore[arg-type]
+        kept = found.ok and self._limits_kept(fleet)
+        return (Certified(curves.copy(), time, found) if kept else None), found
+
+    def _limits_kept(self, fleet: Fleet) -> bool:
+        limits = self.task.limits
+        return limits is None or certify_fleet(fleet[: len(self.task)], limits=limits).ok
+
+    def _stretched(self, curves: FloatArray, time: float) -> float:
+        """Return the least time at which limits on derivatives are kept."""
+        limits = self.task.limits or ()
+        used = certify_fleet(flown(curves, time), limits=limits).utilisation
+        factor = 0.0
+        for entry in used:
+            order = KIND[entry.use.name].order
+            share = max(entry.use.fraction, 0.0)
+            factor = max(factor, share ** (1.0 / order) if order else (1.0 if share <= 1.0 else share))
+        return time * factor * (1.0 + 1e-13) if factor > 0.0 else time
+
+    def open(self, seeds: range, bound: float) -> FloatArray | None:
+        """Find first certified curves, at ever longer times and from ever other guesses; None if there are none."""
+        for seed in seeds:
+            search = self.search_of(COARSE)
+            for opening in OPENINGS:
+                time = opening * bound
+                curves = self.opening(seed, time)
+                self.nearest = self.attempt(search, curves, time, FIRST)
+                if self.nearest.certified is not None:
+                    return curves
+                if self.stopped():
+                    return None
+                search.forget()
+        return None
+
+    def shorten(
+        self, curves: FloatArray, samples: int, settings: Settings, factor: float, end: float, bound: float
+    ) -> None:
+        """Lower the time as far as it goes: by a factor that nears 1 where a time is not reached."""
+        search, reached = self.search_of(samples), self.best.time if self.best is not None else bound
+        kept = curves.copy()
+        while 1.0 - factor > end and not self.stopped():
+            time = max(reached * factor, bound)
+            if time >= reached * (1.0 - 0.2 * end):
+                return
+            curves = self.at_time(kept, time)
+            self.nearest = found = self.attempt(search, curves, time, settings)
+            if found.certified is not None and found.certified.time < reached:
+                kept, reached = curves, found.certified.time
+            else:
+                search.forget()
+                factor = 1.0 - 0.5 * (1.0 - factor)
+
+    def least_snap(self, time: float, weights: tuple[float, ...] = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)) -> Certified | None:
+        """Return curves of little snap that are certified at a time, from the best ones; None if none are."""
+        assert self.best is not None
+        for weight in weights:
+            search, curves = self.search_of(FINE), self.at_time(self.best.curves, time)
+            settings = replace(LAST, smoothness=weight, iterations=60, settle=True)
+            outcome = search.run(curves, time, self.unit, settings, self.stopped)
+            self.iterations += outcome.iterations
+            found, _ = self.certify(curves, time)
+            if found is not None and found.time <= time * (1.0 + 1e-9):
+                return replace(found, time=time)
+        return None
+
+    @property
+    def seconds(self) -> float:
+        """Processor time since the start [s]."""
+        return process_time() - self._began
+
+
+def flown(curves: FloatArray, time: float) -> list[Trajectory]:
+    """Return the trajectories of curves at a common flight time [s]."""
+    left, right = curves[:, :-1], curves[:, 1:] * np.array([1.0, -1.0, 1.0, -1.0])[:, None]
+    begin = np.einsum("ke,vmec->vmkc", _LEFT, left)
+    finish = np.einsum("ke,vmec->vmkc", _LEFT, right)[:, :, ::-1]
+    points = np.concatenate((begin, finish), axis=2)
+    pieces = points.shape[1]
+    durations = np.full(pieces, time / pieces)
+    return [Trajectory(each, durations, pieces=pieces) for each in points]

@@ -1,0 +1,211 @@
+"""The joint search of the native core for the curves of a fleet; it runs in a thread, so that it can be stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from ctypes import Structure, addressof, byref, c_double, c_int32, c_int64, c_void_p, sizeof
+from dataclasses import dataclass
+from threading import Thread
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.native.fleet_border import asked_of, native_function
+from minsnap.native.library import Entry
+
+_BEGIN = Entry("minsnap_fleet_joint_begin", c_void_p, c_void_p)
+_RUN = Entry("minsnap_fleet_joint_run", c_void_p, c_void_p)
+_FORGET = Entry("minsnap_fleet_joint_forget", c_void_p)
+_END = Entry("minsnap_fleet_joint_end", c_void_p)
+
+ORDERS, KINDS = 4, 5
+"""Limited derivatives, velocity to snap; and what is limited of each: three axes, the norm, the norm of x and y."""
+
+LOOK = 0.05
+"""How often a running search is asked whether it is to stop [s]."""
+
+
+class _JointQuestion(Structure):
+    _fields_ = (
+        ("size", c_int64),
+        ("vehicles", c_int64),
+        ("pieces", c_int64),
+        ("samples", c_int64),
+        ("radii", c_void_p),
+        ("limits", c_void_p),
+        ("room", c_void_p),
+        ("free", c_void_p),
+        ("obstacles", c_int64),
+        ("obstacle", c_void_p),
+        ("downwash", c_double),
+        ("length", c_double),
+        ("threads", c_int64),
+    )
+
+
+class _JointRun(Structure):
+    _fields_ = (
+        ("size", c_int64),
+        ("time", c_double),
+        ("inflation", c_double),
+        ("smoothness", c_double),
+        ("rho", c_double),
+        ("tau", c_double),
+        ("iterations", c_int64),
+        ("inner", c_int64),
+        ("short_by", c_double),
+        ("over_by", c_double),
+        ("settle", c_int64),
+        ("curves", c_void_p),
+        ("stop", c_void_p),
+        ("found", c_void_p),
+    )
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How one run of the joint search goes.
+
+    Parameters
+    ----------
+    inflation : float
+        Pairs are pushed to so many times their separation: what lies between samples takes the rest.
+    smoothness : float
+        Weight of the squared snap, in units of the acceleration limit.
+    rho, tau : float
+        Weight of the penalty, and below which violation it is soft, relatively.
+    iterations, inner : int
+        Most steps, and most steps of conjugate gradients in each.
+    short_by, over_by : float
+        It ends once separations are short by less, and limits exceeded by less, relatively.
+    settle : bool
+        Whether it goes on until the cost settles, too.
+    """
+
+    inflation: float = 1.004
+    smoothness: float = 1e-5
+    rho: float = 10.0
+    tau: float = 0.02
+    iterations: int = 80
+    inner: int = 25
+    short_by: float = 1e-3
+    over_by: float = 5e-3
+    settle: bool = False
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: what is short and over, relatively, the value, and how many steps were taken."""
+
+    short_by: float
+    over_by: float
+    value: float
+    iterations: int
+
+
+class FleetSearch:
+    """A search for all curves at once, which keeps its multipliers from run to run.
+
+    Parameters
+    ----------
+    radii : ndarray, shape (m,)
+    limits : ndarray, shape (m, 4, 5)
+        Of velocity to snap: three axes, the norm, the norm of x and y; infinite where there is none.
+    room : ndarray, shape (m, 2, 3)
+    free : ndarray, shape (m, pieces + 1, 4, 3)
+        1 where an unknown is free, 0 where it is given.
+    obstacles : ndarray, shape (k, 13)
+    samples : int
+        Of each piece.
+    downwash, length : float
+        Length is the unit of distances from walls [m].
+    threads : int
+    """
+
+    def __init__(
+        self,
+        radii: FloatArray,
+        limits: FloatArray,
+        room: FloatArray,
+        free: FloatArray,
+        obstacles: FloatArray,
+        samples: int,
+        downwash: float,
+        length: float,
+        threads: int,
+    ) -> None:
+        self._search = c_void_p()
+        self._kept = [np.ascontiguousarray(each) for each in (radii, limits, room, free, obstacles)]
+        where = [each.ctypes.data for each in self._kept]
+        sizes = (len(radii), free.shape[1] - 1, samples)
+        question = _JointQuestion(
+            sizeof(_JointQuestion), *sizes, *where[:4], len(obstacles), where[4], downwash, length, threads
+        )
+        asked_of(native_function(_BEGIN), byref(question), byref(self._search))
+        self._shape = free.shape
+
+    def __del__(self) -> None:
+        if self._search:
+            native_function(_END)(self._search)
+
+    def forget(self) -> None:
+        """Drop all multipliers."""
+        native_function(_FORGET)(self._search)
+
+    def run(
+        self, curves: FloatArray, time: float, unit: float, settings: Settings, stopped: Callable[[], bool]
+    ) -> Outcome:
+        """Move the curves, (m, pieces + 1, 4, 3), in place.
+
+        Parameters
+        ----------
+        curves : ndarray
+            h^q times the derivatives at knots [m].
+        time : float
+            Common flight time [s].
+        unit : float
+            Of acceleration, for the smoothness [m/s^2].
+        settings : Settings
+        stopped : callable
+            Asked every now and then whether to end.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            After the search has ended.
+        """
+        if curves.shape != self._shape or not curves.flags.c_contiguous:
+            raise ValueError("the curves of a search are one contiguous array of its shape")
+        stop, found = c_int32(0), np.zeros(4)
+        weight = settings.smoothness / (unit * (time / (curves.shape[1] - 1)) ** 2) ** 2
+        numbers = (time, settings.inflation, weight, settings.rho, settings.tau, settings.iterations, settings.inner)
+        ends = (settings.short_by, settings.over_by, int(settings.settle))
+        run = _JointRun(sizeof(_JointRun), *numbers, *ends, curves.ctypes.data, addressof(stop), found.ctypes.data)
+        call = native_function(_RUN)
+        failed: list[BaseException] = []
+
+        def work() -> None:
+            try:
+                asked_of(call, self._search, byref(run))
+            except BaseException as error:  # handed to the caller's thread
+                failed.append(error)
+
+        _wait(work, stop, stopped)
+        if failed:
+            raise failed[0]
+        return Outcome(float(found[0]), float(found[1]), float(found[2]), int(found[3]))
+
+
+def _wait(work: Callable[[], None], stop: c_int32, stopped: Callable[[], bool]) -> None:
+    """Run in a thread, so that Ctrl-C and deadlines are seen meanwhile."""
+    thread = Thread(target=work, daemon=True)
+    thread.start()
+    try:
+        while thread.is_alive():
+            thread.join(LOOK)
+            if stopped():
+                stop.value = 1
+    except KeyboardInterrupt:
+        stop.value = 1
+        thread.join()
+        raise

@@ -1,0 +1,231 @@
+"""Plans of fleets: certified, as fast as symmetry says, the same with any number of threads; refusals."""
+
+import _thread
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import FleetError, InputError, TimingError, UnprovedError
+from minsnap.fleet.first_guess import uniform
+
+AXIS = minsnap.Limits(speed=1.5, acceleration=3.0, norm="axis")
+APART = minsnap.Separation(0.3, downwash=2.0)
+
+
+def antipodal(count, radius=2.0):
+    """Return starts and goals on a circle, each opposite of the other, shape (count, 2, 3)."""
+    angle = 2.0 * np.pi * np.arange(count) / count
+    starts = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.ones(count)], axis=1)
+    return np.stack((starts, starts * [-1.0, -1.0, 1.0]), axis=1)
+
+
+def test_crossing_vehicles_are_certified_near_the_time_of_one_alone():
+    limits, room = minsnap.Limits(speed=1.5, acceleration=3.0), ((-3.0, -3.0, 0.0), (3.0, 3.0, 2.0))
+    fleet = minsnap.plan_fleet(antipodal(6), limits, APART, room)
+    alone = minsnap.plan_fleet(antipodal(6)[:1], limits)
+    found = minsnap.certify_fleet(fleet, limits=limits, room=room)
+    assert found.ok
+    assert fleet.report.method == "joint"
+    assert fleet.report.bound <= alone.duration <= fleet.duration <= 1.05 * alone.duration
+    ends = fleet([0.0, fleet.duration])
+    assert ends == pytest.approx(antipodal(6), abs=1e-12)
+    assert np.abs(fleet([0.0, fleet.duration], 1)).max() <= 1e-9
+    assert all(minsnap.certify(curve).continuity >= 3 for curve in fleet)
+    t = np.linspace(0.0, fleet.duration, 4001)
+    places = fleet(t) * [1.0, 1.0, 0.5]
+    sampled = min(np.sqrt(((places[i] - places[j]) ** 2).sum(axis=1)).min() for i in range(6) for j in range(i))
+    assert found.least_distance <= sampled <= found.least_distance + 1e-3
+
+
+def test_the_same_seed_gives_the_same_bits_with_any_number_of_threads():
+    one, three = (minsnap.plan_fleet(antipodal(7), AXIS, APART, threads=threads) for threads in (1, 3))
+    for a, b in zip(one, three, strict=True):
+        assert (a.control_points == b.control_points).all()
+        assert (a.durations == b.durations).all()
+
+
+def test_permuted_and_mirrored_fleets_take_the_same_time():
+    asked = antipodal(5)
+    asked[2, 1] += [0.3, 0.2, 0.4]
+    plain = minsnap.plan_fleet(asked, AXIS, APART)
+    permuted = minsnap.plan_fleet(asked[[3, 0, 4, 1, 2]], AXIS, APART)
+    mirrored = minsnap.plan_fleet(asked * [-1.0, 1.0, 1.0], AXIS, APART)
+    assert permuted.duration == pytest.approx(plain.duration, rel=0.01)
+    assert mirrored.duration == pytest.approx(plain.duration, rel=0.01)
+
+
+def test_straight_lines_are_taken_where_they_are_apart():
+    starts = np.array([(float(i), float(j), 1.0) for i in range(5) for j in range(5)])
+    fleet = minsnap.plan_fleet(np.stack((starts, starts + [9.0, 2.0, 1.0]), axis=1), AXIS, APART)
+    assert fleet.report.method == "straight"
+    assert minsnap.certify_fleet(fleet, limits=AXIS).ok
+    assert fleet.duration <= 1.05 * fleet.report.bound
+    along = fleet(np.linspace(0.0, fleet.duration, 50)) - starts[:, None]
+    assert np.abs(np.cross(along, [9.0, 2.0, 1.0])).max() <= 1e-9
+
+
+def test_obstacles_waypoints_and_moving_starts():
+    pillar = minsnap.Cylinder((1.0, 0.05), 0.4)
+    over = minsnap.Ellipsoid((3.0, 2.0, 1.0), (0.3, 0.3, 0.5))
+    box = minsnap.Cuboid((1.5, -2.0, 0.0), (2.5, -0.8, 2.0))
+    ways = [
+        [(0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (4.0, 1.0, 1.0)],
+        [(4.0, 0.0, 1.0), (0.0, -1.5, 1.0)],
+        [(3.0, 3.0, 1.0), (3.0, 1.0, 1.2)],
+    ]
+    room = ((-1.0, -3.0, 0.2), (5.0, 4.0, 2.0))
+    start = [None, {"velocity": (-0.5, 0.0, 0.0)}, None]
+    avoid = [pillar, over, box]
+    fleet = minsnap.plan_fleet(ways, AXIS, APART, room, avoid, start=start)
+    assert minsnap.certify_fleet(fleet, limits=AXIS, room=room, avoid=avoid).ok
+    assert fleet[1](0.0, 1) == pytest.approx([-0.5, 0.0, 0.0], abs=1e-12)
+    assert np.abs(fleet[0](fleet[0].breaks) - [2.0, 0.0, 1.0]).sum(axis=1).min() <= 1e-12
+
+
+def test_fixed_vehicles_are_flown_around():
+    flown = minsnap.plan([(0.0, -2.0, 1.0), (0.0, 2.0, 1.0)], total_time=4.0)
+    fleet = minsnap.plan_fleet([[(-2.0, 0.0, 1.0), (2.0, 0.0, 1.0)]], AXIS, APART, fixed=[flown])
+    assert len(fleet) == 2
+    assert fleet[1] is flown
+    assert minsnap.certify_fleet(fleet, APART).ok
+    assert minsnap.certify_fleet([fleet[0]], limits=AXIS).ok
+
+
+def test_a_given_time_is_kept_and_more_of_it_takes_less_snap():
+    short, long = (minsnap.plan_fleet(antipodal(4), separation=APART, total_time=time) for time in (4.0, 6.0))
+    assert short.duration == pytest.approx(4.0, rel=1e-12)
+    assert minsnap.certify_fleet(short).ok
+    assert sum(curve.cost() for curve in long) < 0.2 * sum(curve.cost() for curve in short)
+
+
+def test_polish_takes_its_share_of_the_time_and_much_of_the_snap():
+    fast = minsnap.plan_fleet(antipodal(4), AXIS, APART)
+    smooth = minsnap.plan_fleet(antipodal(4), AXIS, APART, polish=0.05)
+    assert minsnap.certify_fleet(smooth, limits=AXIS).ok
+    assert smooth.duration == pytest.approx(1.05 * fast.duration, rel=1e-9)
+    assert sum(curve.cost() for curve in smooth) < 0.2 * sum(curve.cost() for curve in fast)
+
+
+def test_limits_radii_and_headings_of_their_own():
+    limits = [minsnap.Limits(speed=1.0, acceleration=2.0), minsnap.Limits(speed=4.0, acceleration=4.0, tilt=0.3)]
+    ways = [[(0.0, 0.0, 1.0), (4.0, 0.0, 1.0)], [(4.0, 0.1, 1.0), (0.0, 0.1, 1.0)]]
+    separation = minsnap.Separation(radii=[0.2, 0.6])
+    fleet = minsnap.plan_fleet(ways, limits, separation, yaw=[0.5, None], names=["slow", "fast"])
+    assert minsnap.certify_fleet(fleet, limits=limits).ok
+    assert fleet.name(1) == "fast"
+    assert fleet[0].yaw(1.0) == pytest.approx(0.5)
+
+
+def test_a_search_that_is_stopped_returns_the_best_certified():
+    told = []
+
+    def interrupt(time, least):
+        told.append((time, least))
+        if len(told) == 2:
+            _thread.interrupt_main()
+
+    fleet = minsnap.plan_fleet(antipodal(8), AXIS, APART, progress=interrupt)
+    assert fleet.report.stopped == "Ctrl-C"
+    assert fleet.duration == pytest.approx(min(time for time, _ in told), rel=1e-12)
+    assert minsnap.certify_fleet(fleet, limits=AXIS).ok
+
+
+def test_a_deadline_ends_the_search_with_what_is_certified():
+    try:
+        fleet = minsnap.plan_fleet(antipodal(24), AXIS, APART, time_limit=0.3)
+    except UnprovedError as error:  # on a slow machine
+        assert "no fleet was found" in str(error)
+    else:
+        assert fleet.report.stopped == "time_limit"
+        assert minsnap.certify_fleet(fleet, limits=AXIS).ok
+
+
+def test_vehicles_that_cannot_pass_each_other_are_a_sentence():
+    swap = [[(0.0, 0.0, 1.0), (2.0, 0.0, 1.0)], [(2.0, 0.0, 1.0), (0.0, 0.0, 1.0)]]
+    with pytest.raises(UnprovedError, match="the nearest pair kept .* of its separation"):
+        minsnap.plan_fleet(swap, AXIS, APART, room=((-0.5, -0.05, 0.9), (2.5, 0.05, 1.1)))
+
+
+def test_random_numbers_are_even_and_repeat():
+    numbers = uniform(20000, 5)
+    assert (numbers == uniform(20000, 5)).all()
+    assert abs(numbers.mean()) < 0.02
+    assert np.histogram(numbers, 10, (-1.0, 1.0))[0].min() > 1800
+    assert uniform(3, 0).tolist() == uniform(9, 0)[:3].tolist()
+
+
+def random_fleet(seed):
+    """Return what to ask of 2 to 30 vehicles in a room with obstacles: starts and goals apart and outside of them."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 31))
+    size = 1.2 + 0.45 * count ** (1.0 / 2.0)
+    avoid = [minsnap.Cylinder(rng.uniform(-size, size, 2), rng.uniform(0.1, 0.3)) for _ in range(rng.integers(0, 5))]
+
+    def places():
+        kept = []
+        while len(kept) < count:
+            point = rng.uniform((-size, -size, 0.5), (size, size, 2.0))
+            clear = all(np.hypot(*(point[:2] - each.centre)) > each.radius + 0.02 for each in avoid)
+            if clear and all(np.linalg.norm((point - each) * [1.0, 1.0, 0.5]) > 0.32 for each in kept):
+                kept.append(point)
+        return kept
+
+    room = ((-size - 0.3, -size - 0.3, 0.2), (size + 0.3, size + 0.3, 2.4))
+    ways = np.stack((places(), places()), axis=1)
+    return {"waypoints": ways, "limits": AXIS, "separation": APART, "room": room, "avoid": avoid}
+
+
+def certified_or_refused(seed):
+    """Return whether a random fleet is planned; what is planned must be certified."""
+    asked = random_fleet(seed)
+    try:
+        fleet = minsnap.plan_fleet(**asked)
+    except UnprovedError as error:
+        assert "\n" not in str(error)
+        return False
+    asked.pop("waypoints")
+    assert minsnap.certify_fleet(fleet, **asked).ok, seed
+    return True
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_fleets_are_certified(seed):
+    assert certified_or_refused(seed)
+
+
+@pytest.mark.slow
+def test_many_random_fleets_are_certified_or_refused_in_a_sentence():
+    assert sum(certified_or_refused(seed) for seed in range(100, 160)) >= 58
+
+
+LINE = [(0.0, 0.0, 1.0), (4.0, 0.0, 1.0)]
+NEAR = [(0.0, 0.1, 1.0), (4.0, 2.0, 1.0)]
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "sentence"),
+    [
+        ({"waypoints": [LINE, NEAR]}, FleetError, "starts of vehicles 0 and 1 are 0.1 m apart, 0.2 m less"),
+        ({"waypoints": [LINE, [(0.0, 2.0, 1.0), (4.0, 0.1, 1.0)]]}, FleetError, "goals of vehicles 0 and 1"),
+        ({"room": ((-1, -1, 0), (3, 3, 2))}, FleetError, "waypoint 1 of vehicle 0.*outside of the room"),
+        ({"avoid": minsnap.Cylinder((4.0, 0.0), 0.5)}, FleetError, "0.5 m inside obstacle 0"),
+        ({"total_time": 1.0}, TimingError, "vehicle 0 alone needs"),
+        ({"limits": None}, TimingError, "limits on the speed"),
+        ({"waypoints": []}, FleetError, "for each vehicle"),
+        ({"waypoints": [[(0.0, 0.0), (1.0, 1.0)]]}, FleetError, "x, y and z"),
+        ({"waypoints": [[(0.0, 0.0, np.nan), (1.0, 1.0, 1.0)]]}, FleetError, "vehicle 0: waypoint 0"),
+        ({"pieces": 1}, FleetError, "pieces"),
+        ({"polish": -1.0}, FleetError, "polish"),
+        ({"start": {"velocity": (1, 0, 0)}}, FleetError, "list of 1 states"),
+        ({"fixed": [3]}, FleetError, "fixed vehicle"),
+        ({"yaw": [0.0, 1.0]}, FleetError, "2 yaws"),
+        ({"seed": -1}, InputError, "seed"),
+        ({"names": ["a", "b"]}, FleetError, "different names"),
+    ],
+)
+def test_bad_input_is_one_sentence(change, error, sentence):
+    asked = {"waypoints": [LINE], "limits": AXIS, "separation": APART, **change}
+    with pytest.raises(error, match=sentence) as caught:
+        minsnap.plan_fleet(**asked)
+    assert "\n" not in str(caught.value)
