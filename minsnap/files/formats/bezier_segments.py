@@ -61,8 +61,8 @@ def unpacked(content: bytes, start: tuple[int, ...]) -> tuple[_Integers, FloatAr
     Returns
     -------
     milliseconds : ndarray, shape (segments,)
-    points : ndarray, shape (segments, 4, 8)
-        Control points of degree 7 in units.
+    points : ndarray, shape (segments, 4, degree + 1)
+        Control points in units, of the highest degree that occurs.
     length : int
         Bytes that were read; where a duration of 0 was met, its three bytes are not among them.
     """
@@ -79,8 +79,10 @@ def unpacked(content: bytes, start: tuple[int, ...]) -> tuple[_Integers, FloatAr
             offset += 2 * count
         last = tuple(row[-1] for row in rows)
         milliseconds.append(duration)
-        segments.append([elevate(np.array(row, dtype=np.float64), DEGREE + 1) for row in rows])
-    return np.array(milliseconds, dtype=np.int64), np.array(segments), offset
+        segments.append([np.array(row, dtype=np.float64) for row in rows])
+    size = max([2, *(len(row) for rows in segments for row in rows)])
+    points = np.array([[elevate(row, size) for row in rows] for rows in segments])
+    return np.array(milliseconds, dtype=np.int64), points.reshape(len(milliseconds), 4, size), offset
 
 
 def check_range(points: _Integers, units: str) -> None:
@@ -98,18 +100,33 @@ def distance_bounds(first: Trajectory, second: Trajectory, orders: int = 1) -> F
     whose control points bound it; both are restricted to it by de Casteljau's algorithm, each step of which is off by
     three roundings of the largest control point at most. Knots nearer than a nanosecond count as one.
     """
-    breaks = np.union1d(first.breaks, second.breaks)
-    breaks = breaks[np.concatenate(([True], np.diff(breaks) > 1e-9))]
-    size = max(first.degree, second.degree) + 1
-    parts = [_restricted(curve, breaks, size) for curve in (first, second)]
-    difference, widths = parts[0] - parts[1], np.diff(breaks)[:, None]
-    rounding = 64.0 * size * UNIT * max(np.abs(part).max() for part in parts)
-    bounds = []
+    breaks, difference, rounding = _difference(first, second)
+    size, widths, bounds = difference.shape[1], np.diff(breaks)[:, None], []
     for order in range(orders):
         norms = np.linalg.norm(difference, axis=2) + rounding * np.sqrt(first.dim) * 2.0**order
         bounds.append(float((norms * np.prod(size - 1.0 - np.arange(order)) / widths**order).max()))
         difference = np.diff(difference, axis=1)
     return np.array(bounds)
+
+
+def distances_within(first: Trajectory, second: Trajectory) -> FloatArray:
+    """Upper bounds of the distance between two curves of one clock during each piece of the first, shape (pieces,)."""
+    breaks, difference, rounding = _difference(first, second)
+    norms = np.linalg.norm(difference, axis=2).max(axis=1) + rounding * np.sqrt(first.dim)
+    middle = (breaks[:-1] + breaks[1:]) / 2.0
+    piece = np.clip(np.searchsorted(first.breaks, middle) - 1, 0, len(first.durations) - 1)
+    found = np.zeros(len(first.durations))
+    np.maximum.at(found, piece, norms)
+    return found
+
+
+def _difference(first: Trajectory, second: Trajectory) -> tuple[FloatArray, FloatArray, float]:
+    """Return common breaks, control points of the difference between them, and how far each coordinate may be off."""
+    breaks = np.union1d(first.breaks, second.breaks)
+    breaks = breaks[np.concatenate(([True], np.diff(breaks) > 1e-9))]
+    size = max(first.degree, second.degree) + 1
+    parts = [_restricted(curve, breaks, size) for curve in (first, second)]
+    return breaks, parts[0] - parts[1], float(64.0 * size * UNIT * max(np.abs(part).max() for part in parts))
 
 
 def _restricted(curve: Trajectory, breaks: FloatArray, size: int) -> FloatArray:

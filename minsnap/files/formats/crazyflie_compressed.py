@@ -178,6 +178,8 @@ def _unpacked(content: bytes, where: str = "the trajectory") -> Trajectory:
             f"{where} does not end with a piece of 0 ms (three zero bytes), and the vehicle would fly on into what "
             "lies behind it in memory: append them"
         )
+    if not len(milliseconds):
+        raise FileError(f"{where} is not a compressed trajectory: it has no piece")
     values = (points * UNITS[:, None]).transpose(0, 2, 1)
     durations = milliseconds / 1e3
     return Trajectory(values[:, :, :3], durations, PlannedHeading(Trajectory(values[:, :, 3:], durations)))
