@@ -65,6 +65,7 @@ def main(folder: Path) -> None:
         rate=50.0,
         trigger="now",
         rules=SafetyRules(abort_distance=0.5),
+        delay=0.1,
         log=log,
         on_event=print,
         on_status=on_status,

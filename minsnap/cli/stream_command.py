@@ -52,13 +52,17 @@ def stream(
         ),
     ] = 1.0,
     abort_distance: Annotated[
-        float,
+        float | None,
         typer.Option(
             "--abort-distance",
             metavar="M",
-            help="Largest distance of the vehicle from its setpoint; beyond it the flight stops.",
+            help="Distance of the vehicle from the plan at which the flight stops; fits its lag unless given.",
         ),
-    ] = 2.0,
+    ] = None,
+    delay: Annotated[
+        float | None,
+        typer.Option("--delay", metavar="S", help="The vehicle's delay, as fit finds it; --vehicle has one."),
+    ] = None,
     arm: Annotated[bool, typer.Option("--arm", help="Change the mode and arm. Never done without this.")] = False,
     land: Annotated[bool, typer.Option("--land", help="Land at the end instead of holding.")] = False,
     on_abort: Annotated[
@@ -109,6 +113,7 @@ def stream(
         wait=wait,
         log=log,
         feed_forward=FeedForward(drag, craft, lead),
+        delay=delay,
     )
     report = _fly(file, connect, settings, system, signing_key)
     print(_summary(report))

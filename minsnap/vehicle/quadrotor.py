@@ -47,6 +47,8 @@ class Quadrotor(ReadOnly):
         [m/s^2].
     name : str
         What it is called.
+    delay : float
+        Of its position after a setpoint, under the controller that flies it [s]; 0 where it is not known.
 
     Raises
     ------
@@ -66,11 +68,12 @@ class Quadrotor(ReadOnly):
     motor_time_constant: float = 0.0
     gravity: float = GRAVITY
     name: str = "quadrotor"
+    delay: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("mass", "arm_length", "thrust_coefficient", "torque_coefficient", "rotor_speed_max", "gravity"):
             object.__setattr__(self, name, positive(name, getattr(self, name)))
-        for name in ("rotor_speed_min", "motor_time_constant"):
+        for name in ("rotor_speed_min", "motor_time_constant", "delay"):
             object.__setattr__(self, name, non_negative(name, getattr(self, name)))
         object.__setattr__(self, "inertia", checked_inertia(self.inertia))
         rotor_positions(self.layout, self.arm_length)

@@ -79,6 +79,7 @@ class StandIn:
         self.position_rate, self.beat_period, self.patience = 20.0, 0.25, 1.0
         self.guided_timeout, self.refused_takeoffs, self.failed = 3.0, 0 if self.px4 else 1, False
         self.parameters, self.written = {}, []
+        self.beats_on_request, self.refuses_arming = False, ""
         self.held_back = 0.0  # how much later than it comes a setpoint is acted on [s]
         self.returns, self.topics, self.fused = False, [], 0
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
@@ -102,7 +103,7 @@ class StandIn:
         self._thread.join()
         self.link.close()
 
-    def until(self, condition, timeout=120.0):
+    def until(self, condition, timeout=60.0):
         """Wait in real time for something to be true of this autopilot."""
         deadline = time.monotonic() + timeout
         while not condition(self):
@@ -195,6 +196,11 @@ class StandIn:
             streaming = not self.px4 or self.clock() - self.first_setpoint > 1.0
             accepted = wanted == self.following and streaming
             self.mode = wanted if accepted else self.mode
+        elif message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL and message.param1 == 0 and self.beats_on_request:
+            self.beat_period = 1e-6 * message.param2
+        elif message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM and self.refuses_arming:
+            self.link.mav.statustext_send(mavlink.MAV_SEVERITY_CRITICAL, self.refuses_arming.encode())
+            accepted = False
         elif message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
             self.armed, self.armed_at = message.param1 == 1, self.clock()
         elif message.command == mavlink.MAV_CMD_NAV_TAKEOFF and self.refused_takeoffs > 0:

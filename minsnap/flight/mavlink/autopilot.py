@@ -6,6 +6,7 @@ ArduPilot developer manual on Copter commands in guided mode (GUID_TIMEOUT, take
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from minsnap.errors import LinkError
@@ -31,6 +32,13 @@ class Autopilot:
         True when it must be told to take off before it follows setpoints.
     after_loss : str
         What it does when the stream ends while it follows it, unless it is set otherwise.
+    loss_time : float
+        A stream that pauses for longer is lost: its failsafe acts, and setpoints that come back take the vehicle from
+        it [s].
+    delay : float
+        Of a vehicle's position after its setpoint, where nothing better is known [s]; seen in simulation.
+    thrust : bool
+        Whether the acceleration of a setpoint is passed on as thrust, so that it can offset drag.
     """
 
     name: str
@@ -39,10 +47,24 @@ class Autopilot:
     lowest_rate: float
     takes_off: bool = False
     after_loss: str = "its own failsafe acts"
+    loss_time: float = math.inf
+    delay: float = 0.4
+    thrust: bool = True
 
     def follows(self, vehicle: VehicleState) -> bool:
         """Return whether the vehicle is in the mode in which it follows setpoints."""
         return vehicle.known and (self.main_mode is None or vehicle.main_mode == self.main_mode)
+
+    def acts_alone(self, vehicle: VehicleState) -> bool:
+        """Return whether the vehicle flies by itself: a return or landing that a pilot or its failsafe began."""
+        return vehicle.known and self.name == "px4" and vehicle.main_mode == _PX4_AUTO
+
+    def mode_name(self, vehicle: VehicleState) -> str:
+        """Return the mode of a vehicle as its manual calls it."""
+        if self.name == "px4" and vehicle.main_mode == _PX4_AUTO:
+            return _PX4_ALONE.get((vehicle.custom_mode >> 24) & 0xFF, "AUTO")
+        names = {"px4": _PX4_MODES, "ardupilot": _COPTER_MODES}.get(self.name, {})
+        return names.get(vehicle.main_mode, f"mode {vehicle.custom_mode}")
 
     def mode_command(self, vehicle: VehicleState) -> Message:
         """MAV_CMD_DO_SET_MODE into that mode."""
@@ -57,11 +79,18 @@ _ARDUPILOT_AFTER_LOSS = (
     "ArduCopter flies on at its last velocity and acceleration for GUID_TIMEOUT (3 s), then brakes and hovers in GUIDED"
 )
 
+_PX4_AUTO = 4
+_PX4_ALONE = {2: "TAKEOFF", 3: "HOLD", 4: "MISSION", 5: "RETURN", 6: "LAND", 8: "FOLLOW", 9: "PRECISION LAND"}
+_PX4_MODES = {1: "MANUAL", 2: "ALTITUDE", 3: "POSITION", 5: "ACRO", 6: "OFFBOARD", 7: "STABILIZED"}
+_COPTER_MODES = {0: "STABILIZE", 2: "ALT_HOLD", 3: "AUTO", 4: "GUIDED", 5: "LOITER", 6: "RTL", 9: "LAND", 17: "BRAKE"}
+
 AUTOPILOTS = {
     pilot.name: pilot
     for pilot in (
-        Autopilot("px4", "OFFBOARD", 6, 2.0, after_loss=_PX4_AFTER_LOSS),
-        Autopilot("ardupilot", "GUIDED", 4, 1.0, takes_off=True, after_loss=_ARDUPILOT_AFTER_LOSS),
+        Autopilot("px4", "OFFBOARD", 6, 2.0, after_loss=_PX4_AFTER_LOSS, loss_time=1.0),
+        Autopilot(
+            "ardupilot", "GUIDED", 4, 1.0, takes_off=True, after_loss=_ARDUPILOT_AFTER_LOSS, delay=0.15, thrust=False
+        ),
         Autopilot("generic", "any mode", None, 2.0),
     )
 }
@@ -109,8 +138,7 @@ def takeoff_command(vehicle: VehicleState, height: float) -> Message:
     return command(vehicle, "MAV_CMD_NAV_TAKEOFF", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, height)
 
 
-def position_request(vehicle: VehicleState, rate: float) -> Message:
-    """Request LOCAL_POSITION_NED at a rate [Hz]."""
-    dialect = load_dialect()
-    wanted = float(dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED)
+def rate_request(vehicle: VehicleState, message: str, rate: float) -> Message:
+    """Request a message such as LOCAL_POSITION_NED at a rate [Hz]."""
+    wanted = float(getattr(load_dialect(), f"MAVLINK_MSG_ID_{message}"))
     return command(vehicle, "MAV_CMD_SET_MESSAGE_INTERVAL", wanted, 1e6 / rate)

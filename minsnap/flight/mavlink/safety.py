@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from minsnap.errors import InputError
 from minsnap.flight.mavlink.autopilot import Autopilot
@@ -11,6 +11,12 @@ from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
 
 FRESH = 0.5
 """A position older than this does not say where the vehicle is [s]."""
+
+LEAST_ABORT = 2.0
+"""Abort distance of slow flights [m]."""
+
+LAG_ROOM = 1.5
+"""Abort distance of fast ones, in expected lags: gusts and corners add to it."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +27,8 @@ class SafetyRules:
     ----------
     max_start_distance : float
         Between the vehicle and the first setpoint [m]; infinity flies without knowing where the vehicle is.
-    abort_distance : float
-        Between the vehicle and its setpoint during the flight [m].
+    abort_distance : float or None
+        Between the vehicle and where it is to be during the flight [m]; None: what fits its lag, 2 m at least.
     link_timeout : float
         Silence of the vehicle, or of its position once it has reported one [s]. A vehicle that sends nothing but
         heartbeats, one per second, is given ``heartbeat_timeout``.
@@ -41,7 +47,7 @@ class SafetyRules:
     """
 
     max_start_distance: float = 1.0
-    abort_distance: float = 2.0
+    abort_distance: float | None = None
     link_timeout: float = 1.0
     heartbeat_timeout: float = 3.0
     max_gap: float = 0.5
@@ -51,8 +57,29 @@ class SafetyRules:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not value > 0:
+            if value is not None and not value > 0:
                 raise InputError(f"{name} is {value}: a safety bound must be positive")
+
+    @property
+    def farthest(self) -> float:
+        """The abort distance, or the least one where none is given [m]."""
+        return LEAST_ABORT if self.abort_distance is None else self.abort_distance
+
+    def fitting(self, lag: float) -> SafetyRules:
+        """Return rules whose abort distance leaves room for a vehicle that lags behind by ``lag`` [m]."""
+        if self.abort_distance is not None:
+            return self
+        return replace(self, abort_distance=max(LEAST_ABORT, LAG_ROOM * lag))
+
+    def lag_refusal(self, speed: float, delay: float) -> str | None:
+        """Return why a flight that lags by ``delay`` [s] at a speed [m/s] would be stopped by its lag, or None."""
+        lag = speed * delay
+        if lag < self.farthest:
+            return None
+        return (
+            f"this plan will lag {lag:.1f} m behind at {speed:.1f} m/s ({delay:.2g} s): an abort distance of "
+            f"{self.farthest:g} m would stop it; allow {LAG_ROOM * lag:.1f} m, or plan it slower"
+        )
 
     def start_refusal(self, vehicle: VehicleState, start: Vector, on_the_ground: bool = False) -> str | None:
         """Return the reason why the vehicle must not start, or None.
@@ -105,6 +132,6 @@ class SafetyRules:
         if now - vehicle.positioned > self.link_timeout:
             return f"the vehicle's position was not reported for {self.link_timeout:g} s"
         error = vehicle.distance(setpoint) if now - vehicle.positioned <= FRESH else 0.0
-        if error > self.abort_distance:
-            return f"the vehicle was {error:.2f} m from its setpoint, more than the {self.abort_distance:g} m allowed"
+        if error > self.farthest:
+            return f"the vehicle was {error:.2f} m from its setpoint, more than the {self.farthest:g} m allowed"
         return None

@@ -20,6 +20,7 @@ LINGER = 1.0
 """How long the hold goes on after the vehicle has left the mode [s]."""
 
 _CLIMBED = 0.5  # a take-off is complete within this distance of the start's height [m]
+_TAKES_EFFECT = 0.3  # a heartbeat may have been on its way for so long [s]
 _RETRY = 1.0  # commands are repeated at this interval until they have had their effect [s]
 
 
@@ -114,6 +115,8 @@ class Sequence:
     ----------
     setpoint : Setpoint
         What is sent now.
+    led : bool
+        Whether the vehicle has followed this stream.
     planned : tuple of 3
         Where the vehicle is to be now [m]: of setpoints sent ahead, where the one sent that much before is.
     """
@@ -141,7 +144,9 @@ class Sequence:
         self._height, self._on_abort, self._give_up = height, on_abort, give_up
         self.phase = Phase.PRESTREAM
         self.reason: str | None = None
-        self.completed = self.aborted = self.gave_up = False
+        self.completed = self.aborted = self.gave_up = self.led = False
+        self._lost_at: float | None = None
+        self._asked_to_arm = -math.inf
         self.offset: Vector = (0.0, 0.0, 0.0)
         self.setpoint = table.start
         self.planned: Vector = self.setpoint.position
@@ -166,6 +171,7 @@ class Sequence:
     def step(self, at: Conditions) -> SetpointStep | None:
         """Return what to send in this slot, or None when the flight has ended and sending must stop."""
         self._watch_mode(at)
+        self.led |= self._leads(at.vehicle)
         if at.stops and self.phase is not Phase.HOLDING:
             self._stop(at)
         self._watch_gap(at)
@@ -183,7 +189,7 @@ class Sequence:
     def foreseen(self, slot: int) -> SetpointStep:
         """Return what is sent in a later slot if nothing happens until then; commands apart."""
         if self.phase is not Phase.FLYING:
-            return SetpointStep(self.setpoint)
+            return SetpointStep(None if self._lost_at is not None else self.setpoint)
         index = slot - self._first_slot
         setpoint = self._table[index].shifted(self.offset)
         return SetpointStep(setpoint, index) if index < len(self._table) else SetpointStep(setpoint.held())
@@ -197,14 +203,14 @@ class Sequence:
 
     def abort(self, reason: str, at: Conditions) -> None:
         """Hold because a rule is broken; if no vehicle follows the setpoints yet, the flight ends."""
-        led = self._leads(at.vehicle)
+        led = self._leads(at.vehicle) and not self._on_the_ground(at)
         self.hold(reason, at)
         self.aborted = True
         if not led:
             self.phase = Phase.DONE
 
     def _stop(self, at: Conditions) -> None:
-        led = self._leads(at.vehicle)
+        led = self._leads(at.vehicle) and not self._on_the_ground(at)
         self.hold("stopped by the user", at, where_it_is=False)
         if not led:
             self.phase = Phase.DONE
@@ -213,11 +219,18 @@ class Sequence:
         """Return whether the vehicle follows our setpoints: it entered the mode during the stream, or is in flight."""
         return self.phase is Phase.FLYING or (self._was_outside and self._autopilot.follows(vehicle))
 
+    def _on_the_ground(self, at: Conditions) -> bool:
+        """Return whether its motors stand still, by a heartbeat later than the last command to arm: nothing is held."""
+        fresh = at.now - at.vehicle.heartbeat <= self._rules.heartbeat_timeout
+        return fresh and not at.vehicle.armed and at.vehicle.heartbeat > self._asked_to_arm + _TAKES_EFFECT
+
     def _watch_gap(self, at: Conditions) -> None:
         """After a pause of this program, abandon the flight and hold the vehicle at its current position."""
         reason = self._rules.stall(at.gap)
         if reason is None or self.phase not in (Phase.FLYING, Phase.HOLDING):
             return
+        if at.gap > self._autopilot.loss_time:
+            self._lost_at = at.now
         if self.phase is Phase.FLYING:
             self.abort(reason, at)
         else:
@@ -249,7 +262,8 @@ class Sequence:
     def _missing(self, at: Conditions) -> str:
         """Return what a start with arming still waits for."""
         if at.vehicle.refusal is not None:
-            return f"it refused {at.vehicle.refusal}"
+            reasons = "".join(f'; it says "{text}"' for text in at.vehicle.warnings)
+            return f"it refused {at.vehicle.refusal}{reasons}"
         if not self._autopilot.follows(at.vehicle):
             return f"it is not in {self._autopilot.mode}"
         return self.waits_for(at.vehicle) or "it is not armed"
@@ -294,24 +308,46 @@ class Sequence:
 
     def _may_leave(self, at: Conditions) -> bool:
         """Return whether sending may stop: the vehicle left the mode or is silent, or the user stopped twice."""
-        if at.stops >= 2 or (at.stops and self._autopilot.main_mode is None):
+        if at.stops >= 2 or (at.stops and self._autopilot.main_mode is None) or self._on_the_ground(at):
+            return True
+        if at.stops and at.now - at.vehicle.heard > self._rules.heartbeat_timeout:
+            return True
+        if self._taken(at):
+            if self.aborted:
+                self.reason = (
+                    f"{self.reason}; {self._autopilot.mode_name(at.vehicle)} has the vehicle, and it is left to it"
+                )
             return True
         if at.now - at.vehicle.heard > self._give_up:
             self.gave_up = True
             return True
         return self._outside_since is not None and at.now - self._outside_since >= LINGER
 
+    def _taken(self, at: Conditions) -> bool:
+        """Return whether the autopilot flies by itself, which setpoints that go on would take it from.
+
+        After a pause that it takes for a loss, only a heartbeat of afterwards tells; nothing is sent until it comes.
+        """
+        if self._lost_at is not None and at.vehicle.heartbeat <= self._lost_at + _TAKES_EFFECT:
+            return False
+        lost, self._lost_at = self._lost_at is not None, None
+        if lost and self._autopilot.follows(at.vehicle):
+            self.hold(self.reason, at)
+        return self._autopilot.acts_alone(at.vehicle) or (lost and not self._autopilot.follows(at.vehicle))
+
     def hold_ends(self, at: Conditions) -> str:
         """Return what ends a hold."""
         command = self._wanted_command(at.vehicle)
         asked = "" if command is None else "it has been asked to come down; "
-        refused = "" if at.vehicle.refusal is None else f"it refuses {at.vehicle.refusal}; "
+        refusal = at.vehicle.refusal
+        told = command is not None and refusal is not None and refusal.command == command.command
+        refused = f"it refuses {refusal}; " if told else ""
         return f"{asked}{refused}it ends when the vehicle leaves {self._autopilot.mode}, or with a second Ctrl-C"
 
     def _answer(self, at: Conditions) -> SetpointStep:
         index = at.slot - self._first_slot if self.phase is Phase.FLYING else None
         commands = self._commands(at)
-        silent = self.phase is Phase.READY and self._takes_off_alone(at.vehicle)
+        silent = self._lost_at is not None or (self.phase is Phase.READY and self._takes_off_alone(at.vehicle))
         return SetpointStep(None if silent else self.setpoint, index, commands)
 
     def _takes_off_alone(self, vehicle: VehicleState) -> bool:
@@ -327,6 +363,8 @@ class Sequence:
         if command is None or at.now < self._next_command:
             return ()
         self._next_command = at.now + _RETRY
+        if self.phase is Phase.READY and not at.vehicle.armed:
+            self._asked_to_arm = at.now
         return (command,)
 
     def _wanted_command(self, vehicle: VehicleState) -> Message | None:

@@ -126,6 +126,11 @@ class SetpointTable:
         row = self.rows[-1 if index >= lap * self.laps else index % lap].tolist()
         return Setpoint(tuple(row[0:3]), tuple(row[3:6]), tuple(row[6:9]), row[9], row[10])
 
+    @property
+    def speed(self) -> float:
+        """Greatest speed from row to row [m/s]."""
+        return float(np.linalg.norm(np.diff(self.rows[:, :3], axis=0), axis=1).max(initial=0.0)) * self.rate
+
     def planned(self, step: float) -> Vector:
         """Return where the vehicle is to be while a step is sent: where the step sent ``lead`` before is [m]."""
         at = max(step - self.lead * self.rate, 0.0)

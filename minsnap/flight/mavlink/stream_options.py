@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -62,6 +63,9 @@ class StreamOptions:
         Where to log.
     feed_forward : FeedForward
         What is added to the file's setpoints to offset drag and delay.
+    delay : float or None
+        Of the vehicle's position after its setpoint, as ``fit`` finds it [s]: tells how far it will lag behind. None:
+        that of the feed-forward's vehicle, or what is usual for the autopilot.
 
     Raises
     ------
@@ -88,6 +92,7 @@ class StreamOptions:
     give_up: float = 30.0
     log: str | os.PathLike[str] | None = None
     feed_forward: FeedForward = field(default_factory=FeedForward)
+    delay: float | None = None
 
     def __post_init__(self) -> None:
         if not self.prestream >= 2.0:
@@ -96,6 +101,8 @@ class StreamOptions:
             )
         if self.on_abort not in ON_ABORT:
             raise InputError(f"on_abort is {self.on_abort!r}: choose {', '.join(ON_ABORT[:-1])} or {ON_ABORT[-1]}")
+        if self.delay is not None and not 0.0 <= self.delay < math.inf:
+            raise InputError(f"the delay is {self.delay} s: it must be 0 or more")
         if not self.give_up > 0:
             raise InputError(f"give_up is {self.give_up} s: it must be positive")
         if self.relative_height and (self.arm or not self.relative):

@@ -9,7 +9,7 @@ import math
 import threading
 
 from minsnap.errors import FlightError, LinkError
-from minsnap.flight.mavlink.autopilot import Autopilot, get_autopilot, position_request
+from minsnap.flight.mavlink.autopilot import Autopilot, get_autopilot, rate_request
 from minsnap.flight.mavlink.changing_table import ChangingTable
 from minsnap.flight.mavlink.dialect import Message
 from minsnap.flight.mavlink.link import Link
@@ -24,6 +24,8 @@ from minsnap.replanning.change import Change
 from minsnap.trajectory.trajectory import Trajectory
 
 _POSITION_RATE = 20.0
+_HEARTBEAT_RATE = 5.0  # modes are seen in heartbeats alone, and a pilot's choice may last less than a second [Hz]
+_SEEN = 0.5  # heartbeats that come less often hide a mode that is chosen for a moment [s]
 _BLIND_WAIT = 3.0  # how long a flight that needs no position waits for one; the request is repeated so often [s]
 _GIVE_UP = 5
 _REMINDER = 10.0  # what a waiting flight waits for is said at this interval [s]
@@ -59,6 +61,7 @@ class Streamer:
         on_status: StatusCallback | None = None,
     ) -> None:
         options.check_rate(table.rate)
+        self._first, self._rules = table, options.rules
         self._table = ChangingTable(table, options.feed_forward)
         self._link, self._options, self._clock = link, options, clock
         self._changing = threading.Lock()
@@ -67,7 +70,7 @@ class Streamer:
         self._triggered = not callable(options.trigger)
         self._failures: list[Exception] = []
         self._sequence: Sequence | None = None
-        self._said = False
+        self._said = self._hidden = False
 
     def stop(self) -> None:
         """Request a stop, from any thread or signal handler.
@@ -160,17 +163,34 @@ class Streamer:
         self._say(f"system {vehicle.system} answers ({autopilot.name}, {self._link.address})")
         if options.trigger == "mode" and autopilot.main_mode is None:
             raise LinkError("the vehicle's modes are not known, so entering one cannot be the trigger: use another")
+        self._link.send(rate_request(vehicle, "HEARTBEAT", _HEARTBEAT_RATE))
         self._wait_for_position(vehicle)
+        self._expect_lag(autopilot)
         return autopilot
+
+    def _expect_lag(self, autopilot: Autopilot) -> None:
+        """Choose an abort distance that the expected lag fits into, or refuse one that would stop the flight."""
+        options, table = self._options, self._first
+        craft = options.feed_forward.vehicle
+        usual = autopilot.delay if craft is None or not craft.delay else craft.delay
+        delay = max(0.0, (usual if options.delay is None else options.delay) - table.lead)
+        refusal = self._rules.lag_refusal(table.speed, delay)
+        if refusal is not None and self._rules.abort_distance is not None:
+            raise FlightError(f"{refusal}; nothing was sent")
+        self._rules = self._rules.fitting(table.speed * delay)
+        if refusal is not None:
+            self._say(
+                f"{self._rules.farthest:.1f} m from the plan are allowed: it will lag {table.speed * delay:.1f} m"
+            )
 
     def _wait_for_position(self, vehicle: VehicleState) -> None:
         """Wait for the first position, which a vehicle that has just booted does not report for a while."""
-        blind = math.isinf(self._options.rules.max_start_distance)
+        blind = math.isinf(self._rules.max_start_distance)
         deadline = self._clock.now() + (_BLIND_WAIT if blind else self._options.wait)
         request = self._clock.now()
         while self._link.vehicle.position is None and self._clock.now() < deadline and not self._stops:
             if self._clock.now() >= request:
-                self._link.send(position_request(vehicle, _POSITION_RATE))
+                self._link.send(rate_request(vehicle, "LOCAL_POSITION_NED", _POSITION_RATE))
                 request += _BLIND_WAIT
             self._listen(min(deadline, self._clock.now() + 0.1))
 
@@ -184,7 +204,7 @@ class Streamer:
             if vehicle.position is None:
                 raise FlightError("the vehicle does not report LOCAL_POSITION_NED: the flight cannot start where it is")
             return vehicle.position
-        refusal = options.rules.start_refusal(vehicle, self._table.start.position, options.arm)
+        refusal = self._rules.start_refusal(vehicle, self._table.start.position, options.arm)
         if refusal is not None:
             advice = "" if vehicle.position is None else ": bring it there, or start where it is (--origin current)"
             raise FlightError(f"{refusal}{advice}; nothing was sent")
@@ -196,7 +216,7 @@ class Streamer:
         self._sequence = Sequence(
             self._table,
             autopilot,
-            options.rules,
+            self._rules,
             self._origin,
             prestream=options.prestream,
             on_entry=options.trigger == "mode" and not options.arm,
@@ -212,7 +232,7 @@ class Streamer:
         if self._table.note:
             self._say(self._table.note)
         self._say(f"streaming the start at {self._table.rate:g} Hz")
-        self._sender = open_sender(self._link, self._clock, self._table.rate, options.rules.max_gap, self._message)
+        self._sender = open_sender(self._link, self._clock, self._table.rate, self._rules.max_gap, self._message)
         try:
             while not self._is_over(self._sequence):
                 pass
@@ -250,6 +270,7 @@ class Streamer:
         for command in step.commands:
             self._link.send(command)
         self._observer.announce(conditions.now, sequence)
+        self._say_what_is_hidden(conditions.vehicle, sequence)
         self._tell(self._sender.deliver(conditions.slot, step, self._foreseen(sequence, step)), sequence)
         self._say_how_it_sends()
         self._remind(conditions, sequence)
@@ -273,6 +294,14 @@ class Streamer:
             self._said = True
             self._say(self._sender.note)
 
+    def _say_what_is_hidden(self, vehicle: VehicleState, sequence: Sequence) -> None:
+        """Report once that modes are seen rarely, where the vehicle does not send its heartbeat more often."""
+        if sequence.phase is not Phase.FLYING or self._hidden:
+            return
+        self._hidden = True
+        if _SEEN < vehicle.beat < math.inf:
+            self._say(f"the vehicle tells its mode every {vehicle.beat:.1f} s: one chosen for less is not seen")
+
     def _remind(self, at: Conditions, sequence: Sequence) -> None:
         """Report periodically what a waiting flight waits for."""
         waiting = self._waiting_for(at, sequence)
@@ -295,6 +324,9 @@ class Streamer:
     def _say_what_is_left(self, at: Conditions) -> None:
         """Report the state of a vehicle that still follows setpoints at the end, and what its failsafe will do."""
         if not self._autopilot.follows(at.vehicle):
+            return
+        if self._sequence is not None and not self._sequence.led:
+            self._say(f"this stream never led the vehicle, which is in {self._autopilot.mode}: it is left as it is")
             return
         height = "" if at.vehicle.height is None else f", {at.vehicle.height:.1f} m high"
         armed = "armed" if at.vehicle.armed else "not armed"

@@ -41,6 +41,8 @@ class Refusal:
 
 _COMMANDS = {176: "change the mode", 400: "arm", 22: "take off", 21: "land", 20: "return to launch"}
 _RESULTS = {1: "temporarily rejected", 2: "denied", 3: "unsupported", 4: "failed", 5: "in progress", 6: "cancelled"}
+_WARNING = 4  # MAV_SEVERITY_WARNING: its number and smaller ones
+_KEPT = 3  # warnings that are kept
 _ACCEPTED, _IN_PROGRESS, _INTERVAL = 0, 5, 511  # a refused MAV_CMD_SET_MESSAGE_INTERVAL may be ignored
 
 
@@ -64,6 +66,10 @@ class VehicleState:
         When that came [s].
     refusal : Refusal or None
         The command that it refuses, None once it has accepted one.
+    beat : float
+        Time between its last two heartbeats [s]; infinite before two have come.
+    warnings : tuple of str
+        The last different texts of it that warn or worse (STATUSTEXT), the newest last.
     """
 
     system: int = 0
@@ -77,6 +83,8 @@ class VehicleState:
     velocity: Vector | None = None
     positioned: float = -math.inf
     refusal: Refusal | None = None
+    beat: float = math.inf
+    warnings: tuple[str, ...] = ()
 
     @property
     def height(self) -> float | None:
@@ -110,7 +118,8 @@ class VehicleState:
         kind = message.get_type()
         if kind == "HEARTBEAT":
             modes = {"base_mode": message.base_mode, "custom_mode": message.custom_mode}
-            return replace(self, heard=now, heartbeat=now, autopilot=message.autopilot, **modes)
+            beat = now - self.heartbeat
+            return replace(self, heard=now, heartbeat=now, beat=beat, autopilot=message.autopilot, **modes)
         if kind == "LOCAL_POSITION_NED":
             position = (float(message.x), float(message.y), float(message.z))
             velocity = (float(message.vx), float(message.vy), float(message.vz))
@@ -118,7 +127,16 @@ class VehicleState:
                 return replace(self, heard=now, position=position, velocity=velocity, positioned=now)
         if kind == "COMMAND_ACK" and message.command != _INTERVAL and message.result != _IN_PROGRESS:
             return replace(self, heard=now, refusal=self._refusal(message))
+        if kind == "STATUSTEXT" and message.severity <= _WARNING:
+            return replace(self, heard=now, warnings=self._warned(message))
         return replace(self, heard=now)
+
+    def _warned(self, message: Message) -> tuple[str, ...]:
+        """Return the warnings with a new one, or with the rest of one that came in parts."""
+        text = str(message.text).rstrip("\0")
+        if getattr(message, "chunk_seq", 0) and self.warnings:
+            return (*self.warnings[:-1], self.warnings[-1] + text)
+        return (*(before for before in self.warnings if before != text), text)[-_KEPT:]
 
     def _refusal(self, message: Message) -> Refusal | None:
         if message.result == _ACCEPTED:

@@ -88,7 +88,7 @@ class FlightFit:
         return BodyDrag(linear, quadratic)
 
     def vehicle(self, base: Quadrotor | None = None, mass: float | None = None, name: str | None = None) -> Quadrotor:
-        """Return a vehicle with this drag; all else is that of a base, or of PX4's simulated quadrotor of 1 kg.
+        """Return a vehicle with this drag and delay; all else is that of a base, or of PX4's simulated one of 1 kg.
 
         Raises
         ------
@@ -99,7 +99,8 @@ class FlightFit:
         """
         base = base or Quadrotor.px4_sih()
         weighed = base if mass is None else replace(base, mass=mass)
-        return replace(weighed, drag=self.drag(weighed.mass), name=name or base.name)
+        delay = base.delay if self.delay is None else max(0.0, self.delay.value)
+        return replace(weighed, drag=self.drag(weighed.mass), delay=delay, name=name or base.name)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain numbers, for JSON."""

@@ -5,7 +5,7 @@ import pytest
 from clocks import FastClock
 from flying import PATH, START, Flight, patient_rules, stall_once
 from pilot import fly_until
-from standin import COASTING, OFFBOARD, RETURN, PointMass, StandIn, mavlink
+from standin import COASTING, RETURN, PointMass, StandIn, mavlink
 
 from minsnap.errors import FlightError
 from minsnap.flight.mavlink.link import open_link
@@ -46,15 +46,29 @@ def test_px4_returns_and_climbs_after_a_loss():
     assert record[-1, 3] < -13.9 and record[:60, 3].min() == -2.0
 
 
-def test_a_stall_that_made_px4_return_is_met_by_a_hold_where_it_has_got_to():
+def test_what_px4_has_taken_for_a_return_after_a_long_stall_is_left_to_it():
     clock = FastClock(SPEED)
-    with StandIn(clock=clock.now, body=PointMass(START), beat_period=5.0, returns=True) as vehicle:
+    with StandIn(clock=clock.now, body=PointMass(START), beat_period=1.0, returns=True) as vehicle:
+        rules = patient_rules(max_gap=1.0, heartbeat_timeout=60.0, abort_distance=50.0)
+        with Flight(vehicle, PATH, clock, rules=rules) as flight:
+            flight.streamer._observer._on_status = stall_once(flight, 4.0 / clock.factor)
+            vehicle.until(lambda v: "ready" in flight.events)
+            vehicle.enter()
+            vehicle.until(lambda v: v.failsafes)
+            before = len(vehicle.setpoints)
+            with pytest.raises(FlightError, match="no setpoint left this program.*RETURN has the vehicle"):
+                flight.result()
+            assert len(vehicle.setpoints) == before and vehicle.mode == RETURN
+
+
+def test_a_stall_after_which_px4_still_follows_is_met_by_a_hold_once_it_has_said_so():
+    clock = FastClock(SPEED)
+    with StandIn(clock=clock.now, body=PointMass(START), patience=60.0) as vehicle:
         rules = patient_rules(max_gap=1.0, heartbeat_timeout=60.0, abort_distance=50.0)
         with Flight(vehicle, PATH, clock, rules=rules) as flight:
             flight.streamer._observer._on_status = stall_once(flight, 2.5 / clock.factor)
             vehicle.until(lambda v: "ready" in flight.events)
             vehicle.enter()
-            vehicle.until(lambda v: v.failsafes and v.mode == OFFBOARD)
             vehicle.until(lambda v: any("no setpoint left this program" in event for event in flight.events))
             now = len(vehicle.setpoints)
             vehicle.until(lambda v: len(v.setpoints) > now + 20)

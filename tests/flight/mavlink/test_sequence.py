@@ -39,7 +39,7 @@ def test_it_ends_only_when_nobody_follows_or_the_user_insists(events, on_entry, 
             followed = PX4.follows(world.vehicle)
             led |= not followed or sequence.phase is Phase.FLYING
             if step is None:
-                silent = at.now - world.vehicle.heard > GIVE_UP
+                silent = at.now - world.vehicle.heard > (3.0 if world.stops else GIVE_UP)
                 assert world.stops >= 2 or not (followed and led) or silent, "left a vehicle that follows"
                 return
             assert step.setpoint is not None and all(map(math.isfinite, step.setpoint.position))

@@ -54,7 +54,7 @@ def test_arming_flying_and_landing_without_a_pilot(clock):
         with Flight(vehicle, PATH, clock, rules=rules, arm=True, land=True) as flight:
             report = flight.result()
         assert report.completed
-        assert [c[0] for c in vehicle.commands] == [511, 176, 400, 21]
+        assert [c[0] for c in vehicle.commands] == [511, 511, 176, 400, 21]
         assert not vehicle.failsafes and not vehicle.armed or vehicle.mode == LAND
 
 
@@ -65,7 +65,7 @@ def test_ardupilot_takes_off_in_silence_and_flies_in_guided(clock):
             assert flight.result().completed
         names = [c[0] for c in vehicle.commands]
         assert sorted(set(names), key=names.index) == [511, 176, 400, 22, 21] and not vehicle.failsafes
-        assert vehicle.commands[1][1:3] == (1.0, 4.0) and vehicle.commands[names.index(22)][3] == 1.5
+        assert vehicle.commands[2][1:3] == (1.0, 4.0) and vehicle.commands[names.index(22)][3] == 1.5
 
 
 def test_an_autopilot_that_will_not_arm_is_told_and_left(vehicle, clock):
