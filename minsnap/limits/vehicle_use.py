@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,10 +16,7 @@ from minsnap.limits.rotor_bounds import Part, axis_ranges, heading_ranges, rotor
 from minsnap.limits.utilisation import leg_at, used_at
 from minsnap.limits.vehicle_drag import flat_drag, lateral_alike, medium_of
 from minsnap.polynomials.intervals import Interval, cross, dot, length
-from minsnap.trajectory.heading import ConstantHeading, RemappedHeading
-from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Utilisation
-from minsnap.trajectory.tilt_heading import TiltHeading
 
 if TYPE_CHECKING:
     from minsnap.trajectory.trajectory import Trajectory
@@ -49,9 +46,10 @@ def measure_vehicle(
     LimitError
         If the heading follows from the tilt at another gravity than the vehicle's: no attitude has both.
     """
-    if isinstance(traj.yaw, TiltHeading) and traj.yaw.gravity != vehicle.gravity:
+    medium = traj.yaw.medium
+    if medium is not None and medium.gravity != vehicle.gravity:
         raise LimitError(
-            f"the heading follows from the tilt at a gravity of {traj.yaw.gravity:g} m/s^2, the vehicle's is "
+            f"the heading follows from the tilt at a gravity of {medium.gravity:g} m/s^2, the vehicle's is "
             f"{vehicle.gravity:g} m/s^2: plan with the vehicle's, or give the heading the same"
         )
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
@@ -113,13 +111,13 @@ class VehicleBound:
 
     @cached_property
     def _turns(self) -> float:
-        return _yaw_jerk(self.yaw)
+        return self.yaw.largest_jerk
 
     @property
     def _provable(self) -> BoolArray:
         """Whether there are interval bounds: of rotors, if the yaw is a polynomial or the body turns about no axis."""
-        if isinstance(self.yaw, TiltHeading):
-            known = self.yaw.drag == (self.medium.linear, self.medium.quadratic)
+        if self.yaw.medium is not None:
+            known = self.yaw.medium.values[1:3] == self.medium.values[1:3]
         else:
             known = bool(np.isfinite(self._turns))
         alike = lateral_alike(self.vehicle)
@@ -163,9 +161,10 @@ class VehicleBound:
         """Ranges of the motion with those of the heading."""
         thrust = motion.thrust(self.medium.more_linear, self.medium.more_quadratic)
         lift = motion.force, motion.change, motion.bend
-        if not isinstance(self.yaw, TiltHeading):
+        axes = self.yaw.axes(middle)
+        if axes is None:
             return Part(thrust, *lift, heading_ranges(*self._yaw_ranges(middle, half)))
-        x, y = axis_ranges(motion.force, motion.change, self.yaw.axes(middle)[:2], half)
+        x, y = axis_ranges(motion.force, motion.change, axes[:2], half)
         return Part(thrust, *lift, (x, y, x), True)
 
     def _yaw_ranges(self, middle: FloatArray, half: FloatArray) -> tuple[Interval, Interval, Interval]:
@@ -176,12 +175,3 @@ class VehicleBound:
             ranges.append(Interval(value - half * spread, value + half * spread))
             spread = np.abs(value) + half * spread
         return ranges[2], ranges[1], ranges[0]
-
-
-def _yaw_jerk(heading: Any) -> float:
-    """Largest third derivative of a yaw that is a polynomial on each leg [rad/s^3]; infinite for any other."""
-    if isinstance(heading, ConstantHeading):
-        return 0.0
-    if isinstance(heading, RemappedHeading):
-        return _yaw_jerk(heading.heading) * abs(heading.rate) ** 3
-    return float(heading.trajectory.max_norm(3)[0]) if isinstance(heading, PlannedHeading) else float(np.inf)

@@ -15,10 +15,9 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.errors import MagnitudeWarning, YawError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.trajectory.heading import shortest_turns, wrap
+from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
 from minsnap.trajectory.look_at import LookAt, heading_at
 from minsnap.trajectory.medium import Medium
-from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory

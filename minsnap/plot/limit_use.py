@@ -15,7 +15,6 @@ from minsnap.limits.measures import MEASURES, Motion, sampled_motion
 from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, dense_samples, legend_beside, new_axes, styled
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
-from minsnap.trajectory.tilt_heading import TiltHeading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,7 +47,7 @@ def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = Non
         If no limit is set, or the samples lack a derivative that one bounds.
     """
     samples = dense_samples(path)
-    if isinstance(path, Path) and isinstance(path.yaw, TiltHeading):
+    if isinstance(path, Path) and path.yaw.medium is not None:
         samples = replace(samples, yaw_rate=np.zeros(len(samples)))  # the spin about the thrust axis, which is limited
     curves = utilisation_curves(samples, limits)
     axes = new_axes() if ax is None else ax

@@ -10,10 +10,9 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray
 from minsnap.optimisation.planned_yaw import ChosenHeading, smooth_yaw
 from minsnap.polynomials.bernstein import powers_to_points
-from minsnap.trajectory.heading import shortest_turns, wrap
-from minsnap.trajectory.path import ConstantHeading, Heading, check_order
+from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
+from minsnap.trajectory.instants import check_order
 from minsnap.trajectory.planned_heading import PlannedHeading
-from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 RATE = 1.0
@@ -33,7 +32,7 @@ STEEPEST = 1.875
 
 
 @dataclass(frozen=True, eq=False)
-class SplicedHeading:
+class SplicedHeading(Heading):
     """A heading plus a difference that a quintic takes away.
 
     Parameters
@@ -111,16 +110,16 @@ def spliced(
         From the splice on.
     """
     at = min(instant, flown.duration)
-    if isinstance(flown.yaw, TiltHeading) and (chosen is None or isinstance(chosen(curve), TiltHeading)):
-        return flown.yaw.turned(curve, at)
+    if flown.yaw.medium is not None and (chosen is None or chosen(curve).medium is not None):
+        return flown.yaw.on(curve, at)
     yaw, rate = float(flown.yaw(at)), float(flown.yaw(at, 1))
     base = ConstantHeading(yaw) if chosen is None else chosen(curve)
     gap, excess = float(wrap(yaw - float(base(0.0)))), rate - float(base(0.0, 1))
     if abs(gap) <= SAME and abs(excess) <= SAME:
         return base
     span = max(SHORTEST, STEEPEST * abs(gap) / (RATE if limit is None else 0.5 * limit))
-    if isinstance(base, ConstantHeading):
-        return _turned_away(base.angle, gap, excess, span, curve.duration)
+    if base.constant is not None:
+        return _turned_away(base.constant, gap, excess, span, curve.duration)
     return SplicedHeading(base, gap, excess, span)
 
 

@@ -20,7 +20,6 @@ from minsnap.studio.edits import straight_durations
 from minsnap.studio.plan_stages import PlannedScene
 from minsnap.studio.scenes import scene_of
 from minsnap.studio.working_folder import WorkingFolder
-from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 ENDINGS = (".yaml", ".yml", ".csv", ".plan", ".json")
@@ -168,8 +167,8 @@ def _heading(curve: Trajectory) -> float | str | tuple[float, ...] | None:
     YawError
         If it looks at a point.
     """
-    if isinstance(curve.yaw, ConstantHeading):
-        return curve.yaw.angle or None
+    if curve.yaw.constant is not None:
+        return curve.yaw.constant or None
     rule = heading_rule(curve)
     if rule is None:
         return tuple(curve.yaw(curve.leg_breaks).tolist())

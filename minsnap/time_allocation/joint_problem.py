@@ -15,8 +15,8 @@ from minsnap.time_allocation.joint_search import JointSearch, Told
 from minsnap.time_allocation.momentary_limits import heading_block, look_block, momentary_blocks
 from minsnap.time_allocation.objectives import Objective
 from minsnap.time_allocation.rotor_limits import rotor_block
+from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.look_at import LookAtHeading
-from minsnap.trajectory.path import ConstantHeading, Heading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 

@@ -29,8 +29,8 @@ from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits
 from minsnap.time_allocation.timing import Finish, Run
 from minsnap.time_allocation.yaw_pace import paced
+from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.look_at import LookAtHeading
-from minsnap.trajectory.path import Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Progress
 from minsnap.trajectory.trajectory import LONGEST_PIECE

@@ -1,18 +1,150 @@
-"""Headings on another clock or joined end to end, and angles unwrapped and wrapped."""
+"""The protocol of a heading, constant, remapped and joined headings, and angles unwrapped and wrapped."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.trajectory.path import ConstantHeading, Heading, as_instants
+from minsnap.basics.checks import is_number
+from minsnap.basics.messages import shown
+from minsnap.errors import YawError
+from minsnap.trajectory.instants import as_instants, check_order
+from minsnap.trajectory.medium import Medium
+
+Largest = tuple[float, float]
+"""A rate [rad/s], and the instant at which it is reached [s]."""
+
+
+class Heading:
+    """Yaw of a path as a function of time [rad], continuous (never wrapped).
+
+    A heading of your own derives from this class and defines ``__call__``, or is a function of instants and order;
+    what else it can say is optional.
+    """
+
+    constant: float | None = None
+    """The angle of a yaw that never changes [rad]."""
+
+    polynomial: Any = None
+    """The yaw as a one-dimensional trajectory, where it is one."""
+
+    medium: Medium | None = None
+    """Gravity and drag from which the yaw follows, where the body never spins about its thrust axis."""
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Yaw (order 0) or its derivative at ``t``: any shape in, the same shape out."""
+        raise NotImplementedError
+
+    def on(self, curve: Any, start: float = 0.0, rate: float = 1.0) -> Heading:
+        """Return the heading of a curve that flies this one's path on another clock.
+
+        Parameters
+        ----------
+        curve : Path
+            At t it is where the path of this heading is at ``start + rate t``, or near it.
+        start : float
+            [s].
+        rate : float
+            Negative where it is flown backwards.
+        """
+        return RemappedHeading(self, start, rate)
+
+    def axes(self, t: FloatArray) -> Any:
+        """Return the body's axes x, y, z at instants (m,), each (3, m), where it never spins; None for other yaws."""
+        return None
+
+    def forward(self, t: FloatArray) -> Any:
+        """Return the body's axis x and its two derivatives there; None for other yaws."""
+        return None
+
+    def by_rule(self, curve: Any) -> Heading:
+        """Return the heading of another curve by the same rule; the same angles where it follows no rule."""
+        return self
+
+    def before(self, other: Heading, curve: Any, switch: float) -> Heading:
+        """Return the heading of a curve that has this one up to an instant [s], and another from there on."""
+        return JoinedHeading(self, other, switch)
+
+    def largest_rate(self, start: float, end: float) -> Largest | None:
+        """Return the largest rate between two instants [s], exact; None where it has no exact measure."""
+        return None
+
+    @property
+    def largest_jerk(self) -> float:
+        """Bound of the third derivative [rad/s^3]."""
+        return float(np.inf)
+
+    def rule(self, curve: Any) -> dict[str, Any] | None:
+        """Return how the yaw follows from a curve, as plain text and numbers; None where it follows no rule."""
+        return None
+
+
+YawFunction = Callable[..., FloatArray]
+"""A function of instants and of the order of the derivative."""
 
 
 @dataclass(frozen=True, eq=False)
-class RemappedHeading:
+class FunctionHeading(Heading):
+    """A yaw that is a function of instants and of the order of the derivative."""
+
+    function: YawFunction
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Return what the function gives."""
+        return self.function(t, order)
+
+
+def as_heading(yaw: Heading | YawFunction) -> Heading:
+    """Return a heading as it is, and a function as one; YawError for anything else."""
+    if isinstance(yaw, Heading):
+        return yaw
+    if not callable(yaw):
+        raise YawError(f"the yaw is {shown(yaw)}: give a Heading, such as ConstantHeading(0.3), or a function")
+    return FunctionHeading(yaw)
+
+
+class ConstantHeading(Heading):
+    """A yaw that does not change.
+
+    Parameters
+    ----------
+    angle : float
+        Yaw [rad].
+    """
+
+    def __init__(self, angle: float = 0.0) -> None:
+        if not is_number(angle):
+            raise YawError(f"the yaw is {shown(angle)}: it must be an angle in radians")
+        self.angle = self.constant = float(angle)
+
+    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
+        """Return ``angle`` for order 0 and zero for every derivative, in the shape of ``t``."""
+        return np.full(as_instants(t).shape, self.angle if check_order(order) == 0 else 0.0)
+
+    def on(self, curve: Any, start: float = 0.0, rate: float = 1.0) -> Heading:
+        """Return itself."""
+        return self
+
+    def largest_rate(self, start: float, end: float) -> Largest:
+        """Return zero."""
+        return 0.0, start
+
+    @property
+    def largest_jerk(self) -> float:
+        """Zero."""
+        return 0.0
+
+    def __repr__(self) -> str:
+        return f"ConstantHeading({shown(self.angle)})"
+
+
+@dataclass(frozen=True, eq=False)
+class RemappedHeading(Heading):
     """Another heading on another clock: ``yaw(t) = heading(start + rate t)``."""
 
     heading: Heading
@@ -23,18 +155,24 @@ class RemappedHeading:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
         return self.heading(self.start + self.rate * as_instants(t), order) * self.rate**order
 
+    def on(self, curve: Any, start: float = 0.0, rate: float = 1.0) -> Heading:
+        """Return the first heading on the clock of both."""
+        return RemappedHeading(self.heading, self.start + self.rate * start, self.rate * rate)
 
-def remapped(heading: Heading, start: float, rate: float = 1.0) -> Heading:
-    """Return a heading on another clock: ``yaw(t) = heading(start + rate t)``, however often that was done before."""
-    if isinstance(heading, ConstantHeading):
-        return heading
-    if isinstance(heading, RemappedHeading):
-        return RemappedHeading(heading.heading, heading.start + heading.rate * start, heading.rate * rate)
-    return RemappedHeading(heading, start, rate)
+    def largest_rate(self, start: float, end: float) -> Largest | None:
+        """Return that of the first heading, on this clock."""
+        first, last = sorted(self.start + self.rate * t for t in (start, end))
+        found = self.heading.largest_rate(first, last)
+        return None if found is None else (found[0] * abs(self.rate), (found[1] - self.start) / self.rate)
+
+    @property
+    def largest_jerk(self) -> float:
+        """That of the first heading, on this clock."""
+        return self.heading.largest_jerk * abs(self.rate) ** 3
 
 
 @dataclass(frozen=True, eq=False)
-class JoinedHeading:
+class JoinedHeading(Heading):
     """One heading up to an instant, another from there on, turned by whole turns to meet it."""
 
     first: Heading
@@ -52,6 +190,17 @@ class JoinedHeading:
         gap = float(self.first(self.switch) - self.second(0.0))
         return 2.0 * np.pi * round(gap / (2.0 * np.pi))
 
+    def largest_rate(self, start: float, end: float) -> Largest | None:
+        """Return the larger one of both."""
+        parts: list[Largest | None] = []
+        if start < self.switch:
+            parts.append(self.first.largest_rate(start, min(end, self.switch)))
+        if end >= self.switch:
+            after = self.second.largest_rate(max(start - self.switch, 0.0), end - self.switch)
+            parts.append(None if after is None else (after[0], after[1] + self.switch))
+        known = [part for part in parts if part is not None]
+        return max(known) if len(known) == len(parts) else None
+
 
 def shortest_turns(angles: npt.ArrayLike) -> FloatArray:
     """Unwrap yaw angles so that every step is the shortest way round: shape (n,) [rad]."""
@@ -61,13 +210,3 @@ def shortest_turns(angles: npt.ArrayLike) -> FloatArray:
 def wrap(angle: npt.ArrayLike) -> FloatArray:
     """Bring angles of any shape into [-pi, pi) [rad], for the formats that want it."""
     return np.asarray((np.asarray(angle, dtype=np.float64) + np.pi) % (2.0 * np.pi) - np.pi)
-
-
-__all__ = [
-    "ConstantHeading",
-    "JoinedHeading",
-    "RemappedHeading",
-    "remapped",
-    "shortest_turns",
-    "wrap",
-]

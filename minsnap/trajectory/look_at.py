@@ -14,7 +14,11 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, bounded, numbers
 from minsnap.basics.checks import check_array
 from minsnap.errors import YawError
-from minsnap.trajectory.path import Path, as_instants, check_order, within
+from minsnap.trajectory.heading import Heading, Largest
+from minsnap.trajectory.instants import as_instants, check_order, within
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.turn_rates import largest_look_rate
 
 GRID = 256
 """Instants a polynomial piece, or a 64th of another path, at which turns around the point are counted at least."""
@@ -59,7 +63,7 @@ class LookAt:
         return LookAtHeading(path, self)
 
 
-class LookAtHeading:
+class LookAtHeading(Heading):
     r"""Yaw towards a point, continuous (not wrapped), with exact derivatives of any order.
 
     With :math:`w = p_x - x + i (p_y - y)` the yaw is :math:`\arg w`, and its derivatives are those of
@@ -90,9 +94,27 @@ class LookAtHeading:
                 "move the point or the path"
             )
 
-    def on(self, path: Path) -> LookAtHeading:
+    def on(self, curve: Path, start: float = 0.0, rate: float = 1.0) -> LookAtHeading:
         """Return the heading towards the same point along another path."""
-        return LookAtHeading(path, self.target)
+        return LookAtHeading(curve, self.target)
+
+    def by_rule(self, curve: Path) -> LookAtHeading:
+        """Return the heading towards the same point along another path."""
+        return self.on(curve)
+
+    def before(self, other: Heading, curve: Path, switch: float) -> Heading:
+        """Return one heading where both look at the same point."""
+        same = isinstance(other, LookAtHeading) and np.array_equal(self.target.point[:2], other.target.point[:2])
+        return self.on(curve) if same else super().before(other, curve, switch)
+
+    def largest_rate(self, start: float, end: float) -> Largest | None:
+        """Return that at which the vector to the point turns along a trajectory."""
+        path = self.path
+        return largest_look_rate(path, self.target.point, start, end) if isinstance(path, Trajectory) else None
+
+    def rule(self, curve: Path) -> dict[str, Any] | None:
+        """Return the rule with its point."""
+        return {"rule": "look at", "point": self.target.point.tolist()} if curve.is_like(self.path) else None
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""

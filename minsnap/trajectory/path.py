@@ -4,50 +4,20 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import LARGEST, FloatArray, numbers
-from minsnap.basics.checks import check_positive, is_number, is_whole
-from minsnap.basics.messages import shown
-from minsnap.basics.tolerances import ROUNDING
-from minsnap.errors import InputError, IntervalError, TimingError, YawError
+from minsnap.basics.arrays import LARGEST, FloatArray
+from minsnap.basics.checks import check_positive
+from minsnap.errors import InputError, TimingError
+from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.instants import as_instants, check_instants, check_order
 from minsnap.trajectory.samples import Samples
 
 MOST_SAMPLES = 20_000_000
 """Instants on which a path is sampled at most: 6 hours at 1 kHz, 2 GB."""
-
-
-class Heading(Protocol):
-    """Yaw of a path as a function of time [rad], continuous (never wrapped)."""
-
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
-        """Yaw (order 0) or its derivative at ``t``: any shape in, the same shape out."""
-        ...
-
-
-class ConstantHeading:
-    """A yaw that does not change.
-
-    Parameters
-    ----------
-    angle : float
-        Yaw [rad].
-    """
-
-    def __init__(self, angle: float = 0.0) -> None:
-        if not is_number(angle):
-            raise YawError(f"the yaw is {shown(angle)}: it must be an angle in radians")
-        self.angle = float(angle)
-
-    def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
-        """Return ``angle`` for order 0 and zero for every derivative, in the shape of ``t``."""
-        return np.full(as_instants(t).shape, self.angle if check_order(order) == 0 else 0.0)
-
-    def __repr__(self) -> str:
-        return f"ConstantHeading({shown(self.angle)})"
 
 
 class Path(ABC):
@@ -96,6 +66,10 @@ class Path(ABC):
         check_instants(flat, self.duration)
         inside = np.clip(flat, 0.0, self.duration)
         return self._evaluate(inside, check_order(order)).reshape(*instants.shape, self.dim)
+
+    def is_like(self, other: Path) -> bool:
+        """Whether another path is this one."""
+        return other is self
 
     def as_trajectory(self) -> Any:
         """Return the path as a :class:`~minsnap.Trajectory`, piecewise polynomials.
@@ -155,34 +129,3 @@ def sample_times(duration: float, rate: float) -> FloatArray:
         )
     steps = round(exact) if abs(exact - round(exact)) <= 1e-9 * max(1.0, exact) else math.ceil(exact)
     return np.arange(max(steps, 1) + 1) / float(rate)
-
-
-def as_instants(t: npt.ArrayLike) -> FloatArray:
-    """Return instants of any shape, or raise IntervalError where they are no numbers."""
-    instants = numbers(t, copy=False)
-    if instants is None:
-        raise IntervalError(f"the instants are {shown(t)}: give numbers of seconds")
-    return instants
-
-
-def within(t: FloatArray, duration: float) -> FloatArray:
-    """Return instants as (m,), those outside [0, duration] at its ends; IntervalError where one is not a number."""
-    flat = t.reshape(-1)
-    if np.isnan(flat).any():
-        raise IntervalError("an instant is not a number: give seconds")
-    return np.asarray(np.clip(flat, 0.0, duration))
-
-
-def check_instants(t: FloatArray, duration: float) -> None:
-    """Raise IntervalError unless every instant of shape (m,) is in [0, duration], but for rounding."""
-    slack = ROUNDING * duration
-    if t.size and not (t.min() >= -slack and t.max() <= duration + slack):
-        bad = t[~((t >= -slack) & (t <= duration + slack))][0]
-        raise IntervalError(f"t = {bad} s is outside the path's interval [0, {duration}] s")
-
-
-def check_order(order: int) -> int:
-    """Return the derivative order as an int, or raise IntervalError if it is not a whole number >= 0."""
-    if not is_whole(order) or order < 0:
-        raise IntervalError(f"order is {shown(order)}: the order of a derivative is a whole number, 0 or more")
-    return int(order)

@@ -11,7 +11,8 @@ import numpy.typing as npt
 from numpy.polynomial import Polynomial
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.trajectory.path import ConstantHeading, Heading, Path
+from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.path import Path
 
 ComplexArray = npt.NDArray[np.complex128]
 

@@ -8,11 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.trajectory.heading import Heading, Largest
 from minsnap.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class PlannedHeading:
+class PlannedHeading(Heading):
     """A yaw that is itself a one-dimensional trajectory.
 
     Parameters
@@ -23,7 +24,28 @@ class PlannedHeading:
 
     trajectory: Trajectory
 
+    @property
+    def polynomial(self) -> Trajectory:
+        """The trajectory."""
+        return self.trajectory
+
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw or its derivative at ``t``, in the shape of ``t``."""
         inside = np.minimum(t, self.trajectory.duration)
         return np.asarray(self.trajectory(inside, order)[..., 0])
+
+    def largest_rate(self, start: float, end: float) -> Largest:
+        """Return it from the rate's control points, which keep their digits where little of a piece is left."""
+        yaw = self.trajectory
+        if start <= 0.0 and end >= yaw.duration:
+            return yaw.max_norm(1)
+        first, last = (min(max(t, 0.0), yaw.duration) for t in (start, end))
+        if first >= last:
+            return float(np.abs(yaw(last, 1)).max()), last
+        value, instant = yaw.derivative(1).between(first, last).max_norm(0)
+        return value, first + instant
+
+    @property
+    def largest_jerk(self) -> float:
+        """The exact one."""
+        return float(self.trajectory.max_norm(3)[0])

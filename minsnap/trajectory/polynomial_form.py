@@ -12,12 +12,9 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive
 from minsnap.errors import InputError, ShapeError
 from minsnap.polynomials.bernstein import ends_to_points
-from minsnap.trajectory.look_at import LookAtHeading
-from minsnap.trajectory.path import Heading, Path
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.phase import SPIN_UP, PhaseLaw, PhasePath
-from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.velocity_heading import VelocityHeading
 
 ERROR = 1e-6
 """Largest distance between the shape and the polynomials, unless given [m]."""
@@ -84,7 +81,7 @@ def as_polynomials(path: Path, error: float = ERROR) -> Trajectory:
             "lemniscate, or write samples of it"
         )
     curve = _through(path, _knots(path, check_positive("the error", error, "m", InputError)))
-    return curve.with_yaw(_heading(path.yaw, curve))
+    return curve.with_yaw(path.yaw.by_rule(curve))
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,10 +185,3 @@ def _through(path: PhasePath, knots: FloatArray) -> Trajectory:
     powers = durations[:, None, None] ** np.arange(4)[None, :, None]
     ends = np.concatenate([states[:-1] * powers, states[1:] * powers], axis=1)
     return Trajectory(np.einsum("ij,mjd->mid", ends_to_points(DEGREE), ends), durations)
-
-
-def _heading(yaw: Heading, curve: Trajectory) -> Heading:
-    """Return the heading by the same rule on the polynomials."""
-    if isinstance(yaw, (VelocityHeading, LookAtHeading)):
-        return yaw.on(curve)
-    return yaw.turned(curve) if isinstance(yaw, TiltHeading) else yaw

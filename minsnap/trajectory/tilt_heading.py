@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.errors import YawError
+from minsnap.trajectory.heading import Heading, Largest
+from minsnap.trajectory.instants import as_instants, check_order, within
 from minsnap.trajectory.medium import Medium
-from minsnap.trajectory.path import Path, as_instants, check_order, within
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.transport import (
     Frame,
     Transport,
@@ -26,7 +29,7 @@ VERTICAL = 1e-12
 """Squared length of the lateral axis seen from above below which its direction, the yaw, is held."""
 
 
-class TiltHeading:
+class TiltHeading(Heading):
     r"""Yaw of a vehicle that turns only as its thrust axis tilts, and never spins about it.
 
     Called, it gives the yaw angle :math:`\psi` of that attitude, :math:`y_B \perp (\cos\psi, \sin\psi, 0)`, and its
@@ -86,28 +89,47 @@ class TiltHeading:
         (x, y, z), (roll, pitch), (_, pitch_rate) = self._turning(t)
         return x, -pitch * z, -pitch_rate * z - pitch * (pitch * x - roll * y)
 
-    def turned(self, path: Path, start: float = 0.0) -> TiltHeading:
-        """Heading of another path that begins as this one is turned at an instant [s]."""
+    def on(self, curve: Path, start: float = 0.0, rate: float = 1.0) -> TiltHeading:
+        """Return the heading of another path that begins as this one is turned at an instant [s]."""
         if start == 0.0:
-            return TiltHeading(path, self.angle, self.gravity, self.drag)
+            return TiltHeading(curve, self.angle, self.gravity, self.drag)
         at, upright = np.array([start]), np.zeros(1, dtype=np.bool_)
-        level = least_rotation(lift_of(self.path, self._medium, at)[0], upright)
+        level = least_rotation(lift_of(self.path, self.medium, at)[0], upright)
         x = self.axes(at)[0]
         angle = np.arctan2((x * level[1]).sum(), (x * level[0]).sum())
-        return TiltHeading(path, float(angle), self.gravity, self.drag)
+        return TiltHeading(curve, float(angle), self.gravity, self.drag)
+
+    def by_rule(self, curve: Path) -> TiltHeading:
+        """Return the heading from the tilt of another path that begins with the same turn."""
+        return self.on(curve)
+
+    def before(self, other: Heading, curve: Path, switch: float) -> Heading:
+        """Return one heading from the tilt where both are one."""
+        return super().before(other, curve, switch) if other.medium is None else self.on(curve)
+
+    def largest_rate(self, start: float, end: float) -> Largest:
+        """Return the spin about the thrust axis, which is limited in place of the yaw: there is none."""
+        return 0.0, start
+
+    def rule(self, curve: Path) -> dict[str, Any] | None:
+        """Return the rule with gravity and drag."""
+        if not curve.is_like(self.path):
+            return None
+        return {"rule": "tilt", "angle_at_start": self.angle, "gravity": self.gravity, "drag": list(self.drag)}
 
     @property
-    def _medium(self) -> Medium:
+    def medium(self) -> Medium:  # type: ignore[override]
+        """Gravity and drag from which the yaw follows."""
         return Medium(self.gravity, *self.drag)
 
     @cached_property
     def _transport(self) -> Transport:
-        return carried(self.path, self.angle, self._medium)
+        return carried(self.path, self.angle, self.medium)
 
     def _turning(self, t: FloatArray) -> tuple[Frame, FloatArray, FloatArray]:
         """Axes, rates (roll, pitch) and their derivatives, (2, m) each, from x . f = y . f = 0 differentiated."""
         x, y, z = self.axes(t)
-        thrust, jerk, snap = lift_of(self.path, self._medium, t, 2)
+        thrust, jerk, snap = lift_of(self.path, self.medium, t, 2)
         size, across = np.linalg.norm(thrust, axis=0), np.stack([-y, x])
         rates = (across * jerk).sum(axis=1) / size
         pull = (z * jerk).sum(axis=0) / size

@@ -14,7 +14,7 @@ from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.plan_batches import many_values
 from minsnap.trajectory.gradients import Gradients
-from minsnap.trajectory.path import as_instants, check_order
+from minsnap.trajectory.instants import as_instants, check_order
 from minsnap.trajectory.report import Report
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory, costs_of_pieces
 

@@ -29,11 +29,9 @@ from minsnap.polynomials.bernstein import (
 )
 from minsnap.polynomials.enclosures import TINY, UNIT, Enclosure, derivative
 from minsnap.polynomials.extrema import maximum
-from minsnap.trajectory.heading import JoinedHeading, remapped
-from minsnap.trajectory.look_at import LookAtHeading
-from minsnap.trajectory.path import ConstantHeading, Heading, Path, check_order
-from minsnap.trajectory.tilt_heading import TiltHeading
-from minsnap.trajectory.velocity_heading import VelocityHeading
+from minsnap.trajectory.heading import ConstantHeading, Heading, YawFunction, as_heading
+from minsnap.trajectory.instants import check_order
+from minsnap.trajectory.path import Path
 
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly, PPoly
@@ -121,6 +119,7 @@ class Trajectory(ReadOnly, Path):
                 f"durations must be positive and finite, from {SHORTEST_PIECE:g} to {LONGEST_PIECE:g} s, and that of "
                 f"piece {wrong} is {durations[wrong]} s"
             )
+        object.__setattr__(self, "yaw", as_heading(self.yaw))
         breaks = np.concatenate(([0.0], np.cumsum(durations)))
         breaks.flags.writeable = False
         for name, value in (("control_points", points), ("durations", durations), ("breaks", breaks)):
@@ -235,9 +234,9 @@ class Trajectory(ReadOnly, Path):
         curve.__dict__.update(control_points=points, durations=durations, breaks=breaks, _how=how)
         return curve
 
-    def with_yaw(self, yaw: Heading) -> Trajectory:
+    def with_yaw(self, yaw: Heading | YawFunction) -> Trajectory:
         """Return the same curve with another yaw and without a report."""
-        return self._twin(yaw=yaw, report=None, _how=None)
+        return self._twin(yaw=as_heading(yaw), report=None, _how=None)
 
     def reported_by(self, how: ReportMaker) -> Trajectory:
         """Return the same curve with a report that is made when it is asked for."""
@@ -390,13 +389,7 @@ class Trajectory(ReadOnly, Path):
 
     def turned(self, curve: Trajectory, start: float, rate: float = 1.0) -> Trajectory:
         """Give a curve flown on another clock the heading of this one, from an instant on."""
-        if isinstance(self.yaw, TiltHeading):
-            return curve.with_yaw(self.yaw.turned(curve, start))
-        if isinstance(self.yaw, LookAtHeading):
-            return curve.with_yaw(self.yaw.on(curve))
-        if isinstance(self.yaw, VelocityHeading) and start == 0.0 and rate not in (1.0, -1.0):
-            return curve.with_yaw(self.yaw.on(curve))
-        return curve.with_yaw(remapped(self.yaw, start, rate))
+        return curve.with_yaw(self.yaw.on(curve, start, rate))
 
     def elevated(self, degree: int) -> Trajectory:
         """Return the same curve written in polynomials of a higher degree."""
@@ -408,6 +401,13 @@ class Trajectory(ReadOnly, Path):
             padded = np.pad(points, ((0, 0), (1, 1), (0, 0)))
             points = share * padded[:, :-1] + (1.0 - share) * padded[:, 1:]
         return replace(self, control_points=points)
+
+    def is_like(self, other: Path) -> bool:
+        """Whether another path is the same polynomials."""
+        return isinstance(other, Trajectory) and (
+            np.array_equal(self.control_points, other.control_points)
+            and np.array_equal(self.durations, other.durations)
+        )
 
     def as_trajectory(self) -> Trajectory:
         """Return the trajectory itself."""
@@ -436,12 +436,7 @@ class Trajectory(ReadOnly, Path):
         points = np.concatenate([part.elevated(degree).control_points for part in (self, following)])
         pieces = self.pieces if self.pieces == following.pieces else 1
         joined = Trajectory(points, np.concatenate([self.durations, following.durations]), pieces=pieces)
-        if isinstance(self.yaw, TiltHeading) and isinstance(following.yaw, TiltHeading):
-            return joined.with_yaw(self.yaw.turned(joined))
-        if isinstance(self.yaw, LookAtHeading) and isinstance(following.yaw, LookAtHeading):
-            if np.array_equal(self.yaw.target.point[:2], following.yaw.target.point[:2]):
-                return joined.with_yaw(self.yaw.on(joined))
-        return joined.with_yaw(JoinedHeading(self.yaw, following.yaw, self.duration))
+        return joined.with_yaw(self.yaw.before(following.yaw, joined, self.duration))
 
     def to_ppoly(self) -> PPoly:
         """Return the same curve as scipy.interpolate.PPoly: local powers of seconds, descending."""

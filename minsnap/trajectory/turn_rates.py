@@ -14,10 +14,8 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
 from minsnap.polynomials.ratios import largest_ratio
-from minsnap.trajectory.look_at import LookAtHeading
-from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.velocity_heading import VelocityHeading
 
 RESTING = 1e-9
 """Share of a piece's largest velocity control point below which one counts as rest."""
@@ -51,47 +49,38 @@ def _largest_turn(velocity: Trajectory) -> tuple[float, float]:
     return best
 
 
-def largest_heading_rate(
-    heading: VelocityHeading, traj: Trajectory, start: float = 0.0, end: float = inf
-) -> tuple[float, float]:
-    """Largest rate of a heading along the velocity of a trajectory, over all time or between two instants.
+def largest_turn_within(traj: Trajectory, intervals: FloatArray) -> tuple[float, float]:
+    """Largest rate at which the horizontal velocity turns in some intervals.
 
     Parameters
     ----------
-    heading : VelocityHeading
     traj : Trajectory
-        That it follows.
-    start, end : float
+    intervals : ndarray, shape (m, 2)
         [s].
 
     Returns
     -------
     rate : float
-        [rad/s].
+        [rad/s]; zero without intervals.
     instant : float
         When [s].
     """
-    start, end = max(start, 0.0), min(end, traj.duration)
-    best, velocity = heading.held_rate(start, end), traj.with_yaw(ConstantHeading()).derivative(1)
-    for first, last in heading.followed.clip(start, end).tolist():
+    best, velocity = (0.0, 0.0), traj.with_yaw(ConstantHeading()).derivative(1)
+    for first, last in intervals.tolist():
         if first < last:
             value, instant = _largest_turn(_cut(velocity, first, last))
             best = max(best, (value, first + instant))
     return best
 
 
-def largest_look_rate(
-    heading: LookAtHeading, traj: Trajectory, start: float = 0.0, end: float = inf
-) -> tuple[float, float]:
-    """Largest rate of a heading towards a point along a trajectory, over all time or between two instants.
-
-    The rate is that at which the vector to the point turns: the same quotient as for the velocity.
+def largest_look_rate(traj: Trajectory, point: FloatArray, start: float = 0.0, end: float = inf) -> tuple[float, float]:
+    """Largest rate at which the vector from a trajectory to a point turns, over all time or between two instants.
 
     Parameters
     ----------
-    heading : LookAtHeading
     traj : Trajectory
-        Along which it looks.
+    point : ndarray, shape (2,) or (3,)
+        [m].
     start, end : float
         [s].
 
@@ -104,7 +93,7 @@ def largest_look_rate(
     """
     start = max(start, 0.0)
     part = _cut(traj.with_yaw(ConstantHeading()), start, min(end, traj.duration))
-    spokes = heading.target.point[:2] - part.control_points[..., :2]
+    spokes = point[:2] - part.control_points[..., :2]
     value, piece, s = _fastest_turn(spokes, part.durations)
     return value, start + float(part.breaks[piece] + s * part.durations[piece])
 

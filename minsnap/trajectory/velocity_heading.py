@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +12,12 @@ import numpy.typing as npt
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.checks import check_positive
 from minsnap.errors import YawError
+from minsnap.trajectory.heading import Heading, Largest
 from minsnap.trajectory.held_turns import HeadingTable, Turns, turns_of
-from minsnap.trajectory.path import Path, as_instants, check_order, within
+from minsnap.trajectory.instants import as_instants, check_order, within
+from minsnap.trajectory.path import Path
+from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.turn_rates import largest_turn_within
 
 HELD_RATE = 2.0
 """Largest rate at which a held heading turns, unless given [rad/s]."""
@@ -65,7 +70,7 @@ class Velocity:
         return VelocityHeading(curve, self.yaw_rate, self.hold_below)
 
 
-class VelocityHeading:
+class VelocityHeading(Heading):
     r"""Yaw along the horizontal velocity, continuous with a continuous rate over the whole path.
 
     :math:`\psi = \operatorname{atan2}(v_y, v_x)`,
@@ -127,9 +132,27 @@ class VelocityHeading:
         both = np.stack((starts, np.append(starts[1:], self.path.duration)), axis=1)
         return np.asarray(both[self._turns.follows])
 
-    def on(self, path: Path) -> VelocityHeading:
+    def on(self, curve: Path, start: float = 0.0, rate: float = 1.0) -> Heading:
+        """Return the heading along the velocity of the whole path at another pace, else the same angles."""
+        return super().on(curve, start, rate) if start != 0.0 or rate in (1.0, -1.0) else self.by_rule(curve)
+
+    def by_rule(self, curve: Path) -> VelocityHeading:
         """Return the heading along the velocity of another path, held by the same rules."""
-        return VelocityHeading(path, self.yaw_rate, self.hold_below)
+        return VelocityHeading(curve, self.yaw_rate, self.hold_below)
+
+    def largest_rate(self, start: float, end: float) -> Largest | None:
+        """Return the larger one of held turns and of those of a trajectory's velocity."""
+        path = self.path
+        if not isinstance(path, Trajectory):
+            return None
+        start, end = max(start, 0.0), min(end, path.duration)
+        return max(self.held_rate(start, end), largest_turn_within(path, self.followed.clip(start, end)))
+
+    def rule(self, curve: Path) -> dict[str, Any] | None:
+        """Return the rule with its rate and speed."""
+        if not curve.is_like(self.path):
+            return None
+        return {"rule": "velocity", "yaw_rate": self.yaw_rate, "hold_below": self.hold_below}
 
     def __call__(self, t: npt.ArrayLike, order: int = 0) -> FloatArray:
         """Yaw, yaw rate or yaw acceleration (order 0, 1, 2) at ``t``, in the shape of ``t``.

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import BoolArray, FloatArray, own_arrays
 from minsnap.errors import ThrustError, VehicleError
-from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.vehicle.attitude import angular_accelerations_of, body_frame, rates_of
 from minsnap.vehicle.drag import BodyDrag
 from minsnap.vehicle.flatness import spatial
@@ -164,12 +163,12 @@ def flatness_of(
     """
     instants = np.atleast_1d(np.asarray(t, dtype=np.float64))
     derivatives = [path(instants, order) for order in range(1, 5)]
-    if not isinstance(path.yaw, TiltHeading):
+    forward = path.yaw.forward(np.minimum(instants, path.duration))
+    if forward is None:
         turning = [path.yaw(instants, order) for order in range(3)]
         return flat_states(vehicle, *derivatives, *turning, wind=wind, drag=drag)
     columns = [np.ascontiguousarray(spatial(value).T) for value in derivatives]
     columns[0] = columns[0] - np.asarray(wind, dtype=np.float64)[:, None]
-    forward = path.yaw.forward(np.minimum(instants, path.duration))
     return _states(vehicle, _motion(vehicle, tuple(columns), forward, _flat_drag(vehicle, drag), True))  # type: ignore[arg-type]
 
 

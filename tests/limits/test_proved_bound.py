@@ -10,9 +10,9 @@ import minsnap
 from minsnap.limits import proved_bound
 from minsnap.limits.proved_bound import Lift, _divided, _pieces, proved
 from minsnap.limits.rotor_bounds import axis_ranges, heading_ranges
-from minsnap.limits.vehicle_use import LIFTED, VehicleBound, _yaw_jerk
+from minsnap.limits.vehicle_use import LIFTED, VehicleBound
 from minsnap.polynomials.intervals import Interval
-from minsnap.trajectory.heading import remapped
+from minsnap.trajectory.heading import RemappedHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import BodyDrag, Quadrotor, flatness_of
 
@@ -147,11 +147,11 @@ def test_ranges_of_a_planned_yaw_are_around_it_and_its_derivatives():
 
 def test_the_third_derivative_of_a_yaw_on_another_clock():
     path = minsnap.plan([(0, 0, 0), (2, 1, 0), (3, 3, 1)], [1.0, 1.5], yaw=[0.0, 2.0, -1.0])
-    largest = _yaw_jerk(path.yaw)
+    largest = path.yaw.largest_jerk
     assert largest >= np.abs(path.yaw(np.linspace(0.0, 2.5, 999), 3)).max() > 0.0
-    assert _yaw_jerk(remapped(path.yaw, 2.0, -0.5)) == pytest.approx(largest / 8.0, rel=1e-12)
-    assert _yaw_jerk(minsnap.plan([(0, 0, 0), (2, 1, 0)], [1.0], yaw=0.3).yaw) == 0.0
-    assert _yaw_jerk(minsnap.plan([(0, 0, 0), (2, 1, 0)], [1.0], yaw="velocity").yaw) == np.inf
+    assert RemappedHeading(path.yaw, 2.0, -0.5).largest_jerk == pytest.approx(largest / 8.0, rel=1e-12)
+    assert minsnap.plan([(0, 0, 0), (2, 1, 0)], [1.0], yaw=0.3).yaw.largest_jerk == 0.0
+    assert minsnap.plan([(0, 0, 0), (2, 1, 0)], [1.0], yaw="velocity").yaw.largest_jerk == np.inf
 
 
 def test_directions_of_a_heading_are_around_all_that_it_can_be():

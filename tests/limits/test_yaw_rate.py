@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.limits.yaw_rate import _largest, largest_yaw_rate
+from minsnap.limits.yaw_rate import largest_yaw_rate
 from minsnap.trajectory.heading import ConstantHeading, JoinedHeading, RemappedHeading
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
@@ -30,7 +30,7 @@ HEADINGS = {
 @pytest.mark.parametrize("span", ((0.0, 3.0), (0.9, 3.0), (0.2, 0.9), (1.2, 1.7), (0.7, 1.6), (1.6, 2.5), (2.7, 3.0)))
 def test_the_largest_rate_between_two_instants_is_that_of_samples(name, span):
     heading = HEADINGS[name]
-    value, instant = _largest(heading, *span)
+    value, instant = heading.largest_rate(*span)
     rates = np.abs(heading(np.linspace(*span, 30_001)[:-1], 1))
     assert rates.max() * (1.0 - 1e-9) <= value <= rates.max() * (1.0 + 1e-4)
     assert span[0] <= instant <= span[1]
@@ -38,8 +38,8 @@ def test_the_largest_rate_between_two_instants_is_that_of_samples(name, span):
 
 
 def test_the_largest_rate_at_one_instant_is_the_rate():
-    assert _largest(PLANNED, 0.7, 0.7) == (pytest.approx(abs(PLANNED(0.7, 1)), rel=1e-12), 0.7)
-    assert _largest(PLANNED, 3.2, 3.5) == (pytest.approx(abs(PLANNED(3.0, 1)), abs=1e-12), 3.0)
+    assert PLANNED.largest_rate(0.7, 0.7) == (pytest.approx(abs(PLANNED(0.7, 1)), rel=1e-12), 0.7)
+    assert PLANNED.largest_rate(3.2, 3.5) == (pytest.approx(abs(PLANNED(3.0, 1)), abs=1e-12), 3.0)
 
 
 def by_rate(rate):
@@ -54,4 +54,4 @@ def test_a_yaw_of_any_formula_is_sampled():
     growing = by_rate(lambda t: 2.0 * t)
     assert largest_yaw_rate(growing) == (pytest.approx(6.0), pytest.approx(3.0), "sampled")
     for first, second in ((PLANNED, growing.yaw), (growing.yaw, PLANNED)):
-        assert _largest(JoinedHeading(first, second, 1.0), 0.0, 3.0) is None
+        assert JoinedHeading(first, second, 1.0).largest_rate(0.0, 3.0) is None

@@ -17,7 +17,7 @@ from minsnap.time_allocation.joint_model import Caution, Penalties
 from minsnap.time_allocation.joint_problem import JointProblem
 from minsnap.time_allocation.native_steps import Tried, known_peaks
 from minsnap.time_allocation.refinement import slowed
-from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 from minsnap.vehicle import BodyDrag, Quadrotor
 

@@ -7,8 +7,7 @@ import minsnap
 from minsnap.optimisation.planned_yaw import asked_heading
 from minsnap.replanning.splice import splice_of
 from minsnap.replanning.spliced_heading import SplicedHeading, spliced
-from minsnap.trajectory.heading import wrap
-from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.heading import ConstantHeading, wrap
 
 POINTS = np.array([(0, 0, 1), (2, 2, 1), (4, 0, 1.2), (6, 2, 1)], dtype=float)
 TIMES = [1.0, 1.2, 1.4]

@@ -15,7 +15,7 @@ from minsnap.time_allocation.joint_rows import wall_blocks
 from minsnap.time_allocation.momentary_limits import momentary_blocks
 from minsnap.time_allocation.rotor_limits import rotor_block
 from minsnap.time_allocation.true_peaks import PeakFinder, derivatives_at, scattered
-from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.heading import ConstantHeading
 from minsnap.vehicle import Quadrotor, flatness_of
 
 LIMITS = {

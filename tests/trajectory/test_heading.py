@@ -6,8 +6,7 @@ from scipy.interpolate import CubicSpline
 
 import minsnap
 from minsnap.errors import YawError
-from minsnap.trajectory.heading import JoinedHeading, RemappedHeading, shortest_turns, wrap
-from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.heading import ConstantHeading, JoinedHeading, RemappedHeading, shortest_turns, wrap
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
 SQUARE = [(0, 0, 1), (4, 0, 1), (4, 4, 1), (0, 4, 1), (0, 0, 1)]

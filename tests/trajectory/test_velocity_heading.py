@@ -7,7 +7,7 @@ import minsnap
 from minsnap import Limits
 from minsnap.errors import YawError
 from minsnap.files.plan_arguments import plan_arguments
-from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
 BACK = [(0, 0, 1), (4, 0, 1), (0, 0, 1)]

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
+from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.path import Path
 
 
-class SineHeading:
+class SineHeading(Heading):
     """Yaw that swings."""
 
     def __call__(self, t, order: int = 0):

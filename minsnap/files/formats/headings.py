@@ -9,8 +9,8 @@ import numpy as np
 
 from minsnap.errors import FileError
 from minsnap.files.formats.pieces import from_powers, yaw_powers
-from minsnap.trajectory.look_at import LookAt, LookAtHeading
-from minsnap.trajectory.path import ConstantHeading, Heading, Path
+from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.look_at import LookAt
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
@@ -26,36 +26,27 @@ def yaw_description(trajectory: Trajectory) -> dict[str, Any]:
         If it is no constant, follows from the curve by no rule, and is no polynomial to a milliradian.
     """
     heading = trajectory.yaw
-    if isinstance(heading, ConstantHeading):
-        return {"angle": heading.angle}
+    if heading.constant is not None:
+        return {"angle": heading.constant}
     rule = heading_rule(trajectory)
     if rule is not None:
         return rule
-    if not isinstance(heading, PlannedHeading):
-        powers = yaw_powers(trajectory, max(trajectory.degree, 7))
-        heading = PlannedHeading(from_powers(trajectory.durations, powers[:, :, None], None))
-    planned = heading.trajectory
+    planned = planned_yaw(trajectory)
     return {"durations": planned.durations.tolist(), "control_points": planned.control_points.tolist()}
 
 
 def heading_rule(trajectory: Trajectory) -> dict[str, Any] | None:
     """Return the description of a heading that follows from the curve by a rule; None for any other."""
-    heading = trajectory.yaw
-    if not isinstance(heading, (VelocityHeading, TiltHeading, LookAtHeading)) or not _same(heading.path, trajectory):
-        return None
-    if isinstance(heading, VelocityHeading):
-        return {"rule": "velocity", "yaw_rate": heading.yaw_rate, "hold_below": heading.hold_below}
-    if isinstance(heading, TiltHeading):
-        return {"rule": "tilt", "angle_at_start": heading.angle, "gravity": heading.gravity, "drag": list(heading.drag)}
-    return {"rule": "look at", "point": heading.target.point.tolist()}
+    return trajectory.yaw.rule(trajectory)
 
 
-def _same(path: Path, trajectory: Trajectory) -> bool:
-    """Whether a heading is that of this curve."""
-    return isinstance(path, Trajectory) and (
-        np.array_equal(path.control_points, trajectory.control_points)
-        and np.array_equal(path.durations, trajectory.durations)
-    )
+def planned_yaw(trajectory: Trajectory) -> Trajectory:
+    """Return the yaw as polynomials: itself where it is one, else what follows it to a milliradian."""
+    planned: Trajectory | None = trajectory.yaw.polynomial
+    if planned is not None:
+        return planned
+    powers = yaw_powers(trajectory, max(trajectory.degree, 7))
+    return from_powers(trajectory.durations, powers[:, :, None], None)
 
 
 def headed(curve: Trajectory, said: Mapping[str, Any]) -> Trajectory:

@@ -18,7 +18,7 @@ from minsnap.basics.storage.text import load_yaml
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.pieces import from_powers, polynomials_of, position_powers, yaw_powers
-from minsnap.trajectory.path import ConstantHeading, Path
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -67,7 +67,7 @@ def _powers(trajectory: Trajectory, yaw: bool | None) -> FloatArray:
 
 
 def _is_zero(trajectory: Trajectory) -> bool:
-    return isinstance(trajectory.yaw, ConstantHeading) and trajectory.yaw.angle == 0.0
+    return trajectory.yaw.constant == 0.0
 
 
 def _segment(duration: float, piece: FloatArray) -> str:

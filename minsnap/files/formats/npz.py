@@ -14,10 +14,11 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import reading
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
-from minsnap.files.formats.headings import headed, heading_rule
-from minsnap.files.formats.pieces import from_powers, polynomials_of, yaw_powers
+from minsnap.files.formats.headings import headed, heading_rule, planned_yaw
+from minsnap.files.formats.pieces import polynomials_of
 from minsnap.files.formats.sample_checks import checked_samples
-from minsnap.trajectory.path import ConstantHeading, Heading, Path
+from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.samples import ARRAYS, Samples
 from minsnap.trajectory.trajectory import Trajectory
@@ -51,15 +52,12 @@ def _of_samples(samples: Samples) -> dict[str, FloatArray]:
 def _of_trajectory(trajectory: Trajectory) -> dict[str, FloatArray]:
     arrays = {"control_points": trajectory.control_points, "durations": trajectory.durations}
     heading = trajectory.yaw
-    if isinstance(heading, ConstantHeading):
-        return arrays | {"yaw_angle": np.array(heading.angle)}
+    if heading.constant is not None:
+        return arrays | {"yaw_angle": np.array(heading.constant)}
     rule = heading_rule(trajectory)
     if rule is not None:
         return arrays | {"yaw_rule": np.array(json.dumps(rule))}
-    if not isinstance(heading, PlannedHeading):
-        powers = yaw_powers(trajectory, max(trajectory.degree, 7))
-        heading = PlannedHeading(from_powers(trajectory.durations, powers[:, :, None], None))
-    planned = heading.trajectory
+    planned = planned_yaw(trajectory)
     return arrays | {"yaw_control_points": planned.control_points, "yaw_durations": planned.durations}
 
 

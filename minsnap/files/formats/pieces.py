@@ -7,7 +7,8 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FileError, YawError
 from minsnap.polynomials.bernstein import points_to_powers, powers_to_points
-from minsnap.trajectory.path import ConstantHeading, Heading, Path
+from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.polynomial_form import as_polynomials
 from minsnap.trajectory.trajectory import Trajectory

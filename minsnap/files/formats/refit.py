@@ -6,7 +6,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import FileError
-from minsnap.trajectory.path import ConstantHeading, Heading
+from minsnap.trajectory.heading import ConstantHeading, Heading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory

@@ -24,7 +24,8 @@ from minsnap.paths.routes.map_values import Reading
 from minsnap.paths.routes.passage import end_point, find_passage
 from minsnap.planner import plan
 from minsnap.time_allocation.search_options import is_priced
-from minsnap.trajectory.path import Heading, Path
+from minsnap.trajectory.heading import Heading
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
 FREE_HEIGHT = 1.0

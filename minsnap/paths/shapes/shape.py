@@ -6,12 +6,9 @@ from dataclasses import replace
 
 from minsnap.limits.limits import Limits, check_limits
 from minsnap.time_allocation.time_stretch import touching_factor
-from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.phase import PhasePath
 from minsnap.trajectory.polynomial_form import ERROR, as_polynomials
-from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.trajectory.velocity_heading import VelocityHeading
 
 
 class Shape(PhasePath):
@@ -36,6 +33,4 @@ class Shape(PhasePath):
         check_limits(limits)
         factor = touching_factor(limits, self.as_trajectory())
         slower = replace(self, law=replace(self.law, rate=self.law.rate / factor))
-        if isinstance(self.yaw, (VelocityHeading, LookAtHeading)):
-            return replace(slower, yaw=self.yaw.on(slower))
-        return replace(slower, yaw=TiltHeading(slower)) if isinstance(self.yaw, TiltHeading) else slower
+        return replace(slower, yaw=self.yaw.by_rule(slower))

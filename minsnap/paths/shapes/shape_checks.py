@@ -10,8 +10,8 @@ from typing import TypeVar
 from minsnap.basics.checks import check_array, check_positive, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import ShapeError, YawError
+from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.look_at import LookAt
-from minsnap.trajectory.path import ConstantHeading
 from minsnap.trajectory.phase import PhaseLaw, PhasePath
 
 Turning = TypeVar("Turning", bound=PhasePath)

@@ -163,7 +163,7 @@ def _check_count(name: str, value: int, least: int, most: int) -> int:
 def _constant_speed(
     ends: FloatArray, total_time: float | None, limits: Limits | None, yaw: float = 0.0, **options: Any
 ) -> Trajectory:
-    from minsnap.trajectory.path import ConstantHeading
+    from minsnap.trajectory.heading import ConstantHeading
     from minsnap.trajectory.trajectory import Trajectory
 
     if limits is not None or options:

@@ -19,7 +19,7 @@ from minsnap.files.formats.crazyflie_compressed import (
     rounding_bounds,
     write_compressed,
 )
-from minsnap.trajectory.path import ConstantHeading
+from minsnap.trajectory.heading import ConstantHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 CORNERS = [(0, 0, 1), (3, 0, 1), (3, 2, 1.5), (0, 2, 1)]

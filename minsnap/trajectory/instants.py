@@ -1,0 +1,43 @@
+"""Instants and orders of derivatives that are asked of paths and headings, checked."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from minsnap.basics.arrays import FloatArray, numbers
+from minsnap.basics.checks import is_whole
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import ROUNDING
+from minsnap.errors import IntervalError
+
+
+def as_instants(t: npt.ArrayLike) -> FloatArray:
+    """Return instants of any shape, or raise IntervalError where they are no numbers."""
+    instants = numbers(t, copy=False)
+    if instants is None:
+        raise IntervalError(f"the instants are {shown(t)}: give numbers of seconds")
+    return instants
+
+
+def within(t: FloatArray, duration: float) -> FloatArray:
+    """Return instants as (m,), those outside [0, duration] at its ends; IntervalError where one is not a number."""
+    flat = t.reshape(-1)
+    if np.isnan(flat).any():
+        raise IntervalError("an instant is not a number: give seconds")
+    return np.asarray(np.clip(flat, 0.0, duration))
+
+
+def check_instants(t: FloatArray, duration: float) -> None:
+    """Raise IntervalError unless every instant of shape (m,) is in [0, duration], but for rounding."""
+    slack = ROUNDING * duration
+    if t.size and not (t.min() >= -slack and t.max() <= duration + slack):
+        bad = t[~((t >= -slack) & (t <= duration + slack))][0]
+        raise IntervalError(f"t = {bad} s is outside the path's interval [0, {duration}] s")
+
+
+def check_order(order: int) -> int:
+    """Return the derivative order as an int, or raise IntervalError if it is not a whole number >= 0."""
+    if not is_whole(order) or order < 0:
+        raise IntervalError(f"order is {shown(order)}: the order of a derivative is a whole number, 0 or more")
+    return int(order)
