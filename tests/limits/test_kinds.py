@@ -51,7 +51,7 @@ def test_the_option_sets_the_limit(kind):
     field = kind.option.lstrip("-").replace("-", "_")
     value = 0.9 if kind.least else 30.0 if kind.degrees else 1.5
     limits = TimingOptions(**{field: value}).limits
-    assert limits.given() == {kind.name: radians(value) if kind.degrees else value}
+    assert limits.given()[kind.name] == (radians(value) if kind.degrees else value)
     assert given_limits(TimingOptions()) == {}
 
 
