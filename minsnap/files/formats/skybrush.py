@@ -72,8 +72,8 @@ def skybrush_bytes(segments: CubicSegments, lights: Lights | None = None) -> byt
         over = len(content) - LARGEST_BLOCK
         raise FileError(
             f"{len(pieces)} segments take {len(content)} bytes, {over} more than a block holds: "
-            f"the first {segments.breaks[fits] / 1e3:.1f} s of {segments.breaks[-1] / 1e3:.1f} s fit; shorten the show or "
-            "allow cubics farther from the curve"
+            f"the first {segments.breaks[fits] / 1e3:.1f} s of {segments.breaks[-1] / 1e3:.1f} s fit; shorten the show "
+            "or allow cubics farther from the curve"
         )
     blocks = _block(TRAJECTORY, content) + _block(LIGHTS, light_bytes(lights))
     head = MARK + bytes([VERSION, CHECKSUM])
