@@ -118,7 +118,7 @@ class CorridorAnswer:
         Share of their widths by which walls were moved inwards to leave room for the proof.
     rounds : int
     attempts : int
-        1: double precision was enough; 2: the longest floating type was used.
+        1: double precision was enough; 2: double-double arithmetic was used.
     """
 
     status: Status

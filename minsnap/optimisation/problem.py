@@ -156,8 +156,9 @@ class Task:
         return held
 
     def units(self, durations: FloatArray) -> Units:
-        """Units in which lengths and durations are of order one."""
-        return Units(self.length, math.exp(np.log(durations).sum() / len(durations)), self.waypoints[0])
+        """Units in which lengths and durations are of order one: times by a power of two, which rounds nothing."""
+        exponents = np.frexp(durations)[1]
+        return Units(self.length, math.ldexp(1.0, int(exponents.sum()) // len(exponents)), self.waypoints[0])
 
     def problem(self, durations: FloatArray, units: Units) -> Problem:
         """Return the reduced problem for piece durations (pieces in all,) [s]."""

@@ -5,15 +5,21 @@
 // rounded once: no contraction, no excess precision.
 #pragma once
 
+#include <cmath>
+#include <limits>
+
 namespace minsnap {
+
+using std::fabs, std::isfinite, std::sqrt;
 
 struct DoubleDouble {
     double high;
     double low;
 
     DoubleDouble() = default;  // not initialised, as a double
-    explicit DoubleDouble(double value) : high(value), low(0.0) {}
-    DoubleDouble(double one, double two) : high(one), low(two) {}
+    constexpr DoubleDouble(double value) : high(value), low(0.0) {}
+    constexpr DoubleDouble(double one, double two) : high(one), low(two) {}
+    explicit operator double() const { return high + low; }
 };
 
 inline double to_double(double value) { return value; }
@@ -70,8 +76,36 @@ inline DoubleDouble &operator+=(DoubleDouble &a, const DoubleDouble &b) { return
 inline DoubleDouble &operator-=(DoubleDouble &a, const DoubleDouble &b) { return a = a - b; }
 inline DoubleDouble &operator*=(DoubleDouble &a, const DoubleDouble &b) { return a = a * b; }
 
+inline DoubleDouble &operator/=(DoubleDouble &a, const DoubleDouble &b) { return a = a / b; }
+
+inline bool operator==(const DoubleDouble &a, const DoubleDouble &b) { return a.high == b.high && a.low == b.low; }
+inline bool operator!=(const DoubleDouble &a, const DoubleDouble &b) { return !(a == b); }
 inline bool operator<(const DoubleDouble &a, const DoubleDouble &b) {
     return a.high < b.high || (a.high == b.high && a.low < b.low);
 }
+inline bool operator>(const DoubleDouble &a, const DoubleDouble &b) { return b < a; }
+inline bool operator<=(const DoubleDouble &a, const DoubleDouble &b) { return a < b || a == b; }
+inline bool operator>=(const DoubleDouble &a, const DoubleDouble &b) { return b <= a; }
+
+inline DoubleDouble fabs(const DoubleDouble &a) { return a.high < 0.0 || (a.high == 0.0 && a.low < 0.0) ? -a : a; }
+inline bool isfinite(const DoubleDouble &a) { return isfinite(a.high); }
+
+// A Newton step from the root of the larger part (A. H. Karp and P. Markstein, ACM TOMS 23, 1997).
+inline DoubleDouble sqrt(const DoubleDouble &a) {
+    if (!(a.high > 0.0)) return DoubleDouble(sqrt(a.high));
+    const double root = sqrt(a.high);
+    return ordered_sum(root, (a - exact_product(root, root)).high / (2.0 * root));
+}
 
 }  // namespace minsnap
+
+namespace std {
+
+template <>
+struct numeric_limits<minsnap::DoubleDouble> {
+    static constexpr bool is_specialized = true;
+    static constexpr minsnap::DoubleDouble infinity() { return {numeric_limits<double>::infinity(), 0.0}; }
+    static constexpr minsnap::DoubleDouble epsilon() { return {4.930380657631324e-32, 0.0}; }  // 2^-104
+};
+
+}  // namespace std

@@ -85,10 +85,10 @@ public:
 
     // Append a column given as its projection: what ``project`` left, its squared norm, and its inner products.
     void append(const Real *rest, Reach reach, Real squared, const Real *along) {
-        Real *const q = column(count_), scale = 1 / std::sqrt(squared);
+        Real *const q = column(count_), scale = 1 / sqrt(squared);
         for (int i = 0; i < layout_->entries; ++i) q[i] = rest[i] * scale;
         for (int k = 0; k < count_; ++k) triangle(count_)[k] = along[k];
-        triangle(count_)[count_] = std::sqrt(squared);
+        triangle(count_)[count_] = sqrt(squared);
         reach_[count_++] = reach;
     }
 
@@ -135,7 +135,7 @@ private:
     // Make entry j + 1 of column j of R zero by a rotation of rows j and j + 1, of these columns of
     // Q, and of Q'x.
     void rotate(int j, Real *along) {
-        const Real a = triangle(j)[j], b = triangle(j)[j + 1], norm = std::hypot(a, b);
+        const Real a = triangle(j)[j], b = triangle(j)[j + 1], norm = sqrt(a * a + b * b);
         const Real c = a / norm, s = b / norm;
         for (int i = j; i < count_; ++i) {
             Real &upper = triangle(i)[j], &lower = triangle(i)[j + 1], was = upper;

@@ -137,7 +137,7 @@ public:
 
 private:
     static constexpr int max_state = 2 * max_half - 1, max_extra = max_half - 1;
-    static constexpr Real zero = 256 * std::numeric_limits<Real>::epsilon();  // of an equation's entries
+    static Real zero() { return 256 * std::numeric_limits<Real>::epsilon(); }  // of an equation's entries
 
     // Rows of a block and of the next ones: equations and the cost, with columns of the start, the end, the seam, and
     // right-hand sides.
@@ -282,15 +282,15 @@ private:
         if (seam) units_of(chain, chain_blocks_, unit + start + end);
         for (int i = 0; i < equations; ++i) {
             own[i] = 0;
-            for (int j = 0; j < columns - columns_; ++j) own[i] = largest_of(own[i], std::fabs(work.equation[i][j]) / unit[j]);
+            for (int j = 0; j < columns - columns_; ++j) own[i] = largest_of(own[i], fabs(work.equation[i][j]) / unit[j]);
         }
         int held = 0;
         for (; held < equations && held < start; ++held) {
             int row = -1, column = -1;
-            Real best = zero;
+            Real best = zero();
             for (int i = held; i < equations; ++i)
                 for (int j = held; j < start; ++j) {
-                    const Real share = own[i] > 0 ? std::fabs(work.equation[i][j]) / (unit[j] * own[i]) : Real(0);
+                    const Real share = own[i] > 0 ? fabs(work.equation[i][j]) / (unit[j] * own[i]) : Real(0);
                     if (share > best) best = share, row = i, column = j;
                 }
             if (row < 0) break;
@@ -348,7 +348,7 @@ private:
     void add_piece(const Chain<Real, Half> &chain, int piece, const int *axes, int start, int end, int seam,
                    Rows &work) {
         const Real duration = chain.durations[piece];
-        Real weight = 1 / std::sqrt(duration), powers[max_half], ends[max_points] = {};
+        Real weight = 1 / sqrt(duration), powers[max_half], ends[max_points] = {};
         powers[0] = 1;
         for (int a = 1; a < half_; ++a) powers[a] = powers[a - 1] * duration, weight /= duration;
         const bool from_seam = closed_ && piece == 0, to_seam = closed_ && piece + 1 == chain.pieces;
@@ -384,8 +384,8 @@ private:
         Real squares = 0;
         for (int i = h + 1; i < rows; ++i) squares += work[i][t] * work[i][t];
         if (squares == 0) return;
-        const Real head = work[h][t], norm = std::sqrt(head * head + squares);
-        const Real pivot = head > 0 ? head + norm : head - norm, scale = 1 / (norm * (norm + std::fabs(head)));
+        const Real head = work[h][t], norm = sqrt(head * head + squares);
+        const Real pivot = head > 0 ? head + norm : head - norm, scale = 1 / (norm * (norm + fabs(head)));
         work[h][t] = pivot;
         for (int j = t + 1; j < columns; ++j) {
             Real sum = 0;
@@ -421,12 +421,12 @@ private:
         for (int j = 0; j < count; ++j) {
             Real largest = 0, last = 0;
             for (int i = 0; i <= j; ++i) {
-                const Real entry = i < held ? work.equation[i][j] : work.cost[i - held][j], size = std::fabs(entry);
+                const Real entry = i < held ? work.equation[i][j] : work.cost[i - held][j], size = fabs(entry);
                 if (!(size < 1e150)) return false;
                 if (i >= held || j < held) largest = size > largest ? size : largest;
                 diagonal[i * state_ + j] = last = entry;
             }
-            if (!(std::fabs(last) > Real(1e-13) * (j < held ? Real(0) : largest))) return false;
+            if (!(fabs(last) > Real(1e-13) * (j < held ? Real(0) : largest))) return false;
             diagonal[j * state_ + j] = 1 / last;
         }
         return true;

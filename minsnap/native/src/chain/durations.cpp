@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "arithmetic/elementary.hpp"
 #include "chain/cost_slopes.hpp"
 #include "basics/dispatch.hpp"
 #include "basics/export.hpp"
@@ -295,7 +296,7 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
     for (Integer i = 0; i < legs; ++i) total += split.first[i];
     auto function = [&](const double *x, double *gradient, double &value) {
         double sum = 0.0, cost = 0.0, all = 0.0;
-        for (Integer i = 0; i < legs; ++i) sum += gradient[i] = split.first[i] * std::exp(x[i]);
+        for (Integer i = 0; i < legs; ++i) sum += gradient[i] = split.first[i] * exponential(x[i]);
         const double share = split.price > 0.0 ? 1.0 : total / sum;
         for (Integer i = 0; i < legs; ++i) {
             gradient[i] *= share;
@@ -320,7 +321,7 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
             const double own = split.price > 0.0 ? price * gradient[i] : -split.unit * all * gradient[i] / time;
             gradient[i] = (split.unit * slope + own) / worth;
         }
-        value = std::log(worth);
+        value = logarithm(worth);
         return true;
     };
     Stopping stopping;
@@ -336,7 +337,7 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
 Status split_in_corridor(const Request &given, Split split) {
     CorridorCost corridor(given);
     if (!corridor.allocate()) return Status::no_memory;
-    split.unit = given.length * given.length * std::pow(given.time, 1.0 - 2.0 * given.half);
+    split.unit = given.length * given.length / power(given.time, 2 * given.half - 1);
     return find_split(split, given.gap, [&](const double *pieces, double &cost, double *slopes) {
         return corridor.evaluate(pieces, cost, slopes);
     });

@@ -72,7 +72,7 @@ public:
         row.limit = row.plane.bound - inwards_at(walls_[wall], share, s);
         Real *const a = own_vector(count_);
         row.reach = whiten(row.plane, s, 0, a);
-        row.norm = std::sqrt(orthogonal_.inner(a, row.reach, a, row.reach));
+        row.norm = sqrt(orthogonal_.inner(a, row.reach, a, row.reach));
         if (!(row.norm > 0)) return false;
         for (int i = 0; i < layout_.entries; ++i) a[i] /= row.norm;
         measure(row);
@@ -126,15 +126,15 @@ public:
 
     // Refine until the active rows hold with equality on the curve itself.
     void settle() {
-        Real before = infinity();
+        Real before = 0;
         for (int pass = 0; pass < 5; ++pass) {
             Real worst = 0;
             for (int k = 0; k < count_; ++k) {
                 const Real residual = rows_[k].value - rows_[k].limit;
-                worst = largest(worst, std::fabs(residual) / walls_[rows_[k].wall].width);
+                worst = largest(worst, fabs(residual) / walls_[rows_[k].wall].width);
                 along_[k] = residual / rows_[k].norm;
             }
-            if (worst < fine() || !(worst < before / 2)) return;
+            if (worst < fine() || (pass > 0 && !(worst < before / 2))) return;
             before = worst;
             orthogonal_.solve_transposed(along_.data());
             orthogonal_.subtract(z_.data(), along_.data());
@@ -303,7 +303,7 @@ private:
     int first_to_vanish(Real &length) const {
         int first = -1;
         for (int k = 0; k < count_; ++k)
-            if (!is_equality(k) && factor_[k] > 0 && rows_[k].multiplier < length * factor_[k]) {
+            if (!is_equality(k) && factor_[k] > 0 && (first < 0 || rows_[k].multiplier < length * factor_[k])) {
                 length = largest(rows_[k].multiplier, Real(0)) / factor_[k];
                 first = k;
             }

@@ -41,7 +41,7 @@ inline Plane<Real> tangent(const Wall<Real> &wall, const Ball<Real> &ball, int d
 // Make a vector of ``rows`` entries a unit vector. False if it is zero.
 template <class Real>
 inline bool normalise(Real *vector, int rows) {
-    const Real length = std::sqrt(dot(vector, vector, rows));
+    const Real length = sqrt(dot(vector, vector, rows));
     if (!(length > 0)) return false;
     for (int q = 0; q < rows; ++q) vector[q] /= length;
     return true;
@@ -87,7 +87,7 @@ inline int beyond_ball(const Chain<Real, Half> &chain, const Wall<Real> &wall, c
 // The distance beyond a round wall from the value of that polynomial, where the wall has this height.
 template <class Real>
 inline Real distance_beyond(const Wall<Real> &wall, Real height, Real value) {
-    const Real norm = std::sqrt(largest(height * height + 2 * wall.width * value, Real(0)));
+    const Real norm = sqrt(largest(height * height + 2 * wall.width * value, Real(0)));
     return height > 0 ? 2 * wall.width * value / (height + norm) : norm - height;
 }
 

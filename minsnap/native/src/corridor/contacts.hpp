@@ -90,7 +90,7 @@ private:
 
     // Rows near each other on one wall: of a ball on the same side, of a plane with no turn away from it between them.
     bool one_contact(const Row<Real> &a, const Row<Real> &b) const {
-        if (a.wall != b.wall || !(std::fabs(a.s - b.s) < near)) return false;
+        if (a.wall != b.wall || !(fabs(a.s - b.s) < near)) return false;
         if (walls_[a.wall].ball >= 0) return dot(a.direction, b.direction, chain_.dim) > Real(0.5);
         const Real between = jet_of(chain_.points, a.plane, (a.s + b.s) / 2).value, limits = (a.limit + b.limit) / 2;
         return between > limits - Real(1e-12) * walls_[a.wall].width;
@@ -109,7 +109,7 @@ private:
     }
     void turn(Row<Real> &row, int first) const {
         const int rows = balls_[walls_[row.wall].ball].rows;
-        const Real size = std::sqrt(dot(&right_[first], &right_[first], rows));
+        const Real size = sqrt(dot(&right_[first], &right_[first], rows));
         const Real share = size > most_turn ? most_turn / size : Real(1);
         for (int q = 0; q < rows; ++q) row.direction[q] += share * right_[first + q];
     }
@@ -175,7 +175,7 @@ private:
             across += slope * slope / height;
         }
         if (!moves) return;
-        const Real bend = largest(-jet.curvature - across, 5 * std::fabs(jet.slope));
+        const Real bend = largest(-jet.curvature - across, 5 * fabs(jet.slope));
         entry(p, p) += weight * (largest(bend, Real(1e-6) * wall.width) + across);
         right_[p] = jet_of(chain_.points, row.plane, row.s).slope;
     }
@@ -196,7 +196,7 @@ private:
                 const Real left = own[i] - dot(own, other, i);
                 if (i < j) own[i] = left / other[i];
                 if (i == j && !(left > 0)) return false;
-                if (i == j) own[i] = std::sqrt(left);
+                if (i == j) own[i] = sqrt(left);
             }
             right_[j] = (right_[j] - dot(own, right_.data(), j)) / own[j];
         }

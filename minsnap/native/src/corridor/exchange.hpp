@@ -50,7 +50,7 @@ public:
 private:
     static constexpr int most_rounds = 1000, most_tries = 8, shortest_pause = 3;
     // Products of vectors' entries, about, after which it gives up: 0.2 to 0.4 s in either precision.
-    static constexpr double most_work = sizeof(Real) > 8 ? 6e7 : 5e8;
+    static constexpr double most_work = sizeof(Real) > 8 ? 4e7 : 5e8;
     static constexpr Real absurd = Real(1e6);        // times the cost of stops at all knots: rounding has taken over
     static constexpr Real most_inward = Real(1e-3);  // share of their widths by which walls move
     static constexpr double jump = 1e-9, stored = 8e-16;  // of derivatives at knots, as the certificate judges them
@@ -266,7 +266,7 @@ private:
     bool met(int wall) const {
         Real excess[max_products];
         const int degree = excess_over(wall, excess);
-        return std::fabs(excess[walls_[wall].when == When::start ? 0 : degree]) <= Real(1e-10) * walls_[wall].width;
+        return fabs(excess[walls_[wall].when == When::start ? 0 : degree]) <= Real(1e-10) * walls_[wall].width;
     }
 
     // Move a wall inwards by half as much again as the rounding of its proof, if there is that much room at its ends.
@@ -306,7 +306,7 @@ private:
             bool near = false;
             for (int k = 0; k < active.count() && !near; ++k) {
                 const Row<Real> &row = active.row(k);
-                near = row.wall == peaks_[i].wall && std::fabs(row.s - peaks_[i].s) < Real(0.3);
+                near = row.wall == peaks_[i].wall && fabs(row.s - peaks_[i].s) < Real(0.3);
             }
             if (!near) return false;
         }
@@ -370,9 +370,9 @@ private:
         for (int knot = 0; knot <= chain.pieces; ++knot)
             for (std::size_t i = 0; i < state; ++i)
                 answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
-        if (!std::isfinite(answer.cost) || !std::isfinite(answer.bound)) return Status::not_proved;  // as doubles
+        if (!isfinite(answer.cost) || !isfinite(answer.bound)) return Status::not_proved;  // as doubles
         const Real proof = smallest(price_of_proof(), most_inward * cost);
-        return aim_ != Aim::proved || std::fabs(cost - bound) <= Real(given_->gap) * cost + proof ? Status::done : Status::not_proved;
+        return aim_ != Aim::proved || fabs(cost - bound) <= Real(given_->gap) * cost + proof ? Status::done : Status::not_proved;
     }
 
     // What it costs that walls moved inwards by more than the gap allows, for the rounding of the proof.

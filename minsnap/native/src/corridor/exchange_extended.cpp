@@ -1,4 +1,4 @@
-// The exchange in the longest floating type.
+// The exchange in double-double arithmetic.
 #include <new>
 
 #include "corridor/exchange.hpp"
@@ -6,7 +6,7 @@
 namespace minsnap {
 
 Status solve_extended(const Request &given, Answer &answer) {
-    Exchange<long double, 0> *const exchange = new (std::nothrow) Exchange<long double, 0>(given.half);
+    Exchange<DoubleDouble, 0> *const exchange = new (std::nothrow) Exchange<DoubleDouble, 0>(given.half);
     const Status status = exchange == nullptr ? Status::no_memory : exchange->solve(given, answer);
     delete exchange;
     return status;

@@ -45,13 +45,13 @@ private:
     int half_ = 0;  // of the latter
 };
 
-// The same once, in the longest floating type there is.
+// The same once, in double-double arithmetic.
 Status solve_extended(const Request &given, Answer &answer);
 
 // Solve a request that was checked: as a whole or in windows, in double precision.
 Status solve_in_double(const Request &given, Answer &answer);
 
-// The same, and where that does not end with a proof once more in the longest floating type.
+// The same, and where that does not end with a proof once more in double-double arithmetic.
 Status solve_request(const Request &given, Answer &answer, std::int64_t &attempts);
 
 }  // namespace minsnap

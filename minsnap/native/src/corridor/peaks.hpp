@@ -49,7 +49,7 @@ inline Real climb(const Real *points, int degree, Real &s) {
         const Real next = s - jet.slope / jet.curvature, inside = next < least ? least : next > most ? most : next;
         const Real change = inside - s;
         s = inside;
-        if (std::fabs(change) < Real(1e-5))  // the next one would be about its square, what Taylor leaves out its cube
+        if (fabs(change) < Real(1e-5))  // the next one would be about its square, what Taylor leaves out its cube
             return jet.value + change * (jet.slope + change * jet.curvature / 2);
     }
     return jet_at(points, degree, s).value;

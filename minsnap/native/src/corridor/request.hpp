@@ -71,7 +71,7 @@ Real room_at(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<
         value += wall.normal[axis] * own;
         for (int q = 0; q < ball.rows; ++q) place[q] += ball.matrix[q][axis] * own;
     }
-    return wall.bound - value - std::sqrt(dot(place, place, ball.rows));
+    return wall.bound - value - sqrt(dot(place, place, ball.rows));
 }
 
 // Walls move inwards by shares of their width, or of the room at the ends of the piece where that is less. A wall on

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "arithmetic/elementary.hpp"
 #include "chain/cost_slopes.hpp"
 #include "corridor/exchange_solver.hpp"
 #include "chain/unconstrained.hpp"
@@ -33,15 +34,13 @@ public:
         if (!piece_.allocate(most) || !order_.allocate(most) || !normal_.allocate(most * given.dim) ||
             !anchor_.allocate(most * given.dim) || !bound_.allocate(most) || !axis_.allocate(most))
             return Status::no_memory;
-        double logarithms = 0.0;
         for (std::int64_t leg = 0; leg < given.legs; ++leg) {
             const double duration = given.durations[leg], width = given.width(leg);
             if (!(duration >= shortest_duration && duration <= longest_duration)) return Status::bad_number;
             if (!(width >= smallest_number && width <= largest_number)) return Status::bad_number;
             if (!around(given, leg)) return Status::bad_number;
-            logarithms += std::log(duration);
         }
-        length /= double(given.legs), time = std::exp(logarithms / double(given.legs));
+        length /= double(given.legs), time = typical_time(given.durations, given.legs);
         return Status::done;
     }
 
@@ -123,7 +122,7 @@ inline Status request_tube(const TubeProblem &given, double gap, TubeWalls &wall
 }
 
 // Find the curve of least cost, proved to be inside; points (legs, 2k, dim). longest: where double precision does not end
-// with a proof, try the longest floating type too.
+// with a proof, try double-double arithmetic too.
 inline Status solve_tube(const TubeProblem &given, double gap, bool longest, double *points, TubeWalls &walls,
                          TubeAnswer &found) {
     Request request = {};
@@ -136,7 +135,7 @@ inline Status solve_tube(const TubeProblem &given, double gap, bool longest, dou
 
 // What a normalised cost is worth [m^2/s^(2k-1)].
 inline double cost_unit(const TubeProblem &given, const TubeWalls &walls) {
-    return walls.length * walls.length * std::pow(walls.time, 1.0 - 2.0 * given.half);
+    return walls.length * walls.length / power(walls.time, 2 * given.half - 1);
 }
 
 // Derivatives of the optimal cost of a tube in durations (legs,), displacements of legs (legs, dim) and half-widths

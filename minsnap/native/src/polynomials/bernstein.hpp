@@ -3,6 +3,8 @@
 // G. Farin, "Curves and Surfaces for CAGD", 5th edition, 2002, chapters 4 and 5.
 #pragma once
 
+#include "arithmetic/double_double.hpp"
+
 namespace minsnap {
 
 constexpr int max_half = 6;               // k of the largest degree 2k - 1 = 11

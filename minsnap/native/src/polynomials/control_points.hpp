@@ -51,7 +51,7 @@ public:
         }
     }
 
-    bool finite() const { return std::isfinite(sum_); }
+    bool finite() const { return isfinite(sum_); }
 
 private:
     void keep(std::int64_t knot, const double (&state)[half - 1][dim]) {

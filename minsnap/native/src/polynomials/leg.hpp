@@ -20,18 +20,18 @@ struct LegTables {
 // The k-th derivative has the Bernstein coefficients d = D e, and its integral of squares is d'Gd with
 // G_ij = C(m,i) C(m,j) / C(2m, i+j) / (2m+1), m = k - 1; root = U D with G = U'U. Positions enter by their difference
 // only, so that root is blind to where the piece lies.
-inline void make_root(int half, LegTables<long double> &tables) {
+inline void make_root(int half, LegTables<DoubleDouble> &tables) {
     const int degree = 2 * half - 1, last = half - 1;
-    long double factor[max_half][max_half] = {}, falling = 1;
+    DoubleDouble factor[max_half][max_half] = {}, falling = 1;
     for (int j = 0; j < half; ++j)  // Cholesky of G
         for (int i = 0; i <= j; ++i) {
-            long double sum = binomial(last, i) * binomial(last, j) / (binomial(2 * last, i + j) * (2 * last + 1.0L));
+            DoubleDouble sum = binomial(last, i) * binomial(last, j) / (binomial(2 * last, i + j) * (2 * last + 1.0));
             for (int q = 0; q < i; ++q) sum -= factor[q][i] * factor[q][j];
-            factor[i][j] = i == j ? std::sqrt(sum) : sum / factor[i][i];
+            factor[i][j] = i == j ? sqrt(sum) : sum / factor[i][i];
         }
     for (int q = 0; q < half; ++q) falling *= degree - q;
     for (int column = 1; column < 2 * half; ++column) {
-        long double points[max_points] = {};
+        DoubleDouble points[max_points] = {};
         const int order = column % half;
         for (int j = order; j < half; ++j)
             if (column < half)
@@ -48,9 +48,9 @@ inline void make_root(int half, LegTables<long double> &tables) {
 
 template <class Real>
 LegTables<Real> make_tables(int half) {
-    LegTables<long double> exact = {};
+    LegTables<DoubleDouble> exact = {};
     for (int j = 0; j < half; ++j) {
-        long double divisor = 1;
+        DoubleDouble divisor = 1;
         for (int a = 0; a <= j; ++a) {
             exact.ends[j][a] = binomial(j, a) / divisor;
             divisor *= 2 * half - 1 - a;

@@ -1,0 +1,53 @@
+// Exponential, logarithm and whole powers by operations that IEEE 754 rounds once: C libraries differ in the last bit, and
+// what searches decide by must not.
+//
+// Reduction by powers of two with ln 2 in two parts, then a Taylor polynomial (W. J. Cody and W. Waite, "Software Manual
+// for the Elementary Functions", 1980). Both are accurate to about two units in the last place.
+#pragma once
+
+#include <cmath>
+
+namespace minsnap {
+
+constexpr double ln2_high = 0x1.62e42feep-1, ln2_low = 0x1.a39ef35793c76p-33;
+
+inline double exponential(double x) {
+    if (!(x > -745.0)) return x != x ? x : 0.0;
+    if (x > 709.7) return __builtin_huge_val();
+    const double whole = std::floor(x * 1.4426950408889634 + 0.5);
+    const double rest = (x - whole * ln2_high) - whole * ln2_low;
+    double sum = 1.0;
+    for (int n = 14; n > 0; --n) sum = 1.0 + sum * rest / n;
+    return std::ldexp(sum, int(whole));
+}
+
+// Of a positive number.
+inline double logarithm(double x) {
+    int exponent = 0;
+    double mantissa = std::frexp(x, &exponent);
+    if (mantissa < 0.70710678118654752) mantissa *= 2.0, --exponent;
+    const double ratio = (mantissa - 1.0) / (mantissa + 1.0), square = ratio * ratio;
+    double sum = 0.0;
+    for (int n = 21; n > 1; n -= 2) sum = (sum + 1.0 / n) * square;
+    return exponent * ln2_high + (2.0 * ratio * (1.0 + sum) + exponent * ln2_low);
+}
+
+inline double power(double x, int n) {
+    double product = 1.0;
+    for (int i = 0; i < n; ++i) product *= x;
+    return product;
+}
+
+// A power of two near the geometric mean of durations: what the unit of time is, so that scaling by it is exact.
+inline double typical_time(const double *durations, long long count) {
+    long long sum = 0;
+    for (long long i = 0; i < count; ++i) {
+        int exponent = 0;
+        std::frexp(durations[i], &exponent);
+        sum += exponent;
+    }
+    const long long down = sum >= 0 ? sum / count : -((-sum + count - 1) / count);
+    return std::ldexp(1.0, int(down));
+}
+
+}  // namespace minsnap

@@ -1,0 +1,95 @@
+"""A fixed set of plans and a digest of each: the same on every processor, with every choice of kernels.
+
+``python tests/helpers/digest_plans.py`` prints them; with ``--write`` it stores them as what the tests compare with.
+A change of what is stored is due to a change of method, and is named in the changelog.
+"""
+
+import hashlib
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import minsnap
+
+STORED = Path(__file__).parents[1] / "plan_digests.json"
+
+REFERENCE = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
+TIMES = (4.1, 2.3, 3.7, 2.9)
+BOXES = minsnap.Boxes([(-1, -1, 0), (6, -1, 0), (6, 2, 0)], [(9, 1, 2), (9, 5, 2), (9, 9, 3)])
+THROUGH = [(0, 0, 1), (7.5, 0, 1), (7.5, 4, 1), (7, 8, 1.5)]
+FACES = np.concatenate((np.eye(3), -np.eye(3)))
+
+
+def polytopes():
+    """The boxes as half-spaces."""
+    return minsnap.Polytopes([(FACES, np.concatenate((b, -a))) for a, b in zip(BOXES.lower, BOXES.upper, strict=True)])
+
+
+def chain(legs):
+    """Waypoints and durations of a chain, drawn by integers alone."""
+    number = np.arange(legs + 1)[:, None] * np.array([37, 53, 71]) % 101
+    return number / 17.0 + np.arange(legs + 1)[:, None] * [1.5, 0.0, 0.0], 0.8 + number[1:, 0] / 61.0
+
+
+def rectangle(**asked):
+    """The rectangle, closed or not, with given durations unless others are asked for."""
+    return lambda: minsnap.plan(REFERENCE, **{"durations": TIMES} | asked)
+
+
+def along(points, durations, **asked):
+    """Any other plan."""
+    return lambda: minsnap.plan(points, durations, **asked)
+
+
+GIVEN = {
+    **{f"degree {n}": rectangle(degree=n) for n in (3, 5, 7, 9, 11)},
+    **{f"tube, degree {n}": rectangle(degree=n, corridor=0.3) for n in (3, 5, 7, 9, 11)},
+    "pins": rectangle(pins={2: {"velocity": (0.1, 1.0, 0.0)}}, start={"velocity": (0.7, 0, 0)}),
+    "pins in a tube": rectangle(corridor=0.4, pins={2: {"velocity": (0.1, 0.5, 0.0)}}),
+    "lap": rectangle(closed=True),
+    "lap in a tube": rectangle(closed=True, corridor=0.3),
+    "tube, three pieces": rectangle(corridor=0.3, pieces=3),
+    "round tube": rectangle(corridor=minsnap.RoundTube(0.3)),
+    "narrow tube": rectangle(corridor=0.01),
+    "room and tube": rectangle(corridor=[0.3, minsnap.Room((-0.2, -0.2, 0.8), (8.2, 4.2, 1.2))]),
+    "spline": rectangle(continuity=6),
+    "tube, continuity 4": rectangle(corridor=0.5, continuity=4, pieces=2),
+    "tube, continuity 6": rectangle(corridor=0.5, continuity=6, pieces=3),
+    "lap, continuity 5": rectangle(corridor=0.5, continuity=5, pieces=2, closed=True),
+    "degree 11, continuity 9": rectangle(corridor=0.5, continuity=9, pieces=3, degree=11),
+    "balls": rectangle(waypoint_tolerance=minsnap.Ball(0.2)),
+    "balls in a tube": rectangle(waypoint_tolerance=minsnap.Ball(0.2), corridor=0.4),
+    "boxes": along(THROUGH, (4.3, 2.7, 3.1), corridor=BOXES),
+    "boxes, free waypoints": along(
+        None, (4.3, 2.7, 3.1), corridor=BOXES, start={"position": (0, 0, 1)}, end={"position": (7, 8, 1.5)}
+    ),
+    "polytopes": along(THROUGH, (4.3, 2.7, 3.1), corridor=polytopes()),
+    "1,000 legs": along(*chain(1000)),
+    "200 legs in a tube": along(*chain(200), corridor=0.4),
+    "best split": rectangle(durations=None, total_time=13.0),
+    "best split in a tube": rectangle(durations=None, total_time=13.0, corridor=0.3),
+}
+"""Plans with durations or a total time given, which the native core answers alone."""
+
+WITHIN_LIMITS = {}
+"""Plans within limits."""
+
+
+def digest(traj):
+    """Sixteen letters for all that a plan decides."""
+    parts = np.ascontiguousarray(traj.control_points), np.ascontiguousarray(traj.durations)
+    return hashlib.sha256(b"".join((part + 0.0).tobytes() for part in parts)).hexdigest()[:16]
+
+
+def digests():
+    """Digest of each plan, by its name."""
+    return {name: digest(ask()) for name, ask in (GIVEN | WITHIN_LIMITS).items()}
+
+
+if __name__ == "__main__":
+    text = json.dumps(digests(), indent=1) + "\n"
+    if "--write" in sys.argv:
+        STORED.write_text(text, encoding="utf-8")
+    print(text, end="")
