@@ -137,6 +137,18 @@ class LinkError(InputError):
     address: str | None = None
 
 
+class OutOfMemoryError(MinsnapError, MemoryError):
+    """What was asked for takes more memory than there is.
+
+    Attributes
+    ----------
+    needed : int or None
+        What it takes at least [bytes].
+    """
+
+    needed: int | None = None
+
+
 class BatchError(MinsnapError):
     """A batch could not go on: the disk is full, or a process or the scheduler is lost; what is written is kept."""
 

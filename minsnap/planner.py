@@ -24,6 +24,7 @@ from minsnap.basics.checks import (
     check_words,
 )
 from minsnap.basics.deadline import NEVER, Deadline
+from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, told
 from minsnap.corridors.constraint import Constraint, walls_of
 from minsnap.corridors.gates import Ball, Gate
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
         "dim": "nothing: the waypoints have as many coordinates as their rows",
     }
 )
+@within_memory("this plan", planned_bytes)
 def plan(
     waypoints: npt.ArrayLike | Sequence[npt.ArrayLike | Gate] | None,
     durations: npt.ArrayLike | None = None,
@@ -150,6 +152,8 @@ def plan(
         An InfeasibleError without proof, if a search found no plan in the time given.
     SolverError
         If every solver failed on a problem that has a solution.
+    OutOfMemoryError
+        If there is less memory than the plan takes.
     """
     began = perf_counter()
     check_words(solver=solver)

@@ -7,6 +7,9 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from minsnap.basics.messages import shown
+from minsnap.errors import InputError
+
 if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
 
@@ -66,6 +69,8 @@ def told(
 ) -> Iterator[Callback | None]:
     """Yield what is to be called with the progress: for True what shows it in a line, which is removed at the end."""
     if not isinstance(progress, bool):
+        if progress is not None and not callable(progress):
+            raise InputError(f"progress is {shown(progress)}: give True, or what is called with every step")
         yield progress
         return
     line = ProgressLine(label)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray, owned
 from minsnap.basics.checks import check_degree, check_switch
+from minsnap.basics.needed_memory import planned_bytes, within_memory
 from minsnap.basics.progress import ProgressLine, told
 from minsnap.basics.tolerances import GAP
 from minsnap.corridors.constraint import Constraint
@@ -37,6 +38,7 @@ from minsnap.trajectory.trajectories import Reports, ReportsExcept, Trajectories
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory
 
 
+@within_memory("this batch of plans", planned_bytes)
 def plan_many(
     waypoints: npt.ArrayLike | Sequence[npt.ArrayLike],
     durations: npt.ArrayLike | Sequence[npt.ArrayLike] | None = None,
@@ -91,6 +93,8 @@ def plan_many(
         If it is not clear what the problems are: another number of durations, corridors or end states than of
         waypoints, or a degree that does not exist; or if gradients are asked for that are not known.  What is wrong
         with one problem is in ``errors``.
+    OutOfMemoryError
+        If there is less memory than the plans take.
     """
     began = perf_counter()
     half = check_degree(degree)

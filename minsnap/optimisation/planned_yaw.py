@@ -35,6 +35,9 @@ MANY_TURNS = 4.0 * np.pi
 SAMPLED, FOLLOWED = 50.0, 1e-2
 """Rate at which a function of time is sampled [Hz], and the largest difference of the spline from it [rad]."""
 
+LONGEST_FUNCTION = 1e5
+"""Longest time over which a function of time is sampled [s]: some 200 MB of angles and their spline."""
+
 
 Yaw = float | str | npt.ArrayLike | Velocity | LookAt | Callable[[Any], Any] | None
 """What a plan takes as its yaw."""
@@ -96,6 +99,11 @@ def _sampled(function: Callable[[Any], Any], duration: float) -> Heading:
     """Return the heading that a function of time gives: a cubic spline through its angles at 50 instants a second."""
     from scipy.interpolate import CubicSpline, PPoly
 
+    if duration > LONGEST_FUNCTION:
+        raise YawError(
+            f"a yaw that is a function of time is followed over {LONGEST_FUNCTION:g} s at most, and the plan takes "
+            f"{duration:.6g} s: give angles at the waypoints"
+        )
     t = np.linspace(0.0, duration, max(int(np.ceil(SAMPLED * duration)), 8) + 1)
     spline = CubicSpline(t, shortest_turns(heading_at(function, t)))
     between = (t[1:] + t[:-1]) / 2.0

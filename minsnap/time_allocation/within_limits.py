@@ -132,7 +132,9 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
         return kept(found, limits, True)
     if found is not None and keeps(limits, found.trajectory):
         return found
-    return _stretched(fastest, float(durations.sum()), limits, finish, search)
+    smooth = _smoother(task, bounded, fastest, limits, finish, search).solved
+    _check_total(timing.total, smooth)
+    return _stretched(smooth, timing.total, limits, finish, search)
 
 
 def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
