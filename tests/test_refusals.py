@@ -65,7 +65,7 @@ SITES = [
     ),
     (
         ("within_limits", "_stretched", UnprovedError),
-        "no plan of 3000 s within the limits was found, only one of 4.2",
+        "no plan of 3000 s within the limits was found, only one of 4.3",
         {"waypoints": POINTS, "total_time": 3e3, "limits": LIMITS, "corridor": 0.2, "continuity": 4, **FAST},
     ),
     (
@@ -92,8 +92,8 @@ SITES = [
 """Module, function and class of what is raised, the sentence, and a question that ends there."""
 
 
-PASSAGE = ("passage", "_too_narrow", InfeasibleError)
-"""Tested in ``routes/test_barrier.py``."""
+ELSEWHERE = {("passage", "_too_narrow", InfeasibleError), ("fleet_planner", "_not_found", UnprovedError)}
+"""Tested in ``routes/test_separation.py`` and ``fleet/test_fleet_planner.py``."""
 
 
 def raising_sites():
@@ -116,7 +116,7 @@ def test_refusals_are_given_a_proof_or_called_unproved():
 
 
 def test_every_site_that_refuses_is_tested():
-    assert {site for site, _ in raising_sites()} == {site for site, *_ in SITES} | {PASSAGE}
+    assert {site for site, _ in raising_sites()} == {site for site, *_ in SITES} | ELSEWHERE
 
 
 @pytest.mark.parametrize(("site", "sentence", "asked"), SITES)

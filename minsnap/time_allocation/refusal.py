@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import LateError
-from minsnap.errors import InfeasibleError, MinsnapError, SolverError
+from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError
 from minsnap.optimisation.contradiction import contradicting_joints, find_contradiction
 from minsnap.optimisation.elastic import Elastic
 from minsnap.optimisation.infeasibility import UNPROVED, explain_corridor, hardest_pressed, normalised
@@ -67,10 +67,11 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverErro
         return SolverError(f"{UNPROVED}give more time, or loosen the limits")
     leg, instant = hardest_pressed(task, problem, units, found)
     message = f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s"
+    stretch: float | None = None
     try:
-        stretch: float | None = ElasticScale(task, leg_sums(durations, task.pieces), found).factor() * (1.0 + ROOM)
+        stretch = ElasticScale(task, leg_sums(durations, task.pieces), found).factor() * (1.0 + ROOM)
     except LateError:
         raise
-    except SolverError:
-        stretch = None
+    except (SolverError, LimitError):
+        pass  # no factor does, or none was found
     return InfeasibleError(message, leg=leg, instant=instant, stretch=stretch, contradiction=proof)

@@ -110,7 +110,7 @@ def nearby_factor(limits: Limits, trajectory: Trajectory) -> float | None:
 
 def nothing_limits(names: Sequence[str]) -> LimitError:
     """Say that no limit ends the search."""
-    used = " and ".join(KIND[name].label for name in names)
+    used = " and ".join(KIND[name].label if name in KIND else name for name in names)
     return LimitError(f"nothing limits the time: the path keeps the limit on {used} at any speed; add another one")
 
 
