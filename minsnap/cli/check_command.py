@@ -75,7 +75,7 @@ def check(
     if json:
         print(_as_json(report, inside, proved, problems, {"frame": frame_of(file, frame), "origin": origin_of(file)}))
     else:
-        print(_as_text(report, inside, proved, problems))
+        print(_as_text(report, inside, proved, problems, frame_of(file, frame)))
     return 1 if problems else 0
 
 
@@ -134,9 +134,10 @@ def _as_json(
 
 
 def _as_text(
-    report: ConsistencyReport, inside: Membership | None, proved: ExactProof | None, problems: list[str]
+    report: ConsistencyReport, inside: Membership | None, proved: ExactProof | None, problems: list[str], frame: str
 ) -> str:
     lines = [
+        ("frame", frame),
         ("rows", str(report.rows)),
         ("duration", f"{report.duration:.6g} s at {report.rate:.6g} Hz"),
         ("at rest", _rests(report)),

@@ -157,8 +157,24 @@ class Destination:
             figures["note"] = "; ".join(filter(None, said)) or None
         named = {"output": self.output, "plot": self.plot}
         figures |= {name: None if file is None else str(file) for name, file in named.items()}
+        figures |= self._written_further()
         text = as_json(figures) if self.json else as_text(figures)
         print(text, file=sys.stderr if self.output == STANDARD_OUTPUT else sys.stdout)
+
+    def _written_further(self) -> dict[str, Any]:
+        """Return the axes of what was written, and the file that was written beside it."""
+        if self.output is None:
+            return {"frame": None, "beside": None}
+        frame, beside = self.frame.lower(), None
+        if not self._is_csv and self.output != STANDARD_OUTPUT:
+            from minsnap.files.convert import format_of
+
+            frame = format_of(self.output, self.format).frame or frame
+        elif self.output != STANDARD_OUTPUT:
+            from minsnap.files.sidecar import noted_beside
+
+            beside = noted_beside(self.output)
+        return {"frame": frame, "beside": beside}
 
     def _write(self, path: Path, facts: dict[str, Any], origin: Sequence[float] | None) -> str | None:
         """Write the path; return a sentence on data that its format cannot hold."""

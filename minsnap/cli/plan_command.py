@@ -13,7 +13,7 @@ from minsnap.cli.groups import grouped
 from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning, altitudes_of
-from minsnap.errors import InputError
+from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
     from minsnap.files.plan_request import SceneRequest
@@ -33,6 +33,9 @@ def plan(
         ),
     ] = False,
     laps: Annotated[int | None, typer.Option("--laps", help="How often the course is flown.")] = None,
+    from_frame: Annotated[
+        str | None, typer.Option("--from-frame", help="Axes of the waypoints: enu unless given, or ned, …")
+    ] = None,
     takeoff: Annotated[bool, typer.Option("--takeoff", help="Climb from the ground below the first waypoint.")] = False,
     land: Annotated[bool, typer.Option("--land", help="Descend to the ground below the last waypoint.")] = False,
 ) -> None:
@@ -53,13 +56,15 @@ def plan(
     if destination.output is not None:
         refuse_source(destination.output, file)
     if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
-        _deliver_again(file, planning, destination, closed or bool(laps) or takeoff or land)
+        _deliver_again(file, planning, destination, closed or bool(laps) or takeoff or land or from_frame is not None)
         return
     course = _course(file, closed, laps, takeoff, land)
     if course is not None:
+        if from_frame not in (None, "enu"):
+            raise InputError(f"{file} is flown as a course, which is in ENU: leave out --from-frame {from_frame}")
         fly_course(course, planning, destination)
         return
-    given, chosen = read_request(file), _given(planning)
+    given, chosen = _in_frame(read_request(file), file, from_frame), _given(planning)
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
     found = _with_corridor(_closed(given, file, searched) if closed else given, planning)
     if "split" in chosen and not searched and found.total_time is None and not found.limits:
@@ -69,6 +74,21 @@ def plan(
         asked |= altitudes_of(planning, found.waypoints)
     path = plan_path(**plan_arguments(asked | destination.search))
     destination.deliver(path, found.walls, found.waypoints, limits=asked.get("limits"), origin=_home(file))
+
+
+def _in_frame(given: SceneRequest, file: Path, frame: str | None) -> SceneRequest:
+    """Return a request in ENU whose file has other axes; one below ground throughout has to say which."""
+    from minsnap.files.plan_request import in_enu
+
+    heights = [point[2] for point in given.waypoints if len(point) == 3]
+    if frame is None and heights and max(heights) <= 0.0 and min(heights) < 0.0:
+        raise FrameError(
+            f"{file} lies below ground throughout (z from {min(heights):g} to {max(heights):g} m) and does not say its "
+            "frame: give --from-frame ned, or enu"
+        )
+    if frame is not None and file.suffix.lower() == ".plan":
+        raise InputError(f"{file} is a mission by latitude and longitude: leave out --from-frame {frame}")
+    return given if frame is None else in_enu(given, frame)
 
 
 def _home(file: Path) -> tuple[float, ...] | None:

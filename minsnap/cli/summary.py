@@ -33,6 +33,8 @@ _LINES = (
     ("interrupted", "interrupted", "{} (the best plan found until then)"),
     ("note", "note", "{}"),
     ("output", "written", "{}"),
+    ("beside", "beside it", "{}"),
+    ("frame", "frame", "{}"),
     ("plot", "drawn", "{}"),
 )
 
@@ -68,7 +70,7 @@ def summarise(
     """
     from minsnap.trajectory.trajectory import Trajectory
 
-    known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-2])
+    known: dict[str, Any] = dict.fromkeys(name for name, _, _ in _LINES[:-4])
     known |= {"duration": path.duration, "cost_unit": None, "limits": [], "binding": []}
     if isinstance(path, Trajectory):
         return known | _of_trajectory(path, corridor, waypoints, limits)

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from minsnap.errors import VehicleError
+from minsnap.errors import FrameError, VehicleError
+from minsnap.files.frames import get_frame, map_vectors, map_yaw
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits, VehicleLimits
@@ -145,6 +146,31 @@ class SceneRequest:
 
         boxes = Boxes(*_corners(self.boxes))
         return boxes if self.corridor is None else [Tube(self.corridor), boxes]  # type: ignore[arg-type]
+
+
+def in_enu(request: SceneRequest, frame: str) -> SceneRequest:
+    """Return a request whose waypoints and headings are given in the axes of a frame.
+
+    Raises
+    ------
+    FrameError
+        If the frame is unknown, needs three coordinates, or walls would have to be mapped.
+    """
+    axes = get_frame(frame)
+    if axes.name == "enu":
+        return request
+    if len(request.waypoints[0]) != 3:
+        raise FrameError(
+            f"waypoints of {len(request.waypoints[0])} coordinates are in ENU: give x, y and z for {frame}"
+        )
+    if request.boxes is not None or request.room is not None:
+        raise FrameError("boxes and a room are in ENU: give the waypoints in ENU too, or leave the walls out")
+    points = tuple(tuple(row) for row in map_vectors(request.waypoints, axes, "enu").tolist())
+    yaw = request.yaw
+    if yaw is not None and not isinstance(yaw, str):
+        mapped = map_yaw(yaw, axes, "enu").tolist()
+        yaw = tuple(mapped) if isinstance(yaw, tuple) else mapped
+    return replace(request, waypoints=points, yaw=yaw)
 
 
 def named_vehicle(name: str) -> Quadrotor:

@@ -14,10 +14,10 @@ from minsnap.basics.checks import check_array
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.table import read_table
-from minsnap.errors import FileError
+from minsnap.errors import FileError, FrameError
 from minsnap.files.format import Format, Writing
 from minsnap.files.frames import get_frame, map_samples
-from minsnap.files.sidecar import frame_of, lead_of, note_frame
+from minsnap.files.sidecar import COLUMN, FRAME_COLUMNS, frame_of, lead_of, note_frame, said_frame
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
@@ -62,7 +62,8 @@ def write_csv(
         Samples per second of a path [Hz].
     frame : str
         Axes of the file: ``"enu"``, ``"ned"`` or another name of :data:`minsnap.files.frames.FRAMES`. One that is not
-        ENU is noted in ``NAME.csv.meta`` beside it, so that readers know it; so is a lead of the samples.
+        ENU is said by a last column of ones, ``frame_ned``, and noted in ``NAME.csv.meta`` beside it, as a lead of the
+        samples is. ENU is said so too where the path is below ground throughout.
     clobber : bool
         False: a destination that exists is an error.
     origin : sequence of 3 float, optional
@@ -109,13 +110,16 @@ def csv_lines(source: Path | Samples, rate: float = 20.0, frame: str = "enu") ->
         As :func:`write_csv`.
     """
     samples = source if isinstance(source, Samples) else source.sample(rate)
-    mapped = map_samples(in_space(samples), "enu", get_frame(frame))
+    axes, flat = get_frame(frame), in_space(samples)
+    mapped = map_samples(flat, "enu", axes)
     names, values = ["t"], [mapped.t[:, None]]
     for quantity, columns in GROUPS.items():
         array = getattr(mapped, quantity)
         if array is not None:
             names += columns
             values.append(array.reshape(len(mapped), len(columns)))
+    if axes.name != "enu" or _below_ground(flat.position[:, 2]):
+        names, values = [*names, COLUMN + axes.name], [*values, np.ones((len(mapped), 1))]
     return _lines(names, _checked(names, np.hstack(values)))
 
 
@@ -128,7 +132,8 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
         A file with a header: ``t,x,y,z`` and, each wholly or not at all, ``vx,vy,vz``, ``ax,ay,az``, ``yaw``,
         ``yaw_rate`` and ``ffx,ffy,ffz``.
     frame : str or None
-        Axes of the file; None: those that the note beside it says (:mod:`minsnap.files.sidecar`), ENU without one.
+        Axes of the file; None: those that its header or the note beside it says (:mod:`minsnap.files.sidecar`), else
+        ENU.
 
     Returns
     -------
@@ -141,10 +146,18 @@ def read_csv(path: str | os.PathLike[str], frame: str | None = None) -> Samples:
         If the file is missing, empty, ragged, not numeric or not finite, lacks a column, or its instants do not
         increase; says which line.
     FrameError
-        If the frame is unknown, or another than the note says.
+        If the frame is unknown, or another than the file says, or no frame is said and the file lies below ground
+        throughout.
     """
     axes = get_frame(frame_of(path, frame))
-    table = read_table(path, HEADER[:4], (*HEADER[4:], *GROUPS["feed_forward"]))
+    table = read_table(path, HEADER[:4], (*HEADER[4:], *GROUPS["feed_forward"], *FRAME_COLUMNS))
+    _check_frame_column(path, table)
+    if frame is None and _below_ground(table["z"]) and said_frame(path) is None:
+        low, high = table["z"].min(), table["z"].max()
+        raise FrameError(
+            f"{path} lies below ground throughout (z from {low:g} to {high:g} m) and does not say its frame: say it, "
+            "frame=NAME here and --from-frame NAME on the command line, such as ned"
+        )
     _check_groups(path, table)
     _check_increasing(path, table["t"])
     stacks = {q: np.stack([table[n] for n in names], axis=-1) for q, names in GROUPS.items() if names[0] in table}
@@ -177,6 +190,20 @@ def _lines(names: list[str], values: FloatArray) -> Iterator[str]:
     for start in range(0, len(values), _CHUNK):
         for row in values[start : start + _CHUNK].tolist():
             yield ",".join(map(repr, row)) + "\n"
+
+
+def _below_ground(z: FloatArray) -> bool:
+    """Whether heights are nowhere above 0, as those of z-down axes, and somewhere below."""
+    return bool(z.size and z.max() <= 0.0 and z.min() < 0.0)
+
+
+def _check_frame_column(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> None:
+    said = [name for name in FRAME_COLUMNS if name in table]
+    if len(said) > 1:
+        raise FileError(f"{path}, line 1: {' and '.join(said)} both say the frame: leave one of them out")
+    if said and not (table[said[0]] == 1.0).all():
+        line = int(np.flatnonzero(table[said[0]] != 1.0)[0]) + 2
+        raise FileError(f"{path}, line {line}: {said[0]} says the frame of all rows, and is 1 in each")
 
 
 def _check_groups(path: str | os.PathLike[str], table: dict[str, FloatArray]) -> None:

@@ -1,9 +1,10 @@
-"""What a setpoint CSV cannot say itself, in a small file beside it: a frame that is not ENU, its origin, and its lead.
+"""What a setpoint CSV says of itself: its frame in a column, and its origin and its lead in a small file beside it.
 
-The header of a setpoint CSV is fixed and its first line, so that any program can read it; further data are in
-``NAME.csv.meta``: JSON with frame, units and rate, the origin where it is known, how much earlier than planned its rows
-are to be sent, and a checksum of the CSV to which it belongs. A CSV without such a file is in the frame given by the
-reader, by default ENU.
+A CSV in another frame than ENU has a last column ``frame_ned`` of ones, which stays with the numbers wherever they go
+and which readers of columns by name, and of the first twelve, do not notice. Further data are in ``NAME.csv.meta``:
+JSON with frame, units and rate, the origin where it is known, how much earlier than planned its rows are to be sent,
+and a checksum of the CSV to which it belongs. A CSV that says nothing is in the frame given by the reader, by default
+ENU.
 """
 
 from __future__ import annotations
@@ -22,12 +23,21 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError, FrameError
-from minsnap.files.frames import get_frame
+from minsnap.files.frames import FRAMES, get_frame
 
 ENDING = ".meta"
 UNITS = "m, s, rad"
 LARGEST = 10_000
 """Bytes of the largest such file."""
+
+COLUMN = "frame_"
+"""How the name of the column begins that says a frame."""
+
+FRAME_COLUMNS = tuple(COLUMN + name for name in FRAMES)
+"""The names of that column."""
+
+_HEADER = 4096
+"""Bytes of a CSV in which its header is sought."""
 
 
 def note_frame(
@@ -63,22 +73,48 @@ def note_frame(
 
 
 def frame_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
-    """Return the frame of a CSV: that of its note, else the requested one, else ENU.
+    """Return the frame of a CSV: that of its header or its note, else the requested one, else ENU.
 
     Raises
     ------
     FrameError
-        If another frame was asked for than the note says.
+        If another frame was asked for than the file or the note says, or they say different ones.
     FileError
         If the note is damaged, or the CSV was changed after it was written.
     """
     name = get_frame("enu" if asked is None else asked).name
-    kept = _noted(path).get("frame", name)
+    kept = said_frame(path) or name
     if asked is not None and kept != name:
-        raise FrameError(
-            f"{path} is in {kept}, as {_beside(path)} says, and was asked for in {name}: leave the frame out"
-        )
-    return str(kept)
+        where = "its header" if _headed(path) else _beside(path)
+        raise FrameError(f"{path} is in {kept}, as {where} says, and was asked for in {name}: leave the frame out")
+    return kept
+
+
+def said_frame(path: str | os.PathLike[str]) -> str | None:
+    """Return the frame that a CSV says in its header, or in its note; None where neither does.
+
+    Raises
+    ------
+    FrameError
+        If they say different ones.
+    FileError
+        If the note is damaged, or the CSV was changed after it was written.
+    """
+    inside, beside = _headed(path), _noted(path).get("frame")
+    if inside is not None and beside is not None and inside != beside:
+        raise FrameError(f"{path} is in {inside} as its header says, and in {beside} as {_beside(path)} says")
+    return inside or beside
+
+
+def _headed(path: str | os.PathLike[str]) -> str | None:
+    """Return the frame that the header of a CSV says, or None; what is wrong with a file is said by its reader."""
+    try:
+        with open(path, "rb") as file:
+            header = file.readline(_HEADER).decode("utf-8", "replace")
+    except (OSError, ValueError, TypeError):
+        return None
+    said = [cell.strip().strip('"') for cell in header.split(",")]
+    return next((cell.removeprefix(COLUMN) for cell in said if cell in FRAME_COLUMNS), None)
 
 
 def origin_of(path: str | os.PathLike[str]) -> tuple[float, ...] | None:
@@ -123,6 +159,12 @@ def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
     if units != UNITS or checksum != _checksum(path):
         raise FileError(f"{path} is not the file that {beside} was written for: write it again, or remove {beside}")
     return found
+
+
+def noted_beside(path: str | os.PathLike[str]) -> str | None:
+    """Return the name of the note of a CSV, or None where it has none."""
+    beside = _beside(path)
+    return str(beside) if beside.is_file() else None
 
 
 def _beside(path: str | os.PathLike[str]) -> Path:

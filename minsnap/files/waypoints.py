@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ from minsnap.basics.arrays import FloatArray, ReadOnly
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.loose_table import LooseColumns, read_loose_table
 from minsnap.basics.storage.reading import finite_number
-from minsnap.basics.storage.text import load_yaml
+from minsnap.basics.storage.text import load_yaml, read_text
 from minsnap.errors import FileError
 
 COLUMNS = ("x", "y", "z", "yaw", "duration")
@@ -100,13 +101,28 @@ def read_waypoints(path: str | os.PathLike[str]) -> Waypoints:
         from minsnap.files.ground_control import read_mission
 
         return Waypoints(read_mission(path).points)
-    table, units = read_loose_table(path, TABLE)
+    try:
+        table, units = read_loose_table(path, TABLE)
+    except FileError:
+        _refuse_degrees(path)
+        raise
     missing = [name for name in COLUMNS[:2] if name not in table]
     if missing:
         raise FileError(f"{path}, line 1: no column {', '.join(missing)}; the columns are {','.join(table)}")
     if units.get("yaw", "rad") != "rad":
         table["yaw"] = np.deg2rad(table["yaw"])
     return _from_columns(f"{path}", table)
+
+
+def _refuse_degrees(path: str | os.PathLike[str]) -> None:
+    """Raise FileError where the columns of a file are latitudes and longitudes."""
+    header = re.split(r"[,;\t ]+", next(iter(read_text(path).lower().splitlines()), ""))
+    named = [name.strip(' "') for name in header]
+    if any(name.startswith(("lat", "lon", "lng")) for name in named):
+        raise FileError(
+            f"{path} has latitudes and longitudes: waypoints are metres from an origin. Write them as a QGroundControl "
+            "mission (.plan), whose home is the origin, or convert them to x,y,z around an origin of your own"
+        )
 
 
 def _from_columns(where: str, table: Mapping[str, FloatArray]) -> Waypoints:

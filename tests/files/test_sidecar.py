@@ -1,12 +1,13 @@
 """The frame of a setpoint file stays with it."""
 
+import csv
 import json
 
 import numpy as np
 import pytest
 
 import minsnap
-from minsnap.errors import FileError, FrameError
+from minsnap.errors import FileError, FrameError, MinsnapError
 from minsnap.files.sidecar import origin_of
 
 PATH = minsnap.plan([(0, 0, 1), (2, 0, 1), (2, 1, 1.5)], [2.0, 1.5], yaw=0.3)
@@ -25,7 +26,7 @@ def test_a_ned_file_is_read_as_what_it_is(ned):
         assert (found.position == expected.position).all() and found.yaw == pytest.approx(expected.yaw)
     facts = json.loads((ned.parent / "ned.csv.meta").read_text())
     assert (facts["frame"], facts["units"], facts["rate"]) == ("ned", "m, s, rad", 20.0)
-    assert np.loadtxt(ned, delimiter=",", skiprows=1).shape == (71, 12), "other programs read it as it is"
+    assert np.loadtxt(ned, delimiter=",", skiprows=1).shape == (71, 13), "other programs read it as it is"
 
 
 def test_a_known_origin_stays_with_the_file(tmp_path):
@@ -37,14 +38,14 @@ def test_a_known_origin_stays_with_the_file(tmp_path):
 
 
 def test_another_frame_than_the_file_has_is_refused(ned):
-    with pytest.raises(FrameError, match="ned.csv is in ned, as .*ned.csv.meta says, and was asked for in enu"):
+    with pytest.raises(FrameError, match="ned.csv is in ned, as its header says, and was asked for in enu"):
         minsnap.read_csv(ned, "enu")
 
 
-def test_a_file_without_a_note_is_in_the_frame_asked_for(ned):
-    (ned.parent / "ned.csv.meta").unlink()
-    assert minsnap.read_csv(ned, "ned").position[0] == pytest.approx([0, 0, 1])
-    assert minsnap.read_csv(ned).position[0] == pytest.approx([0, 0, -1])
+def test_a_file_that_says_nothing_is_in_the_frame_asked_for(tmp_path):
+    minsnap.write_csv(PATH, tmp_path / "enu.csv")
+    assert minsnap.read_csv(tmp_path / "enu.csv", "frd").position[0] == pytest.approx([0, 0, -1])
+    assert minsnap.read_csv(tmp_path / "enu.csv").position[0] == pytest.approx([0, 0, 1])
 
 
 def test_a_file_in_enu_has_no_note_and_removes_an_older_one(ned):
@@ -87,3 +88,54 @@ def test_the_command_line_knows_the_frame(tmp_path, monkeypatch, capsys):
     with pytest.raises(SystemExit) as left:
         main("check r.csv --frame enu".split())
     assert left.value.code == 2 and "r.csv is in ned" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("frame", ["ned", "flu", "frd", "optitrack"])
+def test_a_file_that_is_moved_without_its_note_keeps_its_frame(tmp_path, frame):
+    curve = minsnap.plan([[0, 0, 1], [4, 0, 1], [4, 3, 2]], durations=[3, 3])
+    minsnap.write_csv(curve, tmp_path / "a.csv", frame=frame)
+    (tmp_path / "a.csv").rename(tmp_path / "moved.csv")
+    assert np.allclose(minsnap.read_csv(tmp_path / "moved.csv").position, curve.sample().position, atol=1e-12)
+    with pytest.raises(FrameError, match=f"moved.csv is in {frame}, as its header says, and was asked for in enu"):
+        minsnap.read_csv(tmp_path / "moved.csv", "enu")
+
+
+def test_the_frame_is_a_last_column_that_readers_by_name_do_not_notice(tmp_path):
+    path = minsnap.circle(radius=2.0)
+    minsnap.write_csv(path, tmp_path / "enu.csv")
+    minsnap.write_csv(path, tmp_path / "ned.csv", frame="ned")
+    with open(tmp_path / "ned.csv") as ned, open(tmp_path / "enu.csv") as enu:
+        header = ned.readline()
+        assert header == enu.readline().strip() + ",frame_ned\n"
+    rows = np.loadtxt(tmp_path / "ned.csv", delimiter=",", skiprows=1)
+    assert (rows[:, 12] == 1.0).all() and np.allclose(rows[:, 3], -1.5)
+    with open(tmp_path / "ned.csv", newline="") as file:
+        assert {float(row["z"]) for row in csv.DictReader(file)} == {-1.5}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("frame_ned", "frame_ned,frame_flu", "both say the frame"),
+        (",1.0\n0.05", ",2.0\n0.05", "line 2: frame_ned says the frame of all rows, and is 1 in each"),
+        ("frame_ned", "frame_nwu", "column 'frame_nwu' is not known"),
+    ],
+)
+def test_a_malformed_column_of_the_frame_is_refused(tmp_path, old, new, said):
+    minsnap.write_csv(minsnap.circle(radius=2.0), tmp_path / "a.csv", frame="ned")
+    text = (tmp_path / "a.csv").read_text().replace(old, new, 1)
+    text = text.replace(",1.0\n", ",1.0,1.0\n") if new.count("frame") == 2 else text
+    (tmp_path / "b.csv").write_text(text)
+    with pytest.raises(MinsnapError, match=said):
+        minsnap.read_csv(tmp_path / "b.csv")
+
+
+def test_a_file_below_ground_throughout_has_to_say_its_frame(tmp_path):
+    (tmp_path / "a.csv").write_text("t,x,y,z\n0,1,2,-1.5\n1,1,2,-1.5\n")
+    with pytest.raises(FrameError, match="lies below ground throughout .* and does not say its frame"):
+        minsnap.read_csv(tmp_path / "a.csv")
+    assert minsnap.read_csv(tmp_path / "a.csv", "ned").position[0].tolist() == [2.0, 1.0, 1.5]
+    cellar = minsnap.read_csv(tmp_path / "a.csv", "enu")
+    assert cellar.position[0].tolist() == [1.0, 2.0, -1.5]
+    minsnap.write_csv(cellar, tmp_path / "cellar.csv")
+    assert minsnap.read_csv(tmp_path / "cellar.csv").position[0].tolist() == [1.0, 2.0, -1.5]

@@ -24,12 +24,13 @@ STATED = FeedForward(drag=0.4).stated(PATH)
 def test_columns_of_a_file_follow_those_of_the_motion(tmp_path, frame):
     minsnap.write_csv(STATED, tmp_path / "a.csv", frame=frame)
     header = (tmp_path / "a.csv").read_text().splitlines()[0]
-    assert header == "t,x,y,z,vx,vy,vz,ax,ay,az,yaw,yaw_rate,ffx,ffy,ffz"
+    said = "" if frame == "enu" else f",frame_{frame}"
+    assert header == "t,x,y,z,vx,vy,vz,ax,ay,az,yaw,yaw_rate,ffx,ffy,ffz" + said
     back = minsnap.read_csv(tmp_path / "a.csv")
     np.testing.assert_array_equal(back.feed_forward, 0.4 * PATH.velocity)
     np.testing.assert_array_equal(back.acceleration, PATH.acceleration)
     table = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
-    np.testing.assert_array_equal(table[:, 12:], 0.4 * table[:, 4:7])
+    np.testing.assert_array_equal(table[:, 12:15], 0.4 * table[:, 4:7])
 
 
 def test_a_file_without_it_stays_as_it_was(tmp_path):

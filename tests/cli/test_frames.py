@@ -1,0 +1,73 @@
+"""Axes on the command line: every file says its own, waypoints take them, and summaries print them."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import minsnap
+
+POINTS = "x,y,z,yaw\n0,0,-1,0\n4,0,-1,0.5\n4,3,-2,1\n"
+
+
+def test_a_moved_file_is_checked_in_its_own_axes(call, tmp_path):
+    run = call("rect", "--frame", "ned", "-o", "a.csv")
+    assert run.returncode == 0
+    told = {line[:20].strip(): line[20:] for line in run.stdout.splitlines()}
+    assert (told["written"], told["beside it"], told["frame"]) == ("a.csv", "a.csv.meta", "ned")
+    (tmp_path / "moved").mkdir()
+    (tmp_path / "a.csv").rename(tmp_path / "moved" / "a.csv")
+    checked = call("check", "moved/a.csv")
+    assert checked.returncode == 0 and checked.stdout.split()[:2] == ["frame", "ned"]
+    refused = call("check", "moved/a.csv", "--from-frame", "enu")
+    assert refused.returncode == 2 and "is in ned, as its header says" in refused.stderr
+
+
+def test_a_file_without_a_frame_below_ground_is_asked_for_it(call, tmp_path):
+    (tmp_path / "a.csv").write_text("t,x,y,z\n0,0,0,-1\n0.1,0,0,-1\n0.2,0,0,-1\n")
+    run = call("check", "a.csv")
+    assert run.returncode == 2 and "a.csv lies below ground throughout (z from -1 to -1 m)" in run.stderr
+    assert call("check", "a.csv", "--from-frame", "ned").returncode == 0
+
+
+def test_files_in_axes_of_their_own_say_those(call):
+    run = call("rect", "-o", "a.json", "--json")
+    assert json.loads(run.stdout)["frame"] == "enu" and json.loads(run.stdout)["beside"] is None
+    assert json.loads(call("rect", "--json").stdout)["frame"] is None
+
+
+def test_waypoints_may_be_in_other_axes(call, tmp_path):
+    (tmp_path / "points.csv").write_text(POINTS)
+    run = call("plan", "points.csv", "--time", 9)
+    assert run.returncode == 2 and "give --from-frame ned, or enu" in run.stderr
+    assert call("plan", "points.csv", "--time", 9, "--from-frame", "ned", "-o", "a.csv").returncode == 0
+    found = minsnap.read_csv(tmp_path / "a.csv")
+    assert np.allclose(found.position[[0, -1]], [[0, 0, 1], [3, 4, 2]])
+    assert np.allclose(found.yaw[[0, -1]], [np.pi / 2, np.pi / 2 - 1.0])
+    assert call("plan", "points.csv", "--time", 9, "--from-frame", "enu", "-o", "b.csv").returncode == 0
+    assert np.allclose(minsnap.read_csv(tmp_path / "b.csv").position[-1], [4, 3, -2])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.csv", "x,y\n0,0\n4,0\n", "waypoints of 2 coordinates are in ENU"),
+        ("a.yaml", "waypoints: [[0,0,1],[4,0,1]]\nroom: [[-1,-1,0],[5,5,3]]\n", "a room are in ENU"),
+        ("a.yaml", "waypoints: [[0,0,1],[4,0,1]]\nlaps: 2\n", "is flown as a course, which is in ENU"),
+        ("a.csv", "x,y,z\n0,0,1\n4,0,1\n", "no frame is called 'esu'"),
+    ],
+)
+def test_axes_that_cannot_be_taken_are_status_2(call, tmp_path, name, text, said):
+    (tmp_path / name).write_text(text)
+    run = call("plan", name, "--from-frame", "esu" if "esu" in said else "ned")
+    assert run.returncode == 2 and said in run.stderr and len(run.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("header", ["lat,lon,alt", "Latitude;Longitude", "name,lat,lng"])
+def test_latitudes_name_the_way_by_a_mission(call, tmp_path, header):
+    (tmp_path / "a.csv").write_text(f"{header}\n47.1,8.1,10\n47.2,8.1,10\n")
+    run = call("plan", "a.csv")
+    assert run.returncode == 2 and "latitudes and longitudes" in run.stderr and ".plan" in run.stderr
+    assert "origin" in run.stderr
