@@ -34,27 +34,29 @@ def preflight(
     wait: Annotated[float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat.")] = 30.0,
     json: options.Json = False,
 ) -> int:
-    """Read the parameters of a vehicle that matter to a flight, and say which do not fit it and why.
+    """Read the parameters and the state of a vehicle that matter to a flight, and say what does not fit it and why.
 
     Nothing is written unless ``--set`` names it. Exit status 1 if something does not fit.
     """
     from minsnap.files.setpoint_csv import read_csv
+    from minsnap.files.sidecar import frame_of
     from minsnap.flight.mavlink.autopilot import get_autopilot
     from minsnap.flight.mavlink.link import open_link
     from minsnap.flight.mavlink.parameters import Parameters
-    from minsnap.flight.mavlink.preflight import FlightNeeds, check_parameters, flight_needs, rule_parameters
     from minsnap.flight.mavlink.schedule import Clock
+    from minsnap.flight.mavlink.setpoints import vehicle_frame
+    from minsnap.flight.mavlink.vehicle_check import check_vehicle
 
-    needs = FlightNeeds() if file is None else flight_needs(read_csv(file, frame))
+    samples = None if file is None else read_csv(file, frame)
+    axes = "ned" if file is None else vehicle_frame(frame_of(file, frame))
     wanted, clock = _assignments(change or []), Clock()
     link = open_link(connect, clock)
     try:
-        stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
-        if stack == "generic":
+        stack = get_autopilot(autopilot, link.wait_for_vehicle(wait))
+        if stack.name == "generic":
             raise LinkError("the autopilot is neither PX4 nor ArduPilot: there are no rules for its parameters")
-        parameters = Parameters(link, clock)
-        _set(parameters, wanted)
-        findings = check_parameters(stack, parameters.read(rule_parameters(stack)), needs)
+        _set(Parameters(link, clock), wanted)
+        findings = check_vehicle(link, clock, stack, samples, axes)
     finally:
         link.close()
     _say(findings, json)
@@ -86,7 +88,8 @@ def _say(findings: list[Finding], json: bool) -> None:
         return
     for finding in findings:
         verdict = "not answered" if not finding.known else "does not fit" if finding.problem else "fits"
-        values = ", ".join(map(str, finding.parameters)) or finding.name
+        named = finding.name if finding.seen is None else f"{finding.name} ({finding.seen})"
+        values = ", ".join(map(str, finding.parameters)) or named
         print(f"{verdict:13} {values}" + (f": {finding.problem}" if finding.problem else ""))
 
 
@@ -94,6 +97,7 @@ def _as_dict(finding: Finding) -> dict[str, object]:
     values = {parameter.name: parameter.value for parameter in finding.parameters}
     return {
         "parameters": values,
+        **({} if finding.seen is None else {"seen": finding.seen}),
         "fits": finding.problem is None if finding.known else None,
         "problem": finding.problem,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,8 @@ from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
+    from minsnap.flight.mavlink.link import Link
+    from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
     from minsnap.flight.mavlink.streaming import Streamer
 
@@ -78,6 +81,10 @@ def stream(
     wait: Annotated[
         float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat, its position, and its arming.")
     ] = 30.0,
+    preflight: Annotated[
+        bool,
+        typer.Option("--preflight/--no-preflight", help="Check parameters and state first; refuse what must end."),
+    ] = True,
     drag: options.OffsetDrag = 0.0,
     vehicle: options.OffsetVehicle = None,
     lead: options.Lead = 0.0,
@@ -115,12 +122,14 @@ def stream(
         feed_forward=FeedForward(drag, craft, lead),
         delay=delay,
     )
-    report = _fly(file, connect, settings, system, signing_key)
+    report = _fly(file, connect, settings, system, signing_key, preflight)
     print(_summary(report))
     return 0 if report.completed else 1
 
 
-def _fly(file: Path, connect: str, settings: StreamOptions, system: int | None, key: Path | None) -> StreamReport:
+def _fly(
+    file: Path, connect: str, settings: StreamOptions, system: int | None, key: Path | None, preflight: bool
+) -> StreamReport:
     """Fly with a display on stderr; Ctrl-C stops the flight and holds."""
     from minsnap.cli.display import Display
     from minsnap.flight.mavlink.link import open_link
@@ -131,12 +140,36 @@ def _fly(file: Path, connect: str, settings: StreamOptions, system: int | None, 
     table, clock = prepare(file, settings), Clock()
     link = open_link(connect, clock, system=system, signing_key=key)
     try:
+        if preflight:
+            _check(link, clock, file, settings)
         with Display(prompt=callable(settings.trigger)) as display:
             streamer = Streamer(table, link, settings, clock, display.event, display.status)
             with _stopped_by_signals(streamer):
                 return streamer.run()
     finally:
         link.close()
+
+
+def _check(link: Link, clock: Clock, file: Path, settings: StreamOptions) -> None:
+    """Say what of a vehicle does not fit the flight; refuse it if something must end it."""
+    from minsnap.errors import FlightError
+    from minsnap.files.convert import read_samples
+    from minsnap.files.sidecar import frame_of
+    from minsnap.flight.mavlink.autopilot import get_autopilot
+    from minsnap.flight.mavlink.setpoints import vehicle_frame
+    from minsnap.flight.mavlink.vehicle_check import check_vehicle
+
+    autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
+    frame = vehicle_frame(frame_of(file, settings.frame))
+    samples = settings.feed_forward.stated(read_samples(file, settings.frame, settings.rate or 20.0))
+    wrong = [
+        finding for finding in check_vehicle(link, clock, autopilot, samples, frame) if finding.problem is not None
+    ]
+    for finding in wrong:
+        print(f"preflight: {finding.name}: {finding.problem}", file=sys.stderr)
+    grave = next((finding for finding in wrong if finding.grave), None)
+    if grave is not None:
+        raise FlightError(f"not flown: {grave.problem}; nothing was sent (--no-preflight flies all the same)")
 
 
 def _trigger(name: str) -> str | Callable[[], bool]:

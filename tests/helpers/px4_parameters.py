@@ -10,6 +10,9 @@ PX4 = {
     "MPC_Z_VEL_MAX_UP": 3.0,
     "MPC_Z_VEL_MAX_DN": 1.5,
     "MPC_TILTMAX_AIR": 45.0,
+    "GF_ACTION": 2,
+    "GF_MAX_HOR_DIST": 0.0,
+    "GF_MAX_VER_DIST": 0.0,
     "EKF2_EV_CTRL": 11,
     "EKF2_HGT_REF": 3,
 }

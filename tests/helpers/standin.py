@@ -80,6 +80,7 @@ class StandIn:
         self.guided_timeout, self.refused_takeoffs, self.failed = 3.0, 0 if self.px4 else 1, False
         self.parameters, self.written = {}, []
         self.beats_on_request, self.refuses_arming = False, ""
+        self.telemetry = []  # messages that go out with each heartbeat
         self.held_back = 0.0  # how much later than it comes a setpoint is acted on [s]
         self.returns, self.topics, self.fused = False, [], 0
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
@@ -136,6 +137,8 @@ class StandIn:
         if self.beats:
             base = 1 | (128 if self.armed else 0)
             self.link.mav.heartbeat_send(mavlink.MAV_TYPE_QUADROTOR, self.kind, base, self.mode, 4)
+        for message in self.telemetry:
+            self.link.mav.send(message)
 
     def _report(self, now):
         if self.positions:

@@ -68,6 +68,12 @@ class ChangingTable:
         """Return the setpoint of a step; beyond the last it is the last."""
         return self._flown.table[index]
 
+    def fly_motion_alone(self) -> bool:
+        """Leave out what is added to offset drag, before the flight; return whether there was any."""
+        before = self._flown.table
+        self._flown, self._added = Flown(before.motion(), self._flown.began), NOTHING
+        return before.added is not None
+
     def planned(self, step: float) -> Vector:
         """Return where the vehicle is to be while a step is sent [m]."""
         return self._flown.table.planned(step)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from minsnap.errors import LinkError
@@ -52,10 +52,12 @@ class Parameters:
         With a vehicle that has been heard.
     clock : Clock
         The same as the link's.
+    heard : callable, optional
+        Given every message that comes meanwhile.
     """
 
-    def __init__(self, link: Link, clock: Clock) -> None:
-        self._link, self._clock = link, clock
+    def __init__(self, link: Link, clock: Clock, heard: Callable[[Message], None] | None = None) -> None:
+        self._link, self._clock, self._heard = link, clock, heard
         self._bytewise = link.vehicle.autopilot == PX4
 
     def read(self, names: Iterable[str]) -> dict[str, Parameter]:
@@ -111,6 +113,8 @@ class Parameters:
         until = self._clock.now() + _RETRY
         while awaited - found.keys() and self._clock.now() < until:
             for message in self._link.pump(min(until, self._clock.now() + 0.05)):
+                if self._heard is not None:
+                    self._heard(message)
                 if message.get_type() == "PARAM_VALUE":
                     parameter = self._decoded(message)
                     found[parameter.name] = parameter

@@ -29,7 +29,7 @@ class FlightNeeds:
     acceleration, lift : float
         Greatest horizontal acceleration, and greatest vertical one, up or down [m/s^2].
     tilt : float
-        Greatest angle between thrust and the vertical, without drag [rad].
+        Greatest angle between thrust and the vertical, with what is stated to offset drag [rad].
     height : float
         Greatest height of the file [m].
     reach : float
@@ -52,6 +52,7 @@ def flight_needs(samples: Samples) -> FlightNeeds:
     velocity = still if samples.velocity is None else samples.velocity
     acceleration = still if samples.acceleration is None else samples.acceleration
     level = np.hypot(acceleration[:, 0], acceleration[:, 1])
+    pull = acceleration if samples.feed_forward is None else acceleration + samples.feed_forward
     away = samples.position[:, :2] - samples.position[0, :2]
     return FlightNeeds(
         speed=float(np.hypot(velocity[:, 0], velocity[:, 1]).max()),
@@ -59,7 +60,7 @@ def flight_needs(samples: Samples) -> FlightNeeds:
         sink=max(0.0, float(-velocity[:, 2].min())),
         acceleration=float(level.max()),
         lift=float(np.abs(acceleration[:, 2]).max()),
-        tilt=float(np.arctan2(level, GRAVITY + acceleration[:, 2]).max()),
+        tilt=float(np.arctan2(np.hypot(pull[:, 0], pull[:, 1]), GRAVITY + pull[:, 2]).max()),
         height=float(samples.position[:, 2].max()),
         reach=float(np.hypot(away[:, 0], away[:, 1]).max()),
     )
@@ -79,10 +80,13 @@ class Rule:
         Parameters that it needs; the first is the one to change.
     judge : callable
         Given their values and the flight, says what does not fit, or None.
+    grave : bool
+        Whether a flight that does not fit it is refused.
     """
 
     names: tuple[str, ...]
     judge: Judge
+    grave: bool = False
 
 
 @dataclass(frozen=True)
@@ -97,16 +101,22 @@ class Finding:
         The parameter that it is about.
     problem : str or None
         Why it does not fit; None if it does, or if it is not known.
+    seen : str or None
+        What was seen, where it is no parameter.
+    grave : bool
+        Whether a flight with this problem is refused.
     """
 
     parameters: tuple[Parameter, ...]
     name: str
     problem: str | None
+    seen: str | None = None
+    grave: bool = False
 
     @property
     def known(self) -> bool:
-        """Whether the vehicle has reported all parameters of the rule."""
-        return bool(self.parameters)
+        """Whether the vehicle has reported what it is about."""
+        return bool(self.parameters) or self.seen is not None
 
 
 def at_least(name: str, need: Callable[[FlightNeeds], float], unit: str, what: str, scale: float = 1.0) -> Rule:
@@ -196,6 +206,17 @@ def _fence_radius(values: Values, needs: FlightNeeds) -> str | None:
     return f"the fence ends {radius:g} m from home, and the file goes {needs.reach:.3g} m from its start"
 
 
+def _px4_fence(name: str, need: Callable[[FlightNeeds], float], where: str) -> Rule:
+    """Return the rule that PX4's fence by distance, 0 for none, encloses the flight."""
+
+    def judge(values: Values, needs: FlightNeeds) -> str | None:
+        if not int(values["GF_ACTION"]) or values[name] <= 0.0 or values[name] >= need(needs):
+            return None
+        return f"the fence ends {values[name]:g} m {where} home, and the file goes {need(needs):.3g} m"
+
+    return Rule((name, "GF_ACTION"), judge, grave=True)
+
+
 RULES: dict[str, Sequence[Rule]] = {
     "px4": (
         Rule(("COM_OF_LOSS_T",), _loss_time),
@@ -205,6 +226,8 @@ RULES: dict[str, Sequence[Rule]] = {
         at_least("MPC_Z_VEL_MAX_UP", lambda needs: needs.climb, "m/s", "the speed of climbing is cut"),
         at_least("MPC_Z_VEL_MAX_DN", lambda needs: needs.sink, "m/s", "the speed of descending is cut"),
         at_least("MPC_TILTMAX_AIR", lambda needs: math.degrees(needs.tilt), "deg", "tilt is cut"),
+        _px4_fence("GF_MAX_HOR_DIST", lambda needs: needs.reach, "from"),
+        _px4_fence("GF_MAX_VER_DIST", lambda needs: needs.height, "above"),
         Rule(("EKF2_EV_CTRL",), _external_pose),
         Rule(("EKF2_HGT_REF", "EKF2_EV_CTRL"), _height_source),
     ),
@@ -218,8 +241,8 @@ RULES: dict[str, Sequence[Rule]] = {
         Rule(("ANGLE_MAX", "PSC_ANGLE_MAX"), _lean_angle),
         jerk_time("PSC_JERK_XY", lambda needs: needs.acceleration),
         jerk_time("PSC_JERK_Z", lambda needs: needs.lift),
-        Rule(("FENCE_ALT_MAX", "FENCE_ENABLE", "FENCE_TYPE"), _fence_height),
-        Rule(("FENCE_RADIUS", "FENCE_ENABLE", "FENCE_TYPE"), _fence_radius),
+        Rule(("FENCE_ALT_MAX", "FENCE_ENABLE", "FENCE_TYPE"), _fence_height, grave=True),
+        Rule(("FENCE_RADIUS", "FENCE_ENABLE", "FENCE_TYPE"), _fence_radius, grave=True),
     ),
     "generic": (),
 }
@@ -255,5 +278,5 @@ def check_parameters(autopilot: str, parameters: Mapping[str, Parameter], needs:
             findings.append(Finding((), rule.names[0], None))
             continue
         values = {parameter.name: parameter.value for parameter in known}
-        findings.append(Finding(known, rule.names[0], rule.judge(values, needs)))
+        findings.append(Finding(known, rule.names[0], rule.judge(values, needs), grave=rule.grave))
     return findings

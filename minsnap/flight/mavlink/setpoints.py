@@ -96,6 +96,8 @@ class SetpointTable:
         The vehicle's frame: ``ned`` or ``frd``.
     lead : float
         How much earlier than planned each row is sent [s].
+    added : ndarray, shape (m, 3), or None
+        What of the acceleration is no motion but thrust, to offset drag [m/s^2].
     """
 
     rows: FloatArray
@@ -106,6 +108,16 @@ class SetpointTable:
     note: str = ""
     frame: str = "ned"
     lead: float = 0.0
+    added: FloatArray | None = None
+
+    def motion(self) -> SetpointTable:
+        """Return the table of the motion alone, without what is added to offset drag."""
+        if self.added is None:
+            return self
+        rows = self.rows.copy()
+        rows[:, 6:9] -= self.added
+        rows.flags.writeable = False
+        return replace(self, rows=rows, added=None)
 
     def __len__(self) -> int:
         return (len(self.rows) - 1) * self.laps + 1
@@ -166,16 +178,17 @@ def tabulate(
     """
     wanted = _check_fields(fields)
     frame = vehicle_frame(frame)
-    flown = _resampled(map_samples(samples, "enu", frame), rate).commanded()
+    stated = _resampled(map_samples(samples, "enu", frame), rate)
+    flown = stated.commanded()
     _check_laps(flown, laps)
     held = tuple(name for name in wanted if getattr(flown, name) is not None)
     held = held if "velocity" in held else tuple(name for name in held if name != "acceleration")
     missing = tuple(name for name in wanted if name not in held) if fields is not None else _absent(flown)
     rows = np.concatenate([_column(flown, name, name in held) for name in FIELDS], axis=1)
     rows.flags.writeable = False
-    return SetpointTable(
-        rows, samples.rate if rate is None else float(rate), held, missing, laps, frame=frame, lead=samples.lead
-    )
+    added = stated.feed_forward if "acceleration" in held else None
+    rate = samples.rate if rate is None else float(rate)
+    return SetpointTable(rows, rate, held, missing, laps, frame=frame, lead=samples.lead, added=added)
 
 
 def _absent(samples: Samples) -> tuple[str, ...]:

@@ -166,7 +166,21 @@ class Streamer:
         self._link.send(rate_request(vehicle, "HEARTBEAT", _HEARTBEAT_RATE))
         self._wait_for_position(vehicle)
         self._expect_lag(autopilot)
+        self._suit(autopilot)
         return autopilot
+
+    def _suit(self, autopilot: Autopilot) -> None:
+        """Leave out what makes this autopilot worse, and say so."""
+        if not autopilot.thrust and self._table.fly_motion_alone():
+            self._say(
+                "ArduPilot takes the acceleration of a setpoint for motion, not for thrust, and offsets drag itself: "
+                "the feed-forward is left out"
+            )
+        if self._table.lead > 2.0 * autopilot.delay and self._options.delay is None:
+            self._say(
+                f"the lead of {self._table.lead:g} s is more than the usual delay here ({autopilot.delay:g} s): the "
+                "vehicle may run ahead; fit its delay to a flight of it, and give that as --delay too"
+            )
 
     def _expect_lag(self, autopilot: Autopilot) -> None:
         """Choose an abort distance that the expected lag fits into, or refuse one that would stop the flight."""

@@ -112,3 +112,16 @@ def test_in_simulation_the_recorded_gain_is_reached(time):
     assert plain == pytest.approx({24.0: 0.607, 12.0: 1.127}[time], rel=0.2)
     assert error(FeedForward(drag=1.0)) < 0.5 * plain
     assert error(FeedForward(drag=1.0, lead=0.2)) < 0.3 * plain
+
+
+def test_arducopter_gets_the_motion_alone(clock):
+    with StandIn(autopilot="ardupilot", clock=clock.now, body=PointMass(START)) as vehicle:
+        with Flight(vehicle, PATH, clock, feed_forward=FeedForward(drag=0.5, lead=0.4)) as flight:
+            fly_until(flight, vehicle)
+        assert any("the feed-forward is left out" in event for event in flight.events)
+        assert any("0.4 s is more than the usual delay here (0.15 s)" in event for event in flight.events)
+        plain = prepare(PATH, StreamOptions())
+        told = {tuple(plain[step].acceleration) for step in range(len(plain))} | {(0.0, 0.0, 0.0)}
+        known = np.array(sorted(told))
+        sent_values = np.array([(m.afx, m.afy, m.afz) for m in sent(vehicle)])
+        assert np.abs(sent_values[:, None] - known).sum(axis=2).min(axis=1).max() < 1e-5

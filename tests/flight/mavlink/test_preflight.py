@@ -57,6 +57,8 @@ BAD = [
     ("px4", "MPC_XY_VEL_MAX", 4.9, "horizontal speed is cut at 4.9 m/s, and the flight needs 5 m/s"),
     ("px4", "MPC_Z_VEL_MAX_UP", 0.5, "climbing is cut"),
     ("px4", "MPC_Z_VEL_MAX_DN", 0.9, "descending is cut"),
+    ("px4", "GF_MAX_HOR_DIST", 6.0, "the fence ends 6 m from home, and the file goes 8 m"),
+    ("px4", "GF_MAX_VER_DIST", 2.5, "the fence ends 2.5 m above home, and the file goes 3 m"),
     ("px4", "MPC_TILTMAX_AIR", 20.0, "tilt is cut at 20 deg, and the flight needs 22 deg"),
     ("px4", "EKF2_EV_CTRL", 8, "not their horizontal position"),
     ("px4", "EKF2_HGT_REF", 0, "the height still follows the barometer"),

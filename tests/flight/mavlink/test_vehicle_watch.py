@@ -1,0 +1,79 @@
+"""The state of a vehicle before a flight: what it estimates, what keeps it from arming, its battery, place and link."""
+
+import numpy as np
+import pytest
+from clocks import FastClock
+from flying import PATH, START
+from px4_parameters import PX4
+from standin import PointMass, StandIn, mavlink
+
+from minsnap.flight.mavlink.autopilot import AUTOPILOTS
+from minsnap.flight.mavlink.compensation import FeedForward
+from minsnap.flight.mavlink.link import open_link
+from minsnap.flight.mavlink.preflight import flight_needs
+from minsnap.flight.mavlink.vehicle_check import check_vehicle
+
+GOOD = 1 | 2 | 4 | 8 | 16 | 32
+SENSORS = 0x1 | 0x2 | 0x4 | 0x200000 | 0x10000000
+
+
+def estimate(flags):
+    return mavlink.MAVLink_estimator_status_message(0, flags, *(0.0,) * 8)
+
+
+def system(health=SENSORS, battery=90):
+    return mavlink.MAVLink_sys_status_message(SENSORS, SENSORS, health, 0, 12000, 0, battery, *(0,) * 6)
+
+
+def checked(samples=PATH, parameters=PX4, body=START, **settings):
+    clock = FastClock(6)
+    with StandIn(clock=clock.now, body=PointMass(body), parameters=parameters, **settings) as vehicle:
+        link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock)
+        link.wait_for_vehicle(30.0)
+        found = check_vehicle(link, clock, AUTOPILOTS["px4"], samples)
+        link.close()
+    return {finding.name: finding for finding in found}
+
+
+def test_a_vehicle_that_is_ready_has_no_problem():
+    found = checked(telemetry=[estimate(GOOD), system()])
+    assert [name for name, one in found.items() if one.problem and name != "link"] == []
+    assert found["mode"].seen == "POSITION, armed" and found["battery"].seen == "90 %"
+    assert found["position"].seen == "0.0 m from the start" and "messages" in found["link"].seen
+
+
+@pytest.mark.parametrize(
+    ("telemetry", "name", "says"),
+    [
+        ([estimate(GOOD & ~24)], "estimate", "no horizontal position"),
+        ([estimate(GOOD | 1024)], "estimate", "GPS glitches"),
+        ([system(health=SENSORS & ~0x200000)], "estimate", "not estimated well"),
+        ([system(health=SENSORS & ~0x10000004)], "arming checks", "not ready to arm: compass"),
+        ([system(battery=12)], "battery", "12 % are left"),
+    ],
+)
+def test_what_is_wrong_is_said(telemetry, name, says):
+    found = checked(telemetry=telemetry)
+    assert says in found[name].problem and found[name].grave == (name == "estimate")
+
+
+def test_what_is_not_told_is_not_known():
+    found = checked(positions=False)
+    assert not any(found[name].known for name in ("estimate", "arming checks", "battery", "home"))
+    assert "no LOCAL_POSITION_NED" in found["position"].problem
+
+
+def test_a_fence_that_ends_before_the_plan_and_a_start_far_away_are_said():
+    fence = {"GF_ACTION": 2, "GF_MAX_HOR_DIST": 2.0, "GF_MAX_VER_DIST": 0.0}
+    found = checked(parameters=PX4 | fence, body=(0.0, 7.0, -1.5))
+    assert "the fence ends 2 m from home" in found["GF_MAX_HOR_DIST"].problem and found["GF_MAX_HOR_DIST"].grave
+    assert found["GF_MAX_VER_DIST"].problem is None
+    assert "7.0 m from the start" in found["position"].problem
+
+
+def test_tilt_counts_what_is_really_commanded():
+    plain, sent = flight_needs(PATH), flight_needs(FeedForward(drag=3.0).stated(PATH))
+    pull = PATH.acceleration + 3.0 * PATH.velocity
+    most = np.arctan2(np.hypot(pull[:, 0], pull[:, 1]), 9.80665 + pull[:, 2]).max()
+    assert sent.tilt == pytest.approx(most, abs=1e-3) and sent.tilt > plain.tilt + 0.1
+    assert sent.acceleration == plain.acceleration
