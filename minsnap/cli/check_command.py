@@ -55,9 +55,18 @@ def check(
         bool,
         typer.Option("--exact", help="Prove a plan's margin and maxima again in exact rational arithmetic; slow."),
     ] = False,
+    separation: Annotated[
+        float | None, typer.Option("--separation", metavar="M", help="Of a fleet: how far apart any two must stay [m].")
+    ] = None,
+    downwash: Annotated[
+        float, typer.Option("--downwash", metavar="W", help="Vehicles above each other must be W times as far apart.")
+    ] = 1.0,
     json: options.Json = False,
 ) -> int:
     """Check a setpoint file: uniform rate, consistent derivatives and, if given, the corridor; figures for each axis.
+
+    Of a folder with one file of polynomials a vehicle, or a Skybrush show (.skyc), it proves how far apart the vehicles
+    stay at every instant.
 
     Exit status 1 if something is wrong with what the file holds.
     """
@@ -65,6 +74,12 @@ def check(
     from minsnap.files.convert import read_samples, resolution_of
     from minsnap.files.sidecar import frame_of, origin_of
 
+    if file.is_dir() or file.suffix.lower() == ".skyc":
+        from minsnap.cli.fleet_check import check_fleet
+
+        return check_fleet(file, separation, downwash, json)
+    if separation is not None:
+        raise InputError(f"{file} is one vehicle: --separation is for a folder of vehicles or a .skyc")
     if (waypoints is None) != (corridor is None):
         raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
     samples = read_samples(file, frame)

@@ -1,0 +1,172 @@
+"""Fleets in files: a folder of polynomials with a manifest, a crazyswarm2 folder, a Skybrush show; all are read back.
+
+What is certified of a fleet on disk is what is in its files: write, read, certify.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.text import read_text
+from minsnap.errors import FileError
+from minsnap.files.convert import read_any
+from minsnap.files.formats.crazyflie import MAX_PIECES, read_crazyflie, write_crazyflie
+from minsnap.files.formats.light_programme import Lights
+from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.separation import Separation
+from minsnap.shows.crazyswarm import write_crazyswarm
+from minsnap.shows.skybrush_show import read_skyc, write_skyc
+from minsnap.trajectory.trajectory import Trajectory
+
+MARK, MANIFEST = "minsnap fleet", "manifest.json"
+ENDINGS = (".csv", ".skyb", ".traj", ".json", ".npz")
+"""Of files of one vehicle, in folders without a manifest."""
+
+KINDS = ("csv", "crazyswarm2", "skyc")
+
+
+@dataclass(frozen=True)
+class WrittenFleet:
+    """What was written.
+
+    Parameters
+    ----------
+    kind : str
+        ``csv``, ``crazyswarm2`` or ``skyc``.
+    files : tuple of Path
+        Everything that was written.
+    distance : float
+        Proved upper bound of the distance of any vehicle's file to its trajectory [m].
+    """
+
+    kind: str
+    files: tuple[Path, ...]
+    distance: float
+
+
+def write_fleet(
+    fleet: Fleet,
+    path: str | os.PathLike[str],
+    to: str | None = None,
+    lights: Sequence[Lights | None] | None = None,
+    *,
+    clobber: bool = True,
+) -> WrittenFleet:
+    """Write a fleet.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        Three coordinates.
+    path : str or path
+        A file ending in ``.skyc``, or a folder, which is made.
+    to : str, optional
+        ``csv``: one file of polynomials a vehicle and a manifest with the hash of each; ``crazyswarm2``: the same with
+        ``crazyflies.yaml`` and a script that flies it; ``skyc``: a Skybrush show. By the ending unless given.
+    lights : sequence of Lights or None, optional
+        Of each vehicle; only Skybrush shows hold them.
+    clobber : bool
+        False: files that exist are an error.
+
+    Raises
+    ------
+    FileError
+        If a vehicle does not fit the format.
+    """
+    kind = to or ("skyc" if Path(path).suffix.lower() == ".skyc" else "csv")
+    if kind not in KINDS:
+        raise FileError(f"no format of fleets is called {kind!r}: choose one of {', '.join(KINDS)}")
+    if fleet.dim != 3:
+        raise FileError(f"files of fleets hold 3 coordinates, and the fleet has {fleet.dim}")
+    if kind == "skyc":
+        return WrittenFleet(kind, (Path(path),), write_skyc(fleet, path, lights, clobber=clobber))
+    folder = Path(path)
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [folder / f"traj{i}.csv" for i in range(len(fleet))]
+    for curve, file in zip(fleet, files, strict=True):
+        write_crazyflie(curve, file, max_pieces=MAX_PIECES if kind == "crazyswarm2" else None, clobber=clobber)
+    further = write_crazyswarm(fleet, folder, clobber=clobber) if kind == "crazyswarm2" else ()
+    manifest = _write_manifest(fleet, folder, kind, files, clobber)
+    return WrittenFleet(kind, (*files, *further, manifest), 0.0)
+
+
+def _write_manifest(fleet: Fleet, folder: Path, kind: str, files: Sequence[Path], clobber: bool) -> Path:
+    rows = [
+        {"name": fleet.name(i), "file": file.name, "duration": fleet[i].duration, "sha256": digest(file)}
+        for i, file in enumerate(files)
+    ]
+    apart = fleet.separation
+    separation: dict[str, Any] | None = None
+    if apart is not None:
+        radii = None if apart.radii is None else apart.radii.tolist()
+        separation = {"distance": apart.distance, "radii": radii, "downwash": apart.downwash}
+    content = {"format": MARK, "version": 1, "kind": kind, "frame": "enu", "units": "m, s, rad"}
+    with atomic_write(folder / MANIFEST, clobber=clobber) as file:
+        file.write(json.dumps({**content, "separation": separation, "vehicles": rows}, indent=1) + "\n")
+    return folder / MANIFEST
+
+
+def digest(path: str | os.PathLike[str]) -> str:
+    """Return the SHA-256 of a file, in hexadecimal."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def read_fleet(path: str | os.PathLike[str]) -> Fleet:
+    """Read a fleet.
+
+    Parameters
+    ----------
+    path : str or path
+        What :func:`write_fleet` wrote, a Skybrush show, or any folder with one file of polynomials a vehicle.
+
+    Raises
+    ------
+    FileError
+        If it holds none, a file was changed since its manifest was written, or a file holds samples alone.
+    """
+    place = Path(path)
+    if place.suffix.lower() == ".skyc":
+        return read_skyc(place).fleet
+    if not place.is_dir():
+        raise FileError(f"{path} is no folder and no .skyc: a fleet is one of these")
+    if (place / MANIFEST).exists():
+        with reading(place / MANIFEST, "the manifest of a fleet"):
+            return _listed(place, json.loads(read_text(place / MANIFEST)))
+    files = sorted(
+        file for file in place.iterdir() if file.suffix.lower() in (".csv", ".skyb", ".traj", ".json", ".npz")
+    )
+    if not files:
+        raise FileError(f"{path} holds no trajectories: one .csv of polynomials, .skyb, .traj, .json or .npz a vehicle")
+    return Fleet(tuple(_trajectory(file) for file in files), tuple(file.stem for file in files))
+
+
+def _listed(folder: Path, said: Any) -> Fleet:
+    """Return the fleet of a manifest."""
+    if said.get("format") != MARK or said.get("version") != 1:
+        raise FileError(f"{folder / MANIFEST} is not the manifest of a fleet of version 1")
+    curves = []
+    for row in said["vehicles"]:
+        file = folder / Path(row["file"]).name
+        if not file.exists() or digest(file) != row["sha256"]:
+            raise FileError(f"{file} is missing or was changed since its manifest was written: write the fleet again")
+        curves.append(read_crazyflie(file))
+    apart = said.get("separation")
+    separation = None
+    if apart:
+        separation = Separation(apart["distance"], apart["downwash"], radii=apart["radii"])
+    return Fleet(tuple(curves), tuple(row["name"] for row in said["vehicles"]), separation)
+
+
+def _trajectory(file: Path) -> Trajectory:
+    content = read_any(file)
+    if not isinstance(content, Trajectory):
+        raise FileError(f"{file} holds samples, and nothing is certain between them: give polynomials")
+    return content

@@ -1,0 +1,140 @@
+"""Fleets in files: read back, certified as they are in the file, and refused where they are not what they say."""
+
+import json
+import zipfile
+
+import numpy as np
+import pytest
+import yaml
+
+import minsnap
+from minsnap.cli.app import main
+from minsnap.errors import FileError
+from minsnap.files.formats.cubic_segments import cubic_segments
+from minsnap.files.formats.light_programme import Lights
+from minsnap.shows.fleet_files import read_fleet, write_fleet
+from minsnap.shows.skybrush_show import read_skyc
+
+
+def crossing():
+    """Two vehicles that pass each other, the second ending later."""
+    there = minsnap.plan([(0, 0, 1), (4, 0, 1.5), (4, 3, 1)], [2.0, 1.7])
+    across = minsnap.plan([(2, -2, 1), (2, 2, 2)], [4.6])
+    return minsnap.Fleet((there, across), ("one", "two"), minsnap.Separation(0.5, downwash=2.0))
+
+
+@pytest.mark.parametrize("to", ["csv", "crazyswarm2", "skyc"])
+def test_what_is_read_is_what_was_written(tmp_path, to):
+    fleet = crossing()
+    path = tmp_path / ("show.skyc" if to == "skyc" else "folder")
+    written = write_fleet(fleet, path, to)
+    again = read_fleet(path)
+    assert again.names == fleet.names and all(file.exists() for file in written.files)
+    assert (written.distance > 0.0) == (to == "skyc")
+    for i, curve in enumerate(fleet):
+        t = np.linspace(0.0, curve.duration, 4001)
+        off = np.linalg.norm(again[i](t) - curve(t), axis=1).max()
+        assert off <= written.distance + 1e-9, i
+        assert again[i].duration == pytest.approx(curve.duration, abs=1.1e-3)
+
+
+def test_the_certificate_is_of_what_is_in_the_file(tmp_path):
+    fleet = crossing()
+    written = write_fleet(fleet, tmp_path / "show.skyc")
+    planned = minsnap.certify_fleet(fleet, 0.5).least_distance
+    held = minsnap.certify_fleet(read_fleet(tmp_path / "show.skyc"), 0.5).least_distance
+    assert held != planned and abs(held - planned) <= 2.0 * written.distance
+
+
+def test_a_server_that_cuts_milliseconds_off_loses_none(tmp_path):
+    corners = np.random.default_rng(3).uniform(-3, 3, (400, 3))
+    long = minsnap.plan(corners, np.random.default_rng(4).uniform(1.5, 4.5, 399))
+    write_fleet(minsnap.Fleet((long,)), tmp_path / "show.skyc")
+    with zipfile.ZipFile(tmp_path / "show.skyc") as archive:
+        points = json.loads(archive.read("drones/drone_1/trajectory.json"))["points"]
+    seconds = [point[0] for point in points]
+    cut = [int((b - a) * 1000) for a, b in zip(seconds, seconds[1:], strict=False)]
+    whole = cubic_segments(long).breaks
+    plain = [int((b / 1000 - a / 1000) * 1000) for a, b in zip(whole.tolist(), whole.tolist()[1:], strict=False)]
+    assert cut == np.diff(whole).tolist() != plain
+
+
+def test_the_same_show_gives_the_same_bytes_and_keeps_its_lights(tmp_path):
+    fleet = crossing()
+    lights = [Lights([0.0, 2.0], [(255, 0, 0), (0, 0, 255)], [False, True]), None]
+    for name in ("a.skyc", "b.skyc"):
+        write_fleet(fleet, tmp_path / name, lights=lights)
+    assert (tmp_path / "a.skyc").read_bytes() == (tmp_path / "b.skyc").read_bytes()
+    again = read_skyc(tmp_path / "a.skyc").lights
+    assert again[1] is None and again[0](1.0) == pytest.approx([127.5, 0.0, 127.5])
+    with zipfile.ZipFile(tmp_path / "a.skyc") as archive:
+        show = json.loads(archive.read("show.json"))
+    assert show["settings"]["validation"] == {"minDistance": 0.5}
+    assert show["swarm"]["drones"][1]["settings"]["landAt"] == [2.0, 2.0, 2.0]
+
+
+def test_waits_quadratics_and_entries_in_place_are_read(tmp_path):
+    trajectory = {"version": 1, "points": [[0, [0, 0, 0], []], [2, [2, 0, 0], [[1, 2, 0]]]], "takeoffTime": 3}
+    show = {"version": 1, "swarm": {"drones": [{"type": "generic", "settings": {"trajectory": trajectory}}]}}
+    with zipfile.ZipFile(tmp_path / "a.skyc", "w") as archive:
+        archive.writestr("show.json", json.dumps(show))
+    path = read_fleet(tmp_path / "a.skyc")[0]
+    assert path(2.0) == pytest.approx([0, 0, 0]) and path(4.0) == pytest.approx([1.0, 1.0, 0.0])
+
+
+def test_a_crazyswarm_folder_names_its_robots(tmp_path):
+    write_fleet(crossing(), tmp_path / "folder", "crazyswarm2")
+    said = yaml.safe_load((tmp_path / "folder" / "crazyflies.yaml").read_text())
+    assert said["fileversion"] == 3 and list(said["robots"]) == ["cf1", "cf2"]
+    assert said["robots"]["cf2"]["initial_position"] == [2.0, -2.0, 0.0]
+    assert said["robots"]["cf2"]["uri"].endswith("E7E7E7E702")
+    rows = np.loadtxt(tmp_path / "folder" / "traj1.csv", delimiter=",", skiprows=1, usecols=range(33))
+    assert rows.shape == (2, 33) and rows[:, 0].sum() == pytest.approx(4.6)
+    script = (tmp_path / "folder" / "fly.py").read_text()
+    compile(script, "fly.py", "exec")
+    assert "HEIGHTS = [1.0, 1.0]" in script and "DURATION = 4.6" in script
+
+
+def test_what_was_changed_or_holds_samples_is_refused(tmp_path):
+    write_fleet(crossing(), tmp_path / "folder")
+    (tmp_path / "folder" / "traj1.csv").write_text("duration\n1\n")
+    with pytest.raises(FileError, match=r"traj1\.csv is missing or was changed since its manifest"):
+        read_fleet(tmp_path / "folder")
+    (tmp_path / "other").mkdir()
+    with pytest.raises(FileError, match="holds no trajectories"):
+        read_fleet(tmp_path / "other")
+    minsnap.write_csv(crossing()[0], tmp_path / "other" / "a.csv")
+    with pytest.raises(FileError, match="holds samples, and nothing is certain between them"):
+        read_fleet(tmp_path / "other")
+    (tmp_path / "a.skyc").write_bytes(b"no zip")
+    with pytest.raises(FileError, match=r"a\.skyc is not a Skybrush show"):
+        read_fleet(tmp_path / "a.skyc")
+    with pytest.raises(FileError, match="choose one of csv, crazyswarm2, skyc"):
+        write_fleet(crossing(), tmp_path / "x", "skyx")
+
+
+def checked(capsys, *words):
+    """Exit status and output of the check."""
+    with pytest.raises(SystemExit) as left:
+        main(["check", *map(str, words)])
+    out = capsys.readouterr()
+    return left.value.code or 0, out.out + out.err
+
+
+def test_check_proves_a_fleet_apart_or_names_the_pair(tmp_path, capsys):
+    write_fleet(crossing(), tmp_path / "folder")
+    true = minsnap.certify_fleet(crossing(), 0.3)
+    status, text = checked(capsys, tmp_path / "folder", "--separation", "0.3")
+    assert status == 0 and f"one and two come within {true.least_distance:.4f} m at {true.instant:.2f} s" in text
+    status, text = checked(capsys, tmp_path / "folder", "--separation", "2")
+    assert status == 1 and "problem: one and two come within" in text
+    status, text = checked(capsys, tmp_path / "folder", "--separation", "0.3", "--json")
+    assert json.loads(text)["least_distance"] == pytest.approx(true.least_distance) and status == 0
+
+
+def test_check_asks_for_the_separation_where_files_do_not_say_it(tmp_path, capsys):
+    bare = minsnap.Fleet(crossing().trajectories)
+    write_fleet(bare, tmp_path / "a.skyc")
+    assert checked(capsys, tmp_path / "a.skyc")[1].endswith("give --separation M\n")
+    minsnap.write_csv(crossing()[0], tmp_path / "a.csv")
+    assert "is one vehicle" in checked(capsys, tmp_path / "a.csv", "--separation", "1")[1]
