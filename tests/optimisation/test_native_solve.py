@@ -40,7 +40,7 @@ def compare(points, durations, **others):
         python = minsnap.plan(points, durations, **plan_arguments(others))
     assert python.report.core == "python"
     assert -1e-6 <= python.report.cost / native.report.cost - 1.0 <= 3e-5
-    difference = minsnap.Trajectory(native.control_points - python.control_points, native.durations, native.pieces)
+    difference = minsnap.Trajectory(native.control_points - python.control_points, native.durations)
     assert difference.cost() <= 4.3e-5 * native.cost()
     assert native.report.corridor_margin >= 0.0
 
