@@ -29,11 +29,11 @@ from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits
 from minsnap.time_allocation.timing import Finish, Run
 from minsnap.time_allocation.yaw_pace import paced
+from minsnap.trajectory.cut_pieces import LONGEST_PIECE
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.planned_heading import PlannedHeading
 from minsnap.trajectory.report import Progress
-from minsnap.trajectory.trajectory import LONGEST_PIECE
 
 DIVISIONS = (3, 2)
 """Parts into which pieces are divided one time after another where their number is left to the search."""

@@ -17,32 +17,23 @@ from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.evaluation import Evaluator
-from minsnap.native.proved_extrema import largest_norms
 from minsnap.polynomials.bernstein import (
     basis,
     careful_differences,
     differentiate,
     gram_root,
-    points_to_powers,
-    powers_to_points,
-    restriction,
 )
-from minsnap.polynomials.enclosures import TINY, UNIT, Enclosure, derivative
-from minsnap.polynomials.extrema import maximum
+from minsnap.trajectory.cut_pieces import LONGEST_PIECE, SHORTEST_PIECE, cut, elevated_points
 from minsnap.trajectory.heading import ConstantHeading, Heading, YawFunction, as_heading
 from minsnap.trajectory.instants import check_order
+from minsnap.trajectory.norm_maxima import extent_along, norm_maxima
 from minsnap.trajectory.path import Path
+from minsnap.trajectory.scipy_forms import bpoly_of, pieces_of_bpoly, pieces_of_ppoly, ppoly_of
 
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly, PPoly
 
     from minsnap.trajectory.report import Report
-
-SHORTEST_PIECE, LONGEST_PIECE = 1e-18, 1e18
-"""Least and greatest duration of a piece [s]: a cut may leave far less of a leg than is planned."""
-
-FAINT = 1e-100
-"""Norm below which its square, or it itself, may be lost to underflow: it is then scaled, and what is lost added."""
 
 FARTHEST = 1e150
 """Largest control point [m]: those of a plan whose durations lie far apart are far beyond its waypoints."""
@@ -293,23 +284,7 @@ class Trajectory(ReadOnly, Path):
 
     def max_norms(self, orders: Sequence[int]) -> list[tuple[float, float]]:
         """Maxima of the norms of several derivatives, their orders ascending; see ``max_norm``."""
-        found = largest_norms(self.control_points, self.durations, orders)
-        if found is None or (min(one.bound for one in found) < FAINT**2 and self._faint(min(max(orders), self.degree))):
-            return [self._largest_norm(order) for order in orders]
-        return [(_norm_of(one.bound), self._instant(one.row, one.where)) for one in found]
-
-    def _largest_norm(self, order: int) -> tuple[float, float]:
-        curve = derivative(self.control_points, self.durations, order)
-        size = 2.0 ** np.frexp(np.abs(curve.points).max())[1]
-        lost = self.dim * TINY / min(self.durations.min() ** order, 1.0) if self._faint(order) else 0.0
-        square = Enclosure(curve.points / size, curve.errors / size).squared_norm()
-        bound, piece, s = maximum(square.points, square.errors)
-        return float(size * _norm_of(bound) + lost), self._instant(piece, s)
-
-    def _faint(self, order: int) -> bool:
-        """Whether a derivative that is not zero may be so small that it is lost to underflow."""
-        extent = float(np.ptp(self.control_points, axis=1).max())
-        return order <= self.degree and 0.0 < extent < FAINT * max(float(self.durations.max()), 1.0) ** order
+        return norm_maxima(self.control_points, self.durations, self.breaks, orders)
 
     def extent(self, direction: npt.ArrayLike, order: int = 0) -> tuple[float, float]:
         """Least and greatest value over time of a derivative along a direction; proved bounds, exact to rounding.
@@ -324,12 +299,7 @@ class Trajectory(ReadOnly, Path):
         along = numbers(direction)
         if along is None or along.shape != (self.dim,) or not bounded(along).all():
             raise InputError(f"a direction has {self.dim} finite components here, not {shown(direction)}")
-        curve = derivative(self.control_points, self.durations, min(check_order(order), self.degree + 1))
-        values = curve.along(np.broadcast_to(along, (len(self.durations), self.dim)))
-        return -maximum(-values.points, values.errors)[0], maximum(values.points, values.errors)[0]
-
-    def _instant(self, piece: int, s: float) -> float:
-        return float(self.breaks[piece] + s * self.durations[piece]) if s < 1.0 else float(self.breaks[piece + 1])
+        return extent_along(self.control_points, self.durations, along, min(check_order(order), self.degree + 1))
 
     def arc_length(self, tolerance: float = 1e-10) -> float:
         """Length of the curve [m], by adaptive quadrature to that relative tolerance."""
@@ -349,31 +319,8 @@ class Trajectory(ReadOnly, Path):
         """
         if not (is_number(start) and is_number(end) and 0.0 <= start < end <= self.duration):
             raise IntervalError(f"[{shown(start)}, {shown(end)}] s is not an interval within [0, {self.duration}] s")
-        start, end = float(start), float(end)
-        first, last = self._pieces_of(start, end)
-        points = self.control_points[first : last + 1].copy()
-        durations = self.durations[first : last + 1].copy()
-        low = max((start - self.breaks[first]) / self.durations[first], 0.0)
-        high = min((end - self.breaks[last]) / self.durations[last], 1.0)
-        if first == last:
-            points[0] = _restricted(points[0], low, high)
-            durations[0] *= high - low
-        else:
-            points[0], points[-1] = _restricted(points[0], low, 1.0), _restricted(points[-1], 0.0, high)
-            durations[0] *= 1.0 - low
-            durations[-1] *= high
+        points, durations = cut(self.control_points, self.durations, self.breaks, float(start), float(end))
         return self.turned(Trajectory(points, durations), float(start))
-
-    def _pieces_of(self, start: float, end: float) -> tuple[int, int]:
-        """First and last piece of an interval, without pieces of which only rounding is left, if there are others."""
-        first = int(np.searchsorted(self.breaks, start, side="right")) - 1
-        last = int(np.searchsorted(self.breaks, end, side="left")) - 1
-        least = np.maximum(SHORTEST_PIECE, 8.0 * UNIT * self.breaks[1:])
-        if first < last and self.breaks[first + 1] - start <= least[first]:
-            first += 1
-        if first < last and end - self.breaks[last] <= least[last]:
-            last -= 1
-        return first, last
 
     def stretched(self, factor: float) -> Trajectory:
         """Fly the same path ``factor`` times slower: the p-th derivative is divided by factor^p."""
@@ -395,12 +342,7 @@ class Trajectory(ReadOnly, Path):
         """Return the same curve written in polynomials of a higher degree."""
         if not (is_whole(degree) and degree <= MOST_DEGREE):
             raise InputError(f"the degree is {shown(degree)}: give a whole number up to {MOST_DEGREE}")
-        points = self.control_points
-        for n in range(self.degree, degree):
-            share = np.arange(n + 2)[:, None] / (n + 1)
-            padded = np.pad(points, ((0, 0), (1, 1), (0, 0)))
-            points = share * padded[:, :-1] + (1.0 - share) * padded[:, 1:]
-        return replace(self, control_points=points)
+        return replace(self, control_points=elevated_points(self.control_points, degree))
 
     def is_like(self, other: Path) -> bool:
         """Whether another path is the same polynomials."""
@@ -440,31 +382,21 @@ class Trajectory(ReadOnly, Path):
 
     def to_ppoly(self) -> PPoly:
         """Return the same curve as scipy.interpolate.PPoly: local powers of seconds, descending."""
-        from scipy.interpolate import PPoly
-
-        powers = np.einsum("ij,mjd->imd", points_to_powers(self.degree), self.control_points)
-        powers /= self.durations[None, :, None] ** np.arange(self.degree + 1)[:, None, None]
-        return PPoly(powers[::-1], self.breaks)
+        return ppoly_of(self.control_points, self.durations, self.breaks)
 
     @classmethod
     def from_ppoly(cls, ppoly: PPoly, yaw: Heading | None = None) -> Trajectory:
         """Take over a scipy.interpolate.PPoly of one trailing dimension; its first break becomes time 0."""
-        powers = _trailing_dim(ppoly.c)[::-1]
-        durations = np.diff(ppoly.x)
-        scaled = powers * durations[None, :, None] ** np.arange(len(powers))[:, None, None]
-        points = np.einsum("ji,imd->mjd", powers_to_points(len(powers) - 1), scaled)
-        return cls(points, durations, yaw or ConstantHeading())
+        return cls(*pieces_of_ppoly(ppoly), yaw or ConstantHeading())
 
     def to_bpoly(self) -> BPoly:
         """Return the same curve as scipy.interpolate.BPoly: the control points as they are."""
-        from scipy.interpolate import BPoly
-
-        return BPoly(self.control_points.transpose(1, 0, 2), self.breaks)
+        return bpoly_of(self.control_points, self.breaks)
 
     @classmethod
     def from_bpoly(cls, bpoly: BPoly, yaw: Heading | None = None) -> Trajectory:
         """Take over a scipy.interpolate.BPoly of one trailing dimension; its first break becomes time 0."""
-        return cls(_trailing_dim(bpoly.c).transpose(1, 0, 2), np.diff(bpoly.x), yaw or ConstantHeading())
+        return cls(*pieces_of_bpoly(bpoly), yaw or ConstantHeading())
 
 
 class _ReportWhenAsked:
@@ -498,19 +430,3 @@ def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
     for trajectory in trajectories[1:]:
         joined = joined.then(trajectory)
     return joined
-
-
-def _norm_of(square: float) -> float:
-    """Square root, not below the exact one."""
-    return float(np.sqrt(max(square, 0.0))) * (1.0 + 4.0 * UNIT)
-
-
-def _restricted(points: FloatArray, low: float, high: float) -> FloatArray:
-    matrix: Any = restriction(len(points) - 1, low, high)
-    return np.asarray(np.array(matrix, dtype=np.float64) @ points)
-
-
-def _trailing_dim(coefficients: FloatArray) -> FloatArray:
-    if coefficients.ndim not in (2, 3):
-        raise WaypointError(f"a piecewise polynomial must have one trailing dimension, not {coefficients.ndim - 2}")
-    return coefficients if coefficients.ndim == 3 else coefficients[:, :, None]

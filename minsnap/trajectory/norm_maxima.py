@@ -1,0 +1,67 @@
+"""Greatest norms and extents of the derivatives of piecewise polynomials, proved over all time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.native.proved_extrema import largest_norms
+from minsnap.polynomials.enclosures import TINY, UNIT, Enclosure, derivative
+from minsnap.polynomials.extrema import maximum
+
+FAINT = 1e-100
+"""Norm below which its square, or it itself, may be lost to underflow: it is then scaled, and what is lost added."""
+
+
+def norm_maxima(
+    points: FloatArray, durations: FloatArray, breaks: FloatArray, orders: Sequence[int]
+) -> list[tuple[float, float]]:
+    """Return the maxima of the norms of several derivatives, and the instants where they are attained [s].
+
+    Parameters
+    ----------
+    points : ndarray, shape (pieces, degree + 1, dim)
+        Control points.
+    durations, breaks : ndarray, shape (pieces,), (pieces + 1,)
+        [s].
+    orders : sequence of int
+        Ascending, at most degree + 1.
+    """
+    found = largest_norms(points, durations, orders)
+    faint = found is not None and min(one.bound for one in found) < FAINT**2
+    if found is None or (faint and _faint(points, durations, min(max(orders), points.shape[1] - 1))):
+        return [_largest_norm(points, durations, breaks, order) for order in orders]
+    return [(_norm_of(one.bound), _instant(durations, breaks, one.row, one.where)) for one in found]
+
+
+def extent_along(points: FloatArray, durations: FloatArray, along: FloatArray, order: int) -> tuple[float, float]:
+    """Return the least and the greatest value of a derivative along a direction (dim,), proved."""
+    curve = derivative(points, durations, order)
+    values = curve.along(np.broadcast_to(along, (len(durations), points.shape[2])))
+    return -maximum(-values.points, values.errors)[0], maximum(values.points, values.errors)[0]
+
+
+def _largest_norm(points: FloatArray, durations: FloatArray, breaks: FloatArray, order: int) -> tuple[float, float]:
+    curve = derivative(points, durations, order)
+    size = 2.0 ** np.frexp(np.abs(curve.points).max())[1]
+    lost = points.shape[2] * TINY / min(durations.min() ** order, 1.0) if _faint(points, durations, order) else 0.0
+    square = Enclosure(curve.points / size, curve.errors / size).squared_norm()
+    bound, piece, s = maximum(square.points, square.errors)
+    return float(size * _norm_of(bound) + lost), _instant(durations, breaks, piece, s)
+
+
+def _faint(points: FloatArray, durations: FloatArray, order: int) -> bool:
+    """Whether a derivative that is not zero may be so small that it is lost to underflow."""
+    extent = float(np.ptp(points, axis=1).max())
+    return order < points.shape[1] and 0.0 < extent < FAINT * max(float(durations.max()), 1.0) ** order
+
+
+def _instant(durations: FloatArray, breaks: FloatArray, piece: int, s: float) -> float:
+    return float(breaks[piece] + s * durations[piece]) if s < 1.0 else float(breaks[piece + 1])
+
+
+def _norm_of(square: float) -> float:
+    """Square root, not below the exact one."""
+    return float(np.sqrt(max(square, 0.0))) * (1.0 + 4.0 * UNIT)
