@@ -1,0 +1,1 @@
+"""Minimum-snap trajectories in ROS 2."""

@@ -1,0 +1,165 @@
+"""Stand-ins of the interfaces of ROS 2 that the node uses, with their names, fields and defaults.
+
+Messages are delivered at once, in this process; who subscribes late is given the last one.  A clock is set by hand.
+"""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+FIELDS: dict[str, dict[str, Any]] = {
+    "builtin_interfaces.msg.Time": {"sec": 0, "nanosec": 0},
+    "builtin_interfaces.msg.Duration": {"sec": 0, "nanosec": 0},
+    "std_msgs.msg.Header": {"stamp": "builtin_interfaces.msg.Time", "frame_id": ""},
+    "geometry_msgs.msg.Point": {"x": 0.0, "y": 0.0, "z": 0.0},
+    "geometry_msgs.msg.Vector3": {"x": 0.0, "y": 0.0, "z": 0.0},
+    "geometry_msgs.msg.Quaternion": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+    "geometry_msgs.msg.Pose": {"position": "geometry_msgs.msg.Point", "orientation": "geometry_msgs.msg.Quaternion"},
+    "geometry_msgs.msg.PoseStamped": {"header": "std_msgs.msg.Header", "pose": "geometry_msgs.msg.Pose"},
+    "geometry_msgs.msg.Transform": {
+        "translation": "geometry_msgs.msg.Vector3",
+        "rotation": "geometry_msgs.msg.Quaternion",
+    },
+    "geometry_msgs.msg.Twist": {"linear": "geometry_msgs.msg.Vector3", "angular": "geometry_msgs.msg.Vector3"},
+    "nav_msgs.msg.Path": {"header": "std_msgs.msg.Header", "poses": []},
+    "nav_msgs.srv.GetPlan": {},
+    "nav_msgs.srv.GetPlan.Request": {
+        "start": "geometry_msgs.msg.PoseStamped",
+        "goal": "geometry_msgs.msg.PoseStamped",
+        "tolerance": 0.0,
+    },
+    "nav_msgs.srv.GetPlan.Response": {"plan": "nav_msgs.msg.Path"},
+    "std_srvs.srv.Trigger": {},
+    "std_srvs.srv.Trigger.Request": {},
+    "std_srvs.srv.Trigger.Response": {"success": False, "message": ""},
+    "trajectory_msgs.msg.MultiDOFJointTrajectoryPoint": {
+        "transforms": [],
+        "velocities": [],
+        "accelerations": [],
+        "time_from_start": "builtin_interfaces.msg.Duration",
+    },
+    "trajectory_msgs.msg.MultiDOFJointTrajectory": {"header": "std_msgs.msg.Header", "joint_names": [], "points": []},
+    "px4_msgs.msg.OffboardControlMode": dict.fromkeys(
+        ("position", "velocity", "acceleration", "attitude", "body_rate", "thrust_and_torque", "direct_actuator"), False
+    )
+    | {"timestamp": 0},
+    "px4_msgs.msg.TrajectorySetpoint": dict.fromkeys(("position", "velocity", "acceleration", "jerk"), [0.0] * 3)
+    | {"timestamp": 0, "yaw": 0.0, "yawspeed": 0.0},
+    "px4_msgs.msg.VehicleStatus": {"timestamp": 0, "nav_state": 0},
+}
+TYPES: dict[str, type] = {}
+TOPICS: dict[str, SimpleNamespace] = {}
+
+
+class Message:
+    """A message with the fields of its table alone."""
+
+    fields: dict[str, Any] = {}
+
+    def __init__(self, **values: Any) -> None:
+        for name, default in self.fields.items():
+            value = TYPES[default]() if isinstance(default, str) and default in TYPES else default
+            object.__setattr__(self, name, list(value) if isinstance(value, list) else value)
+        for name, value in values.items():
+            setattr(self, name, value)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in self.fields:
+            raise AttributeError(f"{type(self).__name__} has no field {name}")
+        default = self.fields[name]
+        kind = TYPES[default] if isinstance(default, str) and default in TYPES else type(default)
+        if not isinstance(value, kind):
+            raise AssertionError(f"{type(self).__name__}.{name} must be a {kind.__name__}: {value!r}")
+        object.__setattr__(self, name, value)
+
+
+class Node:
+    """A node whose messages are delivered at once."""
+
+    seconds = 0.0
+
+    def __init__(self, name: str, *, parameter_overrides: Any = ()) -> None:
+        self.name, self.services, self.timers = name, {}, []
+        self._overrides = {parameter.name: parameter.value for parameter in parameter_overrides}
+        self._values: dict[str, Any] = {}
+
+    def declare_parameter(self, name: str, value: Any) -> None:
+        self._values[name] = self._overrides.get(name, value)
+
+    def get_parameter(self, name: str) -> Any:
+        return SimpleNamespace(value=self._values[name])
+
+    def _topic(self, name: str) -> SimpleNamespace:
+        full = name.replace("~", f"/{self.name}")
+        return TOPICS.setdefault(full, SimpleNamespace(last=None, hear=[]))
+
+    def create_publisher(self, kind: type, topic: str, qos: Any) -> Any:
+        place = self._topic(topic)
+
+        def publish(message: Any) -> None:
+            assert isinstance(message, kind)
+            place.last = message
+            for callback in place.hear:
+                callback(message)
+
+        return SimpleNamespace(publish=publish)
+
+    def create_subscription(self, kind: type, topic: str, callback: Any, qos: Any) -> None:
+        place = self._topic(topic)
+        place.hear.append(callback)
+        if place.last is not None:
+            callback(place.last)
+
+    def create_service(self, kind: type, name: str, callback: Any) -> None:
+        self.services[name] = callback
+
+    def create_timer(self, period: float, callback: Any) -> None:
+        self.timers.append((period, callback))
+
+    def get_clock(self) -> Any:
+        return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=round(Node.seconds * 1e9)))
+
+    def get_logger(self) -> Any:
+        return SimpleNamespace(info=lambda text: None, error=lambda text: None)
+
+    def destroy_node(self) -> None:
+        TOPICS.clear()
+
+
+class Parameter:
+    def __init__(self, name: str, value: Any) -> None:
+        self.name, self.value = name, value
+
+
+def _add(path: str, value: Any) -> None:
+    parts = path.split(".")
+    if parts[-2][0].isupper():
+        setattr(TYPES[".".join(parts[:-1])], parts[-1], value)
+        return
+    for count in range(1, len(parts)):
+        name = ".".join(parts[:count])
+        module = sys.modules.setdefault(name, ModuleType(name))
+        if count > 1:
+            setattr(sys.modules[".".join(parts[: count - 1])], parts[count - 1], module)
+    setattr(sys.modules[".".join(parts[:-1])], parts[-1], value)
+
+
+def install() -> None:
+    """Put the stand-ins where the packages of ROS 2 are looked for."""
+    for path, fields in FIELDS.items():
+        TYPES[path] = type(path.rsplit(".", 1)[-1], (Message,), {"fields": fields})
+        _add(path, TYPES[path])
+    kinds = SimpleNamespace(TRANSIENT_LOCAL=1, RELIABLE=1, BEST_EFFORT=2)
+    for path, value in {
+        "rclpy.node.Node": Node,
+        "rclpy.parameter.Parameter": Parameter,
+        "rclpy.qos.QoSProfile": SimpleNamespace,
+        "rclpy.qos.DurabilityPolicy": kinds,
+        "rclpy.qos.ReliabilityPolicy": kinds,
+        "rclpy.init": lambda: None,
+        "rclpy.try_shutdown": lambda: None,
+        "rclpy.spin_once": lambda node, timeout_sec: None,
+    }.items():
+        _add(path, value)
