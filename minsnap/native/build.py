@@ -126,11 +126,22 @@ def flags() -> list[str]:
     return [*FLAGS, *shlex.split(os.environ.get("MINSNAP_CXXFLAGS", ""))]
 
 
-def _link_flags() -> list[str]:
-    """Return what links a library without symbols, unless it is to be debugged; on Windows with its runtime inside."""
-    strip = "-Wl,-x" if sys.platform == "darwin" else "-s"
-    debugged = any(flag.startswith("-g") for flag in flags())
-    return ["-shared", *([] if debugged else [strip]), *(["-static"] if sys.platform == "win32" else [])]
+def _link_flags(compiler: list[str], target: Path) -> list[str]:
+    """Return what links a library that has no symbols but its entry points, unless it is to be debugged.
+
+    On Windows the compiler's runtime is inside; zig's is so everywhere, and ``-static`` would make it an archive.
+    """
+    asked, by_zig = os.environ.get("MINSNAP_PLATFORM", ""), "ziglang" in compiler
+    on_mac = asked.startswith("macosx") if asked else sys.platform == "darwin"
+    on_windows = asked.startswith("win") if asked else sys.platform == "win32"
+    found = ["-shared"]
+    if not any(flag.startswith("-g") for flag in flags()):
+        found.append("-Wl,-x" if on_mac and not by_zig else "-s")
+    if on_mac:
+        return [*found, f"-Wl,-install_name,@rpath/{target.name}"]
+    if on_windows:
+        return found if by_zig else [*found, "-static"]
+    return [*found, f"-Wl,--version-script={SOURCES / 'exports.map'}"]
 
 
 def digest() -> str:
@@ -170,7 +181,10 @@ def compile_library(target: Path) -> str:
             with ThreadPoolExecutor(_processors()) as pool:
                 objects = list(pool.map(lambda source: _compile(compiler, source, Path(folder)), sources))
             linked = Path(folder) / target.name
-            _run([*compiler, *flags(), *map(str, objects), *_link_flags(), "-o", str(linked)], Path(folder))
+            _run(
+                [*compiler, *flags(), *map(str, objects), *_link_flags(compiler, target), "-o", str(linked)],
+                Path(folder),
+            )
             os.replace(linked, target)
     return " ".join(compiler)
 
