@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Iterator, Sequence
@@ -15,7 +16,7 @@ from minsnap.basics.storage.text import read_text
 from minsnap.batch.spec import Spec
 from minsnap.errors import BatchError, FileError
 
-SPEC, MANIFEST, DATASHEET = "_spec.json", "_manifest.json", "_datasheet"
+SPEC, MANIFEST, DATASHEET, DIGESTS = "_spec.json", "_manifest.json", "_datasheet", "_sha256"
 """Names that begin with an underscore are no data to whoever reads a folder of Parquet files."""
 
 
@@ -48,7 +49,7 @@ def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -
         with atomic_write(path) as file:
             file.write(json.dumps(began, indent=1) + "\n")
     with _locked(path, folder):
-        _compare(folder, json.loads(read_text(path)), began)
+        _compare(folder, _begun(path), began)
         for left in folder.glob(".*.part"):
             left.unlink(missing_ok=True)
         yield
@@ -57,7 +58,7 @@ def claimed(folder: Path, spec: Spec, made_with: dict[str, str], resume: bool) -
 def belongs(folder: Path, name: str) -> bool:
     """Whether a folder is that of a batch."""
     try:
-        return bool(json.loads(read_text(folder / SPEC))["name"] == name)
+        return bool(_begun(folder / SPEC)["name"] == name)
     except FileError:
         return False
 
@@ -119,11 +120,53 @@ def write_manifest(folder: Path, spec: Spec, made_with: dict[str, str], shards: 
         file.write(json.dumps(manifest | {"statuses": counts, "files": files}, indent=1) + "\n")
 
 
-def is_complete(folder: Path, spec: Spec) -> bool:
-    """Whether the manifest is there and every file that it names has its size."""
+def is_complete(folder: Path, spec: Spec, shards: Sequence[Any]) -> bool:
+    """Whether the manifest is there and names every file with its SHA-256."""
+    digests = _manifest_digests(folder)
+    return len(shards) == len(digests) == spec.shards and {s.digest for s in shards} == set(digests.values())
+
+
+def known_digest(folder: Path, name: str) -> str | None:
+    """Return the SHA-256 that a file had when it was finished; None where that is not known."""
     try:
-        manifest = json.loads(read_text(folder / MANIFEST))
-        sizes = [(entry["bytes"], os.stat(folder / entry["name"]).st_size) for entry in manifest["files"]]
-    except (FileError, OSError, ValueError, KeyError):
-        return False
-    return len(sizes) == spec.shards and all(size == found for size, found in sizes)
+        return read_text(folder / DIGESTS / f"{name}.sha256").strip()
+    except FileError:
+        return _manifest_digests(folder).get(name)
+
+
+def write_digest(folder: Path, name: str, digest: str) -> None:
+    """Note the SHA-256 of a file that is about to be moved to its place."""
+    (folder / DIGESTS).mkdir(exist_ok=True)
+    with atomic_write(folder / DIGESTS / f"{name}.sha256") as file:
+        file.write(f"{digest}\n")
+
+
+def file_digest(path: str | os.PathLike[str]) -> str:
+    """Return the SHA-256 of a file."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _manifest_digests(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of every file that the manifest names; none where it is missing or damaged."""
+    try:
+        return {str(entry["name"]): str(entry["sha256"]) for entry in json.loads(read_text(folder / MANIFEST))["files"]}
+    except (FileError, ValueError, KeyError, TypeError):
+        return {}
+
+
+def _begun(path: Path) -> dict[str, Any]:
+    """Return the specification that a folder was begun with.
+
+    Raises
+    ------
+    FileError
+        If it is damaged.
+    """
+    try:
+        known = json.loads(read_text(path))
+        if isinstance(known["name"], str) and isinstance(known["spec"], dict) and isinstance(known["made_with"], dict):
+            return dict(known)
+    except (ValueError, KeyError, TypeError):
+        pass
+    raise FileError(f"{path} is damaged, so that it is not known what this folder was begun with: give another folder")

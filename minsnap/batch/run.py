@@ -14,7 +14,7 @@ from minsnap.basics.messages import shown
 from minsnap.batch.cluster import Counted, connected, write_shards
 from minsnap.batch.datasheet import write_datasheet
 from minsnap.batch.folder import claimed, is_complete, write_manifest
-from minsnap.batch.shards import Shard, ShardJob, made_with, read_shard, shard_name
+from minsnap.batch.shards import Shard, ShardJob, kept_shard, made_with, shard_name
 from minsnap.batch.spec import Spec
 from minsnap.batch.tally import Tally
 from minsnap.errors import BatchError, FileError, InputError
@@ -94,13 +94,16 @@ def run_batch(
         If Dask or pyarrow is not there.
     """
     _check(workers, problem_timeout)
+    if not os.fspath(folder):
+        raise FileError("the folder of a dataset has no name: give one")
     where = Path(folder).resolve()
     made = made_with()
     job = ShardJob(str(where), spec.plain(), spec.name(), made, float(problem_timeout))
     with claimed(where, spec, made, resume):
-        there = [number for number in range(spec.shards) if (where / shard_name(number)).exists()]
-        if is_complete(where, spec):
-            return _result(where, spec, [read_shard(where / shard_name(n), job.name, n) for n in there], len(there))
+        kept = [one for one in (kept_shard(where, job.name, n) for n in range(spec.shards)) if one is not None]
+        there = [shard.number for shard in kept]
+        if is_complete(where, spec, kept):
+            return _result(where, spec, kept, len(kept))
         with _finished_files_named(spec, where):
             shards = _written(spec, job, workers, scheduler, _watching(watch, spec, there))
             result = _result(where, spec, shards, len(there))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -13,12 +12,12 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.version import __version__
 from minsnap.batch.columns import parquet_writer, schema
-from minsnap.batch.folder import belongs
+from minsnap.batch.folder import belongs, file_digest, known_digest, write_digest
 from minsnap.batch.problem_table import pyarrow_parquet
 from minsnap.batch.solving import solving
 from minsnap.batch.spec import read_mapping
 from minsnap.batch.tally import Tally
-from minsnap.errors import BatchError
+from minsnap.errors import BatchError, FileError
 from minsnap.native.library import core
 
 GROUP_ROWS = 1024
@@ -103,12 +102,33 @@ def make_shard(job: ShardJob, number: int, told: Told | None = None) -> Shard:
         raise BatchError(f"{folder} is not the folder of this batch on this machine: use a disk that all workers share")
     if made_with() != job.made_with:
         raise BatchError(f"a worker has minsnap {made_with()} and not {job.made_with}: install the same on all workers")
-    path = folder / shard_name(number)
-    if not path.exists():
-        spec = read_mapping(job.given)
-        notes = {"minsnap": job.made_with["version"], "batch": job.name, "shard": str(number)}
-        _write(path, solving(spec, job.timeout).rows, spec.rows_of(number), notes, told)
+    kept = kept_shard(folder, job.name, number)
+    if kept is not None:
+        return kept
+    path, spec = folder / shard_name(number), read_mapping(job.given)
+    notes = {"minsnap": job.made_with["version"], "batch": job.name, "shard": str(number)}
+    _write(path, solving(spec, job.timeout).rows, spec.rows_of(number), notes, told)
     return read_shard(path, job.name, number)
+
+
+def kept_shard(folder: Path, name: str, number: int) -> Shard | None:
+    """Return what is known of a file that is finished and whole; None where it has to be made, or made anew.
+
+    Its SHA-256 was written before it was moved to its place, and stands in the manifest later.
+
+    Raises
+    ------
+    BatchError
+        If a file of that name has no SHA-256, and is of another batch.
+    """
+    path, known = folder / shard_name(number), known_digest(folder, shard_name(number))
+    try:
+        if not path.exists() or (known is not None and file_digest(path) != known):
+            return None
+        shard = read_shard(path, name, number)
+    except (FileError, OSError):
+        return None
+    return None if known is None else shard
 
 
 def made_with() -> dict[str, str]:
@@ -129,6 +149,8 @@ def _write(
             writer.write_table(table, row_group_size=GROUP_ROWS)
         writer.add_key_value_metadata({"tally": json.dumps(tally.plain(), sort_keys=True)})
         writer.close()
+        file.flush()
+        write_digest(path.parent, path.name, file_digest(file.name))
 
 
 def _group(batches: Iterator[Any], told: Told | None) -> Any:
@@ -155,8 +177,7 @@ def read_shard(path: Path, name: str, number: int) -> Shard:
         If it cannot be read.
     """
     with reading(path, "a file of this batch"):
-        with open(path, "rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        digest = file_digest(path)
         with pyarrow_parquet().ParquetFile(path) as table:
             notes = {key.decode(): value.decode() for key, value in (table.metadata.metadata or {}).items()}
             rows = int(table.metadata.num_rows)

@@ -4,6 +4,7 @@ import json
 import os
 import random
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -91,11 +92,54 @@ def test_a_complete_dataset_is_not_made_again(whole):
 def test_files_that_are_missing_or_were_half_written_are_made(whole, there, tmp_path):
     folder = tmp_path / "c"
     folder.mkdir()
-    for name in ("_spec.json", "part-00001.parquet", "part-00003.parquet"):
+    (folder / "_sha256").mkdir()
+    for name in ("part-00001.parquet", "part-00003.parquet"):
         (folder / name).write_bytes((whole / name).read_bytes())
+        (folder / f"_sha256/{name}.sha256").write_bytes((whole / f"_sha256/{name}.sha256").read_bytes())
+    (folder / "_spec.json").write_bytes((whole / "_spec.json").read_bytes())
     (folder / ".0123456789abcdef.part").write_bytes(b"half")
     result = run_batch(walks(), folder, scheduler=there)
     assert result.found == 2 and digests(folder) == digests(whole) and not list(folder.glob(".*.part"))
+
+
+@pytest.mark.parametrize("manifest", ["kept", "missing", "damaged"])
+def test_a_damaged_part_is_made_anew(whole, there, tmp_path, manifest):
+    """A bit of one is flipped, another is cut off, and a third has lost its SHA-256 and the manifest."""
+    folder = tmp_path / "k"
+    shutil.copytree(whole, folder)
+    flipped, cut = folder / "part-00001.parquet", folder / "part-00002.parquet"
+    content = bytearray(flipped.read_bytes())
+    content[len(content) // 2] ^= 1
+    flipped.write_bytes(content)
+    cut.write_bytes(cut.read_bytes()[:-9])
+    if manifest != "kept":
+        (folder / "_sha256" / "part-00004.parquet.sha256").unlink()
+        (folder / "_manifest.json").unlink()
+    if manifest == "damaged":
+        (folder / "_manifest.json").write_text('{"files": [{"name": 3')
+    result = run_batch(walks(), folder, scheduler=there)
+    assert result.found == (3 if manifest == "kept" else 2) and digests(folder) == digests(whole)
+    assert (folder / "_manifest.json").read_bytes() == (whole / "_manifest.json").read_bytes()
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "3", '{"name": 3}', '{"name": "x", "spec": [], "made_with": {}}'])
+def test_a_damaged_specification_is_one_sentence(tmp_path, text):
+    (tmp_path / "_spec.json").write_text(text)
+    with pytest.raises(FileError, match=r"_spec\.json is damaged, .* give another folder"):
+        run_batch(walks(), tmp_path)
+    with pytest.raises(FileError, match="the folder of a dataset has no name"):
+        run_batch(walks(), "")
+
+
+def test_a_changed_clock_changes_no_byte(whole, there, tmp_path):
+    """Times of files lie in the past or the future: what counts is their content."""
+    folder = tmp_path / "l"
+    shutil.copytree(whole, folder)
+    for second, path in enumerate(sorted(folder.rglob("*"))):
+        os.utime(path, (1e9 + second, 4e9 - 1e6 * second))
+    (folder / "_manifest.json").unlink()
+    result = run_batch(walks(), folder, scheduler=there)
+    assert result.found == 5 and digests(folder) == digests(whole)
 
 
 def test_another_specification_or_a_stranger_s_file_is_refused(whole, tmp_path):
