@@ -27,25 +27,32 @@ def uniform(count: int, seed: int) -> FloatArray:
     return (x >> np.uint64(11)).astype(np.float64) * 2.0**-52 - 1.0
 
 
+def powers(h: float) -> FloatArray:
+    """Return the powers 0 to 3, by products: those of a mathematical library differ between machines."""
+    return np.array([1.0, h, h * h, h * h * h])
+
+
 def profile(pieces: int) -> FloatArray:
     """Progress from 0 to 1 and its derivatives at knots, shape (pieces + 1, 4): speed rises and falls in ramps."""
     s = np.arange(pieces + 1) / pieces
     x = np.minimum(np.minimum(s, 1.0 - s) / RAMP, 1.0)
     rises, inside = np.where(s <= 0.5, 1.0, -1.0), x < 1.0
-    way = RAMP * (2.5 * x**4 - 3.0 * x**5 + x**6) + np.maximum(np.minimum(s, 1.0 - s) - RAMP, 0.0)
-    speed = x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
-    slope = np.where(inside, 30.0 * x * x * (1.0 - x) ** 2 / RAMP, 0.0)
-    bend = np.where(inside, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / RAMP**2, 0.0)
+    cube = x * x * x
+    way = RAMP * cube * x * (2.5 - 3.0 * x + x * x) + np.maximum(np.minimum(s, 1.0 - s) - RAMP, 0.0)
+    speed = cube * (10.0 - 15.0 * x + 6.0 * x * x)
+    slope = np.where(inside, 30.0 * x * x * (1.0 - x) * (1.0 - x) / RAMP, 0.0)
+    bend = np.where(inside, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / (RAMP * RAMP), 0.0)
     scaled = np.stack([way, speed, rises * slope, bend], axis=1) / (1.0 - RAMP)
     scaled[s > 0.5, 0] = 1.0 - scaled[s > 0.5, 0]
-    return np.asarray(scaled * (1.0 / pieces) ** np.arange(4))
+    return np.asarray(scaled * powers(1.0 / pieces))
 
 
 def bump(pieces: int) -> FloatArray:
     """Return 16 s^2 (1 - s)^2 and its derivatives at knots, shape (pieces + 1, 4), at rest at both ends."""
     s = np.arange(pieces + 1) / pieces
-    rows = [s**2 - 2 * s**3 + s**4, 2 * s - 6 * s**2 + 4 * s**3, 2 - 12 * s + 12 * s**2, -12 + 24 * s]
-    values = 16.0 * np.stack(rows, axis=1) * (1.0 / pieces) ** np.arange(4)
+    rest = 1.0 - s
+    rows = [s * s * rest * rest, 2.0 * s * rest * (rest - s), 2.0 - 12.0 * s * rest, -12.0 + 24.0 * s]
+    values = 16.0 * np.stack(rows, axis=1) * powers(1.0 / pieces)
     values[[0, -1], 1:] = 0.0
     return np.asarray(values)
 
@@ -113,6 +120,7 @@ def frozen(fixed: Path, time: float, pieces: int) -> FloatArray:
     instants = np.arange(pieces + 1) * h
     curve = fixed.as_trajectory()
     over = instants > curve.duration
-    data = np.stack([curve(np.minimum(instants, curve.duration), q) * h**q for q in range(4)], axis=1)
+    held = np.minimum(instants, curve.duration)
+    data = np.stack([curve(held, q) * scale for q, scale in enumerate(powers(h))], axis=1)
     data[over, 1:] = 0.0
     return np.asarray(data)

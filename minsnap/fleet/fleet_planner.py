@@ -17,6 +17,7 @@ from minsnap.corridors.room import Room
 from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.assignment import line_distance
 from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_report import FleetReport
 from minsnap.fleet.fleet_task import FleetTask, check_task, way_of
 from minsnap.fleet.keep_out import Obstacle
@@ -29,6 +30,9 @@ from minsnap.trajectory.path import Path
 
 GUESSES = 4
 """First guesses that are tried."""
+
+BELOW_ALONE = 0.995
+"""Times below so many times what the slowest vehicle takes alone are not tried: they are hardly ever reached."""
 
 Told = Callable[[float, float], None]
 
@@ -139,10 +143,29 @@ def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: in
     curves = search.open(range(seed, seed + GUESSES), max(bound, 1e-3))
     if curves is None or search.best is None:
         raise _not_found(search, "")
-    search.shorten(curves, COARSE, WARM, 0.93, 0.01, bound)
-    search.shorten(search.best.curves, FINE, LAST, 0.98, 0.004, bound)
+    search.alone = _alone(search)
+    least = max(bound, BELOW_ALONE * search.alone)
+    search.shorten(curves, COARSE, WARM, 0.93, 0.01, least)
+    search.shorten(search.best.curves, FINE, LAST, 0.98, 0.004, least)
     best = search.best
     return (search.least_snap(best.time * (1.0 + polish)) if polish > 0.0 else None) or best
+
+
+def _alone(search: TimeSearch) -> float:
+    """Return the shortest time found for the slowest vehicle alone, with the same pieces; 0 if none was."""
+    if len(search.task) + len(search.task.fixed) == 1:
+        return 0.0
+    lone = TimeSearch(_lone_task(search.task, int(np.argmax(search.task.bounds))), search.pieces, 1, search.stopped)
+    try:
+        return _joint(lone, None, 0.0, 0).time
+    except UnprovedError:
+        return 0.0
+
+
+def _lone_task(task: FleetTask, vehicle: int) -> FleetTask:
+    limits = None if task.limits is None else task.limits[vehicle : vehicle + 1]
+    state = task.states[vehicle : vehicle + 1]
+    return FleetTask(task.waypoints[vehicle : vehicle + 1], state, limits, None, task.room, task.avoid, ())
 
 
 def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
@@ -219,7 +242,7 @@ def _fleet(
     bounds = task.bounds
     slowest = int(np.argmax(bounds))
     report = FleetReport(
-        *(method, found.time, float(bounds[slowest]), slowest, search.pieces),
+        *(method, found.time, float(bounds[slowest]), slowest, search.alone or found.time, search.pieces),
         *(search.tried, search.iterations, search.seconds, stopped),
     )
     return Fleet((*headed, *task.fixed), None if names is None else tuple(names), task.separation, report)  # type: ignore[arg-type]
@@ -263,14 +286,19 @@ def _check_time(task: FleetTask, total_time: Any) -> None:
 
 
 def _not_found(search: TimeSearch, when: str) -> UnprovedError:
-    """Say what was tried, and which pair presses."""
+    """Say what was reached in the longest time that was tried, and which pair presses."""
     tried = search.nearest
+    if tried is None:
+        return UnprovedError("no fleet was found, as the search ended before it began: give a longer time_limit")
+    found = certify_fleet(flown(tried.curves[: len(search.task)], tried.time), search.task.separation)
     text = f"no fleet was found that is apart at every instant{when}"
-    if tried is not None and tried.outcome.short_by > 0.0:
-        text += f": the nearest pair kept {1.0 - tried.outcome.short_by:.0%} of its separation"
-    elif tried is not None and tried.outcome.over_by > 0.0:
-        text += f": limits or walls were exceeded by {tried.outcome.over_by:.1%}"
-    return UnprovedError(f"{text}; give more time, room or pieces, or another seed")
+    if found.pair is not None and not found.ok:
+        one, two = found.pair
+        text += f": in {tried.time:.4g} s vehicles {one} and {two} came as near as {found.least_distance:.3g} m at "
+        text += f"{found.instant:.4g} s, {found.nearest[0].share:.0%} of their separation"
+    elif tried.outcome.over_by > 0.0:
+        text += f": in {tried.time:.4g} s limits or walls were exceeded by {tried.outcome.over_by:.1%}"
+    return UnprovedError(f"{text}; give more time, more room, less separation, more pieces, or another seed")
 
 
 def _line(line: ProgressLine) -> Told:

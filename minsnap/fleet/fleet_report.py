@@ -19,6 +19,8 @@ class FleetReport:
         No fleet with these limits is faster: the trapezoid of speed and acceleration of the slowest vehicle [s].
     slowest : int
         Which vehicle that is.
+    alone : float
+        The shortest time found for the slowest vehicle alone, with as many polynomials [s].
     pieces : int
         Polynomials per vehicle.
     tried : int
@@ -35,6 +37,7 @@ class FleetReport:
     duration: float
     bound: float
     slowest: int
+    alone: float
     pieces: int
     tried: int
     iterations: int

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import sqrt
 from time import process_time
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.fleet.common_clock import Fleet
-from minsnap.fleet.first_guess import frozen, guess, waypoint_knots
+from minsnap.fleet.first_guess import frozen, guess, powers, waypoint_knots
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.fleet.fleet_task import FleetTask
 from minsnap.limits.kinds import KIND
@@ -49,9 +51,10 @@ class Certified:
 class TimeTried:
     """What came of a search at one time: nothing unless certified, and what was short."""
 
+    curves: FloatArray
+    time: float
     outcome: Outcome
-    certified: Certified | None
-    certificate: FleetCertificate | None = None
+    certified: Certified | None = None
 
 
 @dataclass(eq=False)
@@ -75,6 +78,7 @@ class TimeSearch:
     stopped: Callable[[], bool]
     told: Callable[[float, float], None] | None = None
     best: Certified | None = None
+    alone: float = 0.0
     tried: int = 0
     iterations: int = 0
     nearest: TimeTried | None = None
@@ -120,7 +124,7 @@ class TimeSearch:
         moved = curves.copy()
         for vehicle, state in enumerate(self.task.states):
             for order, value in state.items():
-                moved[vehicle, 0, order] = value * h**order
+                moved[vehicle, 0, order] = value * powers(h)[order]
         for index, each in enumerate(self.task.fixed):
             moved[count + index] = frozen(each, time, self.pieces)
         return moved
@@ -131,13 +135,13 @@ class TimeSearch:
         self.tried += 1
         self.iterations += outcome.iterations
         if outcome.short_by >= settings.short_by or outcome.over_by >= settings.over_by:
-            return TimeTried(outcome, None)
+            return TimeTried(curves, time, outcome)
         certified, certificate = self.certify(curves, time)
         if certified is not None and (self.best is None or certified.time < self.best.time):
             self.best = certified
             if self.told is not None:
                 self.told(certified.time, certificate.least_distance or np.inf)
-        return TimeTried(outcome, certified, certificate)
+        return TimeTried(curves, time, outcome, certified)
 
     def certify(self, curves: FloatArray, time: float) -> tuple[Certified | None, FleetCertificate]:
         """Return the curves at the least time at which they keep their limits, if they keep everything else."""
@@ -147,8 +151,14 @@ class TimeSearch:
             time = self._stretched(curves, time)
         fleet = Fleet((*flown(curves[: len(task)], time), *task.fixed))  # type: ignore[arg-type]
         found = certify_fleet(fleet, **asked)  # type: ignore[arg-type]
-        kept = found.ok and self._limits_kept(fleet)
+        kept = found.ok and (self._stretches or self._limits_kept(fleet))
         return (Certified(curves.copy(), time, found) if kept else None), found
+
+    @cached_property
+    def _stretches(self) -> bool:
+        """Whether stretching time is known to keep all limits: those on derivatives alone."""
+        kinds = {name for own in self.task.limits or () for name in own.given()}
+        return self.task.free_time and all(KIND[name].order > 0 for name in kinds)
 
     def _limits_kept(self, fleet: Fleet) -> bool:
         limits = self.task.limits
@@ -162,7 +172,7 @@ class TimeSearch:
         for entry in used:
             order = KIND[entry.use.name].order
             share = max(entry.use.fraction, 0.0)
-            factor = max(factor, share ** (1.0 / order) if order else (1.0 if share <= 1.0 else share))
+            factor = max(factor, _root(share, order) if order else (1.0 if share <= 1.0 else share))
         return time * factor * (1.0 + 1e-13) if factor > 0.0 else time
 
     def open(self, seeds: range, bound: float) -> FloatArray | None:
@@ -217,12 +227,36 @@ class TimeSearch:
         return process_time() - self._began
 
 
+def _root(value: float, order: int) -> float:
+    """Return the root of an order 1 to 4 with square roots and Newton's steps alone: the same bits on every machine."""
+    if order in (1, 2, 4):
+        for _ in range(order // 2):
+            value = sqrt(value)
+        return value
+    root = max(1.0, value)
+    for _ in range(200):
+        lower = root - (root * root * root - value) / (3.0 * root * root)
+        if not 0.0 < lower < root:
+            break
+        root = lower
+    return root
+
+
+def _weighed(data: FloatArray) -> FloatArray:
+    """Return the four control points at an end of each piece, by sums whose order is fixed."""
+    rows = []
+    for weights in _LEFT:
+        row = weights[0] * data[:, :, 0]
+        for e in range(1, 4):
+            row = row + weights[e] * data[:, :, e]
+        rows.append(row)
+    return np.stack(rows, axis=2)
+
+
 def flown(curves: FloatArray, time: float) -> list[Trajectory]:
     """Return the trajectories of curves at a common flight time [s]."""
     left, right = curves[:, :-1], curves[:, 1:] * np.array([1.0, -1.0, 1.0, -1.0])[:, None]
-    begin = np.einsum("ke,vmec->vmkc", _LEFT, left)
-    finish = np.einsum("ke,vmec->vmkc", _LEFT, right)[:, :, ::-1]
-    points = np.concatenate((begin, finish), axis=2)
+    points = np.concatenate((_weighed(left), _weighed(right)[:, :, ::-1]), axis=2)
     pieces = points.shape[1]
     durations = np.full(pieces, time / pieces)
     return [Trajectory(each, durations, pieces=pieces) for each in points]

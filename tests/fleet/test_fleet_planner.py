@@ -143,7 +143,7 @@ def test_a_deadline_ends_the_search_with_what_is_certified():
 
 def test_vehicles_that_cannot_pass_each_other_are_a_sentence():
     swap = [[(0.0, 0.0, 1.0), (2.0, 0.0, 1.0)], [(2.0, 0.0, 1.0), (0.0, 0.0, 1.0)]]
-    with pytest.raises(UnprovedError, match="the nearest pair kept .* of its separation"):
+    with pytest.raises(UnprovedError, match="vehicles 0 and 1 came as near as .* of their separation"):
         minsnap.plan_fleet(swap, AXIS, APART, room=((-0.5, -0.05, 0.9), (2.5, 0.05, 1.1)))
 
 

@@ -1,0 +1,85 @@
+"""Plans and certificates of fleets: published missions, with flight times over their bounds, and processor time.
+
+Run it by hand: ``python benchmarks/bench_fleet.py [words of names]``. It prints one row a mission: flight time, over
+what was published, over the trapezoid of the slowest vehicle, and over that vehicle alone; least distance over what was
+asked; processor time of one thread until the first certified fleet and in all. Then certificates of random fleets.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+
+import numpy as np
+from fleet_missions import missions
+
+import minsnap
+
+SIZES = ((1000, 10, 60.0), (1000, 100, 60.0), (10_000, 10, 300.0))
+
+
+def curved(vehicles, pieces, span, seed=0):
+    """Return vehicles on curves across a cube, all with the same pieces of degree 7."""
+    draw = np.random.default_rng(seed)
+    s = np.linspace(0.0, 1.0, 7 * pieces + 1)[None, :, None]
+    begin, end = draw.uniform(0.0, span, (2, vehicles, 1, 3))
+    places = begin + (end - begin) * s * s * (3.0 - 2.0 * s)
+    places += draw.normal(0.0, 0.2, places.shape) * np.sin(np.pi * s)
+    durations = np.full(pieces, 10.0 / pieces)
+    parts = 7 * np.arange(pieces)[:, None] + np.arange(8)
+    return minsnap.Fleet([minsnap.Trajectory(each[parts], durations) for each in places])
+
+
+class TimeFleets:
+    """What asv calls: a plan of 16 vehicles, and the certificate of 1,000."""
+
+    def setup(self):
+        self.mission = missions()["LSC, 16 across a square"]
+        self.fleet = curved(1000, 10, 60.0)
+
+    def time_plan(self):
+        minsnap.plan_fleet(**self.mission.asked, threads=1)
+
+    def time_certify(self):
+        minsnap.certify_fleet(self.fleet, 0.3, threads=1)
+
+
+def planned(mission):
+    """Print the row of one mission."""
+    began, first = time.process_time(), []
+    told = lambda *_: first or first.append(time.process_time() - began)  # noqa: E731
+    fleet = minsnap.plan_fleet(**mission.asked, threads=1, progress=told)
+    seconds = time.process_time() - began
+    others = {name: value for name, value in mission.asked.items() if name != "waypoints"}
+    found, report = minsnap.certify_fleet(fleet, **others), fleet.report
+    over = f"{fleet.duration / mission.published:.2f}" if mission.published else "-"
+    share = found.nearest[0].share if found.nearest else float("inf")
+    print(
+        f"| {mission.name} | {fleet.duration:.2f} | {over} | {fleet.duration / report.bound:.3f} | "
+        f"{fleet.duration / report.alone:.3f} | {share:.4f} | {'yes' if found.ok else 'NO'} | "
+        f"{first[0] if first else seconds:.2f} | {seconds:.2f} |",
+        flush=True,
+    )
+
+
+def main():
+    """Print the table of missions that have all words given in their names, then that of certificates."""
+    words = sys.argv[1:]
+    print("| mission | s | / published | / bound | / alone | least / asked | certified | first, CPU s | CPU s |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for name, mission in missions().items():
+        if all(word in name for word in words):
+            planned(mission)
+    for vehicles, pieces, span in () if words else SIZES:
+        fleet = curved(vehicles, pieces, span)
+        _ = fleet.arrays
+        began = time.process_time()
+        found = minsnap.certify_fleet(fleet, 0.3, threads=1)
+        seconds = time.process_time() - began
+        print(f"certificate of {vehicles} x {pieces}: {1e3 * seconds:.0f} ms, {len(found.nearest)} pairs near")
+    print(f"memory: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+
+
+if __name__ == "__main__":
+    main()
