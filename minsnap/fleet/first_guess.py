@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.fleet.fleet_task import FleetTask, way_of
+from minsnap.fleet.fleet_task import FleetTask, waypoint_knots
 from minsnap.trajectory.path import Path
 
 RAMP = 0.15
@@ -100,18 +100,6 @@ def _through(points: FloatArray, pieces: int) -> FloatArray:
     data = np.stack([curve(instants, order) for order in range(4)], axis=1)
     data[knots, 0] = points
     return data[None]
-
-
-def waypoint_knots(points: FloatArray, pieces: int) -> list[int]:
-    """Return the knot of each waypoint: by the length of the way, each leg at least one piece."""
-    steps = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-    share = np.concatenate(([0.0], np.cumsum(steps))) / max(way_of(points), 1e-12)
-    knots = [0]
-    for index in range(1, len(points)):
-        least, most = knots[-1] + 1, pieces - (len(points) - 1 - index)
-        knots.append(min(max(round(float(share[index]) * pieces), least), most))
-    knots[-1] = pieces
-    return knots
 
 
 def frozen(fixed: Path, time: float, pieces: int) -> FloatArray:

@@ -95,9 +95,13 @@ def room_margins(fleet: Fleet, room: Any) -> FloatArray:
     """Return the proved least distance of each vehicle to the walls of a room, shape (vehicles,) [m]."""
     if not isinstance(room, Room) or len(room.lower) != fleet.dim:
         raise FleetError(f"a fleet with {fleet.dim} coordinates needs a Room with as many, or two corners")
-    low = np.stack([_least(curve.control_points) for curve in fleet])
-    high = -np.stack([_least(-curve.control_points) for curve in fleet])
+    low, high = (np.stack(ends) for ends in zip(*(extent_of(curve.control_points) for curve in fleet), strict=True))
     return np.asarray(np.minimum(low - room.lower, room.upper - high).min(axis=1))
+
+
+def extent_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the proved least and greatest value of each coordinate over pieces (k, degree + 1, dim), shape (dim,)."""
+    return _least(points), -_least(-points)
 
 
 def _least(points: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from minsnap.basics.checks import check_seed, check_time, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import ProgressLine, told
+from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.room import Room
 from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.assignment import line_distance
@@ -47,6 +48,7 @@ def plan_fleet(
     pieces: int | str = "auto",
     start: Sequence[Mapping[str, npt.ArrayLike] | None] | None = None,
     fixed: Sequence[Path] | Fleet | None = None,
+    corridors: Sequence[Boxes | None] | None = None,
     yaw: Yaw | Sequence[Yaw] = None,
     names: Sequence[str] | None = None,
     polish: float = 0.0,
@@ -80,6 +82,8 @@ def plan_fleet(
         Of each vehicle, such as ``{"velocity": (1, 0, 0)}``, or None for rest.
     fixed : sequence of Trajectory, optional
         Vehicles that fly as they do; they come last in the fleet.
+    corridors : sequence of Boxes or None, optional
+        Of each vehicle: a box for each leg between its waypoints.
     yaw : float, "velocity", callable or sequence of these, optional
         Of all vehicles, or of each.
     names : sequence of str, optional
@@ -109,7 +113,7 @@ def plan_fleet(
     UnprovedError
         If no fleet was found; that there is none is not proved.
     """
-    task = check_task(waypoints, limits, separation, room, avoid, start, fixed)
+    task = check_task(waypoints, limits, separation, room, avoid, start, fixed, corridors)
     check_seed(seed)
     _check_numbers(polish, time_limit)
     _check_time(task, total_time)
@@ -165,7 +169,16 @@ def _alone(search: TimeSearch) -> float:
 def _lone_task(task: FleetTask, vehicle: int) -> FleetTask:
     limits = None if task.limits is None else task.limits[vehicle : vehicle + 1]
     state = task.states[vehicle : vehicle + 1]
-    return FleetTask(task.waypoints[vehicle : vehicle + 1], state, limits, None, task.room, task.avoid, ())
+    return FleetTask(
+        task.waypoints[vehicle : vehicle + 1],
+        state,
+        limits,
+        None,
+        task.room,
+        task.avoid,
+        (),
+        task.corridors[vehicle : vehicle + 1],
+    )
 
 
 def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
@@ -188,7 +201,7 @@ def _straight(search: TimeSearch, total_time: float | None, polish: float) -> Ce
     The profile is the curve of one vehicle on a line whose limits are the strictest of all, in units of their ways.
     """
     task = search.task
-    if task.through or not task.free_time or task.avoid or len(task) < 2:
+    if task.through or not task.free_time or task.avoid or task.corridors or len(task) < 2:
         return None
     if task.separation is not None and not line_distance(task.starts, task.goals, task.separation).apart:
         return None

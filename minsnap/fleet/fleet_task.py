@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import check_state, check_waypoints
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.room import Room, as_room
 from minsnap.errors import FleetError, WaypointError
 from minsnap.fleet.common_clock import Fleet
@@ -26,6 +27,9 @@ from minsnap.trajectory.path import Path
 
 MOST_VEHICLES = 10_000
 """Vehicles of one plan."""
+
+INWARDS = 0.004
+"""Share of the separation by which walls are moved inwards for the search: what lies between samples takes the rest."""
 
 PLAIN = ("speed", "acceleration", "jerk", "snap")
 
@@ -47,6 +51,8 @@ class FleetTask:
     avoid : tuple of Obstacle
     fixed : tuple of Path
         Vehicles that fly as they do.
+    corridors : tuple of Boxes or None
+        Of each vehicle that is planned; empty for none.
     """
 
     waypoints: tuple[FloatArray, ...]
@@ -56,6 +62,7 @@ class FleetTask:
     room: Room | None
     avoid: tuple[Obstacle, ...]
     fixed: tuple[Path, ...]
+    corridors: tuple[Boxes | None, ...] = ()
 
     def __len__(self) -> int:
         return len(self.waypoints)
@@ -93,14 +100,27 @@ class FleetTask:
             return float(2.0 * self.radii.min())
         return float(0.05 * max(way_of(points) for points in self.waypoints) or 1.0)
 
-    @cached_property
-    def walls(self) -> FloatArray:
-        """Bounds of the room, shape (m, 2, 3), the fixed vehicles' infinite [m]."""
-        walls = np.empty((len(self) + len(self.fixed), 2, 3))
-        walls[:, 0], walls[:, 1] = -inf, inf
+    def walls(self, pieces: int) -> FloatArray:
+        """Return the bounds of each piece, shape (m, pieces, 2, 3), the fixed vehicles' infinite [m]."""
+        walls = np.empty((len(self) + len(self.fixed), pieces, 2, 3))
+        walls[:, :, 0], walls[:, :, 1] = -inf, inf
+        inwards = INWARDS * self.length
         if self.room is not None:
-            walls[: len(self), 0], walls[: len(self), 1] = self.room.lower, self.room.upper
+            walls[: len(self), :, 0], walls[: len(self), :, 1] = self.room.lower, self.room.upper
+        for vehicle, boxes in enumerate(self.corridors):
+            if boxes is not None:
+                leg = self.legs_of(vehicle, pieces)
+                walls[vehicle, :, 0] = np.maximum(walls[vehicle, :, 0], boxes.lower[leg])
+                walls[vehicle, :, 1] = np.minimum(walls[vehicle, :, 1], boxes.upper[leg])
+        for vehicle, points in enumerate(self.waypoints):  # a waypoint may lie on a wall
+            walls[vehicle, :, 0] = np.minimum(walls[vehicle, :, 0] + inwards, points.min(axis=0))
+            walls[vehicle, :, 1] = np.maximum(walls[vehicle, :, 1] - inwards, points.max(axis=0))
         return walls
+
+    def legs_of(self, vehicle: int, pieces: int) -> IntArray:
+        """Return the leg of each piece of a vehicle, shape (pieces,)."""
+        knots = waypoint_knots(self.waypoints[vehicle], pieces)
+        return np.asarray(np.repeat(np.arange(len(knots) - 1), np.diff(knots)))
 
     @cached_property
     def limit_table(self) -> FloatArray:
@@ -129,6 +149,18 @@ class FleetTask:
 def way_of(points: FloatArray) -> float:
     """Return the straight length through waypoints [m]."""
     return float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
+
+
+def waypoint_knots(points: FloatArray, pieces: int) -> list[int]:
+    """Return the knot of each waypoint: by the length of the way, each leg at least one piece."""
+    steps = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    share = np.concatenate(([0.0], np.cumsum(steps))) / max(way_of(points), 1e-12)
+    knots = [0]
+    for index in range(1, len(points)):
+        least, most = knots[-1] + 1, pieces - (len(points) - 1 - index)
+        knots.append(min(max(round(float(share[index]) * pieces), least), most))
+    knots[-1] = pieces
+    return knots
 
 
 def table_of(limits: Limits) -> FloatArray:
@@ -171,7 +203,7 @@ def _trapezoid(way: float, speed: float, acceleration: float) -> float:
 
 
 def check_task(
-    waypoints: Any, limits: Any, separation: Any, room: Any, avoid: Any, start: Any, fixed: Any
+    waypoints: Any, limits: Any, separation: Any, room: Any, avoid: Any, start: Any, fixed: Any, corridors: Any = None
 ) -> FleetTask:
     """Return what is asked, or raise FleetError in one sentence."""
     points = _checked_waypoints(waypoints)
@@ -190,6 +222,7 @@ def check_task(
         rooms[0] if rooms else None,  # type: ignore[arg-type]
         as_obstacles(avoid),
         flying,
+        _checked_corridors(corridors, points),
     )
     _refuse_near(task, [each[0] for each in points], "starts")
     _refuse_near(task, [each[-1] for each in points], "goals")
@@ -219,6 +252,27 @@ def _checked_states(start: Any, count: int) -> tuple[Mapping[int, FloatArray], .
     if isinstance(each, Mapping) or not isinstance(each, Sequence) or len(each) != count:
         raise FleetError(f"start must be a list of {count} states, each None or such as {{'velocity': (1, 0, 0)}}")
     return tuple(check_state(state, f"the start of vehicle {i}", 4, 3) for i, state in enumerate(each))
+
+
+def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[Boxes | None, ...]:
+    if corridors is None:
+        return ()
+    given = tuple(corridors) if isinstance(corridors, Sequence) else ()
+    if len(given) != len(points):
+        raise FleetError(f"corridors must be a list of {len(points)} Boxes, with None for vehicles without one")
+    for vehicle, (boxes, own) in enumerate(zip(given, points, strict=True)):
+        if boxes is None:
+            continue
+        if not isinstance(boxes, Boxes) or boxes.lower.shape != (len(own) - 1, 3):
+            raise FleetError(
+                f"the corridor of vehicle {vehicle} must be Boxes, one in space for each leg", vehicle=vehicle
+            )
+        ends = np.stack((own[:-1], own[1:]))
+        if ((ends < boxes.lower) | (ends > boxes.upper)).any():
+            leg = int(np.argmax(((ends < boxes.lower) | (ends > boxes.upper)).any(axis=(0, 2))))
+            text = f"leg {leg} of vehicle {vehicle} begins or ends outside of its box: move the waypoint or the box"
+            raise FleetError(text, vehicle=vehicle)
+    return given
 
 
 def _refuse_near(task: FleetTask, points: list[FloatArray], what: str) -> None:

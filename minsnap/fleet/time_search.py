@@ -16,9 +16,10 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.fleet.common_clock import Fleet
-from minsnap.fleet.first_guess import frozen, guess, powers, waypoint_knots
+from minsnap.fleet.first_guess import frozen, guess, powers
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
-from minsnap.fleet.fleet_task import FleetTask
+from minsnap.fleet.fleet_limits import extent_of
+from minsnap.fleet.fleet_task import FleetTask, waypoint_knots
 from minsnap.limits.kinds import KIND
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
 from minsnap.trajectory.trajectory import Trajectory
@@ -90,7 +91,13 @@ class TimeSearch:
         numbers = [each.numbers() for each in task.avoid]
         obstacles = np.stack(numbers) if numbers else np.zeros((0, 13))
         downwash = 1.0 if task.separation is None else task.separation.downwash
-        shares = task.radii, task.limit_table * (1.0 if task.free_time else 0.995), task.walls, self._free(), obstacles
+        shares = (
+            task.radii,
+            task.limit_table * (1.0 if task.free_time else 0.995),
+            task.walls(self.pieces),
+            self._free(),
+            obstacles,
+        )
         return FleetSearch(*shares, samples, downwash, task.length, self.threads)
 
     def _free(self) -> FloatArray:
@@ -151,7 +158,7 @@ class TimeSearch:
             time = self._stretched(curves, time)
         fleet = Fleet((*flown(curves[: len(task)], time), *task.fixed))  # type: ignore[arg-type]
         found = certify_fleet(fleet, **asked)  # type: ignore[arg-type]
-        kept = found.ok and (self._stretches or self._limits_kept(fleet))
+        kept = found.ok and self._inside(curves) and (self._stretches or self._limits_kept(fleet))
         return (Certified(curves.copy(), time, found) if kept else None), found
 
     @cached_property
@@ -159,6 +166,18 @@ class TimeSearch:
         """Whether stretching time is known to keep all limits: those on derivatives alone."""
         kinds = {name for own in self.task.limits or () for name in own.given()}
         return self.task.free_time and all(KIND[name].order > 0 for name in kinds)
+
+    def _inside(self, curves: FloatArray) -> bool:
+        """Whether vehicles with corridors are proved to be inside of them."""
+        for vehicle, boxes in enumerate(self.task.corridors):
+            if boxes is None:
+                continue
+            curve, leg = flown(curves[vehicle : vehicle + 1], 1.0)[0], self.task.legs_of(vehicle, self.pieces)
+            for piece, points in enumerate(curve.control_points):
+                least, most = extent_of(points[None])
+                if (least < boxes.lower[leg[piece]]).any() or (most > boxes.upper[leg[piece]]).any():
+                    return False
+        return True
 
     def _limits_kept(self, fleet: Fleet) -> bool:
         limits = self.task.limits

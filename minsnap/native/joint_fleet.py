@@ -111,7 +111,8 @@ class FleetSearch:
     radii : ndarray, shape (m,)
     limits : ndarray, shape (m, 4, 5)
         Of velocity to snap: three axes, the norm, the norm of x and y; infinite where there is none.
-    room : ndarray, shape (m, 2, 3)
+    room : ndarray, shape (m, pieces, 2, 3)
+        Bounds of each piece [m]; infinite where there is none.
     free : ndarray, shape (m, pieces + 1, 4, 3)
         1 where an unknown is free, 0 where it is given.
     obstacles : ndarray, shape (k, 13)

@@ -83,6 +83,19 @@ def test_obstacles_waypoints_and_moving_starts():
     assert np.abs(fleet[0](fleet[0].breaks) - [2.0, 0.0, 1.0]).sum(axis=1).min() <= 1e-12
 
 
+def test_corridors_of_single_vehicles_are_kept():
+    ways = [[(0.0, 0.0, 1.0), (3.0, 0.0, 1.0), (3.0, 3.0, 1.0)], [(3.0, 2.0, 1.0), (0.0, 0.3, 1.0)]]
+    boxes = minsnap.Boxes([(-0.2, -0.2, 0.8), (2.8, -0.2, 0.8)], [(3.2, 0.2, 1.2), (3.2, 3.2, 1.2)])
+    fleet = minsnap.plan_fleet(ways, AXIS, APART, corridors=[boxes, None])
+    assert minsnap.certify_fleet(fleet, limits=AXIS).ok
+    t = np.linspace(0.0, fleet.duration, 2001)
+    places = fleet[0](t)
+    corner = t[np.abs(places - [3.0, 0.0, 1.0]).sum(axis=1).argmin()]
+    for inside, low, high in zip((t <= corner, t > corner), boxes.lower, boxes.upper, strict=True):
+        assert (places[inside] >= low - 5e-3).all()
+        assert (places[inside] <= high + 5e-3).all()
+
+
 def test_fixed_vehicles_are_flown_around():
     flown = minsnap.plan([(0.0, -2.0, 1.0), (0.0, 2.0, 1.0)], total_time=4.0)
     fleet = minsnap.plan_fleet([[(-2.0, 0.0, 1.0), (2.0, 0.0, 1.0)]], AXIS, APART, fixed=[flown])
@@ -219,6 +232,8 @@ NEAR = [(0.0, 0.1, 1.0), (4.0, 2.0, 1.0)]
         ({"polish": -1.0}, FleetError, "polish"),
         ({"start": {"velocity": (1, 0, 0)}}, FleetError, "list of 1 states"),
         ({"fixed": [3]}, FleetError, "fixed vehicle"),
+        ({"corridors": [None, None]}, FleetError, "list of 1 Boxes"),
+        ({"corridors": [minsnap.Boxes([(0, 0, 0)], [(2, 2, 2)])]}, FleetError, "leg 0 of vehicle 0"),
         ({"yaw": [0.0, 1.0]}, FleetError, "2 yaws"),
         ({"seed": -1}, InputError, "seed"),
         ({"names": ["a", "b"]}, FleetError, "different names"),

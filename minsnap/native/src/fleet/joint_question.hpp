@@ -15,7 +15,7 @@ struct JointQuestion {
     Integer vehicles, pieces, samples;  // samples of a piece
     const double *radii;   // (vehicles,)
     const double *limits;  // (vehicles, limit_orders, limit_kinds), infinite where there is none
-    const double *room;    // (vehicles, 2, 3), infinite where there is none
+    const double *room;    // (vehicles, pieces, 2, 3), infinite where there is none
     const double *free;    // (vehicles, pieces + 1, 12): 1 where an unknown is free, 0 where it is given
     Integer obstacles;
     const Obstacle *obstacle;

@@ -209,7 +209,7 @@ private:
     void sample_terms(const JointRun &run, const SoftPenalty &penalty, const double *at, Integer m, Integer k, Integer v, bool full, bool update) {
         const Integer sample = m * q.samples + k;
         Push push;
-        const double *room = q.room + v * 6, *p = place(m, k, v);
+        const double *room = q.room + (v * q.pieces + m) * 6, *p = place(m, k, v);
         for (int c = 0; c < 3; ++c) {
             if (room[c] == -infinite && room[3 + c] == infinite) continue;
             two_sided(run, penalty, (p[c] - room[3 + c]) / q.length, (room[c] - p[c]) / q.length, 1.0 / q.length, c, held(v, sample, 0)[c], push, m, update);
