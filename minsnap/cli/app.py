@@ -38,6 +38,7 @@ COMMANDS = (
     "compare_command",
     "fit_command",
     "batch_command",
+    "fleet_command",
     "studio_command",
 )
 """Modules of this package that register commands with :data:`app` when imported, in the order of the help."""

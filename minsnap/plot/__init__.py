@@ -1,6 +1,7 @@
 """Figures of paths in the plane or in space and against time; matplotlib is imported when a figure is drawn."""
 
 from minsnap.plot.figures import plot_overview, save_figure
+from minsnap.plot.fleet_figures import plot_fleet, plot_separation
 from minsnap.plot.geometry import plot_path
 from minsnap.plot.limit_use import plot_convergence, plot_utilisation
 from minsnap.plot.mission_figure import plot_mission
@@ -11,7 +12,9 @@ from minsnap.plot.style import styled
 
 __all__ = [
     "plot_convergence",
+    "plot_fleet",
     "plot_mission",
+    "plot_separation",
     "plot_heading",
     "plot_overview",
     "plot_path",

@@ -89,6 +89,12 @@ def cubic_segments(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Cubi
     return CubicSegments(breaks, held.points, scale, float(distance_bounds(held.trajectory(), trajectory)[0]))
 
 
+def worst_distance(reach: float, tolerance: float = TOLERANCE) -> float:
+    """Return how far cubics may be from curves that stay within half as far again as ``reach`` of the origin [m]."""
+    scale = _scale(np.array([1.5 * reach]))
+    return float(tolerance + np.sqrt(3.0) * 0.5e-3 * scale)
+
+
 def _whole(breaks: FloatArray) -> _Integers:
     """Return knots at whole milliseconds, none farther apart than ``LONGEST``; the last is not before the end."""
     whole = np.unique(np.round(breaks * 1e3).astype(np.int64))

@@ -1,0 +1,91 @@
+"""The command that plans a show of several vehicles and writes its files."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from minsnap.basics.storage.text_columns import labelled
+from minsnap.cli import options
+from minsnap.cli.app import app
+
+if TYPE_CHECKING:
+    from minsnap.fleet.common_clock import Fleet
+    from minsnap.fleet.fleet_certificate import FleetCertificate
+    from minsnap.shows.safety_report import SafetyReport
+    from minsnap.shows.show import Show
+
+
+@app.command()
+def fleet(
+    show: Annotated[Path, typer.Argument(metavar="SHOW", help="YAML: vehicles, separation, limits, home, acts.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the show.")],
+    to: Annotated[str, typer.Option("--to", help="csv, crazyswarm2 or skyc.")] = "csv",
+    report: Annotated[
+        Path | None, typer.Option("--report", metavar="FILE", help="HTML page of what was proved, to print and sign.")
+    ] = None,
+    no_clobber: options.NoClobber = False,
+) -> int:
+    """Plan the flights of a show, write them, and prove of what was written how far apart the vehicles stay.
+
+    Flights are kept in FOLDER/flights as they are found: a run that was killed goes on with them. Exit status 1 if what
+    was asked does not hold of the files.
+    """
+    from minsnap.files.formats.cubic_segments import worst_distance
+    from minsnap.shows.fleet_files import KINDS, read_fleet, write_fleet
+    from minsnap.shows.safety_report import SafetyReport, write_report
+    from minsnap.shows.show import fly
+    from minsnap.shows.show_yaml import read_show
+
+    if to not in KINDS:
+        raise typer.BadParameter(f"{to!r} is none of {', '.join(KINDS)}", param_hint="--to")
+    asked = read_show(show)
+    lost = worst_distance(asked.reach) if to == "skyc" else 0.0
+    flown = fly(_wider(asked, 2.0 * lost), output / "flights", lambda line: print(f"minsnap: {line}", file=sys.stderr))
+    output.mkdir(parents=True, exist_ok=True)
+    place = output / "show.skyc" if to == "skyc" else output
+    written = write_fleet(
+        replace(flown.fleet, separation=asked.separation), place, to, flown.lights, clobber=not no_clobber
+    )
+    found = _certified(asked, flown.fleet, read_fleet(place))
+    page = SafetyReport(show.stem, *found, written.distance, flown.stages, written.files)
+    if report is not None:
+        write_report(page, report, clobber=not no_clobber)
+    print(_summary(page, place))
+    return 0 if page.ok else 1
+
+
+def _wider(asked: Show, more: float) -> Show:
+    """Return the show with what the files may lose added to its separation."""
+    from minsnap.fleet.separation import Separation
+
+    apart = asked.separation
+    return replace(asked, separation=Separation((apart.distance or 0.0) + more, apart.downwash)) if more else asked
+
+
+def _certified(asked: Show, planned: Fleet, held: Fleet) -> tuple[FleetCertificate, FleetCertificate]:
+    """Return what holds of the files and of the plan."""
+    from minsnap.fleet.fleet_certificate import certify_fleet
+
+    named = replace(held, separation=asked.separation)
+    first, second = (certify_fleet(one, asked.separation, asked.limits, asked.room) for one in (named, planned))
+    return first, second
+
+
+def _summary(page: SafetyReport, place: Path) -> str:
+    held = page.held
+    lines = [("written", str(place)), ("vehicles", str(len(held.fleet))), ("duration", f"{held.fleet.duration:.2f} s")]
+    if held.pair is not None:
+        names = " and ".join(held.fleet.name(vehicle) for vehicle in held.pair)
+        lines.append(("least distance", f"{held.least_distance:.4f} m, {names} at {held.instant:.2f} s"))
+    lines.append(("files from the plan", f"{1e3 * page.distance:.2g} mm at most"))
+    planned = {used.use.name: used.use.value for used in page.planned.utilisation}
+    for used in held.utilisation:
+        figures = f"{planned[used.use.name]:.4g} of {used.use.limit:.4g} in the plan, {used.use.value:.4g} in the files"
+        lines.append((used.use.name, figures))
+    verdict = "apart at every instant, proved of the files" if page.ok else "problem: it does not hold of the files"
+    return "\n".join([labelled(lines), "", verdict, *(f"note: {sentence}" for sentence in page.exceeded)])

@@ -1,0 +1,105 @@
+"""Figures of fleets: paths from above coloured by time, and the least distance of any pair against time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.errors import FleetError
+from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_certificate import FleetCertificate
+from minsnap.fleet.separation import Separation
+from minsnap.plot.style import new_axes, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INSTANTS = 401
+"""Instants at which paths and distances are drawn; what is proved is drawn beside them."""
+
+VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+
+@styled
+def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
+    """Draw the paths of all vehicles, coloured by time, with their ends.
+
+    Parameters
+    ----------
+    fleet : Fleet
+    view : {"xy", "xz", "yz"}
+        From above, or from a side.
+    ax : Axes, optional
+        New ones unless given.
+
+    Raises
+    ------
+    FleetError
+        If the view is not one of these, or the fleet has no such coordinate.
+    """
+    from matplotlib.collections import LineCollection
+
+    if view not in VIEWS or max(VIEWS[view]) >= fleet.dim:
+        raise FleetError(f"view is {view!r}: choose one of xy, xz, yz, of which the vehicles have coordinates")
+    axes = new_axes() if ax is None else ax
+    t = np.linspace(0.0, fleet.duration, INSTANTS)
+    places = fleet(t)[:, :, VIEWS[view]]
+    steps = np.stack([places[:, :-1], places[:, 1:]], axis=2).reshape(-1, 2, 2)
+    lines = LineCollection(list(steps), array=np.tile(t[:-1], len(fleet)), cmap="viridis", linewidths=0.8)
+    axes.add_collection(lines)
+    axes.plot(*places[:, 0].T, "o", color="0.2", markersize=3, label="start")
+    axes.plot(*places[:, -1].T, "x", color="tab:red", markersize=4, label="end")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.autoscale_view()
+    axes.set_xlabel(f"{view[0]} [m]")
+    axes.set_ylabel(f"{view[1]} [m]")
+    axes.figure.colorbar(lines, ax=axes, label="time [s]", fraction=0.046, pad=0.03)
+    axes.legend(loc="upper right", framealpha=0.9)
+    return axes
+
+
+@styled
+def plot_separation(certificate: FleetCertificate, ax: Axes | None = None) -> Axes:
+    """Draw the least distance of any two vehicles against time, what it is to be, and what was proved.
+
+    Parameters
+    ----------
+    certificate : FleetCertificate
+        Of two vehicles or more, with a separation.
+    ax : Axes, optional
+        New ones unless given.
+
+    Raises
+    ------
+    FleetError
+        If there is no pair.
+    """
+    separation = certificate.separation
+    pair, least, instant = certificate.pair, certificate.least_distance, certificate.instant
+    if pair is None or least is None or instant is None or separation is None:
+        raise FleetError("a fleet of one vehicle has no distance to draw: give two vehicles and a separation")
+    axes = new_axes() if ax is None else ax
+    t = np.linspace(0.0, certificate.fleet.duration, INSTANTS)
+    axes.plot(t, least_distances(certificate.fleet, separation, t), color="tab:blue", label="nearest pair, sampled")
+    asked = separation.between(*pair)
+    axes.axhline(asked, color="tab:red", linestyle="--", label=f"asked, {asked:g} m")
+    proved = f"proved least, {least:.3f} m"
+    axes.plot(instant, least, "o", color="tab:orange", label=proved)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("distance [m]" if separation.downwash == 1.0 else "distance, heights by the downwash [m]")
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlim(0.0, certificate.fleet.duration)
+    axes.legend(loc="lower left", framealpha=0.9)  # below what is asked there is no curve
+    return axes
+
+
+def least_distances(fleet: Fleet, separation: Separation, t: FloatArray) -> FloatArray:
+    """Return the least distance of any two vehicles at instants (n,), heights divided by the downwash, shape (n,)."""
+    from scipy.spatial import KDTree
+
+    places: Any = fleet(t)
+    if fleet.dim == 3:
+        places = places / (1.0, 1.0, separation.downwash)
+    return np.array([KDTree(places[:, i]).query(places[:, i], k=2)[0][:, 1].min() for i in range(len(t))])

@@ -1,0 +1,181 @@
+"""The report of a show: one printable page of what was proved of its files, for the one who signs for it."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.fleet.fleet_certificate import FleetCertificate
+from minsnap.plot.fleet_figures import plot_fleet, plot_separation
+from minsnap.shows.fleet_files import digest
+from minsnap.shows.show import Stage
+
+PAIRS = 20
+"""Pairs in the table of those that come nearest."""
+
+STYLE = """
+body { font: 10pt/1.35 sans-serif; max-width: 190mm; margin: 8mm auto; color: #111; }
+h1 { font-size: 16pt; margin: 0 0 2mm; } h2 { font-size: 12pt; margin: 5mm 0 1mm; border-bottom: 1px solid #999; }
+.holds { background: #e3f4e3; border-left: 2mm solid #2a7d2a; padding: 2mm 3mm; }
+.fails { background: #fbe3e3; border-left: 2mm solid #b00020; padding: 2mm 3mm; }
+table { border-collapse: collapse; width: 100%; font-size: 9pt; page-break-inside: auto; }
+tr { page-break-inside: avoid; } th, td { text-align: right; padding: 0.5mm 2mm; border-bottom: 1px solid #ddd; }
+th:first-child, td:first-child { text-align: left; } td.hash { font: 7.5pt monospace; }
+svg { width: 100%; height: auto; } .sign td { border: 0; padding-top: 12mm; text-align: left; }
+@page { size: A4; margin: 12mm; }
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class SafetyReport:
+    """What the page says.
+
+    Parameters
+    ----------
+    title : str
+    held : FleetCertificate
+        Of what was read back from the files: separation, room, and how far each limit is used.
+    planned : FleetCertificate
+        Of the plan: its limits are those that were asked.
+    distance : float
+        How far the files may be from the plan [m].
+    stages : sequence of Stage
+    files : sequence of Path
+    """
+
+    title: str
+    held: FleetCertificate
+    planned: FleetCertificate
+    distance: float
+    stages: Sequence[Stage]
+    files: Sequence[Path]
+
+    @property
+    def ok(self) -> bool:
+        """Whether separation and room hold of the files, and the limits of the plan."""
+        apart = all(pair.share >= 1.0 - 1e-9 for pair in self.held.nearest)
+        inside = self.held.room_margin is None or self.held.room_margin >= 0.0
+        return apart and inside and self.planned.ok
+
+    @property
+    def exceeded(self) -> list[str]:
+        """What the files use of limits beyond what was asked, by rounding and cubics: a sentence each."""
+        return [
+            f"the files reach {used.use.name} {used.use.value:.4g} of {used.use.limit:.4g}: lower that limit to keep it"
+            for used in self.held.utilisation
+            if not used.kept
+        ]
+
+
+def write_report(report: SafetyReport, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
+    """Write the page, with its figures inside, in one atomic step."""
+    parts = [_verdict(report), _facts(report), _figures(report.held), _limits(report), _stages(report)]
+    parts += [_pairs(report.held), _vehicles(report.held), _files(report.files), SIGNATURE]
+    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(report.title)}</title>'
+    with atomic_write(path, clobber=clobber) as file:
+        file.write(f"{head}<style>{STYLE}</style><h1>{escape(report.title)}</h1>{''.join(parts)}</html>\n")
+
+
+def _verdict(report: SafetyReport) -> str:
+    held = report.held
+    words = "one vehicle"
+    if held.pair is not None and held.instant is not None:
+        first, second = (escape(held.fleet.name(vehicle)) for vehicle in held.pair)
+        words = f"{first} and {second} come nearest: {held.least_distance:.4f} m at {held.instant:.2f} s"
+    said = "Apart at every instant" if report.ok else "Does not hold"
+    beyond = "".join(f"<br><b>{escape(sentence)}.</b>" for sentence in report.exceeded)
+    kind = "holds" if report.ok else "fails"
+    return f'<p class="{kind}"><b>{said}.</b> {words}. Proved, not sampled.{beyond}</p>'
+
+
+def _facts(report: SafetyReport) -> str:
+    held, asked = report.held, report.held.separation
+    corners = [curve.control_points.reshape(-1, 3) for curve in held.fleet]
+    points = np.concatenate(corners)
+    rows = [("vehicles", str(len(held.fleet))), ("duration", f"{held.fleet.duration:.2f} s")]
+    if asked is not None:
+        apart = "radii of each vehicle" if asked.distance is None else f"{asked.distance:g} m"
+        rows.append(("separation asked", f"{apart}, heights divided by {asked.downwash:g}"))
+    rows.append(("files from the plan", f"{1e3 * report.distance:.2g} mm at most, included in every figure below"))
+    for axis, name in enumerate(("x", "y", "altitude")):
+        rows.append((name, f"within {points[:, axis].min():.2f} to {points[:, axis].max():.2f} m"))
+    if held.room_margin is not None:
+        rows.append(("distance to the geofence", f"{held.room_margin:.3f} m at least"))
+    return _table("What was checked", ["", ""], rows)
+
+
+def _figures(held: FleetCertificate) -> str:
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, 2, figsize=(9.5, 3.8), layout="constrained")
+    plot_fleet(held.fleet, ax=axes[0])
+    if held.pair is not None:
+        plot_separation(held, ax=axes[1])
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg")
+    plt.close(figure)
+    picture = stream.getvalue()
+    return picture[picture.index("<svg") :]
+
+
+def _limits(report: SafetyReport) -> str:
+    planned = {used.use.name: used for used in report.planned.utilisation}
+    rows = []
+    for used in report.held.utilisation:
+        plan = planned.get(used.use.name)
+        before = "" if plan is None else f"{plan.use.value:.4g}"
+        who = escape(report.held.fleet.name(used.vehicle))
+        rows.append((used.use.name, f"{used.use.limit:.4g}", before, f"{used.use.value:.4g}", who))
+    return _table("Limits", ["limit", "asked", "plan", "files", "vehicle"], rows)
+
+
+def _stages(report: SafetyReport) -> str:
+    rows = [(s.name, f"{s.start:.2f}", f"{s.arrival:.2f}", f"{s.end:.2f}") for s in report.stages]
+    return _table("Timeline", ["act", "leaves [s]", "arrives [s]", "until [s]"], rows)
+
+
+def _pairs(held: FleetCertificate) -> str:
+    rows = []
+    for near in sorted(held.nearest[:PAIRS], key=lambda pair: pair.instant):
+        names = " and ".join(held.fleet.name(vehicle) for vehicle in near.pair)
+        rows.append((names, f"{near.instant:.2f}", f"{near.distance:.4f}", f"{near.required:.4g}"))
+    return _table("Nearest pairs, by time", ["vehicles", "at [s]", "distance [m]", "asked [m]"], rows)
+
+
+def _vehicles(held: FleetCertificate) -> str:
+    least: dict[int, float] = {}
+    for near in held.nearest:
+        for vehicle in near.pair:
+            least[vehicle] = min(least.get(vehicle, np.inf), near.distance)
+    rows = []
+    for i, curve in enumerate(held.fleet):
+        heights = curve.control_points[..., 2]
+        speeds = (f"{curve.max_norm(1)[0]:.2f}", f"{curve.max_norm(2)[0]:.2f}")
+        near_by = f"{least[i]:.3f}" if i in least else "beyond the list"
+        rows.append((held.fleet.name(i), *speeds, f"{heights.min():.2f} to {heights.max():.2f}", near_by))
+    columns = ["vehicle", "top speed [m/s]", "top acceleration [m/s²]", "altitude within [m]", "nearest other [m]"]
+    return _table("Vehicles", columns, rows)
+
+
+def _files(files: Sequence[Path]) -> str:
+    rows = "".join(f'<tr><td>{escape(file.name)}</td><td class="hash">{digest(file)}</td></tr>' for file in files)
+    return f"<h2>Files</h2><table><tr><th>file</th><th>SHA-256</th></tr>{rows}</table>"
+
+
+def _table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    if not rows:
+        return ""
+    head = "".join(f"<th>{escape(name)}</th>" for name in columns) if any(columns) else ""
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<h2>{title}</h2><table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
+
+
+SIGNATURE = """<table class="sign"><tr><td>Name ________________________</td><td>Date ______________</td>
+<td>Signature ________________________</td></tr></table>"""

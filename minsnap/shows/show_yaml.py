@@ -1,0 +1,97 @@
+"""Shows from YAML: home, limits, separation, and the acts with their formations and colours."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.text import load_yaml
+from minsnap.errors import FileError
+from minsnap.fleet.separation import Separation
+from minsnap.limits.limits import Limits
+from minsnap.shows.formations import circle, grid, points_file, text
+from minsnap.shows.show import Act, Show
+
+KEYS = ("vehicles", "separation", "downwash", "limits", "room", "home", "take_off", "acts", "seed")
+ACT_KEYS = ("name", "formation", "hold", "colour", "fade", "shift", "turn")
+KINDS: dict[str, Callable[..., FloatArray]] = {"grid": grid, "circle": circle, "text": text}
+
+
+def read_show(path: str | os.PathLike[str]) -> Show:
+    """Read a show.
+
+    ``vehicles``; ``separation`` [m] and ``downwash``; ``limits``, fields of :class:`~minsnap.Limits`; ``room``, two
+    corners; ``home``, a formation on the ground; ``take_off``, the height of the straight climb; ``acts``, a list of
+    ``formation``, ``name``, ``hold`` [s], ``colour`` [r, g, b], ``fade``, ``shift`` [x, y, z] and ``turn`` [deg] about
+    the vertical. A formation is ``{grid: {spacing, height, columns}}``, ``{circle: {radius, height, upright}}``,
+    ``{text: {words, size, height}}``, ``{points: [[x, y, z], ...]}`` or ``{file: points.csv}``.
+
+    Raises
+    ------
+    FileError
+        If a key is not known or a value is of the wrong kind.
+    """
+    said = load_yaml(path)
+    with reading(path, "a show"):
+        _known(said, KEYS, f"{path}")
+        missing = [key for key in ("vehicles", "separation", "limits", "home", "acts") if key not in said]
+        if missing:
+            raise FileError(f"{path} has no {' and no '.join(missing)}: a show needs them")
+        place = Path(path).parent
+        room = said.get("room")
+        return Show(
+            _formation(said["home"], said["vehicles"], place, "home"),
+            tuple(_act(entry, i, said["vehicles"], place) for i, entry in enumerate(said["acts"])),
+            Separation(float(said["separation"]), float(said.get("downwash", 1.0))),
+            Limits(**said["limits"]),
+            float(said.get("take_off", 2.0)),
+            None if room is None else (np.array(room[0], dtype=float), np.array(room[1], dtype=float)),
+            int(said.get("seed", 0)),
+        )
+
+
+def _act(said: Any, number: int, vehicles: int, place: Path) -> Act:
+    where = f"act {number + 1}"
+    _known(said, ACT_KEYS, where)
+    points = _formation(said.get("formation"), vehicles, place, where)
+    angle = np.radians(float(said.get("turn", 0.0)))
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    points = points @ turn.T + np.array(said.get("shift", (0.0, 0.0, 0.0)), dtype=float)
+    colour = said.get("colour")
+    if colour is not None and (len(colour) != 3 or not all(0 <= int(value) <= 255 for value in colour)):
+        raise FileError(f"the colour of {where} is {shown(colour)}: give red, green and blue from 0 to 255")
+    rgb = None if colour is None else (int(colour[0]), int(colour[1]), int(colour[2]))
+    name = str(said.get("name", where))
+    return Act(name, points, float(said.get("hold", 3.0)), rgb, bool(said.get("fade", False)))
+
+
+def _formation(said: Any, vehicles: int, place: Path, where: str) -> FloatArray:
+    """Return the points of a formation."""
+    if not isinstance(said, dict) or len(said) != 1:
+        raise FileError(f"the formation of {where} is {shown(said)}: give one of {', '.join(KINDS)}, points or file")
+    ((kind, values),) = said.items()
+    if kind == "points":
+        return np.array(values, dtype=np.float64).reshape(-1, 3)
+    if kind == "file":
+        return points_file(place / str(values))
+    if kind not in KINDS:
+        raise FileError(f"{where} has a formation {kind!r}: give one of {', '.join(KINDS)}, points or file")
+    try:
+        return KINDS[kind](vehicles, **values)
+    except TypeError:
+        raise FileError(f"the {kind} of {where} does not take {shown(values)}: see the page on shows") from None
+
+
+def _known(said: Any, keys: tuple[str, ...], where: str) -> None:
+    if not isinstance(said, dict):
+        raise FileError(f"{where} is {shown(said)}: give a mapping of {', '.join(keys)}")
+    strange = [str(key) for key in said if key not in keys]
+    if strange:
+        raise FileError(f"{where} has {strange[0]!r}, which is not known: there are {', '.join(keys)}")

@@ -1,0 +1,154 @@
+"""Formations, shows from YAML, flights that are kept, the command line and its report."""
+
+import re
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.cli.app import main
+from minsnap.errors import FileError, FleetError
+from minsnap.plot import plot_fleet, plot_separation
+from minsnap.plot.fleet_figures import least_distances
+from minsnap.shows.fleet_files import read_fleet
+from minsnap.shows.formations import circle, grid, spacing_of, text
+from minsnap.shows.show import fly
+from minsnap.shows.show_yaml import read_show
+from minsnap.shows.skybrush_show import read_skyc
+
+SHOW = """
+vehicles: 6
+separation: 0.8
+downwash: 2
+limits: {speed: 3, acceleration: 3}
+room: [[-6, -6, 0], [6, 6, 12]]
+home: {grid: {spacing: 1.5}}
+acts:
+  - {name: ring, formation: {circle: {radius: 3, height: 5}}, hold: 1.5, colour: [255, 0, 0]}
+  - {name: wheel, formation: {circle: {radius: 3, height: 6, upright: true}}, turn: 90, colour: [0, 0, 255], fade: true}
+"""
+
+
+@pytest.fixture
+def show_file(tmp_path):
+    (tmp_path / "show.yaml").write_text(SHOW)
+    return tmp_path / "show.yaml"
+
+
+def run(*words):
+    """Exit status of the command line."""
+    with pytest.raises(SystemExit) as left:
+        main([str(word) for word in words])
+    return left.value.code or 0
+
+
+def test_formations_have_their_measures():
+    assert spacing_of(grid(7, 1.5, 2.0))[0] == pytest.approx(1.5) and np.ptp(grid(7, 1.5, 2.0)[:, 2]) == 0.0
+    assert np.ptp(grid(6, 1.0, columns=6)[:, 0]) == pytest.approx(5.0)
+    ring = circle(10, 4.0, 3.0)
+    assert np.linalg.norm(ring[:, :2], axis=1) == pytest.approx(4.0)
+    assert spacing_of(ring)[0] == pytest.approx(8.0 * np.sin(np.pi / 10.0))
+    assert spacing_of(circle(4, 1.0, 5.0, upright=True), 2.0)[0] == pytest.approx(1.0), "top and bottom"
+    letters = text(40, "L", 10.0, 2.0)
+    assert np.ptp(letters[:, 2]) == pytest.approx(10.0, rel=0.1) and not letters[:, 1].any()
+    assert letters[:, 2].min() == pytest.approx(2.0, abs=0.5)
+    with pytest.raises(FleetError, match="no outlines"):
+        text(4, " ", 1.0, 1.0)
+
+
+def test_a_show_is_apart_within_its_limits_and_ends_where_it_began(show_file):
+    show = read_show(show_file)
+    flown = fly(show)
+    certificate = minsnap.certify_fleet(flown.fleet, limits=show.limits, room=show.room)
+    assert certificate.ok and certificate.least_distance >= 0.8
+    assert flown.fleet(0.0) == pytest.approx(show.home) and flown.fleet(flown.fleet.duration) == pytest.approx(
+        show.home
+    )
+    ring = flown.stages[1]
+    assert ring.name == "ring" and ring.end - ring.arrival == pytest.approx(1.5)
+    for t in (ring.arrival, ring.end):
+        there = flown.fleet(t)
+        assert sorted(map(tuple, there.round(6))) == sorted(map(tuple, show.acts[0].points.round(6)))
+    for order in (1, 2, 3):
+        assert np.abs(flown.fleet(ring.arrival, order)).max() < 1e-6, order
+
+
+def test_lights_follow_the_acts(show_file):
+    flown = fly(read_show(show_file))
+    ring, wheel = flown.stages[1:3]
+    lamp = flown.lights[0]
+    assert lamp(0.5 * ring.start) == pytest.approx([255, 255, 255])
+    assert lamp(ring.arrival + 0.1) == pytest.approx([255, 0, 0])
+    assert lamp((wheel.start + wheel.arrival) / 2) == pytest.approx([127.5, 0, 127.5])
+    assert lamp(flown.fleet.duration + 1.0) == pytest.approx([0, 0, 0])
+
+
+def test_flights_that_were_found_are_kept(show_file, tmp_path):
+    show, told = read_show(show_file), []
+
+    def killed(line):
+        told.append(line)
+        if len(told) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fly(show, tmp_path / "kept", killed)
+    resumed = fly(show, tmp_path / "kept")
+    assert [stage.method == "kept" for stage in resumed.stages] == [True, True, False, False, False]
+    whole = fly(show)
+    for one, two in zip(resumed.fleet, whole.fleet, strict=True):
+        assert (one.control_points == two.control_points).all() and (one.durations == two.durations).all()
+
+
+def test_acts_that_stand_too_close_or_are_unknown_are_refused(show_file):
+    show_file.write_text(SHOW.replace("radius: 3, height: 5", "radius: 0.7, height: 5"))
+    with pytest.raises(FleetError, match=r"act 'ring' are 0\.700 m apart, 0\.100 m less than the separation"):
+        fly(read_show(show_file))
+    for old, new, words in (
+        ("hold: 1.5", "holds: 1.5", "has 'holds', which is not known"),
+        ("circle: {radius: 3, height: 5}", "cube: {}", "a formation 'cube'"),
+        ("radius: 3, height: 5", "radios: 3", "does not take"),
+        ("[255, 0, 0]", "[256, 0, 0]", "from 0 to 255"),
+        ("separation: 0.8", "", "has no separation"),
+    ):
+        show_file.write_text(SHOW.replace(old, new))
+        with pytest.raises(FileError, match=words):
+            read_show(show_file)
+    show_file.write_text(SHOW.replace("circle: {radius: 3, height: 5}", "points: [[0, 0, 3], [2, 0, 3]]"))
+    with pytest.raises(FleetError, match="has 2 points, and home has 6"):
+        fly(read_show(show_file))
+
+
+@pytest.mark.parametrize("to", ["csv", "skyc"])
+def test_the_command_certifies_what_it_wrote(show_file, tmp_path, capsys, to):
+    out, page = tmp_path / "out", tmp_path / "report.html"
+    assert run("fleet", show_file, "-o", out, "--to", to, "--report", page) == 0
+    printed = capsys.readouterr().out
+    place = out / "show.skyc" if to == "skyc" else out
+    held = minsnap.certify_fleet(read_fleet(place), minsnap.Separation(0.8, 2.0))
+    assert held.ok and f"{held.least_distance:.4f} m" in printed and "apart at every instant" in printed
+    html = page.read_text()
+    assert f"{held.least_distance:.4f} m at {held.instant:.2f} s" in html and html.count("<svg") == 1
+    assert "Apart at every instant" in html and len(re.findall(r"[0-9a-f]{64}", html)) >= 1
+    if to == "skyc":
+        assert "the files reach acceleration" in printed and "the files reach acceleration" in html
+        assert read_skyc(place).lights[0](20.0) is not None
+
+
+def test_a_show_too_long_for_the_vehicles_says_what_fits(show_file, tmp_path, capsys):
+    assert run("fleet", show_file, "-o", tmp_path / "out", "--to", "crazyswarm2") == 2
+    assert re.search(r"\d+ pieces do not fit the Crazyflie's memory of 31", capsys.readouterr().err)
+
+
+def test_figures_show_every_vehicle_and_what_was_proved(show_file):
+    fleet = fly(read_show(show_file)).fleet
+    axes = plot_fleet(fleet, "xz")
+    assert len(axes.collections[0].get_segments()) == 6 * 400 and axes.get_ylabel() == "z [m]"
+    certificate = minsnap.certify_fleet(fleet)
+    axes = plot_separation(certificate)
+    assert axes.lines[2].get_ydata()[0] == certificate.least_distance
+    assert least_distances(fleet, fleet.separation, np.array([certificate.instant]))[0] == pytest.approx(
+        certificate.least_distance, rel=1e-6
+    )
+    with pytest.raises(FleetError, match="view"):
+        plot_fleet(fleet, "zx")
