@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from minsnap.basics.messages import shown
-from minsnap.basics.storage.reading import check_size, reading
+from minsnap.basics.storage.reading import check_regular, check_size, reading
 from minsnap.errors import FileError
 
 COLUMNS = (
@@ -93,6 +93,7 @@ def _csv_rows(path: str, state: tuple[int, int]) -> list[dict[str, str]]:
     import csv
 
     csv.field_size_limit(LARGEST_CSV)
+    check_regular(path)
     with open(path, newline="", encoding="utf-8-sig") as file:
         return list(csv.DictReader(file, strict=True))
 

@@ -20,7 +20,7 @@ from typing import Any
 
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.reading import check_regular, reading
 from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError, FrameError
 from minsnap.files.frames import FRAMES, get_frame
@@ -108,6 +108,7 @@ def said_frame(path: str | os.PathLike[str]) -> str | None:
 
 def _headed(path: str | os.PathLike[str]) -> str | None:
     """Return the frame that the header of a CSV says, or None; what is wrong with a file is said by its reader."""
+    check_regular(path)
     try:
         with open(path, "rb") as file:
             header = file.readline(_HEADER).decode("utf-8", "replace")

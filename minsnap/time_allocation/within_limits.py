@@ -132,9 +132,11 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
         return kept(found, limits, True)
     if found is not None and keeps(limits, found.trajectory):
         return found
-    smooth = _smoother(task, bounded, fastest, limits, finish, search).solved
-    _check_total(timing.total, smooth)
-    return _stretched(smooth, timing.total, limits, finish, search)
+    smooth = _smoother(task, bounded, fastest, limits, finish, search)
+    if price is not None:
+        return smooth
+    _check_total(timing.total, smooth.solved)
+    return _stretched(smooth.solved, timing.total, limits, finish, search)
 
 
 def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:

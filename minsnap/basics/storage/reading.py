@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from stat import S_ISDIR, S_ISREG
 from typing import Any
 
 from minsnap.basics.checks import is_number
@@ -32,6 +33,7 @@ def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
     FileError
         In place of any exception of the block but ImportError, which says that a library is missing.
     """
+    check_regular(path)
     try:
         yield
     except (FileError, ImportError):
@@ -44,14 +46,25 @@ def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
         raise FileError(f"{path} is not {what}") from error
 
 
+def check_regular(path: str | os.PathLike[str]) -> None:
+    """Raise FileError for a device, a pipe or a socket, which may have no end; what is not there is said on opening."""
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, TypeError, ValueError):
+        return
+    if not (S_ISREG(mode) or S_ISDIR(mode)):
+        raise FileError(f"{path} is no regular file but a device, a pipe or a socket: give a file")
+
+
 def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
-    """Return the size of a file in bytes; 0 for a device or a pipe.
+    """Return the size of a file in bytes.
 
     Raises
     ------
     FileError
-        If there is no such file, or it is larger than is read.
+        If there is no such file, it is no regular one, or it is larger than is read.
     """
+    check_regular(path)
     try:
         size = Path(path).stat().st_size
     except OSError as error:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.basics.storage.reading import reading
+from minsnap.basics.storage.reading import check_regular, reading
 from minsnap.basics.storage.text import load_yaml, read_text
 from minsnap.basics.version import __version__
 from minsnap.corridors.named_constraints import CONSTRAINTS
@@ -235,6 +235,7 @@ def _plain(value: Any) -> Any:
 
 def is_polynomials(path: str | os.PathLike[str]) -> bool:
     """Whether a file begins like a file of polynomials."""
+    check_regular(path)
     try:
         with open(path, encoding="utf-8") as file:
             return MARK in file.read(200)

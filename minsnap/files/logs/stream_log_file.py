@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.storage.reading import check_regular
 from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError
 from minsnap.files.logs.flight_log import FlightLog, Track, flight_log
@@ -24,6 +25,7 @@ Row = Mapping[str, str]
 
 def is_stream_log(path: str | os.PathLike[str]) -> bool:
     """Return whether a file begins like the log of a stream; false for a file that cannot be read."""
+    check_regular(path)
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
             return file.readline().startswith(START)

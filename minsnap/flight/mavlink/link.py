@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.storage.reading import check_size
 from minsnap.errors import FileError, LinkError
 from minsnap.flight.mavlink.connection import open_transport
 from minsnap.flight.mavlink.dialect import Message, load_dialect
@@ -244,6 +245,7 @@ def read_signing_key(path: str | os.PathLike[str]) -> bytes:
     FileError
         If the file holds neither.
     """
+    check_size(path)
     raw = Path(path).read_bytes()
     if len(raw) == 32:
         return raw

@@ -14,17 +14,22 @@ from minsnap.corridors.constraint import Cones, Constraint, walls_of
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
-from minsnap.errors import WaypointError
+from minsnap.errors import SolverError, WaypointError
+from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ACCELERATION, SPEED
 from minsnap.optimisation.planned_yaw import asked_heading
 from minsnap.paths.missions.course import Course, Stop, knots_of, section_arguments
 from minsnap.planner import plan
+from minsnap.time_allocation.time_stretch import most_used, nearby_factor, touching_factor
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 from minsnap.trajectory.velocity_heading import Velocity
 
 CLIMB_SPEED, LANDING_SPEED, GENTLE = 1.0, 0.5, 2.0
 """Largest speeds of take-off and landing [m/s], and their acceleration [m/s^2]."""
+
+SLOWINGS = 4
+"""How often parts are slowed down until they keep the limits together."""
 
 SHORTEST_RUN, LONGEST_RUN = 1.0, 5.0
 """Lengths of a run-up to a gate [m]; between them, that in which the top speed is reached."""
@@ -115,7 +120,7 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
         last = flown[-1].curve
         ground, end = _ground(last, last.duration, course.land), last(last.duration)
         flown.append(_Flown(_vertical(end, ground, course.bounds, LANDING_SPEED), (("landing", 0.0),)))
-    curve = _headed(course, flown)
+    flown, curve = _within_limits(course, flown, _headed(course, flown))
     return Mission(curve, _parts(flown), course, course.bounds, _corridor(curve, flown))
 
 
@@ -126,6 +131,39 @@ class _Flown:
     curve: Trajectory
     names: tuple[tuple[str, float], ...]
     walls: Sequence[Cones] = ()
+
+    def slower(self, factor: float) -> _Flown:
+        """Return the same flown more slowly; a hold is kept as long as it is."""
+        if self.names[0][0] == "hold":
+            return self
+        return _Flown(self.curve.stretched(factor), tuple((name, factor * t) for name, t in self.names), self.walls)
+
+
+def _within_limits(course: Course, flown: list[_Flown], curve: Trajectory) -> tuple[list[_Flown], Trajectory]:
+    """Return the parts and the whole, slowed down where the whole does not keep what its parts keep alone.
+
+    After a closed lap a body that never spins about its thrust axis has turned, so that other rotors give the most.
+
+    Raises
+    ------
+    SolverError
+        If the whole does not keep the limits so.
+    """
+    report = flown[0].curve.report
+    start = report.limits_from if course.start and report is not None else 0.0
+    for _ in range(SLOWINGS):
+        if keeps(course.bounds, curve, start):
+            return flown, curve
+        if course.start or course.end:
+            break
+        factor = nearby_factor(course.bounds, curve) or touching_factor(course.bounds, curve)
+        flown = [part.slower(factor) for part in flown]
+        curve = _headed(course, flown)
+    used = most_used(course.bounds, curve)
+    raise SolverError(
+        f"the parts together do not keep {used.name}: it reaches {used.value:.6g} at {used.instant:.4g} s where "
+        f"{used.limit:.6g} is allowed; lower that limit a little"
+    )
 
 
 def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
