@@ -152,10 +152,26 @@ class LeastTime:
         if solved is None and not self.interrupted:
             solved = self._planned(search, found)
         if solved is None and self.interrupted and self.task.still:
-            solved = self._end(first).run(first.evaluate(self._guess(first)))
+            solved = self._resting(first)
         if solved is None:
             raise LateError(LATE) if self.interrupted else self._reason(search, found)
         return solved, Run(tuple(self.log.steps), self.interrupted)
+
+    def resting(self) -> SolvedTask:
+        """Return the plan that rests at every waypoint, where a search has ended before it had a better one.
+
+        Raises
+        ------
+        LateError
+            If it cannot be certified.
+        """
+        solved = self._resting(self.problem.search(1)) if self.task.still else None
+        if solved is None:
+            raise LateError(LATE)
+        return solved
+
+    def _resting(self, search: JointSearch) -> SolvedTask | None:
+        return self._end(search).run(search.evaluate(self._guess(search)))
 
     def _end(self, search: JointSearch) -> CertifiedEnd:
         return CertifiedEnd(search, self.limits, self.finish, self.problem.complete)

@@ -10,8 +10,9 @@ from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.time_allocation.least_time import FirstGuess, LeastTime
+from minsnap.time_allocation.least_time import FirstGuess
 from minsnap.time_allocation.recovery import start_state, start_use, way_back
+from minsnap.time_allocation.strategy import searched_from
 from minsnap.time_allocation.timing import Finish, Run, Timed, Timing, timed
 from minsnap.time_allocation.ways import FINER, TOUCHING, Recovered, end_on_limit, from_end, joined, no_way, ways_of
 
@@ -67,17 +68,6 @@ def _remaining(timing: Timing, task: Task, began: float) -> Timing:
     if left <= 0.0:
         raise LateError(LATE)
     return replace(timing, time_limit=left)
-
-
-def searched_from(
-    task: Task, limits: Limits, timing: Timing, finish: Finish, first: FirstGuess | None = None
-) -> tuple[SolvedTask, Run]:
-    """Search for the shortest plan."""
-    task.deadline.check()
-    search = LeastTime(
-        task, limits, finish, timing.progress, timing.time_limit, timing.refine, timing.best_on_interrupt, first
-    )
-    return search.run()
 
 
 def _brought_back(

@@ -17,8 +17,9 @@ from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_t
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.least_priced import LeastPriced
 from minsnap.time_allocation.longer_times import RESERVES, Attempt, least_longer
-from minsnap.time_allocation.moving_start import as_timed, moves, searched_from, shortest_from
+from minsnap.time_allocation.moving_start import as_timed, moves, shortest_from
 from minsnap.time_allocation.refusal import explain
+from minsnap.time_allocation.strategy import searched_from
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
 from minsnap.time_allocation.timing import (

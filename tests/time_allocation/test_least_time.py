@@ -95,8 +95,9 @@ def test_a_search_ends_before_a_step_that_would_be_late_also_where_no_step_is_ac
     ticks, steps = count(), []
     monkeypatch.setattr(NEVER, "clock", lambda: float(next(ticks)))
     monkeypatch.setattr(JointSearch, "_descended", lambda *given: steps.append(1) or (0.0, None))
-    path = minsnap.plan(REFERENCE, limits=LIMITS, search=minsnap.Search(time_limit=10.0))
-    assert path.report.interrupted and minsnap.certify(path, limits=LIMITS).ok
+    limits = Limits(speed=3.0, acceleration=6.0, body_rate=20.0)
+    path = minsnap.plan(REFERENCE, limits=limits, search=minsnap.Search(time_limit=10.0))
+    assert path.report.interrupted and minsnap.certify(path, limits=limits).ok
     assert 1 <= len(steps) <= 5
 
 

@@ -1,0 +1,236 @@
+"""The native search for the shortest time: one interior point on the whole nonlinear programme."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from ctypes import POINTER, Structure, byref, c_double, c_int64, c_void_p
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.native.library import Entry, NativeCoreError
+from minsnap.native.status import Status
+
+_Poll = ctypes.CFUNCTYPE(c_int64, c_double, c_int64)
+
+
+class _Group(Structure):
+    """``ConeGroup`` of ``src/shortest_time/border.hpp``."""
+
+    _fields_ = [(name, c_int64) for name in ("count", "rows", "order", "outside", "at_knots")] + [
+        (name, c_void_p) for name in ("leg", "matrix", "anchor", "slope", "radius", "width")
+    ]
+
+
+class _Request(Structure):
+    """``ShortestRequest``."""
+
+    _fields_ = [
+        *((name, c_int64) for name in ("half", "dim", "legs", "closed", "groups", "divisions", "moving")),
+        ("parts", c_void_p),
+        *((name, c_double) for name in ("worthwhile", "inwards")),
+        *((name, c_void_p) for name in ("pinned", "free", "lengths", "norms")),
+        ("cones", POINTER(_Group)),
+        ("poll", _Poll),
+    ]
+
+
+class _Answer(Structure):
+    """``ShortestAnswer``."""
+
+    _fields_ = [
+        *((name, c_int64) for name in ("pieces", "iterations")),
+        *((name, c_double) for name in ("total", "wall", "limit")),
+        *((name, c_void_p) for name in ("durations", "points", "knots")),
+    ]
+
+
+_SEARCH = Entry("minsnap_shortest_time", POINTER(_Request), POINTER(_Answer))
+_LAYOUT = Entry("minsnap_shortest_layout", c_void_p, c_int64)
+
+
+@dataclass(frozen=True, eq=False)
+class ConeSets:
+    """Sets that a derivative stays in: norm of A (x - a) <= radius + slope . (x - a), in the form of ``Cones``.
+
+    Parameters
+    ----------
+    place : ndarray of int, shape (m,)
+        Legs, or waypoints with ``at_knots``.
+    matrix : ndarray, shape (m, q, dim)
+    anchor, slope : ndarray, shape (m, dim)
+    radius, width : ndarray, shape (m,)
+    order : int
+    outside : bool
+        Whether the norm must be at least the radius instead; then without slope.
+    at_knots : bool
+    """
+
+    place: IntArray
+    matrix: FloatArray
+    anchor: FloatArray
+    slope: FloatArray
+    radius: FloatArray
+    width: FloatArray
+    order: int
+    outside: bool = False
+    at_knots: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class ShortestQuestion:
+    """What is searched for.
+
+    Parameters
+    ----------
+    pinned : ndarray, shape (waypoints, k, dim)
+        Derivatives [m/s^order]; positions are nominal where they are free.
+    free : ndarray of bool, shape (waypoints, k, dim)
+    lengths : ndarray, shape (legs,)
+        Of the legs, none very short [m].
+    norms : tuple of float
+        Speed, acceleration, jerk and snap that a motion in any direction may reach; infinite where free.
+    sets : sequence of ConeSets
+    parts : tuple of int
+        Into how many each piece is divided, one time after another.
+    closed, moving : bool
+        Whether it is a lap, and whether pinned derivatives forbid to scale time.
+    worthwhile : float
+        Relative gain of a division below which no further one is tried.
+    inwards : float
+        Share of its width by which a wall is moved inwards.
+    """
+
+    pinned: FloatArray
+    free: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    lengths: FloatArray
+    norms: tuple[float, ...]
+    sets: Sequence[ConeSets]
+    parts: tuple[int, ...]
+    closed: bool
+    moving: bool
+    worthwhile: float
+    inwards: float
+
+
+@dataclass(frozen=True, eq=False)
+class ShortestFound:
+    """A curve near the shortest one.
+
+    Parameters
+    ----------
+    durations : ndarray, shape (pieces,)
+        [s].
+    points : ndarray, shape (pieces, 2k, dim)
+        Control points [m].
+    knots : ndarray, shape (pieces + 1, k, dim)
+        Derivatives [m/s^order].
+    iterations : int
+    stopped : bool
+        Whether the search was ended from outside.
+    """
+
+    durations: FloatArray
+    points: FloatArray
+    knots: FloatArray
+    iterations: int
+    stopped: bool
+
+
+def search_shortest(question: ShortestQuestion, poll: Callable[[float], bool]) -> ShortestFound | None:
+    """Search for the shortest time; None where the native core is not in use, or finds no curve inside.
+
+    Parameters
+    ----------
+    question : ShortestQuestion
+    poll : callable
+        Called with the total time before every iteration [s]; True ends the search. What it raises is raised here.
+    """
+    search = _SEARCH.function()
+    if search is None:
+        return None
+    _check_layout()
+    raised: list[BaseException] = []
+
+    def polled(total: float, _: int) -> int:
+        try:
+            return int(poll(total))
+        except BaseException as error:  # noqa: BLE001 - carried through the native core
+            raised.append(error)
+            return 1
+
+    waypoints, half, dim = question.pinned.shape
+    most = (waypoints - 1) * int(np.prod(question.parts, dtype=np.int64))
+    arrays = np.empty(most), np.empty((most, 2 * half, dim)), np.empty((most + 1, half, dim))
+    answer = _Answer(0, 0, 0.0, 0.0, 0.0, *(array.ctypes.data for array in arrays))
+    request, _held = _request(question, _Poll(polled))
+    status = Status(search(byref(request), byref(answer)))
+    if raised:
+        raise raised[0]
+    if status not in (Status.DONE, Status.SPENT):
+        return None
+    count = answer.pieces * (waypoints - 1)
+    return ShortestFound(
+        arrays[0][:count], arrays[1][:count], arrays[2][: count + 1], answer.iterations, status is Status.SPENT
+    )
+
+
+def _request(question: ShortestQuestion, poll: object) -> tuple[_Request, list[object]]:
+    """Return the request, and the arrays that it points to."""
+    held: list[object] = []
+
+    def at(values: object, kind: type) -> int:
+        array: np.ndarray[tuple[int, ...], np.dtype[Any]] = np.ascontiguousarray(values, dtype=kind)
+        held.append(array)
+        return int(array.ctypes.data)
+
+    numbers = (np.float64,) * 5
+    groups = [
+        _Group(
+            *(len(one.place), one.matrix.shape[1], one.order, one.outside, one.at_knots, at(one.place, np.int64)),
+            *(at(getattr(one, name), kind) for name, kind in zip(_NUMBERS, numbers, strict=True)),
+        )
+        for one in question.sets
+    ]
+    table = (_Group * len(groups))(*groups)
+    held.append(table)
+    waypoints, half, dim = question.pinned.shape
+    request = _Request(
+        *(half, dim, waypoints - 1, question.closed, len(groups), len(question.parts), question.moving),
+        at(question.parts, np.int64),
+        *(question.worthwhile, question.inwards),
+        *(at(question.pinned, np.float64), at(question.free, np.int64)),
+        *(at(question.lengths, np.float64), at(question.norms, np.float64)),
+        table,
+        poll,
+    )
+    return request, held
+
+
+_NUMBERS = ("matrix", "anchor", "slope", "radius", "width")
+
+
+def _check_layout() -> None:
+    """Raise NativeCoreError unless both sides mean the same fields at the same places."""
+    layout = _LAYOUT.function()
+    if layout is None or _Checked.done:
+        return
+    own = [
+        number
+        for struct in (_Group, _Request, _Answer)
+        for number in (ctypes.sizeof(struct), *(getattr(struct, field[0]).offset for field in struct._fields_))
+    ]
+    found = np.zeros(len(own) + 1, dtype=np.int64)
+    count = layout(found.ctypes.data, len(found))
+    if found[:count].tolist() != own:
+        raise NativeCoreError("the native core lays the request of a search out otherwise: compile it anew")
+    _Checked.done = True
+
+
+class _Checked:
+    """Whether the layouts were compared."""
+
+    done = False

@@ -1,0 +1,43 @@
+// What Python asks of the search for the shortest time, and what it gets: plain numbers and pointers. The layouts of both
+// structs are compared by name when the library is loaded (`minsnap_shortest_layout`).
+#pragma once
+
+#include <cstdint>
+
+namespace minsnap {
+
+// Sets |A (x - a)| <= radius + slope . (x - a) of a derivative x, or with `outside` |x - a| >= radius; planes have no rows in A.
+struct ConeGroup {
+    std::int64_t count, rows, order, outside, at_knots;
+    const std::int64_t *leg;  // (count,) the leg, or the waypoint with `at_knots`
+    const double *matrix;     // (count, rows, dim)
+    const double *anchor;     // (count, dim)
+    const double *slope;      // (count, dim)
+    const double *radius;     // (count,)
+    const double *width;      // (count,) by which an excess is judged
+};
+
+struct ShortestRequest {
+    std::int64_t half, dim, legs, closed, groups;
+    std::int64_t divisions;      // how many numbers stand in `parts`
+    std::int64_t moving;         // whether pinned derivatives forbid to scale time
+    const std::int64_t *parts;   // pieces into which pieces are divided, one time after another
+    double worthwhile;           // relative gain of a division below which no further one is tried
+    double inwards;              // share of its width by which a wall is moved inwards
+    const double *pinned;        // (legs + 1, half, dim) derivatives at waypoints, positions nominal where they are free [m/s^order]
+    const std::int64_t *free;    // (legs + 1, half, dim) 1 where free
+    const double *lengths;       // (legs,) of the legs, none very short [m]
+    const double *norms;         // (4,) speed, acceleration, jerk, snap that a motion in any direction may reach; infinite where free
+    const ConeGroup *cones;      // (groups,)
+    std::int64_t (*poll)(double, std::int64_t);  // called with the total time [s] and the iteration; not 0 ends the search
+};
+
+struct ShortestAnswer {
+    std::int64_t pieces, iterations;  // per leg; of all stages
+    double total, wall, limit;        // [s]; largest excess of walls and of limits at peaks, in widths
+    double *durations;                // room for (legs * product of parts,) [s]
+    double *points;                   // room for (pieces, 2 half, dim) control points [m]
+    double *knots;                    // room for (pieces + 1, half, dim) derivatives [m/s^order]
+};
+
+}  // namespace minsnap

@@ -1,0 +1,292 @@
+// A primal-dual interior point with a filter on the whole programme: c + s = 0, s > 0, multipliers z > 0 (A. Waechter and L. T. Biegler, "On the
+// implementation of an interior-point filter line-search algorithm", Mathematical Programming 106, 2006), with exact second derivatives.
+//
+// Rows stand at fixed instants; what leaks between them becomes margins whenever the barrier falls, frozen until it falls again.
+#pragma once
+
+#include "shortest_time/leaks.hpp"
+#include "shortest_time/newton.hpp"
+
+namespace minsnap {
+
+enum class StageEnd { converged, stuck, stopped, no_memory };
+
+// Pairs of infeasibility and merit that later steps must improve on.
+class Filter {
+public:
+    void clear() { count_ = 0; }
+    bool accepts(double infeasibility, double merit) const {
+        constexpr double less = 0.999, same = 1e-9;
+        for (int k = 0; k < count_; ++k)
+            if (infeasibility > less * entries_[k][0] && merit > entries_[k][1] - same) return false;
+        return true;
+    }
+    void add(double infeasibility, double merit) {
+        if (count_ == ShortestSettings::iterations) return;
+        entries_[count_][0] = infeasibility;
+        entries_[count_++][1] = merit;
+    }
+
+private:
+    double entries_[ShortestSettings::iterations][2];
+    int count_ = 0;
+};
+
+template <class S>
+class InteriorPoint {
+public:
+    using Settings = ShortestSettings;
+    using Jets = typename Rows<S>::Jets;
+
+    Chain<S> chain;
+    Rows<S> rows;
+    TimeObjective<S> objective;
+    std::int64_t iterations = 0;
+    std::int64_t (*poll)(double, std::int64_t) = nullptr;
+
+    explicit InteriorPoint(const Instants<S::half, S::instants> &tables) : rows(tables) {}
+
+    [[nodiscard]] bool allocate(int most) {
+        return chain.allocate(most) && trial_.allocate(most) && objective.ratio.allocate(most) && newton_.allocate(most) && first_jets_.allocate(most) &&
+               second_jets_.allocate(most);
+    }
+
+    // Make rows for the chain as it is, with slacks and multipliers of a barrier of that gap.
+    [[nodiscard]] bool begin(double gap) {
+        if (!rows.lay_out(chain) || !allocate_rows(rows.count)) return false;
+        newton_.lay_out(chain);
+        trial_.copy(chain);
+        jets_ = first_jets_.data();
+        trial_jets_ = second_jets_.data();
+        evaluate(chain, jets_, value_.data());
+        barrier_ = gap / rows.regular;
+        for (int j = 0; j < rows.count; ++j) {
+            slack_[j] = std::max(-value_[j], Settings::least_slack);
+            multiplier_[j] = barrier_ / slack_[j];
+        }
+        return true;
+    }
+
+    // Take the barrier up again from a gap; margins, slacks and multipliers stay.
+    void resume(double gap) {
+        evaluate(chain, jets_, value_.data());
+        barrier_ = gap / rows.regular;
+        for (int j = 0; j < rows.count; ++j) {
+            slack_[j] = std::max(slack_[j], -value_[j]);
+            multiplier_[j] = std::min(std::max(multiplier_[j], 0.1 * barrier_ / slack_[j]), 10.0 * barrier_ / slack_[j]);
+        }
+    }
+
+    StageEnd run(double last_gap) {
+        const double last = last_gap / rows.regular;
+        double damping = 0.0, least_damping = 0.0, former = 0.0;
+        int shortened = 0, failed = 0, stalled = 0, grown = 0;
+        filter_.clear();
+        for (int iteration = 0; iteration < Settings::iterations; ++iteration, ++iterations) {
+            const double total = chain.total();
+            if (poll != nullptr && poll(total, iterations) != 0) return StageEnd::stopped;
+            weigh();
+            newton_.assemble(chain, rows, objective, jets_, {multiplier_.data(), outer_.data(), gradient_.data()});
+            if (shortened == 0) damping /= Settings::damping_change;
+            damping = std::max(damping > 1e-6 ? damping : 0.0, least_damping);
+            if (!newton_.solve(chain, damping)) return StageEnd::stuck;
+            shortened = search();
+            if (shortened < 0) {
+                damping = std::max(damping * 10.0, 1e-2);
+                if (damping > 1e3 || ++failed > Settings::failures) return StageEnd::stuck;
+                shortened = 1;
+                continue;
+            }
+            failed = 0;
+            if (shortened > 0) damping = std::max(damping * Settings::damping_change, Settings::damping);
+            const double now = chain.total(), gap = barrier_ * rows.regular, decrement = -newton_.slope() * std::max(1.0, damping);
+            const bool free = damping <= Settings::held;  // a step that is held back says nothing about what is left to gain
+            stalled = free && std::abs(now - former) < Settings::stalled * objective.unit ? stalled + 1 : 0;
+            former = now;
+            const bool still = stalled >= Settings::stalls;
+            if (barrier_ > last * 1.0001) {
+                if (!(decrement < gap) && !still) continue;
+                barrier_ = std::max(last, barrier_ * Settings::barrier_fall);
+                filter_.clear();
+                if (barrier_ * rows.regular < Settings::margin_gap) freeze(grown > 0);
+                continue;
+            }
+            if (((decrement < 0.3 * gap || still) && residual() < Settings::residual) || stalled > Settings::longest_stall) {
+                if (freeze(true) < Settings::grown || ++grown >= Settings::rounds) return StageEnd::converged;
+                barrier_ *= 3.0;
+                filter_.clear();
+                stalled = 0;
+                for (int j = 0; j < rows.count; ++j) multiplier_[j] = std::max(multiplier_[j], 0.3 * barrier_ / slack_[j]);
+            }
+            if (stalled > 0) least_damping = Settings::settled;
+        }
+        return StageEnd::stuck;
+    }
+
+    // Largest excess of walls and of limits at true peaks, in widths.
+    void excess(double inwards, double &wall, double &limit) {
+        wall = limit = -1.0;
+        PieceEnds<S> piece;
+        for (int i = 0; i < chain.pieces; ++i) {
+            chain.ends(i, piece);
+            each_peak(rows, chain, i, piece, value_.data(), Settings::near, [&](const Condition<S::dim> &condition, int row, int, double rise) {
+                const double value = value_[row] - rows.margin[row] + rise;
+                if (condition.order == 0)
+                    wall = std::max(wall, value - rows.wall_margin - inwards);
+                else
+                    limit = std::max(limit, value - rows.limit_margin);
+            });
+            for (int row = rows.first[i] + S::instants * rows.legs.count(i / chain.per_leg); row < rows.first[i + 1]; ++row)
+                wall = std::max(wall, value_[row] - rows.wall_margin - inwards);
+        }
+    }
+
+private:
+    [[nodiscard]] bool allocate_rows(int count) {
+        return value_.allocate(count) && slack_.allocate(count) && multiplier_.allocate(count) && outer_.allocate(count) && gradient_.allocate(count) &&
+               slope_.allocate(count) && slack_step_.allocate(count) && multiplier_step_.allocate(count) && trial_value_.allocate(count) &&
+               trial_slack_.allocate(count) && frozen_.allocate(count);
+    }
+
+    // Values of all rows and the smooth objective.
+    double evaluate(const Chain<S> &at, Jets *jets, double *value) const {
+        PieceEnds<S> piece;
+        double sum = 0.0;
+        for (int i = 0; i < at.pieces; ++i) {
+            at.ends(i, piece);
+            rows.jets(piece, piece.e, jets[i]);
+            rows.values(at, i, piece, jets[i], value);
+            sum += objective.value(at, i, piece, rows.instants.gram[objective.smoothed]);
+        }
+        return sum;
+    }
+
+    void weigh() {
+        for (int j = 0; j < rows.count; ++j) {
+            outer_[j] = multiplier_[j] / slack_[j];
+            gradient_[j] = (barrier_ + multiplier_[j] * (value_[j] + slack_[j])) / slack_[j];
+        }
+    }
+
+    // Steps of slacks and multipliers, and the shares of both that stay inside.
+    void complete(double &primal, double &dual) {
+        PieceEnds<S> piece;
+        double changed[S::whole];
+        for (int i = 0; i < chain.pieces; ++i) {
+            chain.ends(i, piece);
+            chain.change(i, piece, newton_.step_durations.data(), newton_.step_knots.data(), changed);
+            rows.slopes(chain, i, piece, jets_[i], changed, newton_.step_durations[i], slope_.data());
+        }
+        double falls = 0.0, drops = 0.0;
+        for (int j = 0; j < rows.count; ++j) {
+            const double ds = -(value_[j] + slack_[j]) - slope_[j], dz = barrier_ / slack_[j] - multiplier_[j] - outer_[j] * ds;
+            slack_step_[j] = ds;
+            multiplier_step_[j] = dz;
+            falls = std::max(falls, -ds / slack_[j]);
+            drops = std::max(drops, -dz / multiplier_[j]);
+        }
+        primal = falls > Settings::to_boundary ? Settings::to_boundary / falls : 1.0;
+        dual = drops > Settings::to_boundary ? Settings::to_boundary / drops : 1.0;
+    }
+
+    double barrier_terms(const double *value, const double *slack, double &infeasibility) const {
+        double sum = 0.0, product = 1.0;
+        infeasibility = 0.0;
+        for (int j = 0; j < rows.count; ++j) {
+            product *= slack[j];
+            if (product < 1e-200 || product > 1e200) {
+                sum += logarithm(product);
+                product = 1.0;
+            }
+            infeasibility += std::abs(value[j] + slack[j]);
+        }
+        return barrier_ * (sum + logarithm(product));
+    }
+
+    // Take as much of the step as the filter accepts: the number of halvings, or -1.
+    int search() {
+        double share = 1.0, dual = 1.0, before = 0.0, after = 0.0, largest = 0.0;
+        complete(share, dual);
+        for (int i = 0; i < chain.pieces; ++i) largest = std::max(largest, std::abs(newton_.step_durations[i]));
+        if (largest > Settings::largest_step) share = std::min(share, Settings::largest_step / largest);
+        const double merit = evaluate_objective() - barrier_terms(value_.data(), slack_.data(), before), slope = newton_.slope();
+        for (int halving = 0; halving < Settings::halvings; ++halving, share *= 0.5) {
+            move(share);
+            const double trial = evaluate(trial_, trial_jets_, trial_value_.data());
+            for (int j = 0; j < rows.count; ++j) trial_slack_[j] = std::max(slack_[j] + share * slack_step_[j], -trial_value_[j]);
+            const double reached = trial - barrier_terms(trial_value_.data(), trial_slack_.data(), after);
+            const bool better = after <= (1.0 - 1e-2 * share) * before || reached <= merit - 1e-3 * share * std::min(before, 1.0) - 1e-6 * share * std::abs(slope);
+            const bool passes = better && after < std::max(Settings::infeasibility, 2.0 * before) && filter_.accepts(after, reached);
+            if (passes || (after < 1e-9 && reached <= merit + 1e-10)) {
+                filter_.add(before, merit);
+                accept(dual);
+                return halving;
+            }
+        }
+        return -1;
+    }
+
+    double evaluate_objective() const {
+        PieceEnds<S> piece;
+        double sum = 0.0;
+        for (int i = 0; i < chain.pieces; ++i) {
+            chain.ends(i, piece);
+            sum += objective.value(chain, i, piece, rows.instants.gram[objective.smoothed]);
+        }
+        return sum;
+    }
+
+    void move(double share) {
+        for (int i = 0; i < chain.pieces; ++i) trial_.sigma[i] = chain.sigma[i] + share * newton_.step_durations[i];
+        for (int j = 0; j < (chain.pieces + 1) * S::knot; ++j) trial_.w[j] = chain.w[j] + share * newton_.step_knots[j];
+    }
+
+    void accept(double dual) {
+        constexpr double spread = 1e4;
+        chain.copy(trial_);
+        std::swap(jets_, trial_jets_);
+        for (int j = 0; j < rows.count; ++j) {
+            value_[j] = trial_value_[j];
+            slack_[j] = trial_slack_[j];
+            const double middle = barrier_ / slack_[j];
+            multiplier_[j] = std::min(std::max(multiplier_[j] + dual * multiplier_step_[j], middle / spread), middle * spread);
+        }
+    }
+
+    double residual() const {
+        double most = 0.0;
+        for (int j = 0; j < rows.count; ++j) most = std::max(most, value_[j] + slack_[j]);
+        return most;
+    }
+
+    // Make margins of what leaks now: the largest growth that matters.
+    double freeze(bool only_grow) {
+        for (int j = 0; j < rows.count; ++j) frozen_[j] = only_grow ? rows.margin[j] : 0.0;
+        PieceEnds<S> piece;
+        for (int i = 0; i < chain.pieces; ++i) {
+            chain.ends(i, piece);
+            each_peak(rows, chain, i, piece, value_.data(), Settings::near, [&](const Condition<S::dim> &, int row, int beside, double rise) {
+                frozen_[row] = std::max(frozen_[row], rise);
+                frozen_[beside] = std::max(frozen_[beside], rise);
+            });
+        }
+        double growth = 0.0;
+        for (int j = 0; j < rows.count; ++j) {
+            const double change = frozen_[j] - rows.margin[j];
+            value_[j] += change;
+            rows.margin[j] = frozen_[j];
+            if (value_[j] + slack_[j] > 0.0) growth = std::max(growth, change);
+        }
+        return growth;
+    }
+
+    Chain<S> trial_;
+    NewtonSystem<S> newton_;
+    Filter filter_;
+    Buffer<Jets> first_jets_, second_jets_;
+    Jets *jets_ = nullptr, *trial_jets_ = nullptr;  // at the chain and at what is tried
+    double barrier_ = 0.0;
+    Buffer<double> value_, slack_, multiplier_, outer_, gradient_, slope_, slack_step_, multiplier_step_, trial_value_, trial_slack_, frozen_;
+};
+
+}  // namespace minsnap

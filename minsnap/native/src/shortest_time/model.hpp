@@ -1,0 +1,146 @@
+// The quadratic model of the barrier problem: exact Hessian of the Lagrangian plus the barrier's, its gradient, and the metric that damps steps.
+//
+// A row c(v), v = X_q / T^q, has dv/ds = -q v in the logarithm s of the piece's own duration; the ends of a piece are products of powers of
+// durations and unknowns (`chain.hpp`). Both are applied one after the other, first and second derivatives alike.
+#pragma once
+
+#include "shortest_time/bordered_band.hpp"
+#include "shortest_time/objective.hpp"
+#include "shortest_time/rows.hpp"
+
+namespace minsnap {
+
+// Weights of the rows: of their Hessians, of the outer products of their gradients, of their gradients.
+struct RowWeights {
+    const double *hessian, *outer, *gradient;
+};
+
+// Second and first derivatives of a weighted sum in the ends and in the own duration of one piece.
+template <class S>
+struct PieceModel {
+    static constexpr int count_at = S::instants;
+
+    double blocks[S::pairs][S::packed];  // in the ends, for every pair of axes
+    double cross[S::whole], own;         // of ends and duration; of the duration
+    double gradient[S::whole], force[S::whole], own_gradient;  // force: weighted as the Hessians are
+
+    void clear() {
+        for (auto &block : blocks)
+            for (double &entry : block) entry = 0.0;
+        for (int a = 0; a < S::whole; ++a) cross[a] = gradient[a] = force[a] = 0.0;
+        own = own_gradient = 0.0;
+    }
+
+    // Add all rows of a piece.
+    void add_rows(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece,
+                  const typename Rows<S>::Jets &jet, const RowWeights &weights) {
+        const int leg = i / chain.per_leg, begin = rows.first[i];
+        const Condition<S::dim> *condition = rows.legs.begin(leg);
+        int row = begin;
+        for (int k = 0, q = 0; q < condition_orders; ++q) {
+            if (k == rows.legs.count(leg) || condition->order != q) continue;
+            double bend[S::pairs][count_at] = {}, slope[S::dim][count_at] = {}, pull[S::dim][count_at] = {};
+            for (; k < rows.legs.count(leg) && condition->order == q; ++k, ++condition, row += count_at)
+                add_condition(*condition, jet[q], row, weights, bend, slope, pull);
+            put(rows.instants, q, piece.inverse[q], jet[q], bend, slope, pull);
+        }
+        rows.knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int a, const double *x) { add_knot(at_knot, a, x, piece, row++, weights); });
+    }
+
+    // Add a multiple of the integral of a squared derivative over the unit interval, where the multiple goes as T^power.
+    void add_square(const double *gram, const double *e, double weight, double power) {
+        double value = 0.0;
+        for (int c = 0, t = 0; c < S::dim; ++c) {
+            t += c;
+            for (int k = 0; k < S::packed; ++k) blocks[t][k] += weight * gram[k];
+            t += 1;
+            for (int a = 0; a < S::ends; ++a) {
+                double sum = 0.0;
+                for (int b = 0; b < S::ends; ++b) sum += gram[a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a] * e[b * S::dim + c];
+                sum *= weight;
+                gradient[a * S::dim + c] += sum;
+                force[a * S::dim + c] += sum;
+                cross[a * S::dim + c] += power * sum;
+                value += 0.5 * sum * e[a * S::dim + c];
+            }
+        }
+        own_gradient += power * value;
+        own += power * power * value;
+    }
+
+private:
+    static void add_condition(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], int row, const RowWeights &weights,
+                              double (&bend)[S::pairs][count_at], double (&slope)[S::dim][count_at], double (&pull)[S::dim][count_at]) {
+        const double *hessian = weights.hessian + row, *outer = weights.outer + row, *gradient = weights.gradient + row;
+        double y[S::dim][count_at], scaled[count_at];
+        Rows<S>::gradients(condition, x, y);
+        for (int c = 0, t = 0; c < S::dim; ++c) {
+            for (int g = 0; g < count_at; ++g) {
+                slope[c][g] += gradient[g] * y[c][g];
+                pull[c][g] += hessian[g] * y[c][g];
+                scaled[g] = outer[g] * y[c][g];
+            }
+            for (int d = 0; d <= c; ++d, ++t) {
+                for (int g = 0; g < count_at; ++g) bend[t][g] += scaled[g] * y[d][g];
+                if (condition.curved && condition.curvature[t] != 0.0)
+                    for (int g = 0; g < count_at; ++g) bend[t][g] += hessian[g] * condition.curvature[t];
+            }
+        }
+    }
+
+    // Bring what was gathered at the instants for one order to the ends.
+    void put(const Instants<S::half, S::instants> &instants, int q, double inverse, const double (&x)[S::dim][count_at], const double (&bend)[S::pairs][count_at],
+             const double (&slope)[S::dim][count_at], const double (&pull)[S::dim][count_at]) {
+        double turn[S::dim][count_at];  // derivative of the gradient in the own duration
+        for (int c = 0; c < S::dim; ++c)
+            for (int g = 0; g < count_at; ++g) {
+                double sum = pull[c][g];
+                for (int d = 0; d < S::dim; ++d) sum += bend[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c][g] * x[d][g];
+                turn[c][g] = -q * sum;
+            }
+        for (int g = 0; g < count_at; ++g)
+            for (int c = 0; c < S::dim; ++c) {
+                own_gradient -= q * x[c][g] * slope[c][g];
+                own -= q * x[c][g] * turn[c][g];
+            }
+        for (int t = 0; t < S::pairs; ++t)
+            for (int g = 0; g < count_at; ++g) {
+                const double weight = bend[t][g] * inverse * inverse, *product = instants.products[q][g];
+                for (int k = 0; k < S::packed; ++k) blocks[t][k] += weight * product[k];
+            }
+        for (int c = 0; c < S::dim; ++c)
+            for (int g = 0; g < count_at; ++g) {
+                const double *factor = instants.by_instant[q][g];
+                const double a1 = slope[c][g] * inverse, a2 = pull[c][g] * inverse, a3 = turn[c][g] * inverse;
+                for (int a = 0; a < S::ends; ++a) {
+                    gradient[a * S::dim + c] += a1 * factor[a];
+                    force[a * S::dim + c] += a2 * factor[a];
+                    cross[a * S::dim + c] += a3 * factor[a];
+                }
+            }
+    }
+
+    void add_knot(const Condition<S::dim> &condition, int a, const double *x, const PieceEnds<S> &piece, int row, const RowWeights &weights) {
+        const int q = condition.order, place = a * (a + 1) / 2 + a;
+        const double inverse = piece.inverse[q], hessian = weights.hessian[row], outer = weights.outer[row];
+        double y[S::dim], turn[S::dim];
+        condition.at(x, y);
+        for (int c = 0; c < S::dim; ++c) turn[c] = -q * hessian * y[c];
+        for (int c = 0, t = 0; c < S::dim; ++c)
+            for (int d = 0; d <= c; ++d, ++t) {
+                const double bend = outer * y[c] * y[d] + (condition.curved ? hessian * condition.curvature[t] : 0.0);
+                blocks[t][place] += bend * inverse * inverse;
+                turn[c] -= q * bend * x[d];
+                if (c != d) turn[d] -= q * bend * x[c];
+            }
+        for (int c = 0; c < S::dim; ++c) {
+            gradient[a * S::dim + c] += weights.gradient[row] * y[c] * inverse;
+            force[a * S::dim + c] += hessian * y[c] * inverse;
+            cross[a * S::dim + c] += turn[c] * inverse;
+            own_gradient -= q * x[c] * weights.gradient[row] * y[c];
+            own -= q * x[c] * turn[c];
+        }
+    }
+};
+
+}  // namespace minsnap

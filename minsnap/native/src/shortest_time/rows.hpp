@@ -1,0 +1,154 @@
+// Rows of the programme: every condition of a leg at every instant of its pieces, and conditions of knots; their values and their change along a step.
+//
+// Rows of one piece stand together: by condition, then by instant, so that loops over instants run along contiguous numbers; those of its knot follow.
+#pragma once
+
+#include "shortest_time/chain.hpp"
+#include "shortest_time/conditions.hpp"
+
+namespace minsnap {
+
+template <class S>
+class Rows {
+public:
+    static constexpr int count_at = S::instants;
+    // Derivatives of a piece at its instants: by order, axis, instant.
+    using Jets = double[condition_orders][S::dim][count_at];
+
+    const Instants<S::half, S::instants> &instants;
+    ConditionTable<S::dim> legs, knots;
+    Buffer<std::int32_t> first;  // row of every piece, and their number
+    Buffer<double> margin;       // (rows,) added to the value: frozen between changes of the barrier
+    int count = 0, regular = 0;  // rows, and those not of knots
+    double wall_margin = 0.0, limit_margin = 0.0;
+
+    explicit Rows(const Instants<S::half, S::instants> &tables) : instants(tables) {}
+
+    [[nodiscard]] bool lay_out(const Chain<S> &chain) {
+        if (!first.allocate(chain.pieces + 1)) return false;
+        count = regular = 0;
+        for (int i = 0; i < chain.pieces; ++i) {
+            first[i] = count;
+            const int most = count_at * legs.count(i / chain.per_leg);
+            regular += most;
+            count += most;
+            for (int right = 0; right < 2; ++right) count += knot_count(chain, i, right);
+        }
+        first[chain.pieces] = count;
+        if (!margin.allocate(count)) return false;
+        for (int j = 0; j < count; ++j) margin[j] = 0.0;
+        return true;
+    }
+
+    // Conditions of the knot at one side of a piece: every knot belongs to the piece after it, the last one of an open chain to the one before.
+    int knot_count(const Chain<S> &chain, int i, int right) const {
+        const int waypoint = knot_at(chain, i, right);
+        return waypoint < 0 ? 0 : knots.count(waypoint);
+    }
+    int knot_at(const Chain<S> &chain, int i, int right) const {
+        if ((i + right) % chain.per_leg != 0) return -1;
+        if (right && (i + 1 < chain.pieces || chain.course.closed)) return -1;
+        return (i + right) / chain.per_leg;
+    }
+
+    // Derivatives of a piece from its ends.
+    void jets(const PieceEnds<S> &piece, const double *ends, Jets &found) const {
+        for (int q = 0; q < condition_orders; ++q)
+            for (int c = 0; c < S::dim; ++c) {
+                double *to = found[q][c];
+                for (int g = 0; g < count_at; ++g) to[g] = 0.0;
+                for (int a = 0; a < S::ends; ++a) {
+                    const double end = ends[a * S::dim + c] * piece.inverse[q], *factor = instants.by_end[q][a];
+                    for (int g = 0; g < count_at; ++g) to[g] += end * factor[g];
+                }
+            }
+    }
+
+    // Values of all rows of a piece, margins included.
+    void values(const Chain<S> &chain, int i, const PieceEnds<S> &piece, const Jets &jet, double *value) const {
+        const int leg = i / chain.per_leg;
+        const Condition<S::dim> *condition = legs.begin(leg);
+        const double *margins = margin.data() + first[i];
+        value += first[i];
+        for (int k = 0; k < legs.count(leg); ++k, ++condition, value += count_at, margins += count_at) {
+            const double moved = condition->order == 0 ? wall_margin : limit_margin;
+            for (int g = 0; g < count_at; ++g) value[g] = 0.0;
+            double gradient[S::dim][count_at];
+            gradients(*condition, jet[condition->order], gradient);
+            for (int c = 0; c < S::dim; ++c)
+                for (int g = 0; g < count_at; ++g)
+                    value[g] += 0.5 * (gradient[c][g] + condition->slope[c]) * (jet[condition->order][c][g] - condition->anchor[c]);
+            for (int g = 0; g < count_at; ++g) value[g] += condition->constant + moved + margins[g];
+            silence(chain, i, condition->order, value, -1.0);
+        }
+        knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int, const double *x) {
+            double gradient[S::dim];
+            *value++ = at_knot.at(x, gradient) + wall_margin;
+        });
+    }
+
+    // Change of all rows of a piece along a step that changes its ends and the logarithm of its duration.
+    void slopes(const Chain<S> &chain, int i, const PieceEnds<S> &piece, const Jets &jet, const double *changed, double own, double *slope) const {
+        Jets moved;
+        jets(piece, changed, moved);
+        const int leg = i / chain.per_leg;
+        const Condition<S::dim> *condition = legs.begin(leg);
+        slope += first[i];
+        for (int k = 0; k < legs.count(leg); ++k, ++condition, slope += count_at) {
+            const int q = condition->order;
+            double gradient[S::dim][count_at];
+            gradients(*condition, jet[q], gradient);
+            for (int g = 0; g < count_at; ++g) slope[g] = 0.0;
+            for (int c = 0; c < S::dim; ++c)
+                for (int g = 0; g < count_at; ++g) slope[g] += gradient[c][g] * (moved[q][c][g] - q * own * jet[q][c][g]);
+            silence(chain, i, q, slope, 0.0);
+        }
+        knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int a, const double *x) {
+            double gradient[S::dim], sum = 0.0;
+            at_knot.at(x, gradient);
+            for (int c = 0; c < S::dim; ++c)
+                sum += gradient[c] * (changed[a * S::dim + c] * piece.inverse[at_knot.order] - at_knot.order * own * x[c]);
+            *slope++ = sum;
+        });
+    }
+
+    // Gradients of a condition at all instants.
+    static void gradients(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], double (&gradient)[S::dim][count_at]) {
+        for (int c = 0; c < S::dim; ++c)
+            for (int g = 0; g < count_at; ++g) gradient[c][g] = condition.slope[c];
+        if (!condition.curved) return;
+        for (int c = 0, t = 0; c < S::dim; ++c)
+            for (int d = 0; d <= c; ++d, ++t) {
+                const double entry = condition.curvature[t];
+                if (entry == 0.0) continue;
+                for (int g = 0; g < count_at; ++g) gradient[c][g] += entry * (x[d][g] - condition.anchor[d]);
+                if (c != d)
+                    for (int g = 0; g < count_at; ++g) gradient[d][g] += entry * (x[c][g] - condition.anchor[c]);
+            }
+    }
+
+    // Call action(condition, end derivative, value there) for all conditions of the knots of a piece.
+    template <class Action>
+    void knot_rows(const Chain<S> &chain, int i, const PieceEnds<S> &piece, Action &&action) const {
+        for (int right = 0; right < 2; ++right) {
+            const int waypoint = knot_at(chain, i, right);
+            if (waypoint < 0) continue;
+            for (int k = 0; k < knots.count(waypoint); ++k) {
+                const Condition<S::dim> &condition = knots.begin(waypoint)[k];
+                const int a = right * S::half + condition.order;
+                double x[S::dim];
+                for (int c = 0; c < S::dim; ++c) x[c] = piece.e[a * S::dim + c] * piece.inverse[condition.order];
+                action(condition, a, x);
+            }
+        }
+    }
+
+    // What is pinned whole at the end of a piece cannot change: its rows say nothing.
+    void silence(const Chain<S> &chain, int i, int order, double *numbers, double quiet) const {
+        if (order >= S::half) return;
+        for (int right = 0; right < 2; ++right)
+            if ((i + right) % chain.per_leg == 0 && !chain.course.any_free((i + right) / chain.per_leg, order)) numbers[right ? count_at - 1 : 0] = quiet;
+    }
+};
+
+}  // namespace minsnap

@@ -1,0 +1,44 @@
+// Every constant of the interior point for shortest times.
+#pragma once
+
+namespace minsnap {
+
+struct ShortestSettings {
+    static constexpr int instants = 20;            // per piece at which conditions stand
+    static constexpr int more_instants = 40;       // the same where legs are not divided: fewer lose flight time on a long piece
+    static constexpr int iterations = 150;         // of one stage
+    static constexpr int tries = 12;               // of a damping, until the matrix is positive definite
+    static constexpr int halvings = 8;             // of a step
+    static constexpr int failures = 6;             // steps in a row without progress that end a stage
+    static constexpr int stalls = 3;               // steps in a row that barely change the time, after which the barrier falls
+    static constexpr int longest_stall = 12;       // the same, after which a stage ends although residuals are left
+    static constexpr int rounds = 3;               // of margins that only grow, at the last barrier
+    static constexpr int repairs = 4;              // of walls or limits moved inwards after the last stage
+    static constexpr double first_gap = 0.3;       // barrier times number of conditions, relative to the time
+    static constexpr double divided_gap = 0.1;     // the same after a division
+    static constexpr double coarse_gap = 0.03;     // at which a stage ends that is divided afterwards
+    static constexpr double last_gap = 1e-4;       // of the last stage: time lost is about that share
+    static constexpr double barrier_fall = 0.2;    // factor on the barrier
+    static constexpr double margin_gap = 0.5;      // below which leaks become margins
+    static constexpr double to_boundary = 0.995;   // share of the way to the boundary that a step may go
+    static constexpr double smoothing = 1e-6;      // weight of the squared jerk, in units of limits
+    static constexpr double balance = 1e-3;        // weight of the pull of neighbouring durations of a leg to their first ratio
+    static constexpr double largest_step = 0.5;    // of the logarithm of a duration
+    static constexpr double least_slack = 0.02;    // at a fresh start, in widths
+    static constexpr double slowed = 1.1;          // factor on time at which the search begins
+    static constexpr double slowed_again = 1.05;   // after a division
+    static constexpr double eased = 1.03;          // from which a search with several pieces is repeated
+    static constexpr double damping = 1e-3;        // first damping, in units of the metric
+    static constexpr double damping_growth = 6.0;  // where a pivot is not positive
+    static constexpr double damping_change = 3.0;  // after steps that were shortened or not
+    static constexpr double held = 10.0;           // damping above which a step is held back
+    static constexpr double settled = 0.1;         // least damping at the last barrier once the time stalls: stops drift along flat valleys
+    static constexpr double stalled = 1e-4;        // change of the time that counts as none, relative
+    static constexpr double residual = 2e-4;       // of a condition at the end, in widths
+    static constexpr double grown = 3e-4;          // growth of margins that counts as none, in widths
+    static constexpr double near = 0.3;            // how far inside its bound a sampled peak is looked at, in widths
+    static constexpr double infeasibility = 10.0;  // sum of residuals that a step may reach
+    static constexpr double leak = 1e-9;           // excess that counts as none, in widths
+};
+
+}  // namespace minsnap

@@ -1,0 +1,92 @@
+// Entry points of the search for the shortest time.
+#include "shortest_time/shortest_time.hpp"
+
+#include <cstddef>
+
+#include "basics/export.hpp"
+
+namespace minsnap {
+namespace {
+
+constexpr std::int64_t most_pieces = 100'000, most_rows = 20'000'000;
+
+template <int half, int count>
+const Instants<half, count> &instants() {
+    static const Instants<half, count> made;
+    return made;
+}
+
+template <int half, int dim, int count>
+Status search(const ShortestRequest &request, ShortestAnswer &answer) {
+    return ShortestTime<Shape<half, dim, count>>(request, instants<half, count>()).run(answer);
+}
+
+template <int half, int count>
+Status search_in(const ShortestRequest &request, ShortestAnswer &answer) {
+    switch (request.dim) {
+        case 2: return search<half, 2, count>(request, answer);
+        case 3: return search<half, 3, count>(request, answer);
+        default: return Status::unsupported;
+    }
+}
+
+template <int half>
+Status search_with(const ShortestRequest &request, ShortestAnswer &answer) {
+    constexpr int few = ShortestSettings::instants, many = ShortestSettings::more_instants;
+    return request.divisions == 0 ? search_in<half, many>(request, answer) : search_in<half, few>(request, answer);
+}
+
+Status checked(const ShortestRequest &request) {
+    if (request.legs < 1 || request.groups < 0 || request.divisions < 0) return Status::bad_size;
+    std::int64_t pieces = request.legs, rows = 0;
+    for (std::int64_t k = 0; k < request.divisions; ++k) {
+        if (request.parts[k] < 1 || request.parts[k] > most_pieces) return Status::bad_size;
+        pieces *= request.parts[k];
+        if (pieces > most_pieces) return Status::bad_size;
+    }
+    for (std::int64_t k = 0; k < request.groups; ++k) {
+        const ConeGroup &group = request.cones[k];
+        if (group.order < 0 || group.order >= condition_orders || group.count < 0 || group.rows < 0) return Status::unsupported;
+        if (group.at_knots != 0 && group.order >= request.half) return Status::unsupported;
+        rows += group.count;
+        for (std::int64_t row = 0; row < group.count; ++row)
+            if (group.leg[row] < 0 || group.leg[row] >= request.legs + (group.at_knots != 0 ? 1 : 0)) return Status::bad_size;
+    }
+    if (rows * (pieces / request.legs) * ShortestSettings::more_instants > most_rows) return Status::bad_size;
+    return Status::done;
+}
+
+}  // namespace
+}  // namespace minsnap
+
+// Search for the shortest time.
+MINSNAP_EXPORT std::int32_t minsnap_shortest_time(const minsnap::ShortestRequest *request, minsnap::ShortestAnswer *answer) {
+    using minsnap::Status;
+    const Status status = minsnap::checked(*request);
+    if (status != Status::done) return static_cast<std::int32_t>(status);
+    switch (request->half) {
+        case 4: return static_cast<std::int32_t>(minsnap::search_with<4>(*request, *answer));
+        default: return static_cast<std::int32_t>(Status::unsupported);
+    }
+}
+
+// Sizes of the three structs and offsets of their fields, in order, which Python compares with its own: how many were written.
+MINSNAP_EXPORT std::int32_t minsnap_shortest_layout(std::int64_t *found, std::int64_t room) {
+    using namespace minsnap;
+    const std::size_t layout[] = {
+        sizeof(ConeGroup), offsetof(ConeGroup, count), offsetof(ConeGroup, rows), offsetof(ConeGroup, order), offsetof(ConeGroup, outside),
+        offsetof(ConeGroup, at_knots), offsetof(ConeGroup, leg), offsetof(ConeGroup, matrix), offsetof(ConeGroup, anchor),
+        offsetof(ConeGroup, slope), offsetof(ConeGroup, radius), offsetof(ConeGroup, width),
+        sizeof(ShortestRequest), offsetof(ShortestRequest, half), offsetof(ShortestRequest, dim), offsetof(ShortestRequest, legs),
+        offsetof(ShortestRequest, closed), offsetof(ShortestRequest, groups), offsetof(ShortestRequest, divisions),
+        offsetof(ShortestRequest, moving), offsetof(ShortestRequest, parts), offsetof(ShortestRequest, worthwhile),
+        offsetof(ShortestRequest, inwards), offsetof(ShortestRequest, pinned), offsetof(ShortestRequest, free),
+        offsetof(ShortestRequest, lengths), offsetof(ShortestRequest, norms), offsetof(ShortestRequest, cones), offsetof(ShortestRequest, poll),
+        sizeof(ShortestAnswer), offsetof(ShortestAnswer, pieces), offsetof(ShortestAnswer, iterations), offsetof(ShortestAnswer, total),
+        offsetof(ShortestAnswer, wall), offsetof(ShortestAnswer, limit), offsetof(ShortestAnswer, durations), offsetof(ShortestAnswer, points),
+        offsetof(ShortestAnswer, knots)};
+    std::int64_t count = 0;
+    for (const std::size_t number : layout)
+        if (count < room) found[count++] = static_cast<std::int64_t>(number);
+    return static_cast<std::int32_t>(count);
+}

@@ -1,0 +1,147 @@
+// The shortest time within walls and limits, from coarse to fine: one piece a leg from rest at every waypoint, then the same curve divided.
+#pragma once
+
+#include "basics/status.hpp"
+#include "shortest_time/division.hpp"
+#include "shortest_time/interior_point.hpp"
+
+namespace minsnap {
+
+template <class S>
+class ShortestTime {
+public:
+    using Settings = ShortestSettings;
+
+    ShortestTime(const ShortestRequest &request, const Instants<S::half, S::instants> &tables) : request_(request), point_(tables) {}
+
+    Status run(ShortestAnswer &answer) {
+        std::int64_t most = request_.legs;
+        for (std::int64_t k = 0; k < request_.divisions; ++k) most *= request_.parts[k];
+        const int pieces = static_cast<int>(most);
+        if (!point_.allocate(pieces) || !best_.allocate(pieces)) return Status::no_memory;
+        if (!point_.rows.legs.build(request_, false) || !point_.rows.knots.build(request_, true)) return Status::no_memory;
+        point_.poll = request_.poll;
+        begin();
+        return finished(stages(), answer);
+    }
+
+private:
+    // At rest at every knot but for what is pinned, as fast as limits on norms allow.
+    void begin() {
+        Chain<S> &chain = point_.chain;
+        chain.course = {static_cast<int>(request_.legs), request_.closed != 0, request_.moving != 0, request_.free};
+        chain.pieces = static_cast<int>(request_.legs);
+        chain.per_leg = 1;
+        double sizes[3] = {0.0, 0.0, 0.0};
+        for (int i = 0; i < chain.pieces; ++i) {
+            const double length = request_.lengths[i], duration = stop_and_go(length);
+            chain.sigma[i] = logarithm(duration);
+            double size = length;
+            for (double &largest : sizes) largest = std::max(largest, size /= duration);
+        }
+        for (int q = 0; q < 3; ++q) point_.objective.sizes[q] = std::min(request_.norms[q], peaks[q] * sizes[q]);
+        for (int j = 0; j < (chain.pieces + 1) * S::knot; ++j) chain.w[j] = request_.pinned[j];
+        chain.slow(Settings::slowed);
+        point_.rows.wall_margin = 0.0;
+        prepare();
+    }
+
+    // Duration of the rest-to-rest profile of degree 7 over a length within the limits on norms.
+    double stop_and_go(double length) const {
+        double longest = 0.0;
+        for (int q = 1; q <= condition_orders - 1; ++q)
+            if (request_.norms[q - 1] < 1e300) longest = std::max(longest, exponential(logarithm(peaks[q - 1] * length / request_.norms[q - 1]) / q));
+        return longest > 0.0 ? longest : 1e-3 + length;
+    }
+
+    void prepare() {
+        Chain<S> &chain = point_.chain;
+        point_.objective.unit = chain.total();
+        for (int i = 0; i + 1 < chain.pieces; ++i) point_.objective.ratio[i] = chain.sigma[i] - chain.sigma[i + 1];
+    }
+
+    // Whether the last stage converged.
+    StageEnd stages() {
+        double former = 0.0;
+        const bool whole = request_.divisions == 0 || request_.divisions > 1;
+        if (!point_.begin(Settings::first_gap)) return StageEnd::no_memory;
+        StageEnd end = point_.run(whole ? Settings::last_gap : Settings::coarse_gap);
+        for (std::int64_t k = 0; k < request_.divisions && end != StageEnd::stopped; ++k) {
+            const double now = point_.chain.total();
+            if (k > 0 && now > former * (1.0 - request_.worthwhile)) break;
+            former = now;
+            best_.copy(point_.chain);
+            divide(best_, static_cast<int>(request_.parts[k]), point_.chain);
+            point_.chain.slow(Settings::slowed_again);
+            prepare();
+            if (!point_.begin(Settings::divided_gap)) return StageEnd::no_memory;
+            end = point_.run(Settings::last_gap);
+        }
+        return request_.divisions == 1 && end != StageEnd::stopped ? polished(end) : end;
+    }
+
+    // Search again from the same curve flown a little more slowly, as valleys are flat with several pieces; keep the shorter one.
+    StageEnd polished(StageEnd end) {
+        constexpr double as_good = 1.00001;
+        const double before = point_.chain.total();
+        best_.copy(point_.chain);
+        point_.chain.slow(Settings::eased);
+        if (!point_.begin(Settings::divided_gap)) return StageEnd::no_memory;
+        const StageEnd again = point_.run(Settings::last_gap);
+        if (again == StageEnd::stopped || again == StageEnd::no_memory || point_.chain.total() <= as_good * before) return again;
+        point_.chain.copy(best_);
+        return point_.begin(Settings::last_gap) ? end : StageEnd::no_memory;
+    }
+
+    // Bring the curve inside at true peaks: walls move inwards, and limits where time may not be scaled.
+    Status finished(StageEnd end, ShortestAnswer &answer) {
+        if (end == StageEnd::no_memory) return Status::no_memory;
+        if (end == StageEnd::stopped) return stopped(answer);
+        if (end == StageEnd::stuck) return Status::no_progress;
+        constexpr double enough = 1.1, still_gap = 3.0;
+        for (int repair = 0; repair <= Settings::repairs; ++repair) {
+            point_.excess(request_.inwards, answer.wall, answer.limit);
+            const bool fast = request_.moving != 0 && answer.limit > Settings::leak;
+            if ((answer.wall <= Settings::leak && !fast) || repair == Settings::repairs) break;
+            if (answer.wall > 1.0 || answer.limit > 1.0) return Status::no_progress;
+            if (answer.wall > Settings::leak) point_.rows.wall_margin += enough * answer.wall + 10.0 * Settings::leak;
+            if (fast) point_.rows.limit_margin += enough * answer.limit + 10.0 * Settings::leak;
+            point_.resume(still_gap * Settings::last_gap);
+            if (point_.run(Settings::last_gap) == StageEnd::stopped) return stopped(answer);
+        }
+        write(answer);
+        return answer.wall <= 1e-6 ? Status::done : Status::no_progress;
+    }
+
+    // The curve as it was when the search was ended from outside.
+    Status stopped(ShortestAnswer &answer) const {
+        write(answer);
+        return Status::spent;
+    }
+
+    void write(ShortestAnswer &answer) const {
+        const Chain<S> &chain = point_.chain;
+        answer.pieces = chain.per_leg;
+        answer.iterations = point_.iterations;
+        answer.total = chain.total();
+        PieceEnds<S> piece;
+        for (int i = 0; i < chain.pieces; ++i) {
+            chain.ends(i, piece);
+            const PieceCurve<S> curve(piece);
+            answer.durations[i] = piece.duration;
+            for (int j = 0; j < S::ends; ++j)
+                for (int c = 0; c < S::dim; ++c) answer.points[(i * S::ends + j) * S::dim + c] = curve.points[0][j][c];
+        }
+        for (int k = 0; k <= chain.pieces; ++k)
+            scale_knot(chain, k, chain.w.data() + (chain.course.closed && k == chain.pieces ? 0 : k) * S::knot, answer.knots + k * S::knot, true);
+    }
+
+    // Largest derivatives of the profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval.
+    static constexpr double peaks[4] = {2.1875, 7.5132, 52.5, 840.0};
+
+    const ShortestRequest &request_;
+    InteriorPoint<S> point_;
+    Chain<S> best_;
+};
+
+}  // namespace minsnap

@@ -1,0 +1,85 @@
+"""The native search for the shortest time at its border."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from minsnap import Limits, Tube
+from minsnap.native import shortest_time
+from minsnap.native.library import NativeCoreError, core, using
+from minsnap.native.shortest_time import search_shortest
+from minsnap.planner import placed_task
+from minsnap.time_allocation.interior_search import asked
+
+pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
+
+CORNERS = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1)], dtype=float)
+
+
+def question(points=CORNERS, limits=None, pieces=1):
+    task = placed_task(points, None, None, None, None, False, [Tube(0.4)], 4, 3, pieces, "auto")
+    return asked(task, limits or Limits(speed=3.0, acceleration=6.0), False)
+
+
+def go_on(total):
+    return False
+
+
+@pytest.mark.parametrize("pieces", [1, 3])
+def test_the_curve_found_is_smooth_passes_the_waypoints_and_is_what_its_knots_say(pieces):
+    found = search_shortest(question(pieces=pieces), go_on)
+    assert not found.stopped and len(found.durations) == pieces * (len(CORNERS) - 1)
+    assert found.points[::pieces, 0] == pytest.approx(CORNERS[:-1], abs=1e-12)
+    values = found.points
+    for order in range(4):
+        starts, ends = values[:, 0], values[:, -1]
+        size = np.abs(values).max()
+        assert starts == pytest.approx(found.knots[:-1, order], abs=1e-9 * size)
+        assert ends == pytest.approx(found.knots[1:, order], abs=1e-9 * size)
+        values = (values.shape[1] - 1) * np.diff(values, axis=1) / found.durations[:, None, None]
+
+
+def test_flight_times_scale_with_lengths_and_times():
+    found = search_shortest(question(), go_on)
+    for length, time in ((1e3, 1.0), (1e-3, 1.0), (1.0, 1e2), (1.0, 1e-2)):
+        limits = Limits(speed=3.0 * length / time, acceleration=6.0 * length / time**2)
+        task = placed_task(length * CORNERS, None, None, None, None, False, [Tube(0.4 * length)], 4, 3, 1, "auto")
+        other = search_shortest(asked(task, limits, False), go_on)
+        assert other.durations.sum() == pytest.approx(time * found.durations.sum(), rel=2e-4)
+
+
+def test_turning_and_moving_a_course_changes_nothing():
+    found = search_shortest(question(), go_on)
+    turned = search_shortest(question(CORNERS[:, [1, 0, 2]] * (1, -1, 1) + (5.0, -7.0, 3.0)), go_on)
+    assert turned.durations == pytest.approx(found.durations, rel=1e-3)
+
+
+def test_a_poll_ends_the_search_and_what_it_raises_is_raised():
+    told = []
+    stopped = search_shortest(question(), lambda total: told.append(total) or len(told) == 3)
+    assert stopped.stopped and len(told) == 3
+
+    def broken(total):
+        raise ZeroDivisionError("of the caller")
+
+    with pytest.raises(ZeroDivisionError, match="of the caller"):
+        search_shortest(question(), broken)
+
+
+def test_what_is_malformed_or_unknown_is_not_answered():
+    good = question()
+    beyond = replace(good.sets[0], place=good.sets[0].place + 3)
+    assert search_shortest(replace(good, sets=[beyond, *good.sets[1:]]), go_on) is None
+    assert search_shortest(replace(good, sets=[replace(good.sets[0], order=5)]), go_on) is None
+    assert search_shortest(replace(good, parts=(10**6,)), go_on) is None
+    with using("python"):
+        assert search_shortest(good, go_on) is None
+
+
+def test_a_library_that_lays_structs_out_otherwise_is_refused(monkeypatch):
+    swapped = type("_Answer", (shortest_time._Answer,), {"_fields_": [("more", shortest_time.c_int64)]})
+    monkeypatch.setattr(shortest_time, "_Answer", swapped)
+    monkeypatch.setattr(shortest_time._Checked, "done", False)
+    with pytest.raises(NativeCoreError, match="compile it anew"):
+        search_shortest(question(), go_on)

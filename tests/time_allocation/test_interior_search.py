@@ -1,0 +1,84 @@
+"""Shortest plans by the interior point, and which questions it is asked."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Ball, Boxes, Limits, Search
+from minsnap.native.library import core
+from minsnap.time_allocation import strategy
+
+pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
+
+LIMITS = Limits(speed=3.0, acceleration=6.0)
+RECTANGLE = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)], dtype=float)
+AROUND = Boxes(np.minimum(RECTANGLE[:-1], RECTANGLE[1:]) - 0.5, np.maximum(RECTANGLE[:-1], RECTANGLE[1:]) + 0.5)
+ASKED = {
+    "tube": {"corridor": 0.3, "limits": LIMITS},
+    "boxes": {"corridor": AROUND, "limits": LIMITS, "waypoint_tolerance": 0.3},
+    "round": {"corridor": minsnap.RoundTube(0.3), "limits": LIMITS},
+    "balls": {"limits": LIMITS, "waypoint_tolerance": Ball(0.4)},
+    "flat": {"waypoints": RECTANGLE[:, :2], "corridor": 0.3, "limits": LIMITS},
+    "axes": {"limits": Limits(speed=3.0, acceleration=6.0, norm="axis")},
+    "parts": {"limits": Limits(acceleration=6.0, horizontal_speed=2.5, climb_speed=1.0, descent_speed=0.5)},
+    "jerk": {"limits": Limits(speed=3.0, acceleration=6.0, jerk=20.0, snap=200.0)},
+    "thrust": {"limits": Limits(max_thrust=1.5, min_thrust=0.6, tilt=0.5)},
+    "moving": {"start": {"velocity": (1.5, 0.2, 0.0)}, "limits": LIMITS, "corridor": 0.5},
+    "pinned": {"pins": {2: {"velocity": (-1.0, 1.0, 0.0)}}, "limits": LIMITS},
+}
+
+
+@pytest.fixture
+def no_cones(monkeypatch):
+    """No search by cone programmes, so that plans can come from the interior point only."""
+
+    class Refused:
+        def __init__(self, *given):
+            raise AssertionError("the cone programmes were asked")
+
+    monkeypatch.setattr(strategy, "LeastTime", Refused)
+
+
+@pytest.mark.parametrize("pieces", [1, 3, "auto"])
+@pytest.mark.parametrize("name", ASKED)
+def test_every_kind_is_certified_and_uses_a_limit_fully(no_cones, name, pieces):
+    given = {"waypoints": RECTANGLE, **ASKED[name]}
+    path = minsnap.plan(**given, pieces=pieces)
+    certificate = minsnap.certify(path, limits=given["limits"], corridor=given.get("corridor"))
+    assert certificate.ok
+    assert 0.998 <= max(used.fraction for used in certificate.utilisation) <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("name", ["tube", "balls", "jerk", "moving"])
+def test_flight_times_are_those_of_the_cone_programmes(monkeypatch, name):
+    given = {"waypoints": RECTANGLE, **ASKED[name]}
+    path = minsnap.plan(**given)
+    monkeypatch.setattr(strategy, "serves", lambda task, limits: False)
+    assert path.duration == pytest.approx(minsnap.plan(**given).duration, rel=2e-3)
+
+
+def test_plans_do_not_depend_on_what_was_planned_before():
+    first = minsnap.plan(RECTANGLE, corridor=0.3, limits=LIMITS, pieces=3)
+    minsnap.plan(RECTANGLE[:3], limits=Limits(max_thrust=1.5), pieces=2)
+    again = minsnap.plan(RECTANGLE, corridor=0.3, limits=LIMITS, pieces=3)
+    assert (first.control_points == again.control_points).all() and (first.breaks == again.breaks).all()
+
+
+def test_a_start_too_fast_to_stop_at_the_goal_flies_past_it_and_comes_back():
+    path = minsnap.plan([(0, 0, 0), (0.5, 0, 0)], limits=LIMITS, start={"velocity": (2.9, 0.0, 0.0)})
+    assert minsnap.certify(path, limits=LIMITS).ok
+    assert path(np.linspace(0.0, path.duration, 101))[:, 0].max() > 0.7
+
+
+def test_a_least_thrust_alone_and_a_climb_alone_are_left_to_the_other_search():
+    for limits in (Limits(min_thrust=0.8), Limits(climb_speed=1.0)):
+        with pytest.raises(minsnap.LimitError, match="nothing limits the time"):
+            minsnap.plan(RECTANGLE, limits=limits)
+
+
+def test_progress_is_told_every_iteration_and_a_time_limit_ends_with_a_certified_plan():
+    told = []
+    path = minsnap.plan(RECTANGLE, corridor=0.3, limits=LIMITS, progress=told.append)
+    assert tuple(told) == path.report.steps and len(told) > 5
+    quick = minsnap.plan(RECTANGLE, corridor=0.3, limits=LIMITS, search=Search(time_limit=1e-9))
+    assert quick.report.interrupted and minsnap.certify(quick, corridor=0.3, limits=LIMITS).ok
