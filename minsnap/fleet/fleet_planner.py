@@ -16,18 +16,19 @@ from minsnap.basics.progress import ProgressLine, told
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.room import Room
 from minsnap.errors import FleetError, TimingError, UnprovedError
-from minsnap.fleet.assignment import line_distance
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_report import FleetReport
-from minsnap.fleet.fleet_task import FleetTask, check_task, way_of
+from minsnap.fleet.fleet_task import FleetTask, check_task, refuse_meetings, way_of
 from minsnap.fleet.keep_out import Obstacle
+from minsnap.fleet.one_curve import PIECES, one_curve
 from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation
 from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.planned_yaw import Yaw, asked_heading
 from minsnap.trajectory.path import Path
+from minsnap.trajectory.trajectory import Trajectory
 
 GUESSES = 4
 """First guesses that are tried."""
@@ -118,26 +119,33 @@ def plan_fleet(
     _check_numbers(polish, time_limit)
     _check_time(task, total_time)
     count = _pieces_of(task, pieces)
+    refuse_meetings(task, count)
     workers, deadline = processors(threads), None if time_limit is None else monotonic() + float(time_limit)
     with told(progress, "fleet", _line) as callback:
         search = TimeSearch(task, count, workers, lambda: deadline is not None and monotonic() > deadline, callback)
-        found, method, stopped = _searched(search, total_time, polish, seed)
-    return _fleet(task, search, found, method, stopped, yaw, names)
+        curves, method, stopped = _searched(search, total_time, polish, seed, pieces)
+    report = _report(search, curves, method, stopped)
+    headed = (*_headed(task, curves, yaw), *task.fixed)
+    return Fleet(headed, None if names is None else tuple(names), task.separation, report)  # type: ignore[arg-type]
 
 
-def _searched(search: TimeSearch, total_time: float | None, polish: float, seed: int) -> tuple[Certified, str, str]:
+def _searched(
+    search: TimeSearch, total_time: float | None, polish: float, seed: int, pieces: Any
+) -> tuple[list[Trajectory], str, str]:
     """Return the best certified curves, how they were found, and what ended the search early."""
-    method = "straight"
+    count = PIECES * (max(len(points) for points in search.task.waypoints) == 2) or 3
+    quick = one_curve(search.task, total_time, polish, count if pieces == "auto" else pieces)
+    if quick is not None:
+        return *quick, ""
+    stopped = ""
     try:
-        found = _straight(search, total_time, polish)
-        if found is None:
-            method = "joint"
-            found = _joint(search, total_time, polish, seed)
+        found = _joint(search, total_time, polish, seed)
+        stopped = "time_limit" if search.stopped() else ""
     except KeyboardInterrupt:
         if search.best is None or total_time is not None:
             raise
-        return search.best, method, "Ctrl-C"
-    return found, method, "time_limit" if search.stopped() else ""
+        found, stopped = search.best, "Ctrl-C"
+    return flown(found.curves[: len(search.task)], found.time), "joint", stopped
 
 
 def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: int) -> Certified:
@@ -195,70 +203,25 @@ def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
     raise _not_found(search, f" in {time:g} s")
 
 
-def _straight(search: TimeSearch, total_time: float | None, polish: float) -> Certified | None:
-    """Return straight lines with one common profile, if these are apart and nothing else is asked; else None.
-
-    The profile is the curve of one vehicle on a line whose limits are the strictest of all, in units of their ways.
-    """
-    task = search.task
-    if task.through or not task.free_time or task.avoid or task.corridors or len(task) < 2:
-        return None
-    if task.separation is not None and not line_distance(task.starts, task.goals, task.separation).apart:
-        return None
-    alone = _common_profile(task)
-    if alone is None:
-        return None
-    lone = TimeSearch(alone, max(search.pieces, 10), 1, search.stopped)
-    found = _joint(lone, total_time, polish, 0)
-    search.pieces, search.iterations, search.tried = lone.pieces, lone.iterations, lone.tried
-    share = found.curves[0, :, :, 0] / alone.goals[0, 0]
-    curves = share[None, :, :, None] * (task.goals - task.starts)[:, None, None, :]
-    curves[:, :, 0] += task.starts[:, None]
-    curves[:, -1, 0] = task.goals
-    certified, _ = search.certify(curves, found.time)
-    if certified is None or certified.time > found.time * (1.0 + 1e-6):
-        return None
-    search.best = certified
-    return certified if total_time is None else replace(certified, time=float(total_time))
-
-
-def _common_profile(task: FleetTask) -> FleetTask | None:
-    """Return the task of one vehicle that flies as far as the one that flies farthest, along x, within all limits."""
-    way = np.abs(task.goals - task.starts)
-    norms = np.sqrt((way * way).sum(axis=1))
-    longest = float(norms.max())
-    if longest == 0.0:
-        return None
-    ways = np.column_stack((way, norms, np.sqrt((way[:, :2] ** 2).sum(axis=1))))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shares = np.where(ways[:, None] > 0.0, task.limit_table / ways[:, None], np.inf)
-    least = longest * shares.min(axis=(0, 2))
-    speed, acceleration, jerk, snap = (float(value) if np.isfinite(value) else None for value in least)
-    limits = Limits(speed, acceleration, jerk, snap)
-    points = (np.array([(0.0, 0.0, 0.0), (longest, 0.0, 0.0)]),)
-    return FleetTask(points, ({},), (limits,) if task.limits is not None else None, None, None, (), ())
-
-
-def _fleet(
-    task: FleetTask, search: TimeSearch, found: Certified, method: str, stopped: str, yaw: Any, names: Any
-) -> Fleet:
-    """Return the fleet of certified curves, its headings and its report."""
-    curves = flown(found.curves[: len(task)], found.time)
+def _headed(task: FleetTask, curves: list[Trajectory], yaw: Any) -> list[Trajectory]:
+    """Return the curves with the headings that are asked for."""
     each = list(yaw) if isinstance(yaw, list | tuple) else [yaw] * len(curves)
     if len(each) != len(curves):
         raise FleetError(f"{len(each)} yaws are given for {len(curves)} vehicles: give one for all, or one each")
     limits = task.limits or (None,) * len(curves)
-    headed = [
+    return [
         curve if own is None else curve.with_yaw(asked_heading(own, 1, False, limit)(curve))
         for curve, own, limit in zip(curves, each, limits, strict=True)
     ]
-    bounds = task.bounds
+
+
+def _report(search: TimeSearch, curves: list[Trajectory], method: str, stopped: str) -> FleetReport:
+    bounds, duration = search.task.bounds, curves[0].duration
     slowest = int(np.argmax(bounds))
-    report = FleetReport(
-        *(method, found.time, float(bounds[slowest]), slowest, search.alone or found.time, search.pieces),
+    return FleetReport(
+        *(method, duration, float(bounds[slowest]), slowest, search.alone or duration, len(curves[0].durations)),
         *(search.tried, search.iterations, search.seconds, stopped),
     )
-    return Fleet((*headed, *task.fixed), None if names is None else tuple(names), task.separation, report)  # type: ignore[arg-type]
 
 
 def _pieces_of(task: FleetTask, pieces: Any) -> int:

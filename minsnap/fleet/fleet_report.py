@@ -11,8 +11,8 @@ class FleetReport:
 
     Parameters
     ----------
-    method : {"straight", "joint"}
-        Straight lines with one common profile, or all curves together.
+    method : {"single", "straight", "joint"}
+        The plan of the only vehicle, straight lines with one common profile, or all curves together.
     duration : float
         Common flight time [s].
     bound : float

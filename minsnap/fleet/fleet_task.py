@@ -224,7 +224,7 @@ def check_task(
         flying,
         _checked_corridors(corridors, points),
     )
-    _refuse_near(task, [each[0] for each in points], "starts")
+    _refuse_near(task, [each[0] for each in (*points, *(curve(0.0)[None] for curve in flying))], "starts")
     _refuse_near(task, [each[-1] for each in points], "goals")
     _refuse_outside(task)
     return task
@@ -290,6 +290,27 @@ def _refuse_near(task: FleetTask, points: list[FloatArray], what: str) -> None:
                 f"less than their separation of {least[k]:g} m (heights divided by the downwash): move one",
                 pair=(i, i + 1 + k),
             )
+
+
+def refuse_meetings(task: FleetTask, pieces: int) -> None:
+    """Refuse the first two vehicles whose waypoints are passed at one instant, nearer than their separation."""
+    passed: dict[int, list[tuple[int, int]]] = {}
+    for vehicle, points in enumerate(task.waypoints):
+        for index, knot in enumerate(waypoint_knots(points, pieces)[1:-1], 1):
+            passed.setdefault(knot, []).append((vehicle, index))
+    if task.separation is None:
+        return
+    scale = np.array([1.0, 1.0, 1.0 / task.separation.downwash])
+    for meeting in passed.values():
+        for place, (one, i) in enumerate(meeting):
+            for two, j in meeting[place + 1 :]:
+                away = float(np.sqrt((((task.waypoints[one][i] - task.waypoints[two][j]) * scale) ** 2).sum()))
+                if away < (1.0 - EXACT) * (task.radii[one] + task.radii[two]):
+                    raise FleetError(
+                        f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant, "
+                        f"{away:.4g} m apart: move one, or give one of the vehicles another waypoint before it",
+                        pair=(one, two),
+                    )
 
 
 def _refuse_outside(task: FleetTask) -> None:

@@ -1,0 +1,89 @@
+"""Fleets that one curve decides: a single vehicle, and straight lines with one common profile."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from minsnap.basics.checks import DERIVATIVES
+from minsnap.errors import InfeasibleError, SolverError
+from minsnap.fleet.assignment import line_distance
+from minsnap.fleet.fleet_certificate import certify_fleet
+from minsnap.fleet.fleet_task import FleetTask
+from minsnap.limits.limits import Limits
+from minsnap.planner import plan
+from minsnap.trajectory.trajectory import Trajectory
+
+PIECES = 5
+"""Polynomials of one curve unless the caller says otherwise: more than that fly hardly shorter from rest to rest."""
+
+
+def one_curve(
+    task: FleetTask, total_time: float | None, polish: float, pieces: int
+) -> tuple[list[Trajectory], str] | None:
+    """Return the trajectories of a fleet that one curve decides, and by which method; None for another fleet."""
+    if len(task) + len(task.fixed) == 1 and not task.avoid:
+        return [_single(task, total_time, polish, pieces)], "single"
+    lines = _straight(task, total_time, polish, pieces)
+    return None if lines is None else (lines, "straight")
+
+
+def _single(task: FleetTask, total_time: float | None, polish: float, pieces: int) -> Trajectory:
+    """Return the plan of the only vehicle."""
+    walls = [each for each in (*task.corridors, task.room) if each is not None]
+    start = {DERIVATIVES[order]: value for order, value in task.states[0].items()} or None
+    limits = None if task.limits is None else task.limits[0]
+    asked = {"limits": limits, "corridor": walls or None, "start": start, "pieces": pieces}
+    curve = plan(task.waypoints[0], total_time=total_time, **asked)  # type: ignore[arg-type]
+    if total_time is not None or polish == 0.0:
+        return curve
+    return plan(task.waypoints[0], total_time=(1.0 + polish) * curve.duration, **asked)  # type: ignore[arg-type]
+
+
+def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: int) -> list[Trajectory] | None:
+    """Return straight lines with one common profile, if these are apart and nothing else is asked; else None.
+
+    The profile is the curve of one vehicle on a line whose limits are the strictest of all, in units of their ways.
+    """
+    if task.through or not task.free_time or task.avoid or task.corridors or len(task) < 2:
+        return None
+    if task.separation is not None and not line_distance(task.starts, task.goals, task.separation).apart:
+        return None
+    way = np.abs(task.goals - task.starts)
+    norms = np.sqrt((way * way).sum(axis=1))
+    longest = float(norms.max())
+    if longest == 0.0:
+        return None
+    ways = np.column_stack((way, norms, np.sqrt((way[:, :2] ** 2).sum(axis=1))))
+    line, asked = [(0.0, 0.0, 0.0), (longest, 0.0, 0.0)], {"limits": _strictest(task, ways, longest), "pieces": pieces}
+    try:
+        profile = plan(line, total_time=total_time, **asked)  # type: ignore[arg-type]
+        if total_time is None and polish > 0.0:
+            profile = plan(line, total_time=(1.0 + polish) * profile.duration, **asked)  # type: ignore[arg-type]
+    except (InfeasibleError, SolverError):
+        return None
+    lines = _along(task, profile, longest)
+    asked_of_all = {"separation": task.separation, "room": task.room, "limits": task.limits}
+    return lines if certify_fleet(lines, **asked_of_all).ok else None  # type: ignore[arg-type]
+
+
+def _strictest(task: FleetTask, ways: np.ndarray, longest: float) -> Limits | None:
+    """Return limits of progress along the longest line that keep those of every vehicle."""
+    if task.limits is None:
+        return None
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.where(ways[:, None] > 0.0, task.limit_table / ways[:, None], np.inf)
+    least = longest * shares.min(axis=(0, 2))
+    speed, acceleration, jerk, snap = (float(value) if np.isfinite(value) else None for value in least)
+    return Limits(speed, acceleration, jerk, snap)
+
+
+def _along(task: FleetTask, profile: Trajectory, longest: float) -> list[Trajectory]:
+    share = profile.control_points[:, :, 0] / longest
+    share[0, 0], share[-1, -1] = 0.0, 1.0
+    count = len(profile.durations)
+    lines = []
+    for start, goal in zip(task.starts, task.goals, strict=True):
+        points = start + share[:, :, None] * (goal - start)
+        points[-1, -1] = goal
+        lines.append(Trajectory(points, profile.durations, pieces=count))
+    return lines
