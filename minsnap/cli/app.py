@@ -39,6 +39,7 @@ COMMANDS = (
     "fit_command",
     "batch_command",
     "fleet_command",
+    "upload_command",
     "studio_command",
 )
 """Modules of this package that register commands with :data:`app` when imported, in the order of the help."""

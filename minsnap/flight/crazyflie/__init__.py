@@ -1,0 +1,1 @@
+"""Crazyflies over CRTP: trajectories into their memory, and the commands that fly them."""

@@ -1,0 +1,134 @@
+"""Links to Crazyflies: CRTP packets over UDP, as simulators speak it, or over cflib's drivers for radio and USB.
+
+A packet is a byte, port << 4 | channel, and at most 30 bytes. Over UDP one datagram is one packet, without a checksum.
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
+from urllib.parse import urlparse
+
+from minsnap.errors import LinkError
+
+LINK_BITS = 0x0C
+"""Bits of the header that belong to the link, and are set by the one who asks."""
+
+TRIES, WAIT = 8, 0.25
+"""How often a question is sent before a vehicle counts as gone, and how long an answer is waited for [s]."""
+
+
+class CrtpLink(Protocol):
+    """A way to one vehicle."""
+
+    name: str
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet with its header."""
+
+    def receive(self, timeout: float) -> bytes | None:
+        """Return the next packet with its header, or None after a time [s]."""
+
+    def close(self) -> None:
+        """End the link."""
+
+
+class UdpLink:
+    """A vehicle behind a UDP port, such as ``udp://127.0.0.1:19850``."""
+
+    def __init__(self, uri: str) -> None:
+        place = urlparse(uri)
+        self.name = uri
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.connect((place.hostname, place.port))
+        except (OSError, TypeError, ValueError) as error:
+            self._socket.close()
+            raise LinkError(f"{uri} cannot be reached: {error}") from error
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet; a port where nobody listens is told by the silence that follows."""
+        try:
+            self._socket.send(packet)
+        except ConnectionRefusedError:
+            return
+
+    def receive(self, timeout: float) -> bytes | None:
+        """Return the next packet, or None after a time [s]."""
+        self._socket.settimeout(max(timeout, 1e-3))
+        try:
+            return self._socket.recv(64) or None
+        except TimeoutError:
+            return None
+        except ConnectionRefusedError:
+            time.sleep(timeout)
+            return None
+
+    def close(self) -> None:
+        """Close the port."""
+        self._socket.close()
+
+
+class RadioLink:
+    """A vehicle behind one of cflib's drivers, such as ``radio://0/80/2M/E7E7E7E701``."""
+
+    def __init__(self, uri: str) -> None:
+        try:
+            import cflib.crtp as drivers
+        except ImportError:
+            raise ImportError(f"{uri} needs cflib: pip install minsnap[crazyflie]") from None
+        drivers.init_drivers()
+        self.name = uri
+        driver: Any = drivers.get_link_driver(uri, None, None)
+        if driver is None:
+            raise LinkError(f"{uri} cannot be opened: is the radio plugged in?")
+        self._driver = driver
+
+    def send(self, packet: bytes) -> None:
+        """Send a packet."""
+        from cflib.crtp.crtpstack import CRTPPacket
+
+        self._driver.send_packet(CRTPPacket(packet[0], bytearray(packet[1:])))
+
+    def receive(self, timeout: float) -> bytes | None:
+        """Return the next packet, or None after a time [s]."""
+        packet = self._driver.receive_packet(timeout)
+        return None if packet is None else bytes([packet.header]) + bytes(packet.data)
+
+    def close(self) -> None:
+        """Close the driver."""
+        self._driver.close()
+
+
+def open_link(uri: str) -> CrtpLink:
+    """Return a link of the kind that an address names."""
+    return UdpLink(uri) if uri.startswith("udp://") else RadioLink(uri)
+
+
+def ask(link: CrtpLink, port: int, channel: int, body: bytes, answers: Callable[[bytes], bool]) -> bytes:
+    """Send a packet until it is answered, and return the body of the answer.
+
+    Parameters
+    ----------
+    link : CrtpLink
+    port, channel : int
+    body : bytes
+    answers : callable
+        Whether a body from that port and channel is the answer.
+
+    Raises
+    ------
+    LinkError
+        If there is no answer after ``TRIES`` times ``WAIT``.
+    """
+    head = port << 4 | channel
+    for _ in range(TRIES):
+        link.send(bytes([head | LINK_BITS]) + body)
+        end = time.monotonic() + WAIT
+        while (left := end - time.monotonic()) > 0.0:
+            packet = link.receive(left)
+            if packet and packet[0] & ~LINK_BITS == head and answers(packet[1:]):
+                return packet[1:]
+    raise LinkError(f"{link.name} does not answer: it is off, out of reach, or another program has its link")

@@ -1,0 +1,132 @@
+"""Uploads to stand-ins that speak CRTP over UDP: every byte, lost packets, vehicles that disappear."""
+
+import struct
+
+import numpy as np
+import pytest
+from crtp_vehicle import CrtpVehicle
+
+import minsnap
+from minsnap.cli.app import main
+from minsnap.errors import FleetError, FlightError, LinkError
+from minsnap.files.formats.crazyflie_compressed import compressed
+from minsnap.flight.crazyflie import crtp_link
+from minsnap.flight.crazyflie.swarm_upload import FlightTimes, upload, uploads
+from minsnap.flight.crazyflie.trajectory_memory import upload_of
+from minsnap.shows.fleet_files import write_fleet
+
+QUICK = FlightTimes(0.02, 0.02, 0.02, 0.01)
+
+
+@pytest.fixture(autouse=True)
+def short_waits(monkeypatch):
+    monkeypatch.setattr(crtp_link, "WAIT", 0.05)
+
+
+def pair():
+    """Two vehicles, short enough to wait for."""
+    one = minsnap.plan([(0, 0, 1), (0.2, 0, 1.2), (0.3, 0.1, 1)], [0.1, 0.1], yaw=0.5)
+    two = minsnap.plan([(1, 0, 0.8), (1.2, 0, 1)], [0.2])
+    return minsnap.Fleet((one, two))
+
+
+def packed(curve):
+    """The firmware's bytes of polynomials: x, y, z, yaw ascending, then the duration, float32."""
+    content = b""
+    for i, duration in enumerate(curve.durations):
+        t0 = curve.breaks[i]
+        powers = [curve(t0, k) / np.prod(np.arange(1, k + 1)) for k in range(8)]
+        yaw = [float(curve.yaw(t0))] + [0.0] * 7
+        content += struct.pack("<33f", *(p[a] for a in range(3) for p in powers), *yaw, duration)
+    return content
+
+
+@pytest.mark.parametrize("lossy", [False, True])
+def test_every_byte_arrives_though_packets_are_lost(lossy):
+    fleet = pair()
+    with CrtpVehicle(lossy) as one, CrtpVehicle(lossy) as two:
+        upload(fleet, [one.uri, two.uri])
+    held = np.frombuffer(bytes(one.memory[:264]), "<f4")
+    assert held == pytest.approx(np.frombuffer(packed(fleet[0]), "<f4"), rel=1e-5, abs=1e-3)
+    assert struct.unpack("<66f", one.memory[:264])[32] == pytest.approx(0.1)
+    assert set(body for _, body in one.commands) == {struct.pack("<BBBBIB", 6, 1, 1, 0, 0, 2), bytes([0, 1])}
+    assert bytes(two.memory[:264]) == upload_of(fleet[1]).content, "a lone piece is two halves"
+
+
+def test_a_long_trajectory_is_compressed():
+    corners = np.random.default_rng(1).uniform(-1.0, 1.0, (41, 3))
+    fleet = minsnap.Fleet((minsnap.plan(corners, np.full(40, 1.0)),))
+    with CrtpVehicle() as one:
+        upload(fleet, [one.uri])
+    content = compressed(fleet[0])
+    assert bytes(one.memory[: len(content)]) == content and content.endswith(bytes(3))
+    assert one.commands[0][1] == struct.pack("<BBBBIB", 6, 1, 1, 1, 0, 40)
+
+
+def test_a_memory_that_reads_otherwise_is_an_error_and_nothing_takes_off():
+    with CrtpVehicle() as one, CrtpVehicle(corrupt=100) as two:
+        with pytest.raises(FlightError, match=f"{two.uri}: byte 100 reads"):
+            upload(pair(), [one.uri, two.uri], start=True, timing=QUICK)
+    assert all(body[0] in (0, 6) for _, body in one.commands)
+
+
+@pytest.mark.parametrize("lossy", [False, True])
+def test_a_flight_takes_off_goes_to_its_starts_starts_and_lands(lossy):
+    fleet, told = pair(), []
+    with CrtpVehicle(lossy) as one, CrtpVehicle(lossy) as two:
+        upload(fleet, [one.uri, two.uri], start=True, timing=QUICK, told=told.append)
+    for vehicle, curve in ((one, fleet[0]), (two, fleet[1])):
+        bodies = list(dict.fromkeys(body for _, body in vehicle.commands))
+        assert [body[0] for body in bodies] == [6, 0, 7, 12, 13, 8]
+        assert struct.unpack("<BBff?f", bodies[2])[2] == pytest.approx(curve(0.0)[2])
+        assert struct.unpack("<BBBBfffff", bodies[3])[4:7] == pytest.approx(curve(0.0))
+        assert bodies[4] == struct.pack("<BBBBBBf", 13, 1, 0, 0, 0, 1, 1.0)
+    assert "2 memories written and read back" in told[0] and told[-1] == "landing"
+
+
+def test_a_vehicle_that_disappears_on_the_ground_keeps_all_there():
+    with CrtpVehicle() as one, CrtpVehicle(lasts=10) as two:
+        with pytest.raises(LinkError, match=f"{two.uri} does not answer"):
+            upload(pair(), [one.uri, two.uri], start=True, timing=QUICK)
+    assert 7 not in [body[0] for _, body in one.commands]
+
+
+def test_a_vehicle_that_disappears_in_the_air_lands_the_others():
+    told = []
+    with CrtpVehicle() as one, CrtpVehicle() as two:
+        settled = FlightTimes(0.3, 0.02, 0.02, 0.01)
+
+        class Watched(list):
+            def append(self, entry):
+                super().append(entry)
+                if entry[1][0] == 7:
+                    two.lasts = two.seen
+
+        two.commands = Watched()
+        with pytest.raises(LinkError, match=f"{two.uri} does not answer"):
+            upload(pair(), [one.uri, two.uri], start=True, timing=settled, told=told.append)
+    sent = [body[0] for _, body in one.commands]
+    assert sent[-1] == 8 and 13 not in sent
+    assert told[-1] == f"told all to land; no answer from {two.uri}"
+
+
+def test_addresses_must_fit_the_vehicles():
+    with pytest.raises(FleetError, match="1 addresses for 2 vehicles"):
+        uploads(pair(), ["udp://127.0.0.1:1"])
+    with pytest.raises(FleetError, match="is given twice"):
+        uploads(pair(), ["udp://127.0.0.1:1"] * 2)
+
+
+def test_the_command_says_what_it_would_write_or_writes_it(tmp_path, capsys):
+    write_fleet(pair(), tmp_path / "folder", "crazyswarm2")
+    with pytest.raises(SystemExit) as left:
+        main(["upload", str(tmp_path / "folder"), "--dry-run"])
+    assert left.value.code in (0, None)
+    assert "E7E7E7E702: 2 pieces, 264 bytes, polynomials" in capsys.readouterr().out
+    with CrtpVehicle() as one, CrtpVehicle() as two:
+        with pytest.raises(SystemExit) as left:
+            main(["upload", str(tmp_path / "folder"), "--uri", one.uri, "--uri", two.uri])
+    assert left.value.code in (0, None) and "2 memories written" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as left:
+        main(["upload", str(tmp_path / "folder"), "--uri", "udp://127.0.0.1:9"])
+    assert left.value.code == 2 and "1 addresses for 2 vehicles" in capsys.readouterr().err
