@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from minsnap.cli.output import Destination
 from minsnap.cli.planning import Planning
+from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,9 +42,22 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     flown = course.changed(**{name: value for name, value in chosen.items() if value is not None})
     mission = plan_mission(flown, **asked)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
-    view, further = destination.view or "xy", {"parts": parts}
+    view, further = destination.view or "xy", {"parts": parts} | _other_vehicle(mission, destination)
     how: dict[str, Any] = {"limits": mission.limits, "further": further}
     destination.deliver(mission.trajectory, mission.corridor or None, **how, draw=lambda: _figure(mission, view))
+
+
+def _other_vehicle(mission: Mission, destination: Destination) -> dict[str, str]:
+    """Return a note where the feed-forward is of another vehicle than the one that the course is flown by."""
+    from minsnap.limits.limits import VehicleLimits
+    from minsnap.vehicle.yaml import description_of
+
+    if destination.vehicle is None or not isinstance(mission.limits, VehicleLimits):
+        return {}
+    course, offset = mission.limits.vehicle, vehicle_of(destination.vehicle)
+    if description_of(course) == description_of(offset):
+        return {}
+    return {"note": f"the course is planned for {course.name}, and the feed-forward offsets the drag of {offset.name}"}
 
 
 def _figure(mission: Mission, view: str) -> Any:

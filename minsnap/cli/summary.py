@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
+from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from minsnap.basics.storage.text_columns import labelled
@@ -107,8 +108,10 @@ def as_json(figures: Mapping[str, Any]) -> str:
 
 def _usage(used: Mapping[str, Any]) -> str:
     """Return the utilisation of a limit; an active limit is at 100 %."""
-    share, value, limit = 100.0 * used["fraction"], used["value"], used["limit"]
-    amount = f"{value:.4g} of {limit:.4g} {KIND[used['name']].unit}"
+    kind, share = KIND[used["name"]], 100.0 * used["fraction"]
+    value, limit = (degrees(used[which]) if kind.degrees else used[which] for which in ("value", "limit"))
+    unit = "degrees" if kind.degrees else kind.unit
+    amount = f"least {value:.4g}, not below {limit:.4g} {unit}" if kind.least else f"{value:.4g} of {limit:.4g} {unit}"
     return f"{share:.2f} %, {amount}, on leg {used['leg']} at {used['instant']:.4g} s"
 
 

@@ -26,10 +26,10 @@ def vehicle_of(name: str) -> Quadrotor:
     InputError
         If it is neither.
     """
-    from minsnap.files.plan_request import VEHICLES, named_vehicle
+    from minsnap.files.plan_request import SHORT_NAMES, VEHICLES, named_vehicle
     from minsnap.vehicle.quadrotor import Quadrotor
 
-    preset = {"f330": "dji_f330", "px4-sih": "px4_sih"}.get(name, name)
+    preset = SHORT_NAMES.get(name, name)
     if preset in VEHICLES:
         return named_vehicle(preset)
     if not Path(name).suffix and not Path(name).exists():

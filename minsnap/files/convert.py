@@ -162,7 +162,7 @@ def format_of(path: str | os.PathLike[str], to: str | None = None) -> Format:
     Raises
     ------
     FileError
-        If there is none.
+        If there is none, or the ending is that of another format.
     """
     able = {name: entry for name, entry in formats().items() if entry.write is not None}
     if to is not None and to not in able:
@@ -172,4 +172,7 @@ def format_of(path: str | os.PathLike[str], to: str | None = None) -> Format:
     if found is None:
         known = ", ".join(ending for entry in able.values() for ending in entry.endings)
         raise FileError(f"{path} cannot be written by its ending: use {known}, or name a format of {', '.join(able)}")
+    other = next((e.name for e in able.values() if ending in e.endings), found.name)
+    if other != found.name and found.endings and ending not in (*found.endings, *found.reads):
+        raise FileError(f"{path} is named as {other} is and was to hold {found.name}: name it *{found.endings[0]}")
     return found

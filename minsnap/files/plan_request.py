@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from minsnap.errors import FrameError, VehicleError
+from minsnap.errors import CorridorError, FrameError, VehicleError
 from minsnap.files.frames import get_frame, map_vectors, map_yaw
 
 if TYPE_CHECKING:
@@ -24,6 +24,9 @@ RESERVE = 0.1
 
 VEHICLES = ("crazyflie", "dji_f330", "px4_sih")
 """Presets of :class:`~minsnap.vehicle.Quadrotor` by name."""
+
+SHORT_NAMES = {"f330": "dji_f330", "px4-sih": "px4_sih"}
+"""Names of presets on the command line, which files may use too."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +142,10 @@ class SceneRequest:
 
     def _corridor(self) -> Any:
         """Half-widths where the tube is alone, so that the native core sees the plain problem."""
+        if self.corridor is not None and len(self.corridor) != self.legs:
+            raise CorridorError(
+                f"{len(self.corridor)} half-widths were given for {self.legs} legs: give one, or one per leg"
+            )
         if self.boxes is None:
             return None if self.corridor is None else _plain(self.corridor)
         from minsnap.corridors.boxes import Boxes
@@ -184,6 +191,7 @@ def named_vehicle(name: str) -> Quadrotor:
     from minsnap.vehicle.quadrotor import Quadrotor
 
     makers: dict[str, Callable[[], Quadrotor]] = {known: getattr(Quadrotor, known) for known in VEHICLES}
+    name = SHORT_NAMES.get(name, name)
     if name not in makers:
         raise VehicleError(f"no vehicle is called {name!r}: choose one of {', '.join(VEHICLES)}")
     return makers[name]()

@@ -15,7 +15,7 @@ from minsnap.basics.storage.reading import finite_number
 from minsnap.basics.storage.text import load_yaml
 from minsnap.errors import FileError
 from minsnap.files.frames import FRAMES
-from minsnap.files.plan_request import RESERVE, VEHICLES, Box, Point, SceneRequest
+from minsnap.files.plan_request import RESERVE, SHORT_NAMES, VEHICLES, Box, Point, SceneRequest
 from minsnap.files.waypoints import Waypoints, read_waypoints, waypoints_of
 from minsnap.limits.kinds import KIND
 from minsnap.limits.ordinary import completed_in_file, written_in_file
@@ -164,7 +164,12 @@ def _rotors(where: str, given: Any) -> dict[str, Any]:
     if not isinstance(given, dict) or not set(given) <= {"vehicle", "reserve"} or "vehicle" not in given:
         raise FileError(f"{where} is {shown(given)}: give a mapping of vehicle and reserve")
     reserve = finite_number(f"{where}: reserve", given.get("reserve", RESERVE))
-    return {"vehicle": _one_of(f"{where}: vehicle", given["vehicle"], VEHICLES), "rotors": reserve}
+    return {"vehicle": _preset(f"{where}: vehicle", given["vehicle"]), "rotors": reserve}
+
+
+def _preset(where: str, given: Any) -> str:
+    short = SHORT_NAMES.get(given, given) if isinstance(given, str) else given
+    return _one_of(where, short, VEHICLES)
 
 
 def _view(where: str, given: Any) -> dict[str, Any]:

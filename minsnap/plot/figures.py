@@ -10,11 +10,12 @@ import numpy as np
 
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.errors import FileError, InputError
-from minsnap.limits.limits import Limits
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.plot.geometry import VIEWS, check_view, plot_path
 from minsnap.plot.limit_use import plot_utilisation, utilisation_curves
 from minsnap.plot.outlines import Corridor
 from minsnap.plot.profiles import available_orders, heading_rows, plot_heading, plot_profiles
+from minsnap.plot.race import plot_rotors
 from minsnap.plot.style import dense_samples, styled
 from minsnap.plot.waypoint_marks import Waypoints
 from minsnap.trajectory.path import Path
@@ -69,7 +70,7 @@ def plot_overview(
     """
     check_view(view)
     samples = dense_samples(path)
-    rows = _rows(samples, limits)
+    rows = _rows(samples, limits) + (["rotors"] if _has_rotors(path, limits) else [])
     side = view == "xy" and _climbs(samples)
     drawn = _figure(samples, view, side, len(rows)) if figure is None else figure
     left, right = np.asarray(drawn.subfigures(1, 2, width_ratios=(drawn.get_figwidth() - PROFILES, PROFILES)))
@@ -88,6 +89,11 @@ def _rows(samples: Samples, limits: Any) -> list[Any]:
     known = heading_rows(samples)
     heading = [name for name, _, _ in known] if any(np.any(values) for _, _, values in known) else []
     return [*available_orders(samples), *heading, *(["limits"] if _can_show(limits, samples) else [])]
+
+
+def _has_rotors(path: Path | Samples, limits: Any) -> bool:
+    """Whether the limits are those of a vehicle's rotors, whose thrusts are drawn too."""
+    return isinstance(limits, VehicleLimits) and isinstance(path, Path)
 
 
 def _can_show(limits: Any, samples: Samples) -> bool:
@@ -114,7 +120,8 @@ def _figure(samples: Samples, view: str, side: bool, rows: int) -> Figure:
     spans = np.ptp(samples.position, axis=0)
     across, up = (spans[list(VIEWS[view])][:2]) if view != "3d" else (1.2, 1.0)
     up = up + spans[2] if side else up
-    wide = float(np.clip((high - 1.0) * across / max(up, 1e-9 * across, 1e-300) + 1.8, 5.0, 9.0))
+    most = 9.0 if view == "3d" else 12.0
+    wide = float(np.clip((high - 1.0) * across / max(up, 1e-9 * across, 1e-300) + 1.8, 5.0, most))
     return ShownFigure(figsize=(wide + PROFILES, high), layout="constrained")
 
 
@@ -137,8 +144,10 @@ def _draw_against_time(stack: Any, rows: list[Any], path: Path | Samples, limits
     turning = len([row for row in rows if row in ("yaw", "yaw rate")])
     if turning:
         plot_heading(path, stack[len(orders) : len(orders) + turning])
-    if rows[-1] == "limits":
-        plot_utilisation(path, limits, stack[-1])
+    if "limits" in rows:
+        plot_utilisation(path, limits, stack[rows.index("limits")])
+    if "rotors" in rows and isinstance(path, Path):
+        plot_rotors(path, limits.vehicle, stack[-1])
     for ax in stack[:-1]:
         ax.set_xlabel("")
 

@@ -30,6 +30,7 @@ SHEET: Any = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
+    "axes.formatter.useoffset": False,
     "axes.axisbelow": True,
     "grid.color": "#d8d8d8",
     "grid.linewidth": 0.6,

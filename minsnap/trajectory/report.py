@@ -78,6 +78,14 @@ class Utilisation:
     method: str = "exact"
 
     @property
+    def amount(self) -> str:
+        """Value and limit in words; of a lower limit, which name begins with "min", the least value."""
+        lower = self.name.startswith("min_")
+        return (
+            f"least {self.value:.4g}, not below {self.limit:.4g}" if lower else f"{self.value:.4g} of {self.limit:.4g}"
+        )
+
+    @property
     def kept(self) -> bool:
         """Whether the limit is kept, to ``EXACT``."""
         return self.fraction <= 1.0 + EXACT
@@ -88,8 +96,7 @@ def utilisation_facts(utilisation: tuple[Utilisation, ...]) -> list[tuple[str, s
     return [
         (
             f"limit {used.name}",
-            f"{100.0 * used.fraction:.2f} %, {used.value:.4g} of {used.limit:.4g}, "
-            f"on leg {used.leg} at {used.instant:.4g} s",
+            f"{100.0 * used.fraction:.2f} %, {used.amount}, on leg {used.leg} at {used.instant:.4g} s",
         )
         for used in utilisation
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import fields
-from math import cos, radians, sin, sqrt
+from math import cos, pi, radians, sin, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +18,16 @@ from minsnap.basics.storage.text import load_yaml
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
 from minsnap.errors import FileError, VehicleError
-from minsnap.files.plan_request import VEHICLES, named_vehicle
+from minsnap.files.plan_request import SHORT_NAMES, VEHICLES, named_vehicle
 from minsnap.files.waypoints import COLUMNS
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import completed_in_file
 from minsnap.paths.missions.course import Course, Stop
 from minsnap.vehicle import Quadrotor
 from minsnap.vehicle.yaml import vehicle_from
+
+MOST_TURNED = 2.0 * pi
+"""Heading of a gate in radians beyond which it is taken for degrees."""
 
 PLAIN = ("waypoints", "yaw", "durations")
 """Keys of a waypoint file, which is no course."""
@@ -124,6 +127,8 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
     angle = entry[directions[0]]
     if not is_number(angle):
         raise FileError(f"{where}: {directions[0]} is {shown(angle)}: give an angle")
+    if directions[0] == "heading" and abs(angle) > MOST_TURNED:
+        raise FileError(f"{where}: heading is {angle:g} rad, beyond a turn: write heading_deg: {angle:g} for degrees")
     angle = radians(angle) if directions[0] == "heading_deg" else float(angle)
     flat = [cos(angle), sin(angle), 0.0][: len(given["centre"])]
     return Gate(normal=flat, **{"crossing": 1} | given)
@@ -158,7 +163,9 @@ def _limits(where: str, said: Mapping[str, Any]) -> Limits | None:
 def _vehicle(folder: Path, said: Any, name: str) -> Quadrotor:
     """Return the vehicle of a mapping, whose rotors may be described by their least and largest thrust [N], or file."""
     if isinstance(said, str):
-        return named_vehicle(said) if said in VEHICLES else Quadrotor.from_yaml(folder / said)
+        if said in VEHICLES or said in SHORT_NAMES or not Path(said).suffix:
+            return named_vehicle(said)
+        return Quadrotor.from_yaml(folder / said)
     if not isinstance(said, dict):
         raise VehicleError(f"vehicle is {shown(said)}: give its fields by name, or a YAML file that does")
     rest = {key: value for key, value in said.items() if key != "rotor_thrust"}

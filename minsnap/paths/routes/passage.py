@@ -11,7 +11,7 @@ from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.checks import check_array
 from minsnap.corridors.grid_gaps import gaps, grown
 from minsnap.corridors.occupancy_grid import GridCorridor, boxes_along
-from minsnap.errors import CorridorError, InfeasibleError, WaypointError
+from minsnap.errors import InfeasibleError, WaypointError
 from minsnap.paths.routes.barrier import barrier
 from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.grid_search import shortest_way, widest
@@ -83,14 +83,14 @@ def _too_near(grid: GridMap, point: FloatArray, name: str, clearance: float) -> 
 
 def _too_narrow(
     grid: GridMap, free: BoolArray, start: FloatArray, goal: FloatArray, clearance: float
-) -> InfeasibleError | CorridorError:
+) -> InfeasibleError:
     """Return the sentence on the widest way there is."""
     ends = grid.cell(start), grid.cell(goal)
     open_, gap = ~grid.occupied, gaps(grid.occupied, grid.resolution)
     most = widest(gap, open_, *ends)
     lead = f"no way leads from {_metres(start)} to {_metres(goal)}"
     if most is None:
-        return CorridorError(f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells")
+        return InfeasibleError(f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells")
     way = shortest_way(open_ & (gap >= most), grid.resolution, *ends, avoided=gap <= most)
     assert way is not None
     narrow = way[int(gap[tuple(way.T)].argmin())]

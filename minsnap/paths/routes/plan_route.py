@@ -133,9 +133,10 @@ def plan_through(
     WaypointError
         If start or goal is malformed, outside the map, or too near to what is occupied.
     InfeasibleError
-        If there is no way with that clearance; says where the widest one is too narrow, and by how much.
+        If there is no way with that clearance; says where the widest one is too narrow, and by how much,
+        or that occupied cells close all off.
     CorridorError
-        If the map or an argument is malformed, or there is no way at all.
+        If the map or an argument is malformed.
     FileError
         If a file cannot be read.
 

@@ -151,5 +151,5 @@ def test_the_figure_has_the_cells_the_path_and_where_it_is_nearest(route):
 def test_a_closed_room_has_no_way_whatever_the_clearance():
     cells = np.zeros((30, 30))
     cells[15] = 1
-    with pytest.raises(CorridorError, match="occupied cells close it off"):
+    with pytest.raises(InfeasibleError, match="occupied cells close it off"):
         plan_through(cells, (0.5, 0.5), (2.5, 2.5), clearance=0.1, resolution=0.1)
