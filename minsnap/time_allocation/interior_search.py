@@ -39,6 +39,9 @@ INWARDS = (2e-4, 2e-3)
 FAR = 1e-3
 """Share by which the certified curve may be slower than the one found; beyond, the search did not see a limit."""
 
+GRAIN = 2.0**32
+"""Factors on time are rounded up to its fractions, so that the last bits of exact extrema do not decide a plan."""
+
 ORDERS = 4
 """Highest derivative that walls may bound."""
 
@@ -57,7 +60,12 @@ def serves(task: Task, limits: Limits) -> bool:
     given = limits.given()
     known = type(limits) is Limits and all(KIND[name].measure in MEASURED for name in given)
     bounded = any(name in given for name in (ENDING if limits.min_thrust is None else BOUNDING))
-    plain = task.half == 4 and not task.closed and task.dim in (2, 3) and task.continuity >= task.half - 1
+    plain = (
+        task.half == 4
+        and (not task.closed or task.legs > 1)
+        and task.dim in (2, 3)
+        and task.continuity >= task.half - 1
+    )
     regions = all(region.plane is None for region in task.regions.values())
     orders = all(wall.order <= ORDERS for wall in task.walls)
     return core().name == "native" and known and bounded and plain and regions and orders and not task.touches.any()
@@ -98,7 +106,8 @@ def _within(task: Task, limits: Limits, finish: Finish, found: ShortestFound, so
     if not task.still:
         return solved if largest_use(limits, finish(solved.trajectory)) <= 1.0 + KEPT else None
     curve = finish(solved.trajectory)
-    factor = nearby_factor(limits, curve) or touching_factor(limits, curve)
+    found_at = nearby_factor(limits, curve) or touching_factor(limits, curve)
+    factor = float(np.ceil(found_at * GRAIN)) / GRAIN
     return _solved(task, found, factor) if factor <= 1.0 + FAR or found.stopped else None
 
 

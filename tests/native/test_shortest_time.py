@@ -17,8 +17,8 @@ pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no nat
 CORNERS = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1)], dtype=float)
 
 
-def question(points=CORNERS, limits=None, pieces=1):
-    task = placed_task(points, None, None, None, None, False, [Tube(0.4)], 4, 3, pieces, "auto")
+def question(points=CORNERS, limits=None, pieces=1, closed=False):
+    task = placed_task(points, None, None, None, None, closed, [Tube(0.4)], 4, 3, pieces, "auto")
     return asked(task, limits or Limits(speed=3.0, acceleration=6.0), False)
 
 
@@ -38,6 +38,13 @@ def test_the_curve_found_is_smooth_passes_the_waypoints_and_is_what_its_knots_sa
         assert starts == pytest.approx(found.knots[:-1, order], abs=1e-9 * size)
         assert ends == pytest.approx(found.knots[1:, order], abs=1e-9 * size)
         values = (values.shape[1] - 1) * np.diff(values, axis=1) / found.durations[:, None, None]
+
+
+@pytest.mark.parametrize("pieces", [1, 2])
+def test_a_lap_ends_as_it_begins_and_in_motion(pieces):
+    found = search_shortest(question(np.concatenate((CORNERS, CORNERS[:1])), pieces=pieces, closed=True), go_on)
+    assert found.knots[0] == pytest.approx(found.knots[-1], abs=1e-12)
+    assert np.linalg.norm(found.knots[0, 1]) > 0.5
 
 
 def test_flight_times_scale_with_lengths_and_times():

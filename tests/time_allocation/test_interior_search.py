@@ -1,5 +1,9 @@
 """Shortest plans by the interior point, and which questions it is asked."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -23,6 +27,7 @@ ASKED = {
     "parts": {"limits": Limits(acceleration=6.0, horizontal_speed=2.5, climb_speed=1.0, descent_speed=0.5)},
     "jerk": {"limits": Limits(speed=3.0, acceleration=6.0, jerk=20.0, snap=200.0)},
     "thrust": {"limits": Limits(max_thrust=1.5, min_thrust=0.6, tilt=0.5)},
+    "lap": {"closed": True, "limits": LIMITS, "corridor": 0.3},
     "moving": {"start": {"velocity": (1.5, 0.2, 0.0)}, "limits": LIMITS, "corridor": 0.5},
     "pinned": {"pins": {2: {"velocity": (-1.0, 1.0, 0.0)}}, "limits": LIMITS},
 }
@@ -49,7 +54,7 @@ def test_every_kind_is_certified_and_uses_a_limit_fully(no_cones, name, pieces):
     assert 0.998 <= max(used.fraction for used in certificate.utilisation) <= 1.0 + 1e-9
 
 
-@pytest.mark.parametrize("name", ["tube", "balls", "jerk", "moving"])
+@pytest.mark.parametrize("name", ["tube", "balls", "jerk", "lap", "moving"])
 def test_flight_times_are_those_of_the_cone_programmes(monkeypatch, name):
     given = {"waypoints": RECTANGLE, **ASKED[name]}
     path = minsnap.plan(**given)
@@ -82,3 +87,23 @@ def test_progress_is_told_every_iteration_and_a_time_limit_ends_with_a_certified
     assert tuple(told) == path.report.steps and len(told) > 5
     quick = minsnap.plan(RECTANGLE, corridor=0.3, limits=LIMITS, search=Search(time_limit=1e-9))
     assert quick.report.interrupted and minsnap.certify(quick, corridor=0.3, limits=LIMITS).ok
+
+
+DIGESTS = """
+import hashlib, numpy as np, minsnap
+points = np.array([(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1)], dtype=float)
+for pieces, given in ((1, {"corridor": 0.3}), (3, {"waypoint_tolerance": minsnap.Ball(0.3)}), ("auto", {"closed": True})):
+    path = minsnap.plan(points, limits=minsnap.Limits(speed=3, acceleration=6, max_thrust=1.5), pieces=pieces, **given)
+    print(hashlib.sha256(path.control_points.tobytes() + path.breaks.tobytes()).hexdigest())
+"""
+
+
+def test_plans_are_the_same_to_the_bit_whatever_kernels_numpy_and_blas_choose():
+    found = set()
+    for kernel in ("Prescott", "Haswell"):
+        environment = {**os.environ, "OPENBLAS_CORETYPE": kernel}
+        done = subprocess.run(
+            [sys.executable, "-c", DIGESTS], env=environment, capture_output=True, text=True, check=True
+        )
+        found.add(done.stdout)
+    assert len(found) == 1

@@ -1,6 +1,7 @@
 // One damped Newton step of the barrier problem: assembly over the pieces, a banded factorisation, more damping as long as a pivot is not positive.
 //
-// Unknowns stand along the chain, K0 s0 K1 s1 ... KN; the knots at the ends only where they may move. A ring has K0 and s0 in the border.
+// Unknowns stand along the chain, K0 s0 K1 s1 ... KN; the knots at the ends only where they may move. A ring has K0, s0 and
+// its last duration in the border, which the first piece ties to K1.
 #pragma once
 
 #include "shortest_time/model.hpp"
@@ -17,7 +18,7 @@ public:
 
     [[nodiscard]] bool allocate(int pieces) {
         const int most = (pieces + 1) * S::block;
-        return hessian_.allocate(most, S::block) && metric_.allocate(most, S::block) && factor_.allocate(most, S::block) && gradient.allocate(most) &&
+        return hessian_.allocate(most, S::block + 1) && metric_.allocate(most, S::block + 1) && factor_.allocate(most, S::block + 1) && gradient.allocate(most) &&
                step.allocate(most) && step_durations.allocate(pieces) && step_knots.allocate(most);
     }
 
@@ -26,7 +27,7 @@ public:
         skipped_ = closed ? S::block : moves(chain, 0) ? 0 : S::knot;
         const int knots = closed ? chain.pieces : chain.pieces + (moves(chain, chain.pieces) ? 1 : 0);
         size = closed ? knots * S::block : (chain.pieces * S::block + (knots > chain.pieces ? S::knot : 0)) - skipped_;
-        banded_ = closed ? size - S::block : size;
+        banded_ = closed ? size - S::block - 1 : size;
     }
 
     // Fill the matrix, the metric and the gradient for weights of the rows.
@@ -89,6 +90,7 @@ private:
     }
     int duration_place(const Chain<S> &chain, int i) const {
         if (chain.course.closed && i == 0) return banded_ + S::knot;
+        if (chain.course.closed && i + 1 == chain.pieces) return banded_ + S::block;
         return i * S::block + S::knot - skipped_;
     }
 

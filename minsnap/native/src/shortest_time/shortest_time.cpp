@@ -37,7 +37,7 @@ Status search_with(const ShortestRequest &request, ShortestAnswer &answer) {
 }
 
 Status checked(const ShortestRequest &request) {
-    if (request.legs < 1 || request.groups < 0 || request.divisions < 0) return Status::bad_size;
+    if (request.legs < (request.closed != 0 ? 2 : 1) || request.groups < 0 || request.divisions < 0) return Status::bad_size;
     std::int64_t pieces = request.legs, rows = 0;
     for (std::int64_t k = 0; k < request.divisions; ++k) {
         if (request.parts[k] < 1 || request.parts[k] > most_pieces) return Status::bad_size;
