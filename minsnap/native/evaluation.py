@@ -11,6 +11,7 @@ from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.native.library import Entry, address, writable
 
 _MANY = Entry("minsnap_evaluate", c_void_p, c_int32, c_void_p, c_int64, c_void_p)
+_COSTS = Entry("minsnap_costs", *[c_int64] * 4, *[c_void_p] * 3)
 _ONE = Entry("minsnap_evaluate_one")  # converts its own arguments, which takes half as long
 
 
@@ -63,3 +64,22 @@ class Evaluator:
             return None
         values = np.empty((*instants.shape, self._dim))
         return None if evaluate(self._at, order, address(instants), instants.size, address(values)) else values
+
+
+def costs(points: FloatArray, durations: FloatArray, order: int) -> FloatArray | None:
+    """Integral of the squared norm of a derivative over each piece, shape (pieces,).
+
+    None where the Python core has to answer: for positions, and for degrees and coordinates beyond those of plans.
+
+    Parameters
+    ----------
+    points : ndarray, shape (pieces, degree + 1, dim)
+        Bernstein control points.
+    durations : ndarray, shape (pieces,)
+    """
+    function = _COSTS.ready or _COSTS.function()
+    if function is None or not points.size:
+        return None
+    given = np.ascontiguousarray(points), np.ascontiguousarray(durations)
+    found, (pieces, count, dim) = np.empty(len(points)), points.shape
+    return None if function(pieces, count - 1, dim, order, *map(address, (*given, found))) else found

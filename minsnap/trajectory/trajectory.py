@@ -17,6 +17,7 @@ from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import InputError, IntervalError, TimingError, WaypointError
 from minsnap.native.evaluation import Evaluator
+from minsnap.native.evaluation import costs as native_costs
 from minsnap.polynomials.bernstein import (
     basis,
     careful_differences,
@@ -416,6 +417,9 @@ Trajectory.report = _ReportWhenAsked()  # type: ignore[assignment]
 
 def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> FloatArray:
     """Integral of the squared norm of a derivative over each piece, from a sum of squares: shape (pieces,)."""
+    found = native_costs(points, durations, order)
+    if found is not None:
+        return found
     degree = points.shape[1] - 1
     roots = np.matmul(gram_root(degree - order), perm(degree, order) * careful_differences(points, order))
     with np.errstate(over="ignore"):  # a cost beyond all numbers is infinite

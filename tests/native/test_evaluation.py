@@ -92,3 +92,21 @@ def test_arrays_in_another_order_are_evaluated_too():
     with library.using("python"):
         expected = traj([0.5, 3.5])
     assert np.allclose(traj([0.5, 3.5]), expected, rtol=1e-12)
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 11), st.integers(1, 6), st.integers(1, 11), st.booleans())
+def test_costs_are_those_of_the_python_core_even_far_from_the_origin(seed, degree, dim, order, far):
+    traj = random_curve(seed, 5, degree, dim)
+    traj = minsnap.Trajectory(traj.control_points + 1e6 * far, traj.durations)
+    found = traj.piece_costs(order)
+    with library.using("python"):
+        expected = traj.piece_costs(order)
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_cost_of_a_usual_curve_is_that_of_any_other():
+    """Degree 7, order 4 in space is compiled apart: one coordinate more, of zeros, goes the general way."""
+    traj = random_curve(3, 50, 7, 3)
+    wider = minsnap.Trajectory(np.pad(traj.control_points, ((0, 0), (0, 0), (0, 1))), traj.durations)
+    assert (traj.piece_costs(4) == wider.piece_costs(4)).all()
