@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-from ctypes import c_double, c_int64, c_void_p
+from ctypes import c_int64, c_void_p
 from dataclasses import dataclass
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.tolerances import GAP
-from minsnap.native.library import Entry, address, optional_address
+from minsnap.native.library import Entry, address
+from minsnap.native.records import CorridorAnswerRecord, CorridorRecord, WallsRecord
 from minsnap.native.status import Status
 
-WALL_TYPES = (c_int64, *[c_void_p] * 8, c_int64, c_void_p)
-"""ctypes of what ``wall_arguments`` returns."""
-
-_SOLVE = Entry(
-    "minsnap_corridor",
-    *(c_int64, c_int64, c_int64, c_int64, c_int64, c_double, c_double, c_void_p, c_void_p, c_void_p, c_void_p),
-    *WALL_TYPES,
-    *(c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
-)
-
-_KEPT = Entry("minsnap_walls_kept", c_int64, c_int64, c_int64, c_void_p, c_void_p, *WALL_TYPES, c_void_p)
+_SOLVE = Entry("minsnap_corridor", CorridorRecord, CorridorAnswerRecord)
+_KEPT = Entry("minsnap_walls_kept", c_int64, c_int64, c_int64, c_void_p, c_void_p, WallsRecord, c_void_p)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,17 +134,23 @@ def solve_corridor(question: CorridorQuestion, gap: float = GAP) -> CorridorAnsw
     pieces, dim, half = len(question.durations), question.positions.shape[1], question.half
     most = pieces * half * dim + 2
     points, knots = np.empty((pieces, 2 * half, dim)), np.empty((pieces + 1, half, dim))
-    wall, rows, figures = np.empty(most, dtype=np.int64), np.empty((2, most)), np.zeros(6)
-    status = function(
-        *(half, pieces, dim, question.continuity, question.closed, question.length, question.time),
-        *map(optional_address, (question.positions, question.durations, question.pinned, question.values)),
-        *wall_arguments(question.walls),
-        *(gap, *map(address, (points, knots, wall, rows[0], rows[1], figures))),
-    )
-    cost, bound, share, count, rounds, attempts = figures.tolist()
-    used = slice(0, int(count))
+    wall, rows = np.empty(most, dtype=np.int64), np.empty((2, most))
+    found = CorridorAnswerRecord(points=points, knots=knots, wall=wall, s=rows[0], multiplier=rows[1])
+    status = Status(function(corridor_record(question, question.durations, gap), found))
+    used = slice(0, found.rows)
     active = wall[used], rows[0, used], rows[1, used]
-    return CorridorAnswer(Status(status), points, knots, *active, cost, bound, share, int(rounds), int(attempts))
+    figures = found.cost, found.bound, found.share, found.rounds, found.attempts
+    return CorridorAnswer(status, points, knots, *active, *figures)
+
+
+def corridor_record(question: CorridorQuestion, durations: FloatArray, gap: float) -> CorridorRecord:
+    """Return a question as entry points take it, with durations of pieces, or of legs for a search."""
+    q = question
+    return CorridorRecord(
+        **{"half": q.half, "pieces": len(durations), "dim": q.positions.shape[1], "continuity": q.continuity},
+        **{"closed": q.closed, "length": q.length, "time": q.time, "gap": gap, "positions": q.positions},
+        **{"durations": durations, "pinned": q.pinned, "values": q.values, "walls": wall_record(q.walls)},
+    )
 
 
 def walls_kept(points: FloatArray, durations: FloatArray, walls: WallArrays) -> BoolArray | None:
@@ -181,15 +179,14 @@ def walls_kept(points: FloatArray, durations: FloatArray, walls: WallArrays) -> 
         return None
     pieces, count, dim = points.shape
     kept = np.zeros(len(walls.piece), dtype=np.uint8)
-    known = (address(points), address(durations), *wall_arguments(walls), address(kept))
+    known = (address(points), address(durations), wall_record(walls), address(kept))
     status = Status(function(count // 2, pieces, dim, *known))
     if status is not Status.DONE:
         raise ValueError(f"the walls cannot be checked: {status.reason}")
     return kept.astype(bool)
 
 
-def wall_arguments(walls: WallArrays) -> tuple[object, ...]:
+def wall_record(walls: WallArrays) -> WallsRecord:
     """Return the walls as entry points take them."""
-    arrays = (walls.piece, walls.order, walls.normal, walls.anchor, walls.bound, walls.width, walls.when, walls.ball)
     balls = 0 if walls.matrix is None else len(walls.matrix)
-    return (len(walls.piece), *map(optional_address, arrays), balls, optional_address(walls.matrix))
+    return WallsRecord(count=len(walls.piece), balls=balls, **vars(walls))

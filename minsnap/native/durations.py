@@ -11,8 +11,9 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
-from minsnap.native.corridor import WALL_TYPES, CorridorQuestion, wall_arguments
+from minsnap.native.corridor import CorridorQuestion, corridor_record
 from minsnap.native.library import Entry, address, optional_address
+from minsnap.native.records import CorridorRecord, SplitRecord
 from minsnap.native.status import Status
 
 _CHAIN = (*[c_void_p] * 2, c_int64, *[c_void_p] * 3)
@@ -22,8 +23,7 @@ _GRADIENT = Entry("minsnap_cost_gradient", *[c_int64] * 4, *[c_void_p] * 2, *_CH
 _SPLIT = Entry(
     "minsnap_best_split", *[c_int64] * 4, *[c_void_p] * 2, c_double, *_CHAIN, c_double, c_int64, *[c_void_p] * 3
 )
-_REQUEST = (*[c_int64] * 5, *[c_double] * 2, *[c_void_p] * 2, c_double, *[c_void_p] * 2, *WALL_TYPES)
-_CORRIDOR_SPLIT = Entry("minsnap_best_corridor_split", *_REQUEST, *[c_double] * 2, c_int64, *[c_void_p] * 3)
+_CORRIDOR_SPLIT = Entry("minsnap_best_corridor_split", CorridorRecord, SplitRecord)
 _TUBE_SPLIT = Entry(
     "minsnap_best_tube_split", *[c_void_p] * 3, c_int64, *[c_int32] * 3, c_double, c_int64, *[c_void_p] * 3
 )
@@ -147,14 +147,13 @@ def best_corridor_split(
     call = _CORRIDOR_SPLIT.function()
     if call is None:
         return None
-    q, first = question, _floats(first)
-    found = _Found(len(first))
-    arrays = [None if a is None else np.ascontiguousarray(a) for a in (q.positions, first, q.pinned, q.values)]
-    where = [optional_address(array) for array in arrays]
-    status = call(
-        *(q.half, len(first), pieces, q.positions.shape[1], q.closed, q.length, q.time, *where[:2], price or 0.0),
-        *(*where[2:], *wall_arguments(q.walls), gap, seconds, EVALUATIONS, *found.addresses()),
+    first, found = _floats(first), _Found(len(first))
+    split = SplitRecord(
+        **{"legs": len(first), "per_leg": pieces, "capacity": EVALUATIONS, "price": price or 0.0, "seconds": seconds},
+        **{"durations": found.durations, "history": found.history},
     )
+    status = call(corridor_record(question, first, gap), split)
+    found.figures[0] = split.evaluations
     return Status(status) if status else found.split()
 
 

@@ -18,7 +18,8 @@ How to add an area ``xyz``:
        if solve is not None:
            status = Status(solve(len(a), address(a), address(b)))
 
-   Arrays must be C-contiguous float64; ``address`` takes them as they are.
+   Arrays must be C-contiguous float64; ``address`` refuses others. More than a few arguments are a ``Record``, declared
+   in ``src/basics/border.hpp`` and ``records.py``, whose layouts are compared when the entry point is first used.
 3. A change of the arguments of an entry point raises ``ABI`` here and in ``src/library.cpp``.
 """
 
@@ -35,7 +36,10 @@ from typing import Any, ClassVar
 from minsnap.errors import MinsnapError
 from minsnap.native.build import LIBRARY, STAMP
 
-ABI = 6
+KINDS = "dlqLQiIB?"
+"""Characters of the kinds of arrays that entry points take: float64, integers and booleans."""
+
+ABI = 7
 """What ``minsnap_abi`` of a matching library returns."""
 
 CHOICES = ("auto", "native", "python")
@@ -178,9 +182,17 @@ class Entry:
                     f"the native core is older than this minsnap, and has no {self.name}: compile it anew with "
                     "'python -m minsnap.native.build', or set MINSNAP_CORE=python"
                 )
-            found.argtypes, found.restype = self.types or None, ctypes.c_int32
+            found.argtypes, found.restype = [_passed(kind, library) for kind in self.types] or None, ctypes.c_int32
             self.ready = found
         return self.ready
+
+
+def _passed(kind: Any, library: ctypes.CDLL) -> Any:
+    """Return how an argument is passed: records, whose layout must be the library's, by reference."""
+    if not issubclass(kind, ctypes.Structure):
+        return kind
+    kind.check(library)
+    return ctypes.POINTER(kind)
 
 
 writable: Callable[[Any], Any] = (ctypes.c_char * 1).from_buffer
@@ -188,7 +200,15 @@ writable: Callable[[Any], Any] = (ctypes.c_char * 1).from_buffer
 
 
 def address(array: Any) -> Any:
-    """Return the address of the first value of any C-contiguous array, in the form that costs least to pass."""
+    """Return the address of the first value of any C-contiguous array, in the form that costs least to pass.
+
+    Raises
+    ------
+    TypeError
+        If the array is not contiguous, or of a kind that no entry point takes.
+    """
+    if array.dtype.char not in KINDS or not array.flags.c_contiguous:
+        raise TypeError(f"the native core takes contiguous float64 or integers, not {array.dtype} of {array.strides}")
     if array.flags.writeable and array.size:
         return writable(array)
     return array.ctypes.data

@@ -53,6 +53,9 @@ def _without_walls(task: Task, first: FloatArray, price: float | None) -> SplitF
 
 
 def _question(task: Task, first: FloatArray) -> CorridorQuestion | None:
+    """Return the question of the native search, whose slopes of the cost know no further continuity."""
+    if task.continuity != task.half - 1:
+        return None
     durations = task.piece_durations(first)
     question = corridor_question(task, durations, task.units(durations))
     return question if isinstance(question, CorridorQuestion) else None

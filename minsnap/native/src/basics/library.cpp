@@ -1,19 +1,31 @@
 // What the library says about itself, so that Python never calls one built from other sources.
 #include <cstdint>
 
+#include "basics/border.hpp"
 #include "basics/export.hpp"
 #include "basics/status.hpp"
 
 namespace {
 
 // Raise this number, and ABI in library.py, whenever the arguments or the meaning of an entry point change.
-constexpr std::int32_t abi = 6;
+constexpr std::int32_t abi = 7;
 
 }  // namespace
 
 MINSNAP_EXPORT std::int32_t minsnap_abi() { return abi; }
 
 MINSNAP_EXPORT const char *minsnap_compiler() { return __VERSION__; }
+
+// A field of the border: its record's name and its own, its offset and its size; past the last one bad_size.
+MINSNAP_EXPORT std::int32_t minsnap_border_field(std::int64_t index, const char **names, std::int64_t *place) {
+    using minsnap::border_fields;
+    using minsnap::Status;
+    if (index < 0 || index >= std::int64_t(sizeof border_fields / sizeof border_fields[0]))
+        return static_cast<std::int32_t>(Status::bad_size);
+    names[0] = border_fields[index].record, names[1] = border_fields[index].name;
+    place[0] = border_fields[index].offset, place[1] = border_fields[index].size;
+    return static_cast<std::int32_t>(Status::done);
+}
 
 // Name of a status, or null past the last one.
 MINSNAP_EXPORT const char *minsnap_status_name(std::int32_t status) {

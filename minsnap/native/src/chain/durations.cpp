@@ -434,25 +434,27 @@ MINSNAP_EXPORT std::int32_t minsnap_best_split(Integer half, Integer legs, Integ
     }));
 }
 
-// The same inside walls, solved for each evaluation; a request as in request.hpp, whose durations are those of `first`,
-// split equally over the pieces of each leg. `gap` is the share of the cost that an evaluation may give away.
-MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(
-    Integer half, Integer legs, Integer per_leg, Integer dim, Integer closed, double length, double time,
-    const double *positions, const double *first, double price, const std::uint8_t *pinned, const double *values,
-    Integer walls, const Integer *piece, const Integer *order, const double *normal, const double *anchor,
-    const double *bound, const double *width, const Integer *when, const Integer *ball, Integer matrices,
-    const double *matrix, double gap, double seconds, Integer capacity, double *durations, double *history,
-    double *figures) {
-    if (half < least_half || half > most_half || legs < 1 || per_leg < 1 || capacity < 1) return int(Status::bad_size);
+// The same inside walls, solved for each evaluation, for the record's durations of legs to begin with, split equally over
+// the pieces of each leg. The gap is the share of the cost that an evaluation may give away.
+MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(const CorridorRecord *asked, SplitRecord *found) {
+    const Integer legs = found->legs, per_leg = found->per_leg;
+    if (asked->half < least_half || asked->half > most_half || asked->continuity >= asked->half) return int(Status::bad_size);
+    if (legs < 1 || per_leg < 1 || found->capacity < 1) return int(Status::bad_size);
     if (per_leg > most_split_pieces || legs > most_split_pieces / per_leg) return int(Status::unsupported);
+    const Integer pieces = legs * per_leg;
+    if (!corridor_sizes_fit(asked->half, pieces, asked->dim, asked->walls.count)) return int(Status::bad_size);
     Buffer<double> times;
-    if (!times.allocate(std::size_t(legs * per_leg))) return int(Status::no_memory);
-    for (Integer i = 0; i < legs * per_leg; ++i) times[std::size_t(i)] = first[i / per_leg] / double(per_leg);
-    const Request given = {int(half), int(legs * per_leg), int(dim), closed != 0, length, time, positions, times.data(),
-                           pinned, values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, matrices}, gap};
+    if (!times.allocate(std::size_t(pieces))) return int(Status::no_memory);
+    for (Integer i = 0; i < pieces; ++i) times[std::size_t(i)] = asked->durations[i / per_leg] / double(per_leg);
+    const Request given = request_of(*asked, pieces, times.data());
     const Status checked = check_request(given);
     if (checked != Status::done) return int(checked);
-    return int(split_in_corridor(given, {legs, int(per_leg), first, price, 1.0, seconds, capacity, durations, history, figures}));
+    double evaluations = 0.0;
+    const Split split = {legs, int(per_leg), asked->durations, found->price, 1.0, found->seconds, found->capacity,
+                         found->durations, found->history, &evaluations};
+    const Status status = split_in_corridor(given, split);
+    found->evaluations = Integer(evaluations);
+    return int(status);
 }
 
 // The same for a total time in a tube, whose walls are made here: points (legs + 1, dim); half-widths as in tube.cpp.

@@ -64,6 +64,7 @@ bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim
 }
 
 Status check_request(const Request &given) {
+    if (given.continuity < 0 || given.continuity > 2 * given.half - 2) return Status::bad_size;
     if (!corridor_sizes_fit(given.half, given.pieces, given.dim, given.walls.count) || !walls_fit(given)) return Status::bad_size;
     return numbers_fit(given) ? Status::done : Status::bad_number;
 }
@@ -88,51 +89,33 @@ Status solve_request(const Request &given, Answer &answer, std::int64_t &attempt
 
 }  // namespace minsnap
 
-// Least cost inside walls that hold at every instant, proved. Sizes as in request.hpp, walls.hpp and exchange.hpp;
-// ``pinned``, ``values``, ``when`` and ``ball`` may be null. figures (6,): cost, lower bound, share of widths moved, rows, rounds,
-// attempts.
-MINSNAP_EXPORT std::int32_t minsnap_corridor(std::int64_t half, std::int64_t pieces, std::int64_t dim,
-                                             std::int64_t continuity, std::int64_t closed, double length, double time,
-                                             const double *positions,
-                                             const double *durations, const std::uint8_t *pinned, const double *values,
-                                             std::int64_t walls, const std::int64_t *piece, const std::int64_t *order,
-                                             const double *normal, const double *anchor, const double *bound,
-                                             const double *width, const std::int64_t *when, const std::int64_t *ball,
-                                             std::int64_t balls, const double *matrix, double gap, double *points,
-                                             double *knots, std::int64_t *row_wall, double *row_s,
-                                             double *row_multiplier, double *figures) {
+// Least cost inside walls that hold at every instant, proved.
+MINSNAP_EXPORT std::int32_t minsnap_corridor(const minsnap::CorridorRecord *asked, minsnap::CorridorAnswerRecord *found) {
     using namespace minsnap;
-    if (!corridor_sizes_fit(half, pieces, dim, walls) || continuity < 0 || continuity > 2 * half - 2)
-        return std::int32_t(Status::bad_size);
-    const Request given = {int(half), int(pieces), int(dim), closed != 0, length, time, positions, durations, pinned,
-                           values, {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, balls}, gap, int(continuity)};
+    if (!corridor_sizes_fit(asked->half, asked->pieces, asked->dim, asked->walls.count)) return std::int32_t(Status::bad_size);
+    const Request given = request_of(*asked, asked->pieces, asked->durations);
     const Status checked = check_request(given);
     if (checked != Status::done) return std::int32_t(checked);
-    Answer answer = {points, knots, row_wall, row_s, row_multiplier, 0.0, 0.0, 0.0, 0, 0};
-    std::int64_t attempts = 0;
-    const Status status = solve_request(given, answer, attempts);
-    const double values_out[] = {answer.cost, answer.bound, answer.share, double(answer.rows), double(answer.rounds),
-                                 double(attempts)};
-    for (int i = 0; i < 6; ++i) figures[i] = values_out[i];
+    Answer answer = {found->points, found->knots, found->wall, found->s, found->multiplier, 0.0, 0.0, 0.0, 0, 0};
+    const Status status = solve_request(given, answer, found->attempts);
+    found->cost = answer.cost, found->bound = answer.bound, found->share = answer.share;
+    found->rows = answer.rows, found->rounds = answer.rounds;
     return std::int32_t(status);
 }
 
 // Whether each wall is kept at every instant by control points (pieces, 2k, dim), rounding included: the proof that
 // ``minsnap_corridor`` asks for, on its own. kept (walls,): 1 where it is proved.
 MINSNAP_EXPORT std::int32_t minsnap_walls_kept(std::int64_t half, std::int64_t pieces, std::int64_t dim,
-                                               const double *points, const double *durations, std::int64_t walls,
-                                               const std::int64_t *piece, const std::int64_t *order,
-                                               const double *normal, const double *anchor, const double *bound,
-                                               const double *width, const std::int64_t *when, const std::int64_t *ball,
-                                               std::int64_t balls, const double *matrix, std::uint8_t *kept) {
+                                               const double *points, const double *durations,
+                                               const minsnap::WallsRecord *walls, std::uint8_t *kept) {
     using namespace minsnap;
-    if (!corridor_sizes_fit(half, pieces, dim, walls)) return std::int32_t(Status::bad_size);
-    const GivenWalls given = {walls, piece, order, normal, anchor, bound, width, when, 0, ball, matrix, balls};
+    if (!corridor_sizes_fit(half, pieces, dim, walls->count)) return std::int32_t(Status::bad_size);
+    const GivenWalls given = walls_of(*walls);
     const Request request = {int(half), int(pieces), int(dim), false, 1.0, 1.0, points, durations, nullptr, nullptr,
                              given, 1.0};
     if (!walls_fit(request)) return std::int32_t(Status::bad_size);
     if (!all_finite(points, pieces * 2 * half * dim) || !numbers_fit(request)) return std::int32_t(Status::bad_number);
     Proof proof(given, points, durations, pieces, int(2 * half), int(dim));
-    for (std::int64_t wall = 0; wall < walls; ++wall) kept[wall] = proof.excess(wall).bound <= 0.0;
+    for (std::int64_t wall = 0; wall < walls->count; ++wall) kept[wall] = proof.excess(wall).bound <= 0.0;
     return std::int32_t(Status::done);
 }

@@ -1,26 +1,22 @@
 // The exchange in double precision.
-#include <new>
-
+#include "basics/owned.hpp"
 #include "corridor/exchange.hpp"
 
 namespace minsnap {
 
-ExchangeSolver::~ExchangeSolver() {
-    delete snap_;
-    delete any_;
-}
+ExchangeSolver::ExchangeSolver() = default;
+ExchangeSolver::~ExchangeSolver() = default;
 
 Status ExchangeSolver::solve(const Request &given, Answer &answer, Aim aim, const Contact *known, int count) {
     if (given.half == 4) {
-        if (snap_ == nullptr) snap_ = new (std::nothrow) Exchange<double, 4>(4);
-        return snap_ == nullptr ? Status::no_memory : snap_->solve(given, answer, aim, known, count);
+        if (!snap_) snap_ = owned<Exchange<double, 4>>(4);
+        return snap_ ? snap_->solve(given, answer, aim, known, count) : Status::no_memory;
     }
     if (half_ != given.half) {
-        delete any_;
-        any_ = new (std::nothrow) Exchange<double, 0>(given.half);
-        half_ = any_ == nullptr ? 0 : given.half;
+        any_ = owned<Exchange<double, 0>>(given.half);
+        half_ = any_ ? given.half : 0;
     }
-    return any_ == nullptr ? Status::no_memory : any_->solve(given, answer, aim, known, count);
+    return any_ ? any_->solve(given, answer, aim, known, count) : Status::no_memory;
 }
 
 }  // namespace minsnap

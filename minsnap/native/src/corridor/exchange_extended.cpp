@@ -1,15 +1,12 @@
 // The exchange in double-double arithmetic.
-#include <new>
-
+#include "basics/owned.hpp"
 #include "corridor/exchange.hpp"
 
 namespace minsnap {
 
 Status solve_extended(const Request &given, Answer &answer) {
-    Exchange<DoubleDouble, 0> *const exchange = new (std::nothrow) Exchange<DoubleDouble, 0>(given.half);
-    const Status status = exchange == nullptr ? Status::no_memory : exchange->solve(given, answer);
-    delete exchange;
-    return status;
+    const auto exchange = owned<Exchange<DoubleDouble, 0>>(given.half);
+    return exchange ? exchange->solve(given, answer) : Status::no_memory;
 }
 
 }  // namespace minsnap

@@ -1,6 +1,8 @@
 // The exchange of exchange.hpp, compiled once for all who use it.
 #pragma once
 
+#include <memory>
+
 #include "corridor/contact.hpp"
 #include "corridor/request.hpp"
 
@@ -30,7 +32,7 @@ class Exchange;
 // Solves requests one after another, in double precision, and keeps its memory in between. Not for two threads at once.
 class ExchangeSolver {
 public:
-    ExchangeSolver() = default;
+    ExchangeSolver();
     ExchangeSolver(const ExchangeSolver &) = delete;
     ExchangeSolver &operator=(const ExchangeSolver &) = delete;
     ~ExchangeSolver();
@@ -40,8 +42,8 @@ public:
                  int count = 0);
 
 private:
-    Exchange<double, 4> *snap_ = nullptr;  // degree 7, the usual one
-    Exchange<double, 0> *any_ = nullptr;
+    std::unique_ptr<Exchange<double, 4>> snap_;  // degree 7, the usual one
+    std::unique_ptr<Exchange<double, 0>> any_;
     int half_ = 0;  // of the latter
 };
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "corridor/balls.hpp"
+#include "basics/border.hpp"
 #include "basics/status.hpp"
 
 namespace minsnap {
@@ -21,6 +22,17 @@ struct Request {
     double gap;                        // share of the cost that may be given away
     int continuity = 0;                // derivatives continuous at the knots; less than k is k - 1
 };
+
+// What records of the border say; durations are one of each piece.
+inline GivenWalls walls_of(const WallsRecord &walls) {
+    return {walls.count, walls.piece, walls.order, walls.normal, walls.anchor, walls.bound, walls.width, walls.when, 0,
+            walls.ball, walls.matrix, walls.balls};
+}
+
+inline Request request_of(const CorridorRecord &asked, std::int64_t pieces, const double *durations) {
+    return {int(asked.half), int(pieces), int(asked.dim), asked.closed != 0, asked.length, asked.time, asked.positions,
+            durations, asked.pinned, asked.values, walls_of(asked.walls), asked.gap, int(asked.continuity)};
+}
 
 // Whether counts are within the bounds of a request.
 bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls);

@@ -1,0 +1,132 @@
+"""The structs that entry points take: the ctypes of ``src/basics/border.hpp``."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from ctypes import Structure, c_char_p, c_double, c_int64, c_void_p
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from minsnap.native.library import NativeCoreError
+
+Layout = dict[str, dict[str, tuple[int, int]]]
+"""Offset and size of each field, by record and name."""
+
+BOOLEANS, INTEGERS, NUMBERS = (np.uint8, np.bool_), (np.int64,), (np.float64,)
+
+
+class Record(Structure):
+    """A struct of the border, made from numbers, other records, and arrays that it keeps alive.
+
+    Parameters
+    ----------
+    **values
+        Fields by name. Arrays are C-contiguous and of the kind that ``arrays`` says; None for no array.
+    """
+
+    arrays: ClassVar[Mapping[str, tuple[Any, ...]]] = {}
+
+    def __init__(self, **values: Any) -> None:
+        super().__init__(**{name: self._passed(name, value) for name, value in values.items()})
+        self.kept = values
+
+    def _passed(self, name: str, value: Any) -> Any:
+        kinds = self.arrays.get(name)
+        if kinds is None or value is None:
+            return value
+        if value.dtype.type not in kinds or not value.flags.c_contiguous:
+            wanted = kinds[0].__name__
+            raise TypeError(f"{type(self).__name__}.{name} takes a contiguous array of {wanted}, not of {value.dtype}")
+        return value.ctypes.data
+
+    @classmethod
+    def check(cls, library: ctypes.CDLL) -> None:
+        """Compare the layout with that of a library.
+
+        Raises
+        ------
+        NativeCoreError
+            If names, offsets or sizes differ.
+        """
+        own = {name: (getattr(cls, name).offset, getattr(cls, name).size) for name, *_ in cls._fields_}
+        found = layout(library).get(cls.__name__)
+        if own != found:
+            raise NativeCoreError(
+                f"the native core has another {cls.__name__} than this minsnap: compile it anew with "
+                "'python -m minsnap.native.build', or set MINSNAP_CORE=python"
+            )
+
+
+@cache
+def layout(library: ctypes.CDLL) -> Layout:
+    """Return where the fields of all records lie in a library."""
+    names, place, found = (c_char_p * 2)(), (c_int64 * 2)(), Layout()
+    index = 0
+    while library.minsnap_border_field(c_int64(index), names, place) == 0:
+        record, name = (text.decode() for text in names if text is not None)
+        found.setdefault(record, {})[name] = (place[0], place[1])
+        index += 1
+    return found
+
+
+def _integers(*names: str) -> list[tuple[str, Any]]:
+    return [(name, c_int64) for name in names]
+
+
+def _floats(*names: str) -> list[tuple[str, Any]]:
+    return [(name, c_double) for name in names]
+
+
+def _arrays(*names: str) -> list[tuple[str, Any]]:
+    return [(name, c_void_p) for name in names]
+
+
+class WallsRecord(Record):
+    """Walls on pieces; see ``WallArrays``."""
+
+    _fields_ = (
+        *_integers("count", "balls"),
+        *_arrays("piece", "order", "normal", "anchor", "bound", "width", "when", "ball", "matrix"),
+    )
+    arrays: ClassVar = {
+        **dict.fromkeys(("piece", "order", "when", "ball"), INTEGERS),
+        **dict.fromkeys(("normal", "anchor", "bound", "width", "matrix"), NUMBERS),
+    }
+
+
+class CorridorRecord(Record):
+    """A chain of pieces inside walls; see ``CorridorQuestion``."""
+
+    _fields_ = (
+        *_integers("half", "pieces", "dim", "continuity", "closed"),
+        *_floats("length", "time", "gap"),
+        *_arrays("positions", "durations", "pinned", "values"),
+        ("walls", WallsRecord),
+    )
+    arrays: ClassVar = {"pinned": BOOLEANS, **dict.fromkeys(("positions", "durations", "values"), NUMBERS)}
+
+
+class CorridorAnswerRecord(Record):
+    """Where an answer is written; see ``CorridorAnswer``."""
+
+    _fields_ = (
+        *_arrays("points", "knots", "wall", "s", "multiplier"),
+        *_floats("cost", "bound", "share"),
+        *_integers("rows", "rounds", "attempts"),
+    )
+    arrays: ClassVar = {"wall": INTEGERS, **dict.fromkeys(("points", "knots", "s", "multiplier"), NUMBERS)}
+
+
+class SplitRecord(Record):
+    """A search for the durations of legs that cost least, and where it writes what it finds."""
+
+    _fields_ = (
+        *_integers("legs", "per_leg", "capacity"),
+        *_floats("price", "seconds"),
+        *_arrays("durations", "history"),
+        *_integers("evaluations"),
+    )
+    arrays: ClassVar = dict.fromkeys(("durations", "history"), NUMBERS)

@@ -1,0 +1,111 @@
+// The border: structs of plain numbers and pointers that entry points take, declared here and nowhere else in C++.
+//
+// ``records.py`` declares the same for ctypes. ``border_fields`` lists where every field lies, by name; Python compares
+// names, offsets and sizes before it calls, so that swapped or missing fields cannot pass. Arrays are contiguous and belong
+// to the caller; null where a comment allows it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace minsnap {
+
+// Walls on pieces, as in walls.hpp.
+struct WallsRecord {
+    std::int64_t count, balls;
+    const std::int64_t *piece, *order;  // (count,)
+    const double *normal, *anchor;      // (count, dim)
+    const double *bound, *width;        // (count,)
+    const std::int64_t *when, *ball;    // (count,), or null
+    const double *matrix;               // (balls, dim, dim), or null
+};
+
+// A chain of pieces through nominal positions, inside walls, as in request.hpp.
+struct CorridorRecord {
+    std::int64_t half, pieces, dim, continuity, closed;
+    double length, time;         // what normalised units are worth [m], [s]
+    double gap;                  // share of the cost that may be given away
+    const double *positions;     // (pieces + 1, dim) [m]
+    const double *durations;     // (pieces,) [s]; of a search (legs,), to begin with
+    const std::uint8_t *pinned;  // (pieces + 1, k, dim), or null
+    const double *values;        // (pieces + 1, k, dim) [m/s^order], or null
+    WallsRecord walls;
+};
+
+// What is written for the caller, as in exchange_solver.hpp.
+struct CorridorAnswerRecord {
+    double *points, *knots;       // (pieces, 2k, dim) [m]; (pieces + 1, k, dim)
+    std::int64_t *wall;           // (pieces * k * dim + 2,)
+    double *s, *multiplier;       // the same
+    double cost, bound, share;
+    std::int64_t rows, rounds, attempts;
+};
+
+// A search for the durations of legs that cost least, and what it writes.
+struct SplitRecord {
+    std::int64_t legs, per_leg;  // pieces of each leg
+    std::int64_t capacity;       // evaluations at most
+    double price;                // of a second; zero for a fixed total
+    double seconds;              // after which it ends
+    double *durations;           // (legs,) [s]
+    double *history;             // (capacity, 2)
+    std::int64_t evaluations;
+};
+
+struct BorderField {
+    const char *record, *name;
+    std::int64_t offset, size;
+};
+
+#define MINSNAP_FIELD(record, name) \
+    { #record, #name, std::int64_t(offsetof(record, name)), std::int64_t(sizeof(record::name)) }
+
+constexpr BorderField border_fields[] = {
+    MINSNAP_FIELD(WallsRecord, count),
+    MINSNAP_FIELD(WallsRecord, balls),
+    MINSNAP_FIELD(WallsRecord, piece),
+    MINSNAP_FIELD(WallsRecord, order),
+    MINSNAP_FIELD(WallsRecord, normal),
+    MINSNAP_FIELD(WallsRecord, anchor),
+    MINSNAP_FIELD(WallsRecord, bound),
+    MINSNAP_FIELD(WallsRecord, width),
+    MINSNAP_FIELD(WallsRecord, when),
+    MINSNAP_FIELD(WallsRecord, ball),
+    MINSNAP_FIELD(WallsRecord, matrix),
+    MINSNAP_FIELD(CorridorRecord, half),
+    MINSNAP_FIELD(CorridorRecord, pieces),
+    MINSNAP_FIELD(CorridorRecord, dim),
+    MINSNAP_FIELD(CorridorRecord, continuity),
+    MINSNAP_FIELD(CorridorRecord, closed),
+    MINSNAP_FIELD(CorridorRecord, length),
+    MINSNAP_FIELD(CorridorRecord, time),
+    MINSNAP_FIELD(CorridorRecord, gap),
+    MINSNAP_FIELD(CorridorRecord, positions),
+    MINSNAP_FIELD(CorridorRecord, durations),
+    MINSNAP_FIELD(CorridorRecord, pinned),
+    MINSNAP_FIELD(CorridorRecord, values),
+    MINSNAP_FIELD(CorridorRecord, walls),
+    MINSNAP_FIELD(CorridorAnswerRecord, points),
+    MINSNAP_FIELD(CorridorAnswerRecord, knots),
+    MINSNAP_FIELD(CorridorAnswerRecord, wall),
+    MINSNAP_FIELD(CorridorAnswerRecord, s),
+    MINSNAP_FIELD(CorridorAnswerRecord, multiplier),
+    MINSNAP_FIELD(CorridorAnswerRecord, cost),
+    MINSNAP_FIELD(CorridorAnswerRecord, bound),
+    MINSNAP_FIELD(CorridorAnswerRecord, share),
+    MINSNAP_FIELD(CorridorAnswerRecord, rows),
+    MINSNAP_FIELD(CorridorAnswerRecord, rounds),
+    MINSNAP_FIELD(CorridorAnswerRecord, attempts),
+    MINSNAP_FIELD(SplitRecord, legs),
+    MINSNAP_FIELD(SplitRecord, per_leg),
+    MINSNAP_FIELD(SplitRecord, capacity),
+    MINSNAP_FIELD(SplitRecord, price),
+    MINSNAP_FIELD(SplitRecord, seconds),
+    MINSNAP_FIELD(SplitRecord, durations),
+    MINSNAP_FIELD(SplitRecord, history),
+    MINSNAP_FIELD(SplitRecord, evaluations),
+};
+
+#undef MINSNAP_FIELD
+
+}  // namespace minsnap
