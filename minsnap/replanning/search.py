@@ -16,7 +16,7 @@ from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.replanning.splice import Splice
-from minsnap.time_allocation.allocate import plan_timed
+from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.moving_start import as_timed, shortest_from
 from minsnap.time_allocation.recovery import start_state, way_back
@@ -116,7 +116,8 @@ def search_ahead(task: Task, aim: Aim, finish: Finish, guess: Trajectory | None,
     timing.check()
     task.deadline.check()
     if aim.timed and aim.limits is not None:
-        found = as_timed(shortest_from(task, aim.limits, timing, finish, guessed_by(guess)), finish)
+        shortest = as_timed(shortest_from(task, aim.limits, timing, finish, guessed_by(guess)), finish)
+        found = looked_at(shortest, task, timing)
     else:
         found = plan_timed(task, timing, finish)
     return Better(found.trajectory, found.limits_from)

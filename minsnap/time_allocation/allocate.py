@@ -55,7 +55,7 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
         If nothing fits, with the reason.
     """
     try:
-        return _looked(_timed(task, timing, finish, samples), task, timing, samples)
+        return looked_at(_timed(task, timing, finish, samples), task, timing, samples)
     except LateError:
         raise
     except (InfeasibleError, SolverError) as refused:
@@ -63,11 +63,11 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
             raise
         found = in_other_times(task, timing, finish, samples, refused)
         if found is not None:
-            return _looked(found, task, timing, samples)
+            return looked_at(found, task, timing, samples)
         raise told(refused, task, timing, lambda other: _timed(task, other, finish, samples)) from None
 
 
-def _looked(found: Timed, task: Task, timing: Timing, samples: int | None) -> Timed:
+def looked_at(found: Timed, task: Task, timing: Timing, samples: int | None = None) -> Timed:
     """Return a plan that keeps everything asked for at a last look, or raise SolverError."""
     asked = task if samples is None else replace(task, walls=())
     times: FloatArray | float | None = timing.total_time
