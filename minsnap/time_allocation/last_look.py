@@ -8,7 +8,7 @@ the solver did not know is proved anew.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from math import comb, perm
 
@@ -21,7 +21,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import STORED, Placement
 from minsnap.corridors.margins import margin_to
 from minsnap.corridors.passing import passing
-from minsnap.limits.compliance import KEPT, use_from
+from minsnap.limits.compliance import KEPT, largest_use, use_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import SolvedTask
@@ -74,6 +74,10 @@ def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | N
 def _wrong_waypoints(task: Task, curve: Trajectory) -> str | None:
     if curve.legs != task.legs or curve.dim != task.dim:
         return f"it has {curve.legs} legs and {curve.dim} coordinates, and {task.legs} and {task.dim} were asked for"
+    points, pieces = curve.control_points, curve.pieces
+    if not task.regions and (points[::pieces, 0] == task.waypoints[:-1]).all():
+        if (points[pieces - 1 :: pieces, -1] == task.waypoints[1:]).all():
+            return None
     placement = Placement(task.waypoints, task.lower, task.upper, None, None, regions=task.regions)
     outside, passes = passing(curve, placement)
     return None if passes else f"it passes a waypoint {outside:.3g} m outside of where it may, or the wrong way"
@@ -82,47 +86,59 @@ def _wrong_waypoints(task: Task, curve: Trajectory) -> str | None:
 def _wrong_knots(task: Task, curve: Trajectory) -> str | None:
     if len(curve.durations) > 1 and continuity(curve) < task.continuity:
         return f"its derivatives are continuous up to order {continuity(curve)}, and {task.continuity} was asked for"
-    starts, ends, rounding = _end_derivatives(curve, max(task.half - 1, task.continuity if task.closed else 0))
     for waypoint, state in task.pins.items():
-        for order, value in state.items():
-            sides = [starts[waypoint, order]] if waypoint < task.legs else []
-            sides += [ends[waypoint - 1, order]] if waypoint else []
-            leg = slice(max(waypoint - 1, 0), waypoint + 1)
-            allowed = rounding[leg, order].max() + EXACT * float(np.abs(value).max())
-            if any(float(np.abs(side - value).max()) > allowed for side in sides):
-                return f"derivative {order} at waypoint {waypoint} is not the one that is pinned there"
+        if not state or _rests(curve, waypoint, state):
+            continue
+        orders = np.array(list(state))
+        values = np.array(list(state.values()))
+        allowed = EXACT * np.abs(values).max(axis=1)
+        for found, rounding in _sides(curve, waypoint, max(state)):
+            wrong = np.abs(found[orders] - values).max(axis=1) > rounding[orders] + allowed
+            if wrong.any():
+                return f"derivative {orders[wrong][0]} at waypoint {waypoint} is not the one that is pinned there"
     if task.closed:
-        for order in range(1, task.continuity + 1):
-            if np.abs(ends[-1, order] - starts[0, order]).max() > rounding[[0, -1], order].max():
-                return f"derivative {order} at the end of the lap is not that at its start"
+        (start, room), (end, other) = (*_sides(curve, 0, task.continuity), *_sides(curve, task.legs, task.continuity))
+        wrong = np.abs(end - start).max(axis=1)[1:] > np.maximum(room, other)[1:]
+        if wrong.any():
+            return f"derivative {1 + int(wrong.argmax())} at the end of the lap is not that at its start"
     return None
 
 
-def _end_derivatives(curve: Trajectory, highest: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return derivatives at both ends of the legs, (legs, highest + 1, dim), and what rounding may make of them."""
-    degree, pieces = curve.degree, curve.pieces
-    highest = min(highest, degree)
-    differences = _differences(degree, highest)
-    first, last = curve.control_points[::pieces], curve.control_points[pieces - 1 :: pieces]
-    powers = np.arange(highest + 1.0)
-    before = curve.durations[::pieces, None] ** -powers
-    after = curve.durations[pieces - 1 :: pieces, None] ** -powers
-    starts = (differences @ (first - first[:, :1])) * before[:, :, None]
-    ends = (differences @ (last[:, ::-1] - last[:, -1:])) * (after * (-1.0) ** powers)[:, :, None]
-    size = np.abs(curve.control_points).max()
-    extent = np.maximum(np.ptp(first, axis=1).max(axis=1), np.ptp(last, axis=1).max(axis=1))[:, None]
-    rounding = np.abs(differences).sum(axis=1) * np.maximum(before, after) * (EXACT * extent + STORED * size)
-    return starts, ends, rounding
+def _rests(curve: Trajectory, waypoint: int, state: Mapping[int, FloatArray]) -> bool:
+    """Whether derivatives that are pinned to zero are exactly zero: the control points up to their order coincide."""
+    if any(value.any() for value in state.values()):
+        return False
+    points, knot, count = curve.control_points, waypoint * curve.pieces, max(state) + 1
+    before = waypoint == 0 or bool((points[knot - 1, -count:] == points[knot - 1, -1]).all())
+    return before and (waypoint == curve.legs or bool((points[knot, :count] == points[knot, 0]).all()))
+
+
+def _sides(curve: Trajectory, waypoint: int, highest: int) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield derivatives (highest + 1, dim) on both sides of a waypoint, and what rounding may make of them."""
+    points, knot = curve.control_points, waypoint * curve.pieces
+    if waypoint < curve.legs:
+        yield _derivatives(points[knot], float(curve.durations[knot]), highest)
+    if waypoint:
+        yield _derivatives(points[knot - 1, ::-1], -float(curve.durations[knot - 1]), highest)
+
+
+def _derivatives(points: FloatArray, duration: float, highest: int) -> tuple[FloatArray, FloatArray]:
+    """Return derivatives at the first control point, of a duration that is negative backwards, and their rounding."""
+    differences, sums = _differences(len(points) - 1, highest)
+    offsets = points - points[0]
+    powers = duration ** -np.arange(highest + 1.0)
+    rounding = EXACT * np.abs(offsets).max() + STORED * np.abs(points).max()
+    return (differences @ offsets) * powers[:, None], sums * np.abs(powers) * rounding
 
 
 @cache
-def _differences(degree: int, highest: int) -> FloatArray:
-    """Return derivatives at the start of [0, 1] from control points: (highest + 1, degree + 1)."""
+def _differences(degree: int, highest: int) -> tuple[FloatArray, FloatArray]:
+    """Return what gives derivatives at the start of [0, 1], (highest + 1, degree + 1), and its absolute row sums."""
     found = np.zeros((highest + 1, degree + 1))
-    for order in range(highest + 1):
+    for order in range(min(highest, degree) + 1):
         for j in range(order + 1):
             found[order, j] = perm(degree, order) * comb(order, j) * (-1) ** (order - j)
-    return found
+    return found, np.abs(found).sum(axis=1)
 
 
 def _left_walls(walls: Sequence[Walls], curve: Trajectory, solved: SolvedTask | None) -> str | None:
@@ -140,7 +156,7 @@ def _left_walls(walls: Sequence[Walls], curve: Trajectory, solved: SolvedTask | 
 
 
 def _broken_limits(limits: Limits | None, curve: Trajectory, start: float) -> str | None:
-    if limits is None:
+    if limits is None or (start <= 0.0 and largest_use(limits, curve) <= 1.0 + KEPT):
         return None
     for used in use_from(limits, curve, start):
         if not used.fraction <= 1.0 + KEPT:

@@ -1,6 +1,6 @@
 """Random combinations of everything that ``plan`` can be asked: planned, refused with proof, unproved, or wrong.
 
-    python benchmarks/combinations.py 1000 --seed 0 --processes 2
+    python benchmarks/random_combinations.py 1000 --seed 0 --processes 2
 
 draws every option of every question, plans, and lets ``combination_oracle.py`` judge what comes back.  A question that
 is wrong, ends in an error that is not the library's, or takes over two seconds of processor is printed by its seed.

@@ -1,0 +1,69 @@
+"""Kept combinations of everything that a plan can be asked, judged by an oracle of benchmarks/ from control points."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+from combination_oracle import Judge, greatest, squared
+from random_combinations import judged, outcome, question
+
+import minsnap
+
+KEPT = (
+    *[5, 6, 7, 9, 11, 13, 14, 15, 19, 21, 23, 24, 26, 29, 30, 32, 34, 37],
+    *[40, 41, 42, 44, 48, 49, 51, 53, 57, 58, 59, 60, 62, 63, 65, 67, 70, 71],
+    *[73, 74, 77, 81, 83, 85, 87, 88, 92, 93, 95, 96, 97, 98, 99, 102, 104, 107],
+    *[109, 111, 112, 113, 116, 121, 123, 124, 125, 127, 128, 129, 133, 135, 138, 140, 141, 143],
+    *[145, 148, 149, 150, 157, 160, 161, 162, 163, 164, 165, 167, 168, 126, 1284, 1295, 20342, 20589],
+)
+"""Seeds: drawn ones that are planned or refused quickly, and at the end those that once were wrong."""
+
+
+@pytest.mark.parametrize("seed", KEPT)
+def test_what_is_planned_is_right_and_what_is_refused_says_so(seed):
+    _, kind, said, _ = outcome(seed)
+    assert kind in ("planned", "proved", "unproved", "late", "solver"), said
+    assert "last look" not in said
+
+
+def test_the_judge_sees_what_is_wrong():
+    """A plan that the judge finds right is changed by a millionth, one thing after another."""
+    asked, known = question(5)
+    curve = minsnap.plan(**asked)
+    assert not judged(asked, known, curve)
+    points = np.array(curve.control_points)
+    points[0, 1] += 1e-6 * np.abs(points).max()
+    changed = minsnap.Trajectory(points, curve.durations, pieces=curve.pieces, report=curve.report)
+    assert judged(asked, known, changed)
+
+
+def test_bounds_of_polynomials_are_those_of_fine_samples():
+    draw, s = np.random.default_rng(1), np.linspace(0.0, 1.0, 2001)
+    for _ in range(30):
+        vectors = draw.normal(size=(6, 3))
+        curve = sum(c[:, None] * v for c, v in zip(bernstein(5, s), vectors, strict=True))
+        most = (curve**2).sum(axis=1).max()
+        coefficients = squared(vectors.astype(np.longdouble))
+        assert greatest(coefficients, most - 1e-4) is not None and greatest(coefficients, most + 1e-4) is None
+
+
+def bernstein(degree, s):
+    """Return the basis, (degree + 1, m)."""
+    from math import comb
+
+    return [comb(degree, j) * s**j * (1 - s) ** (degree - j) for j in range(degree + 1)]
+
+
+def test_thrust_and_tilt_of_a_turn_are_those_of_a_circle():
+    """A parabola's acceleration is constant: thrust and tilt follow from it and gravity."""
+    points = np.array([[(0, 0, 0), (0, 0, 0), (1.0, 0, 0)]])
+    judge = Judge(points, np.ones(1), 1)
+    level = np.hypot(2.0, 9.81) / 9.81
+    judge.flight({"max_thrust": level + 1e-6, "tilt": np.arctan2(2.0, 9.81) + 1e-6}, 9.81)
+    assert not judge.wrong
+    judge.flight({"max_thrust": level - 1e-6}, 9.81)
+    judge.flight({"tilt": np.arctan2(2.0, 9.81) - 1e-6}, 9.81)
+    assert len(judge.wrong) == 2
