@@ -55,6 +55,8 @@ from .paths.shapes import rectangle as rectangle
 from .planner import plan as plan
 from .replanning.replanner import Replanner as Replanner
 from .replanning.replanner import replan as replan
+from .shows.fleet_files import read_fleet as read_fleet
+from .shows.fleet_files import write_fleet as write_fleet
 from .time_allocation.search_options import Search as Search
 from .trajectory.look_at import LookAt as LookAt
 from .trajectory.path import Path as Path

@@ -136,6 +136,8 @@ def test_the_command_certifies_what_it_wrote(show_file, tmp_path, capsys, to):
 
 
 def test_a_show_too_long_for_the_vehicles_says_what_fits(show_file, tmp_path, capsys):
+    ring = "  - {formation: {circle: {radius: 3, height: 5}}, turn: 0}\n"
+    show_file.write_text(SHOW + "".join(ring.replace("turn: 0", f"turn: {30 * (i % 2)}") for i in range(30)))
     assert run("fleet", show_file, "-o", tmp_path / "out", "--to", "crazyswarm2") == 2
     assert re.search(r"\d+ pieces do not fit the Crazyflie's memory of 31", capsys.readouterr().err)
 
