@@ -149,7 +149,9 @@ class Judge:
         points, leg = derived(self.points, self.durations, order), waypoint * self.pieces
         sides = ([points[leg, 0]] if waypoint < self.legs else []) + ([points[leg - 1, -1]] if waypoint else [])
         near = self.durations[max(leg - 1, 0) : leg + 1].min()
-        stored = REAL(1e-15) * np.abs(self.points).max() * perm(self.degree, min(order, self.degree)) * (2 / near) ** order
+        stored = (
+            REAL(1e-15) * np.abs(self.points).max() * perm(self.degree, min(order, self.degree)) * (2 / near) ** order
+        )
         allowed = REAL(1e-8) * (np.abs(points).max() + np.abs(value).max()) + stored
         if any(np.abs(side - np.asarray(value, REAL)).max() > allowed for side in sides):
             self.wrong.append(f"derivative {order} at waypoint {waypoint} is not the one pinned")

@@ -79,7 +79,7 @@ def refuse_unfit(wheel: Path) -> str:
     others = len(exported(core)) - len(entries)
     if not entries or others and kind is not lief.MachO.Binary:
         raise UnfitWheelError(f"{wheel.name} shows {len(entries)} entry points and {others} other names")
-    if kind is lief.ELF.Binary:
+    if platform.startswith("manylinux"):
         _refuse_by_auditwheel(wheel, platform.split(".")[-1])
     return f"{len(entries)} entry points, needs {', '.join(needed(core))}"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import runpy
 import sys
 from pathlib import Path
@@ -22,6 +23,20 @@ def test_example_runs_and_writes_its_figure(script, tmp_path, monkeypatch):
     assert [file for file in tmp_path.iterdir() if file.stat().st_size > 0]
 
 
+@pytest.mark.parametrize("notebook", sorted(FOLDER.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_notebook(notebook, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names = {"__name__": "__main__"}
+    for cell in json.loads(notebook.read_text(encoding="utf-8"))["cells"]:
+        assert not cell.get("outputs"), "clear the outputs of a notebook before it is committed"
+        if cell["cell_type"] == "code":
+            exec(compile("".join(cell["source"]), str(notebook), "exec"), names)
+    assert "inside at every instant: True" in capsys.readouterr().out
+    assert (tmp_path / "first_flight.csv").stat().st_size > 0
+
+
 def test_every_example_is_in_the_list():
     listed = (FOLDER / "README.md").read_text()
-    assert [script.name for script in FOLDER.glob("*.py") if f"`{script.name}`" not in listed] == []
+    assert [
+        script.name for script in (*FOLDER.glob("*.py"), *FOLDER.glob("*.ipynb")) if f"`{script.name}`" not in listed
+    ] == []
