@@ -17,11 +17,12 @@ from minsnap.errors import FileError
 from minsnap.fleet.separation import Separation
 from minsnap.limits.limits import Limits
 from minsnap.shows.formations import circle, grid, points_file, text
+from minsnap.shows.mesh_points import mesh
 from minsnap.shows.show import Act, Show
 
 KEYS = ("vehicles", "separation", "downwash", "limits", "room", "home", "take_off", "acts", "seed")
 ACT_KEYS = ("name", "formation", "hold", "colour", "fade", "shift", "turn")
-KINDS: dict[str, Callable[..., FloatArray]] = {"grid": grid, "circle": circle, "text": text}
+KINDS: dict[str, Callable[..., FloatArray]] = {"grid": grid, "circle": circle, "text": text, "mesh": mesh}
 
 
 def read_show(path: str | os.PathLike[str]) -> Show:
@@ -31,7 +32,8 @@ def read_show(path: str | os.PathLike[str]) -> Show:
     corners; ``home``, a formation on the ground; ``take_off``, the height of the straight climb; ``acts``, a list of
     ``formation``, ``name``, ``hold`` [s], ``colour`` [r, g, b], ``fade``, ``shift`` [x, y, z] and ``turn`` [deg] about
     the vertical. A formation is ``{grid: {spacing, height, columns}}``, ``{circle: {radius, height, upright}}``,
-    ``{text: {words, size, height}}``, ``{points: [[x, y, z], ...]}`` or ``{file: points.csv}``.
+    ``{text: {words, size, height}}``, ``{mesh: {file, size, height}}``, ``{points: [[x, y, z], ...]}`` or
+    ``{file: points.csv}``.
 
     Raises
     ------
@@ -84,8 +86,10 @@ def _formation(said: Any, vehicles: int, place: Path, where: str) -> FloatArray:
     if kind not in KINDS:
         raise FileError(f"{where} has a formation {kind!r}: give one of {', '.join(KINDS)}, points or file")
     try:
+        if kind == "mesh":
+            values = {**values, "file": place / str(values["file"])}
         return KINDS[kind](vehicles, **values)
-    except TypeError:
+    except (KeyError, TypeError):
         raise FileError(f"the {kind} of {where} does not take {shown(values)}: see the page on shows") from None
 
 

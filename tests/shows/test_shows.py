@@ -12,6 +12,7 @@ from minsnap.plot import plot_fleet, plot_separation
 from minsnap.plot.fleet_figures import least_distances
 from minsnap.shows.fleet_files import read_fleet
 from minsnap.shows.formations import circle, grid, spacing_of, text
+from minsnap.shows.mesh_points import mesh
 from minsnap.shows.show import fly
 from minsnap.shows.show_yaml import read_show
 from minsnap.shows.skybrush_show import read_skyc
@@ -154,3 +155,28 @@ def test_figures_show_every_vehicle_and_what_was_proved(show_file):
     )
     with pytest.raises(FleetError, match="view"):
         plot_fleet(fleet, "zx")
+
+
+CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 2) for y in (0, 2) for z in (0, 2))
+CUBE += "f 1 2 4 3\nf 5 6 8 7\nf 1 2 6 5\nf 3/1 4/2 8/3 7/4\nf 1 3 7 5\nf -7 -5 -1 -3\n"
+
+
+def test_points_of_a_mesh_lie_spread_on_its_surface(tmp_path):
+    (tmp_path / "cube.obj").write_text(CUBE)
+    points = mesh(60, tmp_path / "cube.obj", 6.0, 4.0)
+    across = np.abs(points - (0.0, 0.0, 7.0)).max(axis=1)
+    assert across == pytest.approx(3.0), "on a face of the cube"
+    for axis in range(3):
+        for side in (-3.0, 3.0):
+            assert (np.abs(points[:, axis] - (7.0 if axis == 2 else 0.0) - side) < 1e-9).sum() >= 5, (axis, side)
+    assert spacing_of(points)[0] > 0.5 * np.sqrt(6.0 * 36.0 / 60.0), "half the side of the square that each has"
+    assert (points == mesh(60, tmp_path / "cube.obj", 6.0, 4.0)).all()
+    (tmp_path / "empty.obj").write_text("v 0 0 0\n")
+    with pytest.raises(FileError, match="holds no faces"):
+        mesh(5, tmp_path / "empty.obj", 1.0)
+
+
+def test_a_show_takes_meshes_beside_its_file(show_file, tmp_path):
+    (tmp_path / "cube.obj").write_text(CUBE)
+    show_file.write_text(SHOW.replace("circle: {radius: 3, height: 5}", "mesh: {file: cube.obj, size: 4, height: 3}"))
+    assert read_show(show_file).acts[0].points == pytest.approx(mesh(6, tmp_path / "cube.obj", 4.0, 3.0))
