@@ -1,7 +1,7 @@
 """Curves from which the joint search begins: straight lines, bent to the right of their way or by random numbers.
 
-Curves of a fleet are arrays (m, pieces + 1, 4, 3): at each knot the derivatives 0 to 3, times h^q with the duration h
-of a piece, so that they are lengths and do not change when all of time is stretched.
+Curves of a fleet are arrays (m, pieces + 1, 4, 3): at each knot the derivatives 0 to 3, times h^q with the mean
+duration h of a piece, so that they are lengths and do not change when all of time is stretched.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.fleet.fleet_task import FleetTask, waypoint_knots
+from minsnap.fleet.fleet_task import FleetTask, knot_shares, waypoint_knots
 from minsnap.trajectory.path import Path
 
 RAMP = 0.15
@@ -34,7 +34,7 @@ def powers(h: float) -> FloatArray:
 
 def profile(pieces: int) -> FloatArray:
     """Progress from 0 to 1 and its derivatives at knots, shape (pieces + 1, 4): speed rises and falls in ramps."""
-    s = np.arange(pieces + 1) / pieces
+    s = knot_shares(pieces)
     x = np.minimum(np.minimum(s, 1.0 - s) / RAMP, 1.0)
     rises, inside = np.where(s <= 0.5, 1.0, -1.0), x < 1.0
     cube = x * x * x
@@ -49,7 +49,7 @@ def profile(pieces: int) -> FloatArray:
 
 def bump(pieces: int) -> FloatArray:
     """Return 16 s^2 (1 - s)^2 and its derivatives at knots, shape (pieces + 1, 4), at rest at both ends."""
-    s = np.arange(pieces + 1) / pieces
+    s = knot_shares(pieces)
     rest = 1.0 - s
     rows = [s * s * rest * rest, 2.0 * s * rest * (rest - s), 2.0 - 12.0 * s * rest, -12.0 + 24.0 * s]
     values = 16.0 * np.stack(rows, axis=1) * powers(1.0 / pieces)
@@ -95,8 +95,9 @@ def _through(points: FloatArray, pieces: int) -> FloatArray:
     from minsnap.planner import plan
 
     knots = waypoint_knots(points, pieces)
-    curve = plan(points, durations=np.diff(knots).astype(np.float64))
-    instants = np.minimum(np.arange(pieces + 1.0), curve.duration)
+    instants = knot_shares(pieces) * pieces
+    curve = plan(points, durations=np.diff(instants[knots]))
+    instants = np.minimum(instants, curve.duration)
     data = np.stack([curve(instants, order) for order in range(4)], axis=1)
     data[knots, 0] = points
     return data[None]
@@ -105,7 +106,7 @@ def _through(points: FloatArray, pieces: int) -> FloatArray:
 def frozen(fixed: Path, time: float, pieces: int) -> FloatArray:
     """Return the curve of a vehicle that flies as it does, on the knots of the others: (pieces + 1, 4, 3)."""
     h = time / pieces
-    instants = np.arange(pieces + 1) * h
+    instants = knot_shares(pieces) * time
     curve = fixed.as_trajectory()
     over = instants > curve.duration
     held = np.minimum(instants, curve.duration)

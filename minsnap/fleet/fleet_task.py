@@ -31,6 +31,9 @@ MOST_VEHICLES = 10_000
 INWARDS = 0.004
 """Share of the separation by which walls are moved inwards for the search: what lies between samples takes the rest."""
 
+CROWDED = 0.85
+"""How much shorter pieces at the ends are than those between: 0 for equal ones, below 1."""
+
 PLAIN = ("speed", "acceleration", "jerk", "snap")
 
 
@@ -151,14 +154,20 @@ def way_of(points: FloatArray) -> float:
     return float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
 
 
+def knot_shares(pieces: int) -> FloatArray:
+    """Return the instants of knots in units of the flight time: pieces are shorter at the ends, where speeds change."""
+    x = np.arange(pieces + 1) / pieces
+    return np.asarray((1.0 - CROWDED) * x + CROWDED * x * x * (3.0 - 2.0 * x))
+
+
 def waypoint_knots(points: FloatArray, pieces: int) -> list[int]:
     """Return the knot of each waypoint: by the length of the way, each leg at least one piece."""
     steps = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
     share = np.concatenate(([0.0], np.cumsum(steps))) / max(way_of(points), 1e-12)
-    knots = [0]
+    instants, knots = knot_shares(pieces), [0]
     for index in range(1, len(points)):
         least, most = knots[-1] + 1, pieces - (len(points) - 1 - index)
-        knots.append(min(max(round(float(share[index]) * pieces), least), most))
+        knots.append(min(max(int(np.argmin(np.abs(instants - share[index]))), least), most))
     knots[-1] = pieces
     return knots
 

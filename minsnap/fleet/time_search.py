@@ -19,7 +19,7 @@ from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.first_guess import frozen, guess, powers
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.fleet.fleet_limits import extent_of
-from minsnap.fleet.fleet_task import FleetTask, waypoint_knots
+from minsnap.fleet.fleet_task import FleetTask, knot_shares, waypoint_knots
 from minsnap.limits.kinds import KIND
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
 from minsnap.trajectory.trajectory import Trajectory
@@ -96,6 +96,7 @@ class TimeSearch:
             task.limit_table * (1.0 if task.free_time else 0.995),
             task.walls(self.pieces),
             self._free(),
+            np.diff(knot_shares(self.pieces)),
             obstacles,
         )
         return FleetSearch(*shares, samples, downwash, task.length, self.threads)
@@ -274,8 +275,9 @@ def _weighed(data: FloatArray) -> FloatArray:
 
 def flown(curves: FloatArray, time: float) -> list[Trajectory]:
     """Return the trajectories of curves at a common flight time [s]."""
-    left, right = curves[:, :-1], curves[:, 1:] * np.array([1.0, -1.0, 1.0, -1.0])[:, None]
+    pieces = curves.shape[1] - 1
+    durations = np.diff(knot_shares(pieces)) * time
+    scale = np.stack([powers(share * pieces) for share in np.diff(knot_shares(pieces))])[:, :, None]
+    left, right = curves[:, :-1] * scale, curves[:, 1:] * scale * np.array([1.0, -1.0, 1.0, -1.0])[:, None]
     points = np.concatenate((_weighed(left), _weighed(right)[:, :, ::-1]), axis=2)
-    pieces = points.shape[1]
-    durations = np.full(pieces, time / pieces)
     return [Trajectory(each, durations, pieces=pieces) for each in points]

@@ -35,6 +35,7 @@ class _JointQuestion(Structure):
         ("limits", c_void_p),
         ("room", c_void_p),
         ("free", c_void_p),
+        ("shares", c_void_p),
         ("obstacles", c_int64),
         ("obstacle", c_void_p),
         ("downwash", c_double),
@@ -115,6 +116,8 @@ class FleetSearch:
         Bounds of each piece [m]; infinite where there is none.
     free : ndarray, shape (m, pieces + 1, 4, 3)
         1 where an unknown is free, 0 where it is given.
+    shares : ndarray, shape (pieces,)
+        Of each piece in the flight time.
     obstacles : ndarray, shape (k, 13)
     samples : int
         Of each piece.
@@ -129,6 +132,7 @@ class FleetSearch:
         limits: FloatArray,
         room: FloatArray,
         free: FloatArray,
+        shares: FloatArray,
         obstacles: FloatArray,
         samples: int,
         downwash: float,
@@ -136,11 +140,11 @@ class FleetSearch:
         threads: int,
     ) -> None:
         self._search = c_void_p()
-        self._kept = [np.ascontiguousarray(each) for each in (radii, limits, room, free, obstacles)]
+        self._kept = [np.ascontiguousarray(each) for each in (radii, limits, room, free, shares, obstacles)]
         where = [each.ctypes.data for each in self._kept]
         sizes = (len(radii), free.shape[1] - 1, samples)
         question = _JointQuestion(
-            sizeof(_JointQuestion), *sizes, *where[:4], len(obstacles), where[4], downwash, length, threads
+            sizeof(_JointQuestion), *sizes, *where[:5], len(obstacles), where[5], downwash, length, threads
         )
         asked_of(native_function(_BEGIN), byref(question), byref(self._search))
         self._shape = free.shape
@@ -161,7 +165,7 @@ class FleetSearch:
         Parameters
         ----------
         curves : ndarray
-            h^q times the derivatives at knots [m].
+            h^q times the derivatives at knots [m], h the mean duration of a piece.
         time : float
             Common flight time [s].
         unit : float

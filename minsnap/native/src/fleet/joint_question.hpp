@@ -17,6 +17,7 @@ struct JointQuestion {
     const double *limits;  // (vehicles, limit_orders, limit_kinds), infinite where there is none
     const double *room;    // (vehicles, pieces, 2, 3), infinite where there is none
     const double *free;    // (vehicles, pieces + 1, 12): 1 where an unknown is free, 0 where it is given
+    const double *shares;  // (pieces,): of the flight time, sum 1
     Integer obstacles;
     const Obstacle *obstacle;
     double downwash;
@@ -34,7 +35,7 @@ struct JointRun {
     Integer iterations, inner;  // at most so many steps, each with at most so many steps of conjugate gradients
     double short_by, over_by;   // ends once separations are short by less, and limits exceeded by less, relatively
     Integer settle;             // 1: goes on until the cost is settled, too
-    double *curves;             // (vehicles, pieces + 1, 4, 3): h^q times the derivatives at knots [m]
+    double *curves;             // (vehicles, pieces + 1, 4, 3): h^q times the derivatives at knots [m], h = time / pieces
     volatile std::int32_t *stop;  // ends once this is not 0
     double *found;  // (4,): short by, over by, value, steps done
 };

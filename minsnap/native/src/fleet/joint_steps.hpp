@@ -111,7 +111,7 @@ private:
 
     void gather_piece(Integer m, Integer v, double *matrix, double *slope) const {
         static constexpr int kind[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-        const double *block = terms_.block(m, v), *pull = terms_.slope(m, v), *gram = terms_.position_gram();
+        const double *block = terms_.block(m, v), *pull = terms_.slope(m, v), *gram = terms_.position_gram(m);
         const double damping = damping_ / (q_.length * q_.length);
         for (int e = 0; e < ends; ++e) {
             const int row = first_of(m, e);

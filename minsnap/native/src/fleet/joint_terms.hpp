@@ -65,7 +65,8 @@ public:
         work_ = new (std::nothrow) PieceWork[m];
         const bool all = work_ != nullptr && blocks_.allocate(m * n * block_size) && slopes_.allocate(m * n * 24) &&
                          places_.allocate(m * (k + 1) * n * 3) && order_.allocate(m * n) && held_.allocate(n * (m * k + 1) * septic_orders * slots) &&
-                         basis_.allocate(septic_orders * (k + 1) * ends) && products_.allocate(septic_orders * (k + 1) * end_pairs);
+                         basis_.allocate(m * septic_orders * (k + 1) * ends) &&
+                         products_.allocate(m * septic_orders * (k + 1) * end_pairs) && scales_.allocate(m * ends) && grams_.allocate(m * 2 * end_pairs);
         if (!all) return false;
         tabulate();
         forget();
@@ -103,7 +104,7 @@ public:
     const double *block(Integer piece, Integer vehicle) const { return blocks_.data() + (piece * q.vehicles + vehicle) * block_size; }
     const double *slope(Integer piece, Integer vehicle) const { return slopes_.data() + (piece * q.vehicles + vehicle) * 24; }
     const Growing<NearRow> &rows(Integer piece) const { return work_[piece].rows; }
-    const double *position_gram() const { return position_gram_; }
+    const double *position_gram(Integer piece) const { return grams_.data() + (2 * piece + 1) * end_pairs; }
 
     double value = 0.0, short_by = 0.0, over_by = 0.0;
 
@@ -129,25 +130,46 @@ private:
     double *slope_at(Integer m, Integer v) { return slopes_.data() + (m * q.vehicles + v) * 24; }
     double *place(Integer m, Integer k, Integer v) { return places_.data() + ((m * (q.samples + 1) + k) * q.vehicles + v) * 3; }
     double *held(Integer v, Integer sample, int order) { return held_.data() + ((v * (q.pieces * q.samples + 1) + sample) * septic_orders + order) * slots; }
-    const double *basis(int order, Integer k) const { return basis_.data() + (order * (q.samples + 1) + k) * ends; }
-    const double *products(int order, Integer k) const { return products_.data() + (order * (q.samples + 1) + k) * end_pairs; }
+    const double *basis(Integer m, int order, Integer k) const { return basis_.data() + ((m * septic_orders + order) * (q.samples + 1) + k) * ends; }
+    const double *products(Integer m, int order, Integer k) const {
+        return products_.data() + ((m * septic_orders + order) * (q.samples + 1) + k) * end_pairs;
+    }
+    const double *snap_gram(Integer m) const { return grams_.data() + 2 * m * end_pairs; }
     const double *data(const double *curves, Integer v, Integer m) const { return curves + (v * (q.pieces + 1) + m) * knot_size; }
     double asked(Integer one, Integer two) const { return q.radii[one] + q.radii[two]; }
 
+    // Knots keep derivatives in units of the mean duration h; those of a piece r h long are r^q times as large in its own units.
+    void place_basis(Integer m, double u, double *row) const {
+        septic_basis(u, 0, row);
+        for (int e = 0; e < ends; ++e) row[e] *= scales_[std::size_t(m * ends + e)];
+    }
+
     void tabulate() {
-        for (int order = 0; order < septic_orders; ++order)
-            for (Integer k = 0; k <= q.samples; ++k) {
-                double *b = basis_.data() + (order * (q.samples + 1) + k) * ends, *p = products_.data() + (order * (q.samples + 1) + k) * end_pairs;
-                septic_basis(double(k) / double(q.samples), order, b);
-                for (int e = 0; e < ends; ++e)
-                    for (int g = 0; g <= e; ++g) p[end_pair(e, g)] = b[e] * b[g];
+        double gram[end_pairs];
+        septic_gram(4, gram);
+        for (Integer m = 0; m < q.pieces; ++m) {
+            const double r = q.shares[m] * double(q.pieces), square = r * r, weight = 1.0 / (square * square * square * r);
+            double *scale = scales_.data() + m * ends, *snap = grams_.data() + 2 * m * end_pairs, *position = snap + end_pairs;
+            for (int e = 0; e < ends; ++e) scale[e] = e % 4 == 0 ? 1.0 : e % 4 == 1 ? r : e % 4 == 2 ? square : square * r;
+            for (int e = 0; e < ends; ++e)
+                for (int g = 0; g <= e; ++g) snap[end_pair(e, g)] = weight * scale[e] * scale[g] * gram[end_pair(e, g)];
+            for (int order = 0; order < septic_orders; ++order)
+                for (Integer k = 0; k <= q.samples; ++k) tabulate_sample(m, order, k, scale);
+            for (int i = 0; i < end_pairs; ++i) {
+                position[i] = 0.0;
+                for (Integer k = 0; k < q.samples; ++k) position[i] += products(m, 0, k)[i];
             }
-        septic_gram(4, snap_gram_);
-        for (int i = 0; i < end_pairs; ++i) {
-            position_gram_[i] = 0.0;
-            for (Integer k = 0; k < q.samples; ++k) position_gram_[i] += products(0, k)[i];
         }
         for (Integer v = 0; v < q.vehicles; ++v) largest_ = std::fmax(largest_, q.radii[v]);
+    }
+
+    void tabulate_sample(Integer m, int order, Integer k, const double *scale) {
+        const Integer at = (m * septic_orders + order) * (q.samples + 1) + k;
+        double *b = basis_.data() + at * ends, *p = products_.data() + at * end_pairs;
+        septic_basis(double(k) / double(q.samples), order, b);
+        for (int e = 0; e < ends; ++e) b[e] *= scale[e];
+        for (int e = 0; e < ends; ++e)
+            for (int g = 0; g <= e; ++g) p[end_pair(e, g)] = b[e] * b[g];
     }
 
     void evaluate_piece(const JointRun &run, const double *curves, Integer m, bool full, bool update) {
@@ -168,7 +190,7 @@ private:
             for (Integer k = 0; k <= q.samples; ++k) {
                 const double *at = data(curves, v, m);
                 double *p = place(m, k, v);
-                at_sample(at, basis(0, k), p);
+                at_sample(at, basis(m, 0, k), p);
                 if (k <= last) sample_terms(run, penalty, at, m, k, v, full, update);
                 p[2] /= q.downwash;
             }
@@ -192,7 +214,7 @@ private:
         for (int e = 0; e < ends; ++e) {
             double pull[3] = {};
             for (int g = 0; g < ends; ++g) {
-                const double weight = snap_gram_[e >= g ? end_pair(e, g) : end_pair(g, e)];
+                const double weight = snap_gram(m)[e >= g ? end_pair(e, g) : end_pair(g, e)];
                 for (int c = 0; c < 3; ++c) pull[c] += weight * at[3 * g + c];
             }
             for (int c = 0; c < 3; ++c) {
@@ -203,7 +225,7 @@ private:
         work_[m].value += run.smoothness * sum;
         if (!full) return;
         for (int i = 0; i < end_pairs; ++i)
-            for (int c = 0; c < 3; ++c) block[6 * i + c] += run.smoothness * snap_gram_[i];
+            for (int c = 0; c < 3; ++c) block[6 * i + c] += run.smoothness * snap_gram(m)[i];
     }
 
     void sample_terms(const JointRun &run, const SoftPenalty &penalty, const double *at, Integer m, Integer k, Integer v, bool full, bool update) {
@@ -214,8 +236,8 @@ private:
             if (room[c] == -infinite && room[3 + c] == infinite) continue;
             two_sided(run, penalty, (p[c] - room[3 + c]) / q.length, (room[c] - p[c]) / q.length, 1.0 / q.length, c, held(v, sample, 0)[c], push, m, update);
         }
-        if (full && push.any) spread(push, basis(0, k), products(0, k), block_at(m, v), slope_at(m, v));
-        const double h = run.time / double(q.pieces);
+        if (full && push.any) spread(push, basis(m, 0, k), products(m, 0, k), block_at(m, v), slope_at(m, v));
+        const double h = run.time * q.shares[m];
         double unit_length = 1.0;
         for (int order = 1; order <= limit_orders; ++order) {
             unit_length *= h;
@@ -228,7 +250,7 @@ private:
     void limit_terms(const JointRun &run, const SoftPenalty &penalty, const double *at, int order, double length, const double *limit, Integer m, Integer k,
                      Integer v, bool full, bool update) {
         double x[3];
-        at_sample(at, basis(order, k), x);
+        at_sample(at, basis(m, order, k), x);
         Push push;
         double *lambda = held(v, m * q.samples + k, order);
         for (int c = 0; c < 3; ++c) {
@@ -238,7 +260,7 @@ private:
         }
         for (int kind = 3; kind < limit_kinds; ++kind)
             if (limit[kind] < infinite) norm_term(run, penalty, x, kind == 3 ? 3 : 2, limit[kind] * length, lambda[kind], push, m, update);
-        if (full && push.any) spread(push, basis(order, k), products(order, k), block_at(m, v), slope_at(m, v));
+        if (full && push.any) spread(push, basis(m, order, k), products(m, order, k), block_at(m, v), slope_at(m, v));
     }
 
     // Two planes; lambda > 0 belongs to the upper one, < 0 to the lower.
@@ -325,7 +347,7 @@ private:
         const double apart = asked(i, j);
         if (near.distance > apart * (run.inflation + 0.03 + penalty.dead())) return;
         NearRow row;
-        septic_basis((double(k) + near.share) / double(q.samples), 0, row.basis);
+        place_basis(m, (double(k) + near.share) / double(q.samples), row.basis);
         double one[3], two[3], way[3], square = 0.0;
         at_sample(data(curves, i, m), row.basis, one);
         at_sample(data(curves, j, m), row.basis, two);
@@ -391,7 +413,7 @@ private:
                 row.one = std::int32_t(v);
                 row.two = -1;
                 row.name = (first + std::uint64_t(v * q.obstacles + o)) * parts + std::uint64_t(m * q.samples + k);
-                septic_basis((double(k) + nearest_share(obstacle, from, to)) / double(q.samples), 0, row.basis);
+                place_basis(m, (double(k) + nearest_share(obstacle, from, to)) / double(q.samples), row.basis);
                 at_sample(data(curves, v, m), row.basis, from);
                 for (int c = 0; c < 3; ++c) from[c] -= obstacle.centre[c];
                 const double away = depth(obstacle, from, way);
@@ -435,10 +457,10 @@ private:
 
     const JointQuestion &q;
     PieceWork *work_ = nullptr;
-    Buffer<double> blocks_, slopes_, places_, held_, basis_, products_;
+    Buffer<double> blocks_, slopes_, places_, held_, basis_, products_, scales_, grams_;
     Buffer<std::int32_t> order_;
     Multipliers near_;
-    double snap_gram_[end_pairs], position_gram_[end_pairs], largest_ = 0.0;
+    double largest_ = 0.0;
 };
 
 }  // namespace minsnap
