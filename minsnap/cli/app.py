@@ -32,6 +32,7 @@ COMMANDS = (
     "convert_command",
     "stream_command",
     "preflight_command",
+    "limits_command",
     "relay_command",
     "simulate_command",
     "experiment_command",

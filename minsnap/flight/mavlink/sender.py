@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import gc
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from minsnap.flight.mavlink.dialect import Message, load_dialect
@@ -214,14 +212,3 @@ def open_sender(link: Link, clock: Clock, rate: float, max_gap: float, encode: E
         if threaded is not None:
             return threaded
     return DirectSender(link, clock, rate, clock.now(), encode)
-
-
-@contextmanager
-def frozen_garbage() -> Iterator[None]:
-    """Exempt all objects made so far from garbage collection for a while, so that collections take no time."""
-    gc.collect()
-    gc.freeze()
-    try:
-        yield
-    finally:
-        gc.unfreeze()

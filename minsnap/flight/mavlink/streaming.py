@@ -15,10 +15,11 @@ from minsnap.flight.mavlink.dialect import Message
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, StreamObserver
 from minsnap.flight.mavlink.schedule import Clock
-from minsnap.flight.mavlink.sender import Foreseer, SentSetpoint, frozen_garbage, open_sender
+from minsnap.flight.mavlink.sender import Foreseer, SentSetpoint, open_sender
 from minsnap.flight.mavlink.sequence import Conditions, Phase, Sequence, SetpointStep
 from minsnap.flight.mavlink.setpoints import SetpointTable, setpoint_message
 from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
+from minsnap.flight.mavlink.undisturbed import undisturbed
 from minsnap.flight.mavlink.vehicle_state import Vector, VehicleState
 from minsnap.replanning.change import Change
 from minsnap.trajectory.trajectory import Trajectory
@@ -146,7 +147,9 @@ class Streamer:
         try:
             autopilot = self._meet()
             here = self._check_start()
-            with frozen_garbage():
+            with undisturbed(type(self._clock) is Clock) as granted:
+                if granted:
+                    self._say(granted)
                 self._fly(autopilot, here)
         finally:
             self._observer.close()

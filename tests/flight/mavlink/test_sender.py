@@ -71,6 +71,7 @@ def test_setpoints_leave_while_the_rest_of_the_program_is_busy(vehicle):
 
 def test_a_pause_beyond_the_allowed_one_ends_the_flight(vehicle):
     """What was prepared leaves, a quarter of a second of it; the rest of the flight never does."""
+    vehicle.patience = 60.0
     with Flight(vehicle, SHORT, Clock(), rules=PATIENT) as flight:
         flight.streamer._observer._on_status = stall_once(flight, 1.4, after=0.8)
         begun(flight, vehicle)

@@ -1,0 +1,65 @@
+"""The command that makes limits of a path from an autopilot's own parameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from minsnap.cli import options
+from minsnap.cli.app import app
+from minsnap.cli.vehicles import vehicle_of
+
+
+@app.command()
+def limits(
+    connect: Annotated[
+        str,
+        typer.Option("--connect", metavar="LINK", help="udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."),
+    ],
+    drag: Annotated[float, typer.Option("--drag", metavar="K", help="Drag over mass of the vehicle [1/s].")] = 0.0,
+    vehicle: options.OffsetVehicle = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="YAML to add waypoints to, for plan.")
+    ] = None,
+    autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4 or ardupilot.")] = "auto",
+    wait: Annotated[float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat.")] = 30.0,
+    json: options.Json = False,
+) -> None:
+    """Read what a vehicle can follow from its own parameters, and print it as limits of a plan.
+
+    A tenth of everything is left to the controller, and what drag takes of the tilt (--vehicle as fit writes it, or
+    --drag) is taken off the acceleration and the speed.
+    """
+    from minsnap.cli.summary import as_json
+    from minsnap.flight.mavlink.autopilot import get_autopilot
+    from minsnap.flight.mavlink.autopilot_limits import PARAMETERS, autopilot_limits
+    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.parameters import Parameters
+    from minsnap.flight.mavlink.schedule import Clock
+
+    lean, clock = drag if vehicle is None else _drag_of(vehicle), Clock()
+    link = open_link(connect, clock)
+    try:
+        stack = get_autopilot(autopilot, link.wait_for_vehicle(wait)).name
+        told = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
+    finally:
+        link.close()
+    found = autopilot_limits(stack, {name: each.value for name, each in told.items()}, lean).given()
+    text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in found.items())
+    if output is not None:
+        from minsnap.basics.storage.atomic import atomic_write
+
+        with atomic_write(output) as file:
+            file.write(text)
+    print(as_json(found) if json else text.rstrip())
+
+
+def _drag_of(name: str) -> float:
+    """Return the greatest level drag of a vehicle over its mass, at 1 m/s [1/s]."""
+    import numpy as np
+
+    craft = vehicle_of(name)
+    force = craft.drag.force(np.eye(3)[:2])
+    return float(np.abs(force).max()) / craft.mass

@@ -1,0 +1,22 @@
+"""The command that reads limits from a vehicle, in a file that plan takes."""
+
+import json
+
+from standin import StandIn
+
+PARAMETERS = {"MPC_XY_VEL_MAX": 12.0, "MPC_TILTMAX_AIR": 45.0, "MC_YAWRATE_MAX": 200.0}
+
+
+def test_limits_are_printed_and_planned_with(call, tmp_path):
+    with StandIn(parameters=PARAMETERS) as vehicle:
+        link = f"udpout:127.0.0.1:{vehicle.port}"
+        done = call("limits", "--connect", link, "--vehicle", "px4-sih", "-o", "course.yaml")
+        assert done.returncode == 0, done.stderr
+        assert "horizontal_speed: 4.9" in done.stdout
+        told = json.loads(call("limits", "--connect", link, "--drag", 1.0, "--json").stdout)
+    assert told["horizontal_speed"] == 4.903
+    course = tmp_path / "course.yaml"
+    course.write_text(course.read_text() + "waypoints: [[0, 0, 2], [30, 0, 2], [30, 20, 2]]\n")
+    planned = call("plan", "course.yaml", "-o", "path.csv", "--json")
+    assert planned.returncode == 0, planned.stderr
+    assert json.loads(planned.stdout)["max_speed"] < 4.91
