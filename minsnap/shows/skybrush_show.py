@@ -33,6 +33,9 @@ MOST = 5000
 LATER = 1e-9
 """How much later than it is each knot is written than the one before it [s]."""
 
+MOST_BETWEEN = 6
+"""Inner control points of a segment: a curve of degree 7."""
+
 LARGEST = 1 << 28
 """Bytes that a file of a show unpacks to at most."""
 
@@ -127,7 +130,7 @@ def knot_seconds(curve: CubicSegments) -> list[float]:
 
 
 def read_skyc(path: str | os.PathLike[str]) -> SkybrushShow:
-    """Read a show, whoever wrote it: lines, quadratics, cubics and curves of any degree.
+    """Read a show, whoever wrote it: lines, quadratics, cubics and curves up to degree 7.
 
     Raises
     ------
@@ -171,6 +174,8 @@ def _curve(entry: Any) -> Trajectory:
     wait = float(entry.get("takeoffTime") or 0.0)
     durations = np.diff([float(point[0]) for point in points])
     for _, end, between in points[1:]:
+        if len(between) > MOST_BETWEEN:
+            raise FileError(f"a segment of a show has {len(between)} inner control points, and {MOST_BETWEEN} are read")
         pieces.append(np.array([before, *between, end], dtype=np.float64))
         before = pieces[-1][-1]
     if wait > 0.0 or not pieces:

@@ -138,3 +138,25 @@ def test_check_asks_for_the_separation_where_files_do_not_say_it(tmp_path, capsy
     assert checked(capsys, tmp_path / "a.skyc")[1].endswith("give --separation M\n")
     minsnap.write_csv(crossing()[0], tmp_path / "a.csv")
     assert "is one vehicle" in checked(capsys, tmp_path / "a.csv", "--separation", "1")[1]
+
+
+def test_shows_near_a_valid_one_are_read_or_refused(tmp_path):
+    """Every number and every key of a small show, each replaced by what does not belong there."""
+    plain = {"version": 1, "points": [[0, [0, 0, 0], []], [2, [2, 0, 0], [[1, 2, 0]]]], "takeoffTime": 3}
+    wrongs = [
+        {**plain, "points": []},
+        {**plain, "points": [[0, [0, 0, 0], []], [0, [2, 0, 0], []]]},
+        {**plain, "points": [[0, [0, 0, 0], []], [1, [2, 0], []]]},
+        {**plain, "points": [[0, [0, 0, 0], []], [1, [2, 0, 0], [[0, 0, 0]] * 7]]},
+        {**plain, "points": [[0, [0, 0, 0], []], [1, ["a", 0, 0], []]]},
+        {**plain, "points": [[0, [0, 0, 0], []], [1, [float("nan"), 0, 0], []]]},
+        {"$ref": "./nowhere.json#"},
+        None,
+    ]
+    for number, wrong in enumerate(wrongs):
+        show = {"version": 1, "swarm": {"drones": [{"settings": {"trajectory": wrong}}]}}
+        with zipfile.ZipFile(tmp_path / "a.skyc", "w") as archive:
+            archive.writestr("show.json", json.dumps(show))
+        with pytest.raises(FileError) as refused:
+            read_fleet(tmp_path / "a.skyc")
+        assert len(str(refused.value)) < 300, number

@@ -113,10 +113,11 @@ def lights_of(programme: bytes) -> Lights | None:
 def _commands(programme: bytes) -> list[tuple[int, tuple[int, ...], int]]:
     """Return commands with their colours and ticks, loops written out."""
     found: list[tuple[int, tuple[int, ...], int]] = []
-    offset, loops = 0, []
+    offset, steps = 0, 0
+    loops: list[list[int]] = []
     while offset < len(programme) and programme[offset] != END:
         command = programme[offset]
-        offset += 1
+        offset, steps = offset + 1, steps + 1
         if command in (SET, FADE, SLEEP):
             count = 0 if command == SLEEP else 3
             colour = tuple(programme[offset : offset + count])
@@ -135,7 +136,7 @@ def _commands(programme: bytes) -> list[tuple[int, tuple[int, ...], int]]:
             raise FileError(
                 f"a programme of lights has command {command}, which is not read: 0, 2, 4, 8, 12 and 13 are"
             )
-        if len(found) > MOST_COMMANDS:
+        if steps > MOST_COMMANDS:  # loops in loops that do nothing count too
             raise FileError(f"a programme of lights runs more than {MOST_COMMANDS} commands")
     return found
 

@@ -115,6 +115,8 @@ def test_lights_are_read_as_written():
 def test_loops_of_lights_are_played():
     lights = lights_of(bytes([12, 3, 4, 10, 0, 0, 5, 4, 20, 0, 0, 5, 13, 0]))
     assert lights(np.array([0.05, 0.15, 0.25, 0.55]))[:, 0] == pytest.approx([10, 20, 10, 20])
+    with pytest.raises(FileError, match="runs more than 100000 commands"):
+        lights_of(bytes([12, 255] * 9 + [13] * 9 + [0]))
     with pytest.raises(FileError, match="command 99"):
         lights_of(bytes([99, 0]))
     with pytest.raises(FileError, match="cut off"):
