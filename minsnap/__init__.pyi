@@ -5,6 +5,8 @@ from .basics.version import __version__ as __version__
 from .certificate import Certificate as Certificate
 from .certificate import certify as certify
 from .corridors.boxes import Boxes as Boxes
+from .corridors.gate_passages import GatePassage as GatePassage
+from .corridors.gate_passages import gate_passages as gate_passages
 from .corridors.gates import Ball as Ball
 from .corridors.gates import Gate as Gate
 from .corridors.half_spaces import HalfSpaces as HalfSpaces

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,8 @@ def course_of(file: Path) -> Course:
 
 def fly_course(course: Course, planning: Planning, destination: Destination) -> None:
     """Plan a course and deliver it."""
+    from minsnap.corridors.gate_passages import gate_passages
+    from minsnap.corridors.gates import Gate
     from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.missions.mission import plan_mission
 
@@ -43,6 +46,8 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     mission = plan_mission(flown, **asked)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     view, further = destination.view or "xy", {"parts": parts} | _other_vehicle(mission, destination)
+    gates = [stop.place for stop in course.stops if isinstance(stop.place, Gate)]
+    further |= {"gates": [asdict(passed) for passed in gate_passages(mission.trajectory, gates)]} if gates else {}
     how: dict[str, Any] = {"limits": mission.limits, "further": further}
     destination.deliver(mission.trajectory, mission.corridor or None, **how, draw=lambda: _figure(mission, view))
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
+    ("start", "start", "{}"),
     ("legs", "legs", "{}"),
     ("cost", "cost", "{:.6g}"),
     ("max_speed", "max speed", "{:.4g} m/s"),
@@ -44,7 +45,10 @@ _RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 BINDING = 0.999
 """Share of a limit from which it binds."""
 
-_LIMITS_AFTER = 6
+STANDING = 1e-6
+"""Speed up to which a path begins at rest [m/s]."""
+
+_LIMITS_AFTER = 7
 """Limits stand below the greatest speed, acceleration and jerk."""
 
 
@@ -83,7 +87,13 @@ def as_text(figures: Mapping[str, Any]) -> str:
     limits = [(f"limit {KIND[used['name']].label}", _usage(used)) for used in figures["limits"]]
     if limits:
         limits.append(("limits that bind", ", ".join(KIND[name].label for name in figures["binding"]) or "none"))
-    return labelled(_lines(figures, _LINES[:_LIMITS_AFTER]) + limits + _lines(figures, _LINES[_LIMITS_AFTER:]))
+    gates = [(f"gate {passed['gate']}", _passage(passed)) for passed in figures.get("gates") or ()]
+    return labelled(_lines(figures, _LINES[:_LIMITS_AFTER]) + limits + gates + _lines(figures, _LINES[_LIMITS_AFTER:]))
+
+
+def _passage(passed: Mapping[str, Any]) -> str:
+    """Return when and how fast a gate is passed, and how far from its nearest edge."""
+    return f"{passed['instant']:.4g} s, {passed['speed']:.4g} m/s, {passed['clearance']:.3g} m from its edge"
 
 
 def _lines(figures: Mapping[str, Any], wanted: tuple[tuple[str, str, str], ...]) -> list[tuple[str, str]]:
@@ -122,6 +132,7 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, li
     report = path.report
     return {
         "legs": path.legs,
+        "start": _start(path),
         "cost": path.cost(),
         "cost_unit": f"m²/s{str(2 * path.cost_order - 1).translate(_RAISED)}",
         "max_speed": certificate.max_speed,
@@ -136,6 +147,12 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, li
         "interrupted": "yes" if report and report.interrupted else None,
         "note": "; ".join(report.notes) if report and report.notes else None,
     }
+
+
+def _start(path: Any) -> str | None:
+    """Return how fast a path begins that does so at speed; None for one that begins at rest."""
+    speed = sum(float(part) ** 2 for part in path(0.0, 1)) ** 0.5
+    return f"flying, at {speed:.4g} m/s: a vehicle has to reach it first" if speed > STANDING else None
 
 
 def _of_shape(path: Path, limits: Limits | None) -> dict[str, Any]:

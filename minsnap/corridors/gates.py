@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from minsnap.basics.argument_names import explains_names
 from minsnap.basics.arrays import SMALLEST, FloatArray, ReadOnly, bounded, numbers
-from minsnap.basics.checks import check_array
+from minsnap.basics.checks import check_array, check_distance
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.errors import WaypointError
@@ -90,6 +90,8 @@ class Gate(ReadOnly):
         y.
     crossing : {0, 1, -1}
         1: flown through along the normal; -1: against it; 0: either way.
+    margin : float
+        How far the curve stays from the edges [m], such as the radius of the vehicle.
 
     Attributes
     ----------
@@ -99,13 +101,14 @@ class Gate(ReadOnly):
     Raises
     ------
     WaypointError
-        If a vector or a size is not one.
+        If a vector or a size is not one, or the margin leaves nothing of the opening around its centre.
     """
 
     centre: FloatArray
     normal: FloatArray
     corners: FloatArray
     crossing: int
+    margin: float
 
     def __init__(
         self,
@@ -115,6 +118,7 @@ class Gate(ReadOnly):
         height: float | None = None,
         up: npt.ArrayLike | None = None,
         crossing: int = 0,
+        margin: float = 0.0,
     ) -> None:
         middle, axis = _numbers(centre, "the centre of a gate"), _numbers(normal, "the normal of a gate")
         if middle.shape not in ((2,), (3,)) or axis.shape != middle.shape:
@@ -128,10 +132,37 @@ class Gate(ReadOnly):
             corners = np.array([middle - half[0], middle + half[0]])
         else:
             corners = np.array([middle + x * half[0] + y * half[1] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
-        self._fill(middle, axis, corners, crossing)
+        self._fill(middle, axis, corners, crossing, margin)
 
     @classmethod
-    def polygon(cls, corners: npt.ArrayLike, crossing: int = 0) -> Gate:
+    def circle(
+        cls,
+        centre: npt.ArrayLike,
+        normal: npt.ArrayLike,
+        radius: float,
+        crossing: int = 0,
+        margin: float = 0.0,
+        count: int = 24,
+    ) -> Gate:
+        """Return the gate with a round opening: the regular polygon with ``count`` corners on it (24: 0.9 % inside).
+
+        Raises
+        ------
+        WaypointError
+            As ``Gate``.
+        """
+        square = cls(centre, normal, 2.0 * _size(radius, "radius"), crossing=crossing)
+        if len(square.centre) == 2:
+            return cls(centre, normal, 2.0 * radius, crossing=crossing, margin=margin)
+        across, up = (0.5 * (square.corners[k] - square.corners[0]) for k in (1, 3))
+        angles = 2.0 * np.pi * np.arange(count) / count
+        corners = square.centre + np.cos(angles)[:, None] * across + np.sin(angles)[:, None] * up
+        gate = object.__new__(cls)
+        gate._fill(square.centre.copy(), square.normal.copy(), corners, crossing, margin)
+        return gate
+
+    @classmethod
+    def polygon(cls, corners: npt.ArrayLike, crossing: int = 0, margin: float = 0.0) -> Gate:
         """Return the gate with these corners, (m, 3), in order: convex, in one plane.
 
         The normal is that about which they go round counter-clockwise; the centre is the mean of the corners.
@@ -156,10 +187,16 @@ class Gate(ReadOnly):
                 "the corners of a gate must go round a convex polygon, in order, none on a straight side"
             )
         gate = object.__new__(cls)
-        gate._fill(middle, axis, points, crossing)
+        gate._fill(middle, axis, points, crossing, margin)
         return gate
 
-    def _fill(self, centre: FloatArray, normal: FloatArray, corners: FloatArray, crossing: int) -> None:
+    def moved(self, step: FloatArray) -> Gate:
+        """Return the same gate elsewhere; ``step`` is a vector (dim,) [m]."""
+        gate = object.__new__(type(self))
+        gate._fill(self.centre + step, self.normal.copy(), self.corners + step, self.crossing, self.margin)
+        return gate
+
+    def _fill(self, centre: FloatArray, normal: FloatArray, corners: FloatArray, crossing: int, margin: float) -> None:
         if crossing not in (-1, 0, 1) or isinstance(crossing, bool):
             raise WaypointError(
                 f"the crossing of a gate is {shown(crossing)}: 1 along its normal, -1 against it, 0 either way"
@@ -172,15 +209,25 @@ class Gate(ReadOnly):
             value.flags.writeable = False
             object.__setattr__(self, name, value)
         object.__setattr__(self, "crossing", int(crossing))
+        object.__setattr__(self, "margin", check_distance("the margin of a gate", margin, WaypointError))
+        if self.margin and self.edges()[1].min() <= 0.0:
+            room = float(self.edges()[1].min()) + self.margin
+            raise WaypointError(
+                f"the margin of a gate is {self.margin:g} m, and its nearest edge is {room:.4g} m from its centre"
+            )
 
     def edges(self) -> tuple[FloatArray, FloatArray]:
-        """Outward unit normals in the plane, (m, dim), and the distance of each side from the centre, (m,) [m]."""
+        """Outward unit normals in the plane, (m, dim), and how far the curve may be from the centre, (m,) [m].
+
+        That is the distance of each side, less the margin.
+        """
         spokes = self.corners - self.centre
         if len(self.centre) == 2:
-            return _snapped(spokes / np.linalg.norm(spokes, axis=1)[:, None]), np.linalg.norm(spokes, axis=1)
+            lengths = np.linalg.norm(spokes, axis=1)
+            return _snapped(spokes / lengths[:, None]), lengths - self.margin
         outward = np.cross(np.roll(spokes, -1, axis=0) - spokes, self.normal)
         outward /= np.linalg.norm(outward, axis=1)[:, None]
-        return _snapped(outward), np.asarray((outward * spokes).sum(axis=1))
+        return _snapped(outward), np.asarray((outward * spokes).sum(axis=1) - self.margin)
 
     def __repr__(self) -> str:
         centre, normal = (tuple(value.tolist()) for value in (self.centre, self.normal))

@@ -67,6 +67,10 @@ def gate_region(gate: Gate) -> KnotRegion:
     slanted = np.flatnonzero((np.abs(normals) < 1.0).all(axis=1))
     flat = np.abs(gate.normal) == 1.0
     lower, upper = (np.where(flat, 0.0, side) for side in (offsets.min(axis=0), offsets.max(axis=0)))
+    if gate.margin:
+        for normal, bound in zip(normals, bounds, strict=True):
+            lower = np.where(normal == -1.0, -bound, lower)
+            upper = np.where(normal == 1.0, bound, upper)
     plane = None if flat.any() else gate.normal
     crossing = gate.crossing * gate.normal if gate.crossing else None
     return KnotRegion(lower, upper, np.inf, normals[slanted], bounds[slanted], plane, crossing, "gate")

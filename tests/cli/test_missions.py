@@ -30,6 +30,32 @@ def test_the_command_flies_a_course(call, write):
     assert call("check", "a.csv").returncode == 0
 
 
+def test_gates_of_three_shapes_keep_their_margin_and_say_when_they_are_passed(call, write):
+    square = "{centre: [0,0,1], heading_deg: 0, width: 1, height: 1, margin: 0.3}"
+    rest = "{centre: [4,3,1], heading_deg: 90, radius: 0.5}, {corners: [[-1,3,0.5],[-3,3,0.5],[-2,3,2.5]]}"
+    write(f"closed: true\nmargin: 0.2\nlimits: {{speed: 5}}\ngates: [{square}, {rest}]\n")
+    said = json.loads(call("plan", "course.yaml", "--json").stdout)
+    assert [passed["gate"] for passed in said["gates"]] == [0, 1, 2, 0]
+    assert all(passed["clearance"] >= 0.2 - 1e-7 for passed in said["gates"])
+    assert said["gates"][0]["clearance"] >= 0.3 - 1e-7 and said["start"].startswith("flying, at ")
+    text = call("plan", "course.yaml").stdout
+    assert "gate 2" in text and "m from its edge" in text
+
+
+@pytest.mark.parametrize(
+    ("gate", "said"),
+    [
+        ("{centre: [3,0,1], heading: 0, width: 1, radius: 1}", "a width or a radius"),
+        ("{corners: [[3,0,0],[3,1,0],[3,0,1]], width: 1}", "no centre, direction or size besides"),
+        ("{centre: [3,0,1], heading: 0, width: 1, margin: 0.6}", "the margin of a gate is 0.6 m"),
+    ],
+)
+def test_malformed_gates_are_refused(call, write, gate, said):
+    write(f"waypoints: [[0, 0, 1], {gate}, [6, 0, 1]]\n")
+    run = call("plan", "course.yaml")
+    assert run.returncode == 2 and said in run.stderr
+
+
 def test_waypoints_are_flown_with_take_off_and_laps(call, write):
     write("x,y,z\n0,0,1\n3,0,1\n1,2,1\n", "w.csv")
     done = call("plan", "w.csv", "--closed", "--laps", "2", "--takeoff", "--land", "-o", "a.csv")

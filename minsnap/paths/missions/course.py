@@ -172,7 +172,8 @@ def section_arguments(stops: Sequence[Stop], course: Course, closed: bool) -> di
         inner = closed or 0 < index < len(stops) - 1
         if isinstance(stop.place, Gate) and inner and stop.straight:
             straight.append((len(places), stop.place))
-            places += [_moved(stop.place, -stop.straight), stop.place, _moved(stop.place, stop.straight)]
+            step = stop.place.crossing * stop.straight * stop.place.normal
+            places += [stop.place.moved(-step), stop.place, stop.place.moved(step)]
             balls += [0.0] * 3
             continue
         places.append(stop.place if inner else stop.centre)
@@ -204,15 +205,3 @@ def knots_of(stops: Sequence[Stop]) -> list[int]:
         found.append(knot + inner)
         knot += 3 if inner else 1
     return found
-
-
-def _moved(gate: Gate, distance: float) -> Gate:
-    """Return a gate moved along the direction in which it is flown through."""
-    step = gate.crossing * distance * gate.normal
-    if gate.corners.shape[1] == 2:
-        width = float(np.linalg.norm(gate.corners[1] - gate.corners[0]))
-        return Gate(gate.centre + step, gate.normal, width, crossing=gate.crossing)
-    moved = Gate.polygon(gate.corners + step, gate.crossing)
-    if moved.normal @ gate.normal < 0.0:
-        return Gate.polygon((gate.corners + step)[::-1], gate.crossing)
-    return moved

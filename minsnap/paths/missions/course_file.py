@@ -32,11 +32,39 @@ MOST_TURNED = 2.0 * pi
 PLAIN = ("waypoints", "yaw", "durations")
 """Keys of a waypoint file, which is no course."""
 
-KEYS = ("name", "waypoints", "gates", "boxes", "start", "end", "closed", "laps", "takeoff", "land", "tube", "ball")
+KEYS = (
+    "name",
+    "waypoints",
+    "gates",
+    "boxes",
+    "start",
+    "end",
+    "closed",
+    "laps",
+    "takeoff",
+    "land",
+    "tube",
+    "ball",
+    "margin",
+)
 FURTHER = ("tolerance", "yaw", "limits", "vehicle", "best", "published")
 
 OF_STOPS = ("ball", "hold", "straight")
-OF_GATES = ("centre", "normal", "heading", "heading_deg", "width", "height", "up", "crossing", *OF_STOPS)
+OF_GATES = (
+    "centre",
+    "normal",
+    "heading",
+    "heading_deg",
+    "width",
+    "height",
+    "up",
+    "radius",
+    "corners",
+    "crossing",
+    "margin",
+    *OF_STOPS,
+)
+
 OF_POINTS = ("x", "y", "z", *OF_STOPS)
 
 
@@ -55,8 +83,9 @@ def read_course(path: str | os.PathLike[str]) -> Course:
 
     ``waypoints`` are points ``[x, y, z]``; mappings with ``x``, ``y``, ``z`` and optionally ``ball`` (radius within
     which the point is passed) and ``hold`` (seconds at rest); or gates: mappings with ``centre``, ``heading``
-    (direction in which it is flown through; or ``heading_deg``, or ``normal`` and ``crossing``), ``width``,
-    ``height``, and optionally ``straight`` (metres before and behind it over which the path stays inside its prism).
+    (direction in which it is flown through; or ``heading_deg``, or ``normal`` and ``crossing``), ``width``, ``height``
+    or a ``radius`` (or ``corners`` alone), and optionally ``margin`` (how far the path stays from the edges; beside the
+    waypoints, for all) and ``straight`` (metres before and behind it over which the path stays inside its prism).
     ``gates`` alone is the same.
 
     Further keys: ``closed``, ``laps``, ``takeoff`` and ``land`` (true, or a point on the ground), ``limits`` by the
@@ -81,7 +110,10 @@ def read_course(path: str | os.PathLike[str]) -> Course:
 
 def _course(where: str, said: Mapping[str, Any], stem: str) -> Course:
     entries = [*said.get("waypoints", ()), *said.get("gates", ())]
-    stops = [_stop(f"{where}, waypoint {i}", entry, said.get("ball", 0.0), i) for i, entry in enumerate(entries)]
+    stops = [
+        _stop(f"{where}, waypoint {i}", entry, said.get("ball", 0.0), said.get("margin", 0.0), i)
+        for i, entry in enumerate(entries)
+    ]
     closed = said.get("closed", False)
     if closed and len(stops) > 2 and np.array_equal(stops[0].centre, stops[-1].centre):
         stops.pop()
@@ -98,18 +130,19 @@ def _boxes(where: str, said: Any) -> Boxes:
     return Boxes(**said)
 
 
-def _stop(where: str, entry: Any, balls: Any, index: int) -> Stop:
+def _stop(where: str, entry: Any, balls: Any, margin: Any, index: int) -> Stop:
     if isinstance(entry, list):
         entry = dict(zip("xyz", entry, strict=False)) if len(entry) in (2, 3) else {}
-    keys = OF_GATES if isinstance(entry, dict) and "centre" in entry else OF_POINTS
-    if not isinstance(entry, dict) or set(entry) - set(keys) or not ({"x", "y"} <= set(entry) or "centre" in entry):
+    is_gate = isinstance(entry, dict) and bool({"centre", "corners"} & entry.keys())
+    keys = OF_GATES if is_gate else OF_POINTS
+    if not isinstance(entry, dict) or set(entry) - set(keys) or not (is_gate or {"x", "y"} <= set(entry)):
         raise FileError(
             f"{where}: give [x, y, z], a mapping of {', '.join(OF_POINTS)}, or a gate of {', '.join(OF_GATES)}, "
             f"not {shown(entry)}"
         )
     further = {name: entry[name] for name in OF_STOPS if name in entry}
-    if "centre" in entry:
-        return Stop(_gate(where, entry), **further)
+    if is_gate:
+        return Stop(_gate(where, {"margin": margin} | entry), **further)
     ball = balls[index] if isinstance(balls, list) else balls
     values = [entry[axis] for axis in "xyz" if axis in entry]
     if not all(map(is_number, values)):
@@ -118,12 +151,20 @@ def _stop(where: str, entry: Any, balls: Any, index: int) -> Stop:
 
 
 def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
+    how = {name: entry[name] for name in ("crossing", "margin") if name in entry}
+    if "corners" in entry:
+        if set(entry) - {"corners", *how, *OF_STOPS}:
+            raise FileError(f"{where}: a gate with corners has no centre, direction or size besides")
+        return Gate.polygon(entry["corners"], **how)
     directions = [name for name in ("normal", "heading", "heading_deg") if name in entry]
-    if len(directions) != 1 or "width" not in entry:
-        raise FileError(f"{where}: a gate has a centre, a width, and one of normal, heading and heading_deg")
-    given = {name: entry[name] for name in ("centre", "width", "height", "up", "crossing") if name in entry}
+    if len(directions) != 1 or ("width" in entry) == ("radius" in entry):
+        raise FileError(
+            f"{where}: a gate has a centre, a width or a radius, and one of normal, heading and heading_deg"
+        )
+    made = Gate.circle if "radius" in entry else Gate
+    given = how | {name: entry[name] for name in ("centre", "radius", "width", "height", "up") if name in entry}
     if directions[0] == "normal":
-        return Gate(normal=entry["normal"], **given)
+        return made(normal=entry["normal"], **given)
     angle = entry[directions[0]]
     if not is_number(angle):
         raise FileError(f"{where}: {directions[0]} is {shown(angle)}: give an angle")
@@ -131,7 +172,7 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
         raise FileError(f"{where}: heading is {angle:g} rad, beyond a turn: write heading_deg: {angle:g} for degrees")
     angle = radians(angle) if directions[0] == "heading_deg" else float(angle)
     flat = [cos(angle), sin(angle), 0.0][: len(given["centre"])]
-    return Gate(normal=flat, **{"crossing": 1} | given)
+    return made(normal=flat, **{"crossing": 1} | given)
 
 
 def _ground(where: str, key: str, value: Any) -> Any:

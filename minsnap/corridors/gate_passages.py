@@ -1,0 +1,65 @@
+"""When and how fast a path passes its gates, and how far from their edges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.corridors.gates import Gate
+from minsnap.trajectory.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class GatePassage:
+    """One passage of a gate.
+
+    Parameters
+    ----------
+    gate : int
+        Which of the gates, counted from 0.
+    instant : float
+        [s].
+    speed : float
+        [m/s].
+    clearance : float
+        Distance from the middle of the vehicle to the nearest edge of the opening [m].
+    """
+
+    gate: int
+    instant: float
+    speed: float
+    clearance: float
+
+
+def gate_passages(trajectory: Trajectory, gates: Iterable[Gate], within: float = 1e-6) -> tuple[GatePassage, ...]:
+    """Return the passages of gates, in the order of the flight: those of a plan are where its legs meet.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        A plan through the gates, any number of laps.
+    gates : iterable of Gate
+        Other waypoints are left out before.
+    within : float
+        Distance from a gate's plane and opening at which a place counts as in it, over the path's extent.
+    """
+    instants = trajectory.leg_breaks
+    places, speeds = trajectory(instants), np.linalg.norm(trajectory(instants, 1), axis=1)
+    reach = within * max(1.0, float(np.ptp(places, axis=0).max()))
+    found = []
+    for index, gate in enumerate(gates):
+        clear = clearances(gate, places, reach)
+        for knot in np.flatnonzero(clear > -reach):
+            found.append(GatePassage(index, float(instants[knot]), float(speeds[knot]), max(float(clear[knot]), 0.0)))
+    return tuple(sorted(found, key=lambda passage: passage.instant))
+
+
+def clearances(gate: Gate, places: FloatArray, reach: float) -> FloatArray:
+    """Return distances of places (n, dim) to the nearest edge of an opening, negative outside of it or its plane."""
+    offsets = places - gate.centre
+    sides, bounds = gate.edges()
+    inside = (bounds + gate.margin - offsets @ sides.T).min(axis=1)
+    return np.asarray(np.minimum(inside, np.where(np.abs(offsets @ gate.normal) <= reach, np.inf, -np.inf)))
