@@ -65,7 +65,7 @@ SITES = [
     ),
     (
         ("within_limits", "_stretched", UnprovedError),
-        "no plan of 3000 s within the limits was found, only one of 4.3",
+        "no plan of 3000 s within the limits was found, only one of 4",
         {"waypoints": POINTS, "total_time": 3e3, "limits": LIMITS, "corridor": 0.2, "continuity": 4, **FAST},
     ),
     (

@@ -59,7 +59,8 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     proof = find_contradiction(corridor, durations, problem, found)
     if proof is None:
         return SolverError(f"{UNPROVED}widen the corridor of leg {leg}, or change durations that differ much")
-    room = _room(corridor, durations, problem, found)
+    tried = _room(task, durations, problem, found)
+    room = ROOM if tried is None else tried
     widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + room) + room)
     on_leg = (groups >= 0) & (np.concatenate([block.piece for block in compiled.blocks]) // task.pieces == leg)
     width = float(widths[on_leg].max())
@@ -70,26 +71,28 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     }
     message = (
         f"no curve stays inside the {corridor.walls[0].name} of leg {leg}: it is too narrow at {instant:.4g} s; "
-        f"{_sufficient(width, names == [None], others)}{_advice(task)}"
+        f"{_sufficient(width, names == [None], others, tried is not None)}{_advice(task)}"
     )
-    return InfeasibleError(message, leg=leg, instant=instant, smallest_width=width, contradiction=proof)
+    smallest = None if tried is None else width
+    return InfeasibleError(message, leg=leg, instant=instant, smallest_width=smallest, contradiction=proof)
 
 
-def _room(task: Task, durations: FloatArray, problem: Problem, found: Relaxed) -> float:
-    """Share to add to widths so that a plan is found: tried where the curve has control points ten million legs away.
+def _room(task: Task, durations: FloatArray, problem: Problem, found: Relaxed) -> float | None:
+    """Share to add to widths with which a plan was found that keeps the other walls and limits too; None without one.
 
-    Such curves keep walls by differences of large numbers, which solvers find only a little inside.
+    Curves with control points ten million legs away keep walls by differences of large numbers, which solvers find only
+    a little inside.
     """
-    if EXACT * np.abs(problem.relative_points(found.knots)).max() < 0.01:
-        return ROOM
-    for room in (ROOM, 100.0 * ROOM):
+    giant = EXACT * np.abs(problem.relative_points(found.knots)).max() >= 0.01
+    for room in (100.0 * ROOM, 200.0 * ROOM) if giant else (ROOM, 100.0 * ROOM):
         share = np.broadcast_to(found.slacks * (1.0 + room) + room, task.legs)
+        walls = [wall if wall.order else _widened(wall, share[wall.leg]) for wall in task.walls]
         try:
-            solve(replace(task, walls=[_widened(wall, share[wall.leg]) for wall in task.walls]), durations)
+            solve(replace(task, walls=walls), durations)
         except (InfeasibleRowsError, MinsnapError):
             continue
         return room
-    return 200.0 * ROOM
+    return None
 
 
 def _widened(wall: Walls, share: FloatArray) -> Walls:
@@ -100,9 +103,14 @@ def _widened(wall: Walls, share: FloatArray) -> Walls:
     return replace(wall, lower=wall.lower - more, upper=wall.upper + more)
 
 
-def _sufficient(width: float, everywhere: bool, others: Mapping[int, float]) -> str:
-    """Say what widths would do: that of the leg, or of all, and of others."""
-    what = f"a half-width of {width:.6g} m {'for all legs' if everywhere else 'there'} would do"
+def _sufficient(width: float, everywhere: bool, others: Mapping[int, float], tried: bool) -> str:
+    """Say what widths would do, or what is needed at least: that of the leg, or of all, and of others."""
+    where = "for all legs" if everywhere else "there"
+    what = f"a half-width of {width:.6g} m {where} would do"
+    if not tried:
+        what = (
+            f"the walls on positions alone need a half-width of about {width:.6g} m {where}, the others may need more"
+        )
     wider = ", ".join(f"{other:.6g} m on leg {name}" for name, other in others.items())
     return f"{what}, together with {wider}" if wider else what
 

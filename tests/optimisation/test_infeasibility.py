@@ -104,5 +104,19 @@ def test_a_width_that_only_giant_curves_keep_has_room_to_find_one():
     with using("auto") as core:
         if core.library is None:
             pytest.skip("the Python core finds other curves")
-        width = 1.001 * refusal(**asked).smallest_width
+        width = refusal(**asked).smallest_width  # near it rounding decides which widths have a plan
         assert fits(**asked | {"corridor": minsnap.RoundTube(width)})
+
+
+def test_a_width_is_named_as_one_that_does_only_where_it_does_with_all_that_is_asked():
+    """Limits need more room than the tube alone: the width that the tube needs has no plan in these times."""
+    points, times = [(0, 0, 0), (4, 0, 0), (4, 4, 0)], [1.6, 1.6]
+    asked = {"corridor": 1e-3, "continuity": 5, "limits": minsnap.Limits(acceleration=9.0)}
+    refused = refusal(points, times, **asked)
+    if refused.smallest_width is None:
+        assert "would do" not in str(refused) and "the others may need more" in str(refused)
+    else:
+        assert fits(points, times, **asked | {"corridor": refused.smallest_width})
+    alone = refusal(points, times, corridor=1e-3, continuity=5)
+    assert fits(points, times, corridor=alone.smallest_width, continuity=5)
+    assert not fits(points, times, **asked | {"corridor": alone.smallest_width})

@@ -90,7 +90,10 @@ def _too_narrow(
     most = widest(gap, open_, *ends)
     lead = f"no way leads from {_metres(start)} to {_metres(goal)}"
     if most is None:
-        return InfeasibleError(f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells")
+        return InfeasibleError(
+            f"{lead}, whatever the clearance: occupied cells close it off; check the unknown cells",
+            contradiction=barrier(grid, free, clearance, *ends),
+        )
     way = shortest_way(open_ & (gap >= most), grid.resolution, *ends, avoided=gap <= most)
     assert way is not None
     narrow = way[int(gap[tuple(way.T)].argmin())]
