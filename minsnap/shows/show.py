@@ -18,7 +18,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.storage.archive import read_archive
 from minsnap.basics.storage.atomic import atomic_write
-from minsnap.errors import FleetError
+from minsnap.errors import FleetError, MinsnapError
 from minsnap.files.formats.light_programme import Lights
 from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet
@@ -170,7 +170,11 @@ def fly(show: Show, kept: str | os.PathLike[str] | None = None, told: Told | Non
     for number, (name, points, hold) in enumerate(places):
         free = 0 < number < len(places) - 2
         goals = points[assign(now, points)] if free else points
-        curves, method = _flight(show, now, goals, kept)
+        try:
+            curves, method = _flight(show, now, goals, kept)
+        except MinsnapError as error:
+            error.args = (f"the flight to {name}: {error}",)
+            raise
         arrival = clock + max(curve.duration for curve in curves)
         for part, curve, goal in zip(parts, curves, goals, strict=True):
             part.extend([curve, *_wait(goal, arrival - clock - curve.duration + hold)])

@@ -180,3 +180,9 @@ def test_a_show_takes_meshes_beside_its_file(show_file, tmp_path):
     (tmp_path / "cube.obj").write_text(CUBE)
     show_file.write_text(SHOW.replace("circle: {radius: 3, height: 5}", "mesh: {file: cube.obj, size: 4, height: 3}"))
     assert read_show(show_file).acts[0].points == pytest.approx(mesh(6, tmp_path / "cube.obj", 4.0, 3.0))
+
+
+def test_a_flight_that_is_refused_is_named(show_file):
+    show_file.write_text(SHOW.replace("room: [[-6, -6, 0], [6, 6, 12]]", "room: [[-6, -6, 0], [6, 6, 4.5]]"))
+    with pytest.raises(FleetError, match=r"^the flight to ring: .*outside of the room"):
+        fly(read_show(show_file))
