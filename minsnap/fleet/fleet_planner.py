@@ -18,8 +18,9 @@ from minsnap.corridors.room import Room
 from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import certify_fleet
+from minsnap.fleet.fleet_checks import check_task, refuse_meetings
 from minsnap.fleet.fleet_report import FleetReport
-from minsnap.fleet.fleet_task import FleetTask, check_task, refuse_meetings, way_of
+from minsnap.fleet.fleet_task import FleetTask, way_of
 from minsnap.fleet.keep_out import Obstacle
 from minsnap.fleet.one_curve import PIECES, one_curve
 from minsnap.fleet.processors import processors

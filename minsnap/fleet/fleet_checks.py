@@ -1,0 +1,157 @@
+"""Checks of what is asked of a fleet: every refusal is one sentence that names the vehicle or the pair."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_state, check_waypoints
+from minsnap.basics.messages import shown
+from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.room import Room, as_room
+from minsnap.errors import FleetError, WaypointError
+from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_limits import limits_of
+from minsnap.fleet.fleet_task import FleetTask, waypoint_knots
+from minsnap.fleet.keep_out import as_obstacles
+from minsnap.fleet.separation import as_separation
+from minsnap.trajectory.path import Path
+
+MOST_VEHICLES = 10_000
+"""Vehicles of one plan."""
+
+
+def check_task(
+    waypoints: Any, limits: Any, separation: Any, room: Any, avoid: Any, start: Any, fixed: Any, corridors: Any = None
+) -> FleetTask:
+    """Return what is asked, or raise FleetError in one sentence."""
+    points = _checked_waypoints(waypoints)
+    flying = tuple(fixed) if isinstance(fixed, Sequence | Fleet) else ()
+    for curve in flying:
+        if not isinstance(curve, Path):
+            raise FleetError(f"a fixed vehicle is a {type(curve).__name__}: give its Trajectory")
+    rooms = as_room(room)
+    if rooms and not (isinstance(rooms[0], Room) and len(rooms[0].lower) == 3):
+        raise FleetError("the room of a fleet must be a Room, or two corners of three coordinates")
+    task = FleetTask(
+        points,
+        _checked_states(start, len(points)),
+        None if limits is None else tuple(limits_of(limits, len(points))),
+        None if separation is None else as_separation(separation),
+        rooms[0] if rooms else None,  # type: ignore[arg-type]
+        as_obstacles(avoid),
+        flying,
+        _checked_corridors(corridors, points),
+    )
+    _refuse_near(task, [each[0] for each in (*points, *(curve(0.0)[None] for curve in flying))], "starts")
+    _refuse_near(task, [each[-1] for each in points], "goals")
+    _refuse_outside(task)
+    return task
+
+
+def _checked_waypoints(waypoints: Any) -> tuple[FloatArray, ...]:
+    if isinstance(waypoints, str) or not hasattr(waypoints, "__len__") or not len(waypoints):
+        raise FleetError(f"the waypoints are {shown(waypoints)}: give an array (n, 3) for each vehicle [m]")
+    if len(waypoints) > MOST_VEHICLES:
+        raise FleetError(f"there are {len(waypoints)} vehicles: at most {MOST_VEHICLES} are planned at once")
+    points = []
+    for vehicle, given in enumerate(waypoints):
+        try:
+            own = check_waypoints(given)
+        except WaypointError as error:
+            raise FleetError(f"vehicle {vehicle}: {error}", vehicle=vehicle) from None
+        if own.shape[1] != 3:
+            raise FleetError(f"vehicle {vehicle} has {own.shape[1]} coordinates: give x, y and z", vehicle=vehicle)
+        points.append(own)
+    return tuple(points)
+
+
+def _checked_states(start: Any, count: int) -> tuple[Mapping[int, FloatArray], ...]:
+    each = [None] * count if start is None else start
+    if isinstance(each, Mapping) or not isinstance(each, Sequence) or len(each) != count:
+        raise FleetError(f"start must be a list of {count} states, each None or such as {{'velocity': (1, 0, 0)}}")
+    return tuple(check_state(state, f"the start of vehicle {i}", 4, 3) for i, state in enumerate(each))
+
+
+def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[Boxes | None, ...]:
+    if corridors is None:
+        return ()
+    given = tuple(corridors) if isinstance(corridors, Sequence) else ()
+    if len(given) != len(points):
+        raise FleetError(f"corridors must be a list of {len(points)} Boxes, with None for vehicles without one")
+    for vehicle, (boxes, own) in enumerate(zip(given, points, strict=True)):
+        if boxes is None:
+            continue
+        if not isinstance(boxes, Boxes) or boxes.lower.shape != (len(own) - 1, 3):
+            raise FleetError(
+                f"the corridor of vehicle {vehicle} must be Boxes, one in space for each leg", vehicle=vehicle
+            )
+        ends = np.stack((own[:-1], own[1:]))
+        if ((ends < boxes.lower) | (ends > boxes.upper)).any():
+            leg = int(np.argmax(((ends < boxes.lower) | (ends > boxes.upper)).any(axis=(0, 2))))
+            text = f"leg {leg} of vehicle {vehicle} begins or ends outside of its box: move the waypoint or the box"
+            raise FleetError(text, vehicle=vehicle)
+    return given
+
+
+def _refuse_near(task: FleetTask, points: list[FloatArray], what: str) -> None:
+    """Refuse the first pair of starts or goals that are nearer than their separation."""
+    if task.separation is None:
+        return
+    places = np.stack(points) * [1.0, 1.0, 1.0 / task.separation.downwash]
+    for i in range(len(places) - 1):
+        away = np.sqrt(((places[i + 1 :] - places[i]) ** 2).sum(axis=1))
+        least = task.radii[i] + task.radii[i + 1 : len(places)]
+        if (away < (1.0 - EXACT) * least).any():
+            k = int(np.argmin(away - least))
+            raise FleetError(
+                f"the {what} of vehicles {i} and {i + 1 + k} are {away[k]:.4g} m apart, {least[k] - away[k]:.3g} m "
+                f"less than their separation of {least[k]:g} m (heights divided by the downwash): move one",
+                pair=(i, i + 1 + k),
+            )
+
+
+def refuse_meetings(task: FleetTask, pieces: int) -> None:
+    """Refuse the first two vehicles whose waypoints are passed at one instant, nearer than their separation."""
+    passed: dict[int, list[tuple[int, int]]] = {}
+    for vehicle, points in enumerate(task.waypoints):
+        for index, knot in enumerate(waypoint_knots(points, pieces)[1:-1], 1):
+            passed.setdefault(knot, []).append((vehicle, index))
+    if task.separation is None:
+        return
+    scale = np.array([1.0, 1.0, 1.0 / task.separation.downwash])
+    for meeting in passed.values():
+        for place, (one, i) in enumerate(meeting):
+            for two, j in meeting[place + 1 :]:
+                away = float(np.sqrt((((task.waypoints[one][i] - task.waypoints[two][j]) * scale) ** 2).sum()))
+                if away < (1.0 - EXACT) * (task.radii[one] + task.radii[two]):
+                    raise FleetError(
+                        f"waypoint {i} of vehicle {one} and waypoint {j} of vehicle {two} are passed at one instant, "
+                        f"{away:.4g} m apart: move one, or give one of the vehicles another waypoint before it",
+                        pair=(one, two),
+                    )
+
+
+def _refuse_outside(task: FleetTask) -> None:
+    """Refuse the first waypoint outside of the room or inside an obstacle."""
+    obstacles = [each.numbers() for each in task.avoid]
+    for vehicle, points in enumerate(task.waypoints):
+        for index, point in enumerate(points):
+            if task.room is not None and ((point < task.room.lower) | (point > task.room.upper)).any():
+                text = f"waypoint {index} of vehicle {vehicle}, {point}, is outside of the room"
+                raise FleetError(f"{text}: move it or make the room larger", vehicle=vehicle)
+            for which, numbers in enumerate(obstacles):
+                depth = -_clearance(numbers, point)
+                if depth > EXACT:
+                    text = f"waypoint {index} of vehicle {vehicle}, {point}, is {depth:.3g} m inside obstacle {which}"
+                    raise FleetError(f"{text}: move it", vehicle=vehicle)
+
+
+def _clearance(numbers: FloatArray, point: FloatArray) -> float:
+    centre, scale, radius, low, high = numbers[:3], numbers[3:6], numbers[6], numbers[7:10], numbers[10:]
+    flat = float(np.maximum(point - high, low - point).max())
+    return flat if radius < 0.0 else max(flat, float(np.sqrt(((scale * (point - centre)) ** 2).sum())) - radius)
