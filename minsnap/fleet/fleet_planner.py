@@ -34,7 +34,7 @@ from minsnap.trajectory.trajectory import Trajectory
 GUESSES = 4
 """First guesses that are tried."""
 
-BELOW_ALONE = 0.995
+BELOW_ALONE = 0.9995
 """Times below so many times what the slowest vehicle takes alone are not tried: they are hardly ever reached."""
 
 Told = Callable[[float, float], None]
