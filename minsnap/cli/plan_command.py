@@ -12,7 +12,7 @@ from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import Planning, altitudes_of
+from minsnap.cli.planning import Planning, altitudes_of, finer
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
@@ -73,7 +73,10 @@ def plan(
     if "room" not in asked and "limits" in chosen and not found.boxes:
         asked |= altitudes_of(planning, found.waypoints)
     path = plan_path(**plan_arguments(asked | destination.search))
-    destination.deliver(path, found.walls, found.waypoints, limits=asked.get("limits"), origin=_home(file))
+    one = planning.pieces is None and found.pieces == 1
+    further = finer(plan_path, asked | {"pieces": None} | destination.search, path) if one else {}
+    how: dict[str, Any] = {"limits": asked.get("limits"), "origin": _home(file), "further": further}
+    destination.deliver(path, found.walls, found.waypoints, **how)
 
 
 def _in_frame(given: SceneRequest, file: Path, frame: str | None) -> SceneRequest:

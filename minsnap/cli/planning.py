@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, make_dataclass
 from math import radians
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from minsnap.cli import options
-from minsnap.errors import InputError, TimingError
+from minsnap.errors import InputError, MinsnapError, TimingError
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
+    from minsnap.trajectory.trajectory import Trajectory
 
 Center = Annotated[tuple[float, float], typer.Option("--center", metavar="X Y", help="Centre [m].")]
 Altitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z [m].")]
@@ -33,6 +35,15 @@ Ramp = Annotated[
     typer.Option("--ramp", metavar="DEG", help="Angle of spin-up and spin-down [degrees]; 90. 0 starts at speed."),
 ]
 
+
+QUICK = 1000.0
+"""Longest search after which ``--pieces auto`` is tried for the summary [ms]."""
+
+WORTH = 0.01
+"""Least share of the flight that is worth a line of the summary."""
+
+LEAST = 0.5
+"""Time that this may take in any case [s]."""
 
 RECTANGLE_WALLS = 0.3
 """Half-width around the sides of a rectangle, unless another is given or none is wanted [m]."""
@@ -81,6 +92,29 @@ def altitudes_of(given: Any, points: Any) -> dict[str, Any]:
     from minsnap.limits.ordinary import ordinary_room
 
     return {"room": ordinary_room(points)}
+
+
+def finer(plan: Callable[..., Trajectory], named: dict[str, Any], path: Trajectory) -> dict[str, Any]:
+    """Return how long the flight would last with ``--pieces auto``, where one polynomial per leg was searched for.
+
+    Nothing where times, pieces or a split are given, or where the search took more than ``QUICK``; it is given as long
+    again, and no less than ``LEAST``.
+    """
+    report, chosen = path.report, {"total_time", "durations", "time_weight", "time_limit", "split", "continuity"}
+    given = chosen & options.given(**named).keys()
+    if given or named.get("limits") is None or named.get("pieces") is not None:
+        return {}
+    if report is None or report.interrupted or report.milliseconds > QUICK:
+        return {}
+    from minsnap.files.plan_arguments import plan_arguments
+
+    again = {"pieces": "auto", "progress": None, "time_limit": max(LEAST, report.milliseconds / 1e3)}
+    try:
+        shorter = plan(**plan_arguments(named | again)).duration
+    except MinsnapError:
+        return {}
+    gain = 1.0 - shorter / path.duration
+    return {"pieces_auto": shorter, "pieces_auto_gain": gain} if gain >= WORTH else {}
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import radians
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -19,6 +20,7 @@ from minsnap.cli.planning import (
     TimingOptions,
     Turning,
     altitudes_of,
+    finer,
 )
 
 StartAngle = Annotated[float, typer.Option("--start-angle", metavar="DEG", help="Where it begins [degrees].")]
@@ -45,15 +47,17 @@ def rect(
     from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.shapes import rectangle
 
-    asked = plan_arguments(planning.arguments() | destination.search) | {
-        "corridor": planning.walls,
+    place: dict[str, Any] = {
+        "altitude": altitude,
         "laps": laps,
         "start_corner": start_corner,
         "clockwise": clockwise,
         "center": center,
     }
-    path = rectangle(width, length, altitude=altitude, **asked)
-    destination.deliver(path, planning.walls, limits=planning.limits)
+    traced = partial(rectangle, width, length, **place)
+    asked = planning.arguments() | {"corridor": planning.walls} | destination.search
+    path = traced(**plan_arguments(asked))
+    destination.deliver(path, planning.walls, limits=planning.limits, further=finer(traced, asked, path))
 
 
 @app.command()
@@ -72,8 +76,10 @@ def line(
     search = {} if constant_speed else destination.search
     if not constant_speed:
         search |= altitudes_of(timing, [start, goal])
-    path = plan_line(start, goal, constant_speed=constant_speed, **plan_arguments(timing.arguments() | search))
-    destination.deliver(path, limits=timing.limits)
+    asked = timing.arguments() | search
+    path = plan_line(start, goal, constant_speed=constant_speed, **plan_arguments(asked))
+    further = {} if constant_speed else finer(partial(plan_line, start, goal), asked, path)
+    destination.deliver(path, limits=timing.limits, further=further)
 
 
 @app.command()

@@ -142,7 +142,7 @@ class SceneRequest:
 
     def _corridor(self) -> Any:
         """Half-widths where the tube is alone, so that the native core sees the plain problem."""
-        if self.corridor is not None and len(self.corridor) != self.legs:
+        if self.corridor is not None and len(self.corridor) != max(self.legs, 1):
             raise CorridorError(
                 f"{len(self.corridor)} half-widths were given for {self.legs} legs: give one, or one per leg"
             )

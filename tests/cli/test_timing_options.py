@@ -158,6 +158,18 @@ def test_pieces_are_a_number_or_left_to_the_search(call):
     assert run.returncode == 2 and "at least 1" in run.stderr
 
 
+def test_the_summary_says_how_much_shorter_more_polynomials_would_be(call, tmp_path):
+    (tmp_path / "points.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,3,1.5\n")
+    for command in (("rect",), ("line", "--max-speed", 3), ("plan", "points.csv", "--max-speed", 3)):
+        plain, chosen = figures(call(*command, "--json")), figures(call(*command, "--pieces", "auto", "--json"))
+        assert plain["pieces_auto"] == pytest.approx(chosen["duration"], rel=0.02)
+        assert plain["pieces_auto_gain"] == pytest.approx(1.0 - plain["pieces_auto"] / plain["duration"])
+        assert chosen["pieces_auto"] is None
+        assert "% shorter" in call(*command).stdout
+    for options in (("--time", 12), ("--pieces", 1), ("--pieces", 2)):
+        assert figures(call("rect", *options, "--json"))["pieces_auto"] is None
+
+
 def test_a_search_ends_in_time_with_a_plan_that_keeps_its_limits(call):
     found = figures(call("rect", "--pieces", 3, "--time-limit", 1e-6, "--json"))
     assert found["binding"] and max(used["fraction"] for used in found["limits"]) <= 1.0 + 1e-9
