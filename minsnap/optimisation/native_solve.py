@@ -115,8 +115,6 @@ def _unsupported(task: Task) -> str:
         return f"the solver {task.solver} was asked for"
     if task.continuity < task.half - 1:
         return f"the native core keeps {task.half - 1} derivatives continuous, not {task.continuity}"
-    if (task.upper > task.lower).all(axis=0).any():
-        return "the native core needs a waypoint that is fixed along each axis"
     return ""
 
 

@@ -60,6 +60,7 @@ GIVEN = {
     "lap, continuity 5": rectangle(corridor=0.5, continuity=5, pieces=2, closed=True),
     "degree 11, continuity 9": rectangle(corridor=0.5, continuity=9, pieces=3, degree=11),
     "balls": rectangle(waypoint_tolerance=minsnap.Ball(0.2)),
+    "balls at all waypoints": rectangle(waypoint_tolerance=minsnap.Ball(np.full(5, 0.2)), corridor=0.4),
     "balls in a tube": rectangle(waypoint_tolerance=minsnap.Ball(0.2), corridor=0.4),
     "boxes": along(THROUGH, (4.3, 2.7, 3.1), corridor=BOXES),
     "boxes, free waypoints": along(

@@ -70,6 +70,9 @@ def test_random_tubes_cost_the_same_as_in_python(seed):
         {"continuity": 5, "pieces": 2, "closed": True},
         {"degree": 11, "continuity": 9, "pieces": 3},
         {"degree": 5, "continuity": 3, "waypoint_tolerance": 0.2},
+        {"waypoint_tolerance": np.full(5, 0.2)},
+        {"waypoint_tolerance": minsnap.Ball(np.full(5, 0.1)), "pieces": 2},
+        {"waypoint_tolerance": np.full(5, 0.3), "closed": True},
     ],
 )
 def test_every_kind_of_task_costs_the_same_as_in_python(others):
@@ -115,7 +118,6 @@ def test_a_start_on_the_floor_is_planned_natively():
     [
         ({"corridor": 0.3, "solver": "daqp"}, "daqp"),
         ({"corridor": 0.3, "continuity": 2}, "continuous"),
-        ({"corridor": 0.3, "waypoint_tolerance": minsnap.Ball(np.full(5, 0.1))}, "fixed"),
     ],
 )
 def test_what_is_handed_over_says_why(others, reason):

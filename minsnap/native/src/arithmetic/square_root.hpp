@@ -114,8 +114,8 @@ public:
 
     // Take away what rounding left of jumps at the knots, by the change that has no part in z; ``x`` is scratch
     // (unknowns(),). The factor stays, but not its optimum.
-    Status join(Chain<Real, Half> &chain, const int *axes, int count, Real *x) {
-        const Status status = factorise(chain, axes, count);
+    Status join(Chain<Real, Half> &chain, const int *axes, int count, const Real *pull, Real *x) {
+        const Status status = factorise(chain, axes, count, pull);
         for (int column = 0; column < count && status == Status::done; ++column) {
             for (int i = 0; i < unknowns_; ++i) x[i] = 0;
             for (int block = 0; block < blocks_; ++block)

@@ -25,7 +25,18 @@ public:
     // request, if there are any, are where it begins.
     Status solve(const Request &given, Answer &answer, Aim aim = Aim::proved, const Contact *known = nullptr,
                  int count = 0) {
-        given_ = &given, aim_ = aim;
+        given_ = &given, aim_ = aim, given_away_ = 0;
+        Status status = run(answer, known, count);
+        for (int turn = 0; turn < most_prices && status == Status::done && overpriced(); ++turn) {
+            given_away_ = Real(given.gap) / 8 * chain.cost();
+            status = run(answer, known, count);
+        }
+        return status == Status::done ? finish(answer) : status;
+    }
+
+private:
+    Status run(Answer &answer, const Contact *known, int count) {
+        const Aim aim = aim_;
         share_ = aim == Aim::near ? near_share : Real(0), pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0, infeasible_ = false;
         Status status = prepare();
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
@@ -33,10 +44,9 @@ public:
         if (status == Status::done) status = iterate(answer.points);
         answer.rounds = rounds_;
         if (status == Status::done && aim == Aim::proved && !joined(answer.points)) status = Status::not_proved;
-        return status == Status::done ? finish(answer) : status;
+        return status;
     }
 
-private:
     const Request *given_ = nullptr;
     Buffer<Wall<Real>> walls_;
     Buffer<Ball<Real>> balls_;
@@ -48,6 +58,7 @@ public:
     ActiveSet<Real, Half> active;
 
 private:
+    static constexpr int most_prices = 3;  // of what draws a curve that walls alone hold
     static constexpr int most_rounds = 1000, most_tries = 8, shortest_pause = 3;
     // Products of vectors' entries, about, after which it gives up: 0.2 to 0.4 s in either precision.
     static constexpr double most_work = sizeof(Real) > 8 ? 4e7 : 5e8;
@@ -67,12 +78,83 @@ private:
             if (walls_[index].ball >= 0) ++balls;
         }
         most_cost_ = absurd * chain.cost();  // of what is pinned alone: straight legs with stops
+        const Status drawn = draw();
+        if (drawn != Status::done) return drawn;
         const Status status = factorise();
         if (status != Status::done) return status;
         if (given_->continuity >= given_->half) most_cost_ += absurd * free_cost_;
         most_peaks_ = 8 * given_->walls.count + 8;
         if (!active.allocate() || !contacts_.allocate() || !peaks_.allocate(most_peaks_)) return Status::no_memory;
         return start();
+    }
+
+    // Along a coordinate in which no position is given, walls alone say where the curve lies. It is drawn to the nominal
+    // position of one knot, whose walls bound how far it can be from there, and so what the cost with that price may differ
+    // from the true one: a share of the gap, ``given_away_``.
+    Status draw() {
+        int count = 0;
+        for (int axis = 0; axis < chain.dim; ++axis) count += floats(axis);
+        drawn_ = 0;
+        if (count == 0) return Status::done;
+        if (given_away_ == 0) given_away_ = Real(given_->gap) / 8 * chain.cost();
+        if (!(given_away_ > 0) || !pull_.allocate(std::size_t(chain.dim) * chain.pieces)) return Status::no_progress;
+        for (int i = 0; i < chain.dim * chain.pieces; ++i) pull_[i] = 0;
+        for (int axis = 0; axis < chain.dim; ++axis) {
+            if (!floats(axis)) continue;
+            Real widest = 0;
+            int best = -1;
+            for (int knot = 0; knot < chain.pieces; ++knot) {
+                Real reach = 0;  // of all coordinates that are drawn: they may share a factor
+                for (int other = 0; other < chain.dim; ++other)
+                    if (floats(other)) reach = largest(reach, reach_of(knot, other));
+                if (best < 0 || reach < widest) widest = reach, best = knot;
+            }
+            if (!(widest < std::numeric_limits<Real>::infinity())) return Status::unsupported;
+            pull_[std::size_t(axis) * chain.pieces + best] = sqrt(given_away_ / count) / widest;
+            drawn_ |= 1U << axis;
+        }
+        return Status::done;
+    }
+
+    bool floats(int axis) const {
+        for (int knot = 0; knot <= chain.pieces; ++knot)
+            if (!chain.is_free(knot, 0, axis)) return false;
+        return true;
+    }
+
+    const Real *pull_of(int axis) const {
+        return drawn_ >> axis & 1U ? pull_.data() + std::size_t(axis) * chain.pieces : nullptr;
+    }
+
+    // How far the start of a piece may be from its nominal position along a coordinate, as walls there say one by one.
+    Real reach_of(int knot, int axis) const {
+        Real most[2] = {std::numeric_limits<Real>::infinity(), std::numeric_limits<Real>::infinity()};
+        for (std::int64_t i = 0; i < given_->walls.count; ++i) {
+            const Wall<Real> &wall = walls_[i];
+            if (wall.piece != knot || wall.order != 0 || wall.when == When::end || wall.equality) continue;
+            if (wall.ball < 0 && wall.axes == 1U << axis) {
+                Real &side = most[wall.normal[axis] < 0];
+                side = smallest(side, fabs(wall.bound / wall.normal[axis]));
+            } else if (wall.ball >= 0 && wall.axes == 0) {
+                const Real reach = reach_in(wall, balls_[wall.ball], axis);
+                most[0] = smallest(most[0], reach), most[1] = smallest(most[1], reach);
+            }
+        }
+        return largest(most[0], most[1]);
+    }
+
+    Real reach_in(const Wall<Real> &wall, const Ball<Real> &ball, int axis) const {
+        for (int q = 0; q < ball.rows; ++q) {
+            bool alone = ball.matrix[q][axis] != 0;
+            for (int other = 0; other < chain.dim; ++other) alone = alone && (other == axis || ball.matrix[q][other] == 0);
+            if (alone) return (wall.bound + fabs(ball.offset[q])) / fabs(ball.matrix[q][axis]);
+        }
+        return std::numeric_limits<Real>::infinity();
+    }
+
+    // Whether the price of what draws the curve is more than the gap allows, now that the cost is known.
+    bool overpriced() const {
+        return drawn_ != 0 && chain.cost() > 0 && !(given_away_ <= Real(given_->gap) / 4 * chain.cost());
     }
 
     std::int64_t count_balls() const {
@@ -86,7 +168,7 @@ private:
         free_cost_ = 0;
         return for_each_factor([&](SquareRoot<Real, Half> &factor, const int *axes, int count) {
             if (!factor.allocate(chain)) return Status::no_memory;
-            const Status status = factor.factorise(chain, axes, count);
+            const Status status = factor.factorise(chain, axes, count, pull_of(axes[0]));
             if (status != Status::done) return status;
             free_cost_ += factor.rest();
             if (!scratch_.allocate(factor.unknowns() + 1)) return Status::no_memory;
@@ -103,7 +185,7 @@ private:
     Status join() {
         if (given_->continuity < given_->half) return Status::done;
         const Status status = for_each_factor([&](SquareRoot<Real, Half> &factor, const int *axes, int count) {
-            return scratch_.allocate(factor.unknowns() + 1) ? factor.join(chain, axes, count, scratch_.data())
+            return scratch_.allocate(factor.unknowns() + 1) ? factor.join(chain, axes, count, pull_of(axes[0]), scratch_.data())
                                                             : Status::no_memory;
         });
         if (status == Status::done) chain.place();
@@ -356,7 +438,7 @@ private:
 
     // The cost of the curve, and apart from it the bound that the multipliers prove; they must agree.
     Status finish(Answer &answer) {
-        const Real cost = chain.cost(), bound = aim_ == Aim::proved ? dual_bound() : Real(0);
+        const Real cost = chain.cost(), bound = aim_ == Aim::proved ? dual_bound() - given_away_ : Real(0);
         answer.cost = double(cost), answer.bound = double(bound), answer.share = double(share_);
         answer.rows = active.count();
         for (int k = 0; k < active.count(); ++k) {
@@ -412,11 +494,12 @@ private:
 
     Contacts<Real, Half> contacts_;
     Buffer<Peak<Real>> peaks_;
-    Buffer<Real> scratch_, free_points_;
+    Buffer<Real> scratch_, free_points_, pull_;
     Peak<Real> failures_[most_failures];
-    Real free_cost_ = 0, share_ = 0, worst_ = 0, most_cost_ = 0;
+    Real given_away_ = 0, free_cost_ = 0, share_ = 0, worst_ = 0, most_cost_ = 0;
     std::int64_t most_peaks_ = 0, peak_count_ = 0;
     Aim aim_ = Aim::proved;
+    unsigned drawn_ = 0;  // bits of coordinates
     int failure_count_ = 0, pause_ = 0, patience_ = 0, tries_ = 0;
     bool infeasible_ = false, moved_walls_ = false;
     int rounds_ = 0;
