@@ -416,7 +416,7 @@ private:
     // Take in the peaks, worst first, each that is still violated when its turn comes.
     Status take_in() {
         std::sort(peaks_.data(), peaks_.data() + peak_count_,
-                  [](const Peak<Real> &a, const Peak<Real> &b) { return a.excess > b.excess; });
+                  [](const Peak<Real> &a, const Peak<Real> &b) { return a.before(b); });
         bool any = false;
         for (int i = 0; i < peak_count_; ++i) {
             const Peak<Real> &peak = peaks_[i];

@@ -14,6 +14,13 @@ template <class Real>
 struct Peak {
     int wall;
     Real s, excess;  // beyond the wall moved inwards, in units of unit_at
+
+    // Whether it comes before another one: worst first, and of equal ones the wall and the instant decide, since libraries
+    // sort equals in their own orders.
+    bool before(const Peak &other) const {
+        if (excess != other.excess) return excess > other.excess;
+        return wall != other.wall ? wall < other.wall : s < other.s;
+    }
 };
 
 constexpr int cells = 28;
