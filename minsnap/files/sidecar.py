@@ -110,6 +110,8 @@ def _headed(path: str | os.PathLike[str]) -> str | None:
     """Return the frame that the header of a CSV says, or None; what is wrong with a file is said by its reader."""
     check_regular(path)
     try:
+        if not Path(path).is_file():  # a pipe would be waited for
+            return None
         with open(path, "rb") as file:
             header = file.readline(_HEADER).decode("utf-8", "replace")
     except (OSError, ValueError, TypeError):

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 
 import numpy as np
 import pytest
@@ -139,3 +140,9 @@ def test_a_file_below_ground_throughout_has_to_say_its_frame(tmp_path):
     assert cellar.position[0].tolist() == [1.0, 2.0, -1.5]
     minsnap.write_csv(cellar, tmp_path / "cellar.csv")
     assert minsnap.read_csv(tmp_path / "cellar.csv").position[0].tolist() == [1.0, 2.0, -1.5]
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(FileError, match=r"pipe.csv"):
+        minsnap.read_csv(tmp_path / "pipe.csv")
