@@ -33,6 +33,7 @@ COMMANDS = (
     "stream_command",
     "preflight_command",
     "limits_command",
+    "tune_command",
     "relay_command",
     "simulate_command",
     "experiment_command",

@@ -1,0 +1,34 @@
+"""The command that corrects setpoints by what a flight missed, from the flight's log."""
+
+from flown_logs import Measured, ulog_of
+
+import minsnap
+from minsnap.flight import CascadeController, compare, simulate
+from minsnap.trajectory.samples import Samples
+from minsnap.vehicle import Quadrotor
+
+VEHICLE = Quadrotor.px4_sih()
+
+
+def flown(sent, rate=None):
+    end = sent.duration + 1.0
+    return simulate(VEHICLE, CascadeController(), sent, setpoint_rate=rate, setpoint_delay=0.1, duration=end)
+
+
+def test_the_next_flight_misses_the_plan_by_half(call, tmp_path):
+    corners = [(0, 0, 2), (8, 0, 2), (8, 4, 2), (0, 4, 2), (0, 0, 2)]
+    path = minsnap.plan(corners, corridor=0.3, total_time=14.0)
+    plan = path.sample(20.0)
+    minsnap.write_csv(plan, tmp_path / "plan.csv")
+    first = flown(path, 20.0)
+    (tmp_path / "1.ulg").write_bytes(ulog_of(Measured(VEHICLE, first)))
+    done = call("tune", "plan.csv", "1.ulg", "-o", "next.csv")
+    assert done.returncode == 0, done.stderr
+    assert "this flight missed the plan by" in done.stdout
+    second = flown(minsnap.read_csv(tmp_path / "next.csv"))
+    errors = [compare(plan, Samples(each.t, each.position)).rmse_3d for each in (first, second)]
+    assert errors[1] < 0.5 * errors[0]
+    checked = call("check", "next.csv")
+    assert checked.returncode == 0
+    wrong = call("tune", "plan.csv", "next.csv", "-o", "x.csv")
+    assert wrong.returncode == 2 and "is no log with setpoints" in wrong.stderr
