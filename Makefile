@@ -30,7 +30,7 @@ test: $(VENV)/developing ## every test, example and page of documentation, warni
 
 check: $(VENV)/developing ## the fast part of the tests, within a minute
 	$(CORE)
-	$(QUIET) $(PYTEST) $(PARALLEL) -m "not slow and not long"
+	$(QUIET) $(PYTEST) $(PARALLEL) -m "not slow"
 
 test-python: $(VENV)/developing ## the tests of plans once more, by the Python core
 	MINSNAP_CORE=python $(QUIET) $(PYTEST) $(PARALLEL) tests/optimisation tests/trajectory \
@@ -98,6 +98,7 @@ $(VENV)/made:
 		{ echo "minsnap needs Python 3.10 or newer; name one with 'make PYTHON=python3.12'" >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
 		echo "This Python cannot make a virtual environment: on Debian or Ubuntu, 'apt-get install python3-venv' adds it" >&2; exit 1; }
+	@$(BIN)/python -m pip --disable-pip-version-check install --quiet 'pip>=21.3' # older ones install no checkout in place
 	@touch $@
 
 $(VENV)/installed: $(VENV)/made pyproject.toml constraints.txt

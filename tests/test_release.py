@@ -1,7 +1,10 @@
 """What a release says of itself: one version in every file, and a changelog that a user can read."""
 
+import ast
 import re
 from pathlib import Path
+
+import yaml
 
 import minsnap
 
@@ -21,6 +24,9 @@ def test_every_file_names_the_version_of_the_package():
     assert re.fullmatch(re.escape(minsnap.__version__) + r" - \d{4}-\d\d-\d\d", newest)
     version, date = newest.split(" - ")
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\n  version: {version}\n" in (ROOT / "recipe" / "recipe.yaml").read_text(encoding="utf-8")
+    assert f"<version>{version}</version>" in (ROOT / "ros/minsnap_ros/package.xml").read_text(encoding="utf-8")
+    assert f'version="{version}"' in (ROOT / "ros/minsnap_ros/setup.py").read_text(encoding="utf-8")
     assert f"\nversion: {version}\n" in citation and f"\ndate-released: {date}\n" in citation
 
 
@@ -29,3 +35,19 @@ def test_a_version_has_at_most_40_entries_of_at_most_3_lines():
         entries = [entry for entry in re.split(r"^(?=- |### )", body, flags=re.MULTILINE) if entry.startswith("- ")]
         assert len(entries) <= 40, version
         assert not [entry for entry in entries if len(entry.strip().splitlines()) > 3], version
+
+
+def test_the_conda_recipe_asks_for_what_pip_does():
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    (asked,) = re.findall(r"^dependencies = (\[.*?^\])", project, flags=re.MULTILINE | re.DOTALL)
+    recipe = yaml.safe_load((ROOT / "recipe" / "recipe.yaml").read_text(encoding="utf-8"))
+    conda = {line.replace(" ", "").replace("matplotlib-base", "matplotlib") for line in recipe["requirements"]["run"]}
+    assert conda - {"python>=${{python_min}}"} == set(ast.literal_eval(asked))
+
+
+def test_what_the_workflows_make_can_be_made():
+    targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    used = [(ROOT / ".ci" / "run").read_text(encoding="utf-8")]
+    used += [path.read_text(encoding="utf-8") for path in sorted((ROOT / ".github" / "workflows").glob("*.yml"))]
+    wanted = re.findall(r"(?:^|run: |; then )make ([a-z-]+)", "\n".join(used), flags=re.MULTILINE)
+    assert len(wanted) >= 8 and set(wanted) <= set(targets)
