@@ -1,7 +1,7 @@
 """The interior point for shortest times beside the sequential cone programmes, in the same run.
 
-Run it by hand: ``python benchmarks/interior_point.py [--problems 90] [--pieces 1 3 auto]`` prints a table for four courses,
-then a summary of random problems (``random_times.py``) that both searches know.
+Run it by hand: ``python benchmarks/interior_point.py [--problems 90] [--pieces 1 3 auto]`` prints a table for four
+courses, then a summary of random problems (``random_times.py``) that both searches know.
 """
 
 from __future__ import annotations
