@@ -328,12 +328,15 @@ class LeastTime:
     def _searched_on(self, search: JointSearch, found: Evaluated) -> Evaluated:
         """Search on from a curve that reaches no limit: such a curve is not the fastest nearby, the steps ended early.
 
-        Near free fall steps become so short that rounding decides where they end, 3 % apart.
+        Near free fall steps become so short that rounding decides where they end, 3 % apart. Where the same curve is
+        a dead end, so need not be the same flown a little more slowly.
         """
+        factor = 1.0
         for _ in range(ONWARDS):
             if self.interrupted or not found.measured.limit < -IDLE:
                 break
-            found = min(found, self._run(search, found.state), key=_merit)
+            before, found = found, min(found, self._run(search, slowed(found.state, factor)), key=_merit)
+            factor = factor * EASED if found is before else 1.0
         return found
 
     def _raise_price(self, search: JointSearch) -> None:
