@@ -26,6 +26,7 @@ from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.time_allocation.timing import Finish
+from minsnap.trajectory.trajectory import Trajectory
 
 DIVISIONS = (3, 2)
 """Parts into which pieces are divided one time after another where their number is left to the search."""
@@ -106,9 +107,17 @@ def _within(task: Task, limits: Limits, finish: Finish, found: ShortestFound, so
     if not task.still:
         return solved if largest_use(limits, finish(solved.trajectory)) <= 1.0 + KEPT else None
     curve = finish(solved.trajectory)
-    found_at = nearby_factor(limits, curve) or touching_factor(limits, curve)
-    factor = float(np.ceil(found_at * GRAIN)) / GRAIN
+    factor = float(np.ceil(_slowdown(limits, curve) * GRAIN)) / GRAIN
     return _solved(task, found, factor) if factor <= 1.0 + FAR or found.stopped else None
+
+
+def _slowdown(limits: Limits, curve: Trajectory) -> float:
+    """Factor on time at which the most used limit is just kept; a derivative of order p is divided by its p-th power."""
+    orders = [KIND[name].order for name in limits.given()]
+    if all(orders):
+        used = limits.utilisation(curve)
+        return max(entry.fraction ** (1.0 / order) for entry, order in zip(used, orders, strict=True))
+    return nearby_factor(limits, curve) or touching_factor(limits, curve)
 
 
 def _solved(task: Task, found: ShortestFound, factor: float) -> SolvedTask:

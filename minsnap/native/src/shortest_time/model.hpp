@@ -18,7 +18,7 @@ struct RowWeights {
 // Second and first derivatives of a weighted sum in the ends and in the own duration of one piece.
 template <class S>
 struct PieceModel {
-    static constexpr int count_at = S::instants;
+    static constexpr int count_at = S::instants, together = 4;
 
     double blocks[S::pairs][S::packed];  // in the ends, for every pair of axes
     double cross[S::whole], own;         // of ends and duration; of the duration
@@ -103,21 +103,29 @@ private:
                 own_gradient -= q * x[c][g] * slope[c][g];
                 own -= q * x[c][g] * turn[c][g];
             }
+        static_assert(count_at % together == 0, "instants are taken four at a time");
         for (int t = 0; t < S::pairs; ++t)
-            for (int g = 0; g < count_at; ++g) {
-                const double weight = bend[t][g] * inverse * inverse, *product = instants.products[q][g];
-                for (int k = 0; k < S::packed; ++k) blocks[t][k] += weight * product[k];
+            for (int g = 0; g < count_at; g += together) {
+                double weight[together];
+                for (int n = 0; n < together; ++n) weight[n] = bend[t][g + n] * inverse * inverse;
+                const auto *product = instants.products[q] + g;
+                for (int k = 0; k < S::packed; ++k)
+                    blocks[t][k] += (weight[0] * product[0][k] + weight[1] * product[1][k]) + (weight[2] * product[2][k] + weight[3] * product[3][k]);
             }
-        for (int c = 0; c < S::dim; ++c)
+        for (int c = 0; c < S::dim; ++c) {
+            double sums[3][S::ends] = {};
             for (int g = 0; g < count_at; ++g) {
                 const double *factor = instants.by_instant[q][g];
-                const double a1 = slope[c][g] * inverse, a2 = pull[c][g] * inverse, a3 = turn[c][g] * inverse;
-                for (int a = 0; a < S::ends; ++a) {
-                    gradient[a * S::dim + c] += a1 * factor[a];
-                    force[a * S::dim + c] += a2 * factor[a];
-                    cross[a * S::dim + c] += a3 * factor[a];
-                }
+                const double weight[3] = {slope[c][g] * inverse, pull[c][g] * inverse, turn[c][g] * inverse};
+                for (int n = 0; n < 3; ++n)
+                    for (int a = 0; a < S::ends; ++a) sums[n][a] += weight[n] * factor[a];
             }
+            for (int a = 0; a < S::ends; ++a) {
+                gradient[a * S::dim + c] += sums[0][a];
+                force[a * S::dim + c] += sums[1][a];
+                cross[a * S::dim + c] += sums[2][a];
+            }
+        }
     }
 
     void add_knot(const Condition<S::dim> &condition, int a, const double *x, const PieceEnds<S> &piece, int row, const RowWeights &weights) {
