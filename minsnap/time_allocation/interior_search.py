@@ -112,11 +112,11 @@ def _within(task: Task, limits: Limits, finish: Finish, found: ShortestFound, so
 
 
 def _slowdown(limits: Limits, curve: Trajectory) -> float:
-    """Factor on time at which the most used limit is just kept; a derivative of order p is divided by its p-th power."""
+    """Factor on time at which the most used limit is just kept; it divides a derivative by its power of that order."""
     orders = [KIND[name].order for name in limits.given()]
     if all(orders):
         used = limits.utilisation(curve)
-        return max(entry.fraction ** (1.0 / order) for entry, order in zip(used, orders, strict=True))
+        return max(float(entry.fraction ** (1.0 / order)) for entry, order in zip(used, orders, strict=True))
     return nearby_factor(limits, curve) or touching_factor(limits, curve)
 
 
