@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import re
 import signal
 import subprocess
+import termios
 import time
+from array import array
 
 import pytest
 
@@ -22,14 +25,14 @@ def is_one_sentence(text):
     return text.startswith("minsnap: ") and text.endswith("\n") and text.count("\n") == 1
 
 
-def wait_for_reader(pipe, run):
-    """Open a pipe for writing once the command reads from it, where it then waits for more."""
-    while run.poll() is None:
-        try:
-            return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
-        except OSError:
-            time.sleep(0.01)
-    raise AssertionError(run.stderr.read())
+def wait_until_read(run):
+    """Return when a command has read all that was written to its standard input, and waits for more."""
+    waiting = array("i", [1])
+    while waiting[0]:
+        assert run.poll() is None, run.stderr.read()
+        time.sleep(0.02)
+        fcntl.ioctl(run.stdin.fileno(), termios.FIONREAD, waiting)
+    time.sleep(0.2)
 
 
 def test_done_is_0_and_only_the_summary_is_printed(process, tmp_path):
@@ -106,15 +109,16 @@ def test_a_reader_that_goes_away_is_met_in_silence(tmp_path):
 
 
 def test_an_interrupt_is_130_in_silence_and_leaves_nothing(tmp_path):
-    os.mkfifo(tmp_path / "pipe.csv")
-    arguments = [*COMMAND, "plot", "pipe.csv", "-o", "figure.png"]
-    with subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
-        writer = wait_for_reader(tmp_path / "pipe.csv", run)
+    arguments = [*COMMAND, "plan", "-", "-o", "path.csv"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(arguments, cwd=tmp_path, text=True, **pipes) as run:
+        run.stdin.write("x,y,z\n")
+        run.stdin.flush()
+        wait_until_read(run)
         run.send_signal(signal.SIGINT)
         assert run.wait(timeout=60) == 130
-        os.close(writer)
         assert (run.stdout.read(), run.stderr.read()) == ("", "")
-    assert os.listdir(tmp_path) == ["pipe.csv"]
+    assert os.listdir(tmp_path) == []
 
 
 def test_the_command_loads_nothing_heavy_before_it_is_needed(tmp_path):

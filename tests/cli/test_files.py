@@ -166,3 +166,12 @@ def test_plot_needs_a_figure_it_can_write(call, flown, tmp_path):
     assert (tmp_path / "a.png").read_text() == "precious"
     assert call("plot", flown, "-o", "b.png", "--view", "top").returncode == 2
     assert not (tmp_path / "b.png").exists()
+
+
+def test_waypoints_are_read_from_the_standard_input(tmp_path):
+    command = [*COMMAND, "plan", "-", "-o", "path.csv"]
+    text = "x,y,z\n0,0,1\n4,0,1\n"
+    run = subprocess.run(command, input=text, cwd=tmp_path, capture_output=True, text=True)
+    assert (run.returncode, run.stderr) == (0, "") and os.listdir(tmp_path) == ["path.csv"]
+    run = subprocess.run(command, input="x,y,z\n0,0,a\n", cwd=tmp_path, capture_output=True, text=True)
+    assert (run.returncode, run.stdout) == (2, "") and "-, line 2: z is 'a'" in run.stderr

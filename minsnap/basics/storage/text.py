@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,21 +14,36 @@ from minsnap.errors import FileError
 LARGEST_YAML = 32_000_000
 """Bytes of the largest YAML file that is read."""
 
+STANDARD_INPUT = Path("-")
+"""What stands for the standard input in place of a file's name."""
+
 DEEPEST = 32
 """Levels of nesting up to which YAML is read."""
 
 
 def read_text(path: str | os.PathLike[str], largest: int = LARGEST) -> str:
-    """Return a UTF-8 file's text, with or without a byte-order mark.
+    """Return a UTF-8 file's text, with or without a byte-order mark; ``-`` is the standard input.
 
     Raises
     ------
     FileError
         If there is no such file, it cannot be read, is larger than ``largest`` bytes, or is not text.
     """
+    if Path(path) == STANDARD_INPUT:
+        return _standard_input()
     check_size(path, largest)
     with reading(path, "a text file"):
         return Path(path).read_text(encoding="utf-8-sig")
+
+
+@cache
+def _standard_input() -> str:
+    """Return what arrives on the standard input, once: who asks again has the same."""
+    with reading(STANDARD_INPUT, "text"):
+        content = sys.stdin.buffer.read(LARGEST_YAML + 1)
+        if len(content) > LARGEST_YAML:
+            raise FileError(f"the standard input has more than {LARGEST_YAML / 1e6:.0f} MB: give a file")
+        return content.decode("utf-8-sig")
 
 
 def load_yaml(path: str | os.PathLike[str]) -> Any:
