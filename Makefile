@@ -34,14 +34,14 @@ check: $(VENV)/developing ## the fast part of the tests, within a minute
 
 test-python: $(VENV)/developing ## the tests of plans once more, by the Python core
 	MINSNAP_CORE=python $(QUIET) $(PYTEST) $(PARALLEL) tests/optimisation tests/trajectory \
-		tests/test_planner.py tests/many/test_many.py tests/test_reference_values.py
+		tests/planning/test_planner.py tests/planning/test_many.py tests/test_reference_values.py
 
 # Of the oldest processor, without NumPy's faster loops, and of a newer one: what a test asserts must not depend on them.
 LOOPS := from numpy._core._multiarray_umath import __cpu_dispatch__ as known; print(*known)
 test-kernels: $(VENV)/developing ## the tests of plans under two other kernels of BLAS and NumPy
 	for kernel in Prescott Haswell; do \
 		OPENBLAS_CORETYPE=$$kernel NPY_DISABLE_CPU_FEATURES="$$([ $$kernel = Haswell ] || $(BIN)/python -c '$(LOOPS)')" $(QUIET) $(PYTEST) $(PARALLEL) \
-			-m "not slow" tests/test_planner.py tests/test_reference_values.py tests/optimisation tests/corridors tests/limits tests/polynomials || exit 1; done
+			-m "not slow" tests/planning/test_planner.py tests/test_reference_values.py tests/optimisation tests/corridors tests/limits tests/polynomials || exit 1; done
 
 clang: $(VENV)/developing ## the native core's tests with a core compiled by clang
 	CXX=clang++ MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build --output build/clang/_core.bin
@@ -53,7 +53,7 @@ test-interpreter: ## a part of the tests with another interpreter: PYTHON=python
 	@rm -rf $(OTHER) && $(PYTHON) -m venv $(OTHER)
 	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) . pytest pytest-xdist hypothesis
 	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest -W error $(PARALLEL) -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
-		$(addprefix $(CURDIR)/tests/,test_planner.py test_reference_values.py basics/test_cards.py paths/shapes optimisation/test_fallbacks.py cli/test_shape_commands.py)
+		$(addprefix $(CURDIR)/tests/,planning/test_planner.py test_reference_values.py basics/test_cards.py paths/shapes optimisation/test_fallbacks.py cli/test_shape_commands.py)
 
 # As on a machine without a compiler, where pip gets one for the time of the build.
 test-install: ## install with nothing but Python on the PATH, and plan by the native core

@@ -49,7 +49,7 @@ def profile(course: Course, path: minsnap.Trajectory) -> float:
     from toppra.constraint import DiscretizationType, LinearConstraint, SecondOrderConstraint
 
     toppra.setup_logging("CRITICAL")
-    speed, (centre, radius) = course.limits.speed, _ball(course, path.dim)
+    speed, (center, radius) = course.limits.speed, _ball(course, path.dim)
 
     class NormVelocity(LinearConstraint):
         def compute_constraint_params(self, curve, gridpoints, *args):
@@ -66,7 +66,7 @@ def profile(course: Course, path: minsnap.Trajectory) -> float:
     normals = _directions(path.dim)
     scheme = DiscretizationType.Collocation
     force = SecondOrderConstraint(
-        lambda q, qd, qdd: qdd - centre,
+        lambda q, qd, qdd: qdd - center,
         lambda q: normals,
         lambda q: np.full(len(normals), radius),
         path.dim,
@@ -79,7 +79,7 @@ def profile(course: Course, path: minsnap.Trajectory) -> float:
 
 
 def _ball(course: Course, dim: int) -> tuple[np.ndarray, float]:
-    """Accelerations that acceleration or thrust allow: centre and radius of the smaller ball."""
+    """Accelerations that acceleration or thrust allow: center and radius of the smaller ball."""
     limits, down = course.limits, np.zeros(dim)
     balls = [(down, np.inf if limits.acceleration is None else limits.acceleration)]
     if limits.max_thrust is not None:

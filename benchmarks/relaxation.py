@@ -27,7 +27,7 @@ class Relaxation:
         given = asked["waypoints"]
         if given is None:
             given = [asked["start"]["position"], *[None] * (len(asked["durations"]) - 1), asked["end"]["position"]]
-        self.legs, self.dim = len(given) - 1, len(getattr(given[0], "centre", given[0]))
+        self.legs, self.dim = len(given) - 1, len(getattr(given[0], "center", given[0]))
         self.times = np.repeat(np.asarray(asked["durations"], float) / self.pieces, self.pieces)
         self.size = len(self.times) * (self.degree + 1) * self.dim
         self.equal, self.below, self.cones = [], [], []
@@ -90,7 +90,7 @@ class Relaxation:
         for knot, point in enumerate(given):
             if point is None:
                 continue
-            gate, point = (point, point.centre) if isinstance(point, Gate) else (None, point)
+            gate, point = (point, point.center) if isinstance(point, Gate) else (None, point)
             free = tolerance is not None and (np.ndim(getattr(tolerance, "radius", tolerance)) or 0 < knot < self.legs)
             at = self._at(knot, 0)
             if gate is not None:

@@ -35,9 +35,9 @@ class PlannedRace(Controller):
         """Plan from the position and the gates of the first observation."""
         self.step, self.rate = 0, config["env"]["freq"]
         axes = Rotation.from_quat(np.asarray(obs["gates_quat"])).apply([1.0, 0.0, 0.0])
-        centres = np.asarray(obs["gates_pos"])
-        gates = [minsnap.Gate(c, n, OPENING, crossing=1) for c, n in zip(centres, axes, strict=True)]
-        end = centres[-1] + PAST * axes[-1]
+        centers = np.asarray(obs["gates_pos"])
+        gates = [minsnap.Gate(c, n, OPENING, crossing=1) for c, n in zip(centers, axes, strict=True)]
+        end = centers[-1] + PAST * axes[-1]
         self.path = minsnap.plan([np.asarray(obs["pos"]), *gates, end], limits=LIMITS, pieces=2)
 
     def compute_control(self, obs, info=None):
@@ -57,9 +57,9 @@ class PlannedRace(Controller):
 
 def track():
     """Return an observation and a configuration of four gates."""
-    centres = np.array([(0.6, -0.8, 0.7), (1.2, 0.7, 1.2), (-0.2, 1.2, 0.7), (-0.9, 0.0, 1.2)])
+    centers = np.array([(0.6, -0.8, 0.7), (1.2, 0.7, 1.2), (-0.2, 1.2, 0.7), (-0.9, 0.0, 1.2)])
     turns = Rotation.from_rotvec(np.radians(np.outer([20.0, 80.0, 180.0, -110.0], [0.0, 0.0, 1.0])))
-    obs = {"pos": np.array((-0.9, -0.9, 0.1)), "gates_pos": centres, "gates_quat": turns.as_quat()}
+    obs = {"pos": np.array((-0.9, -0.9, 0.1)), "gates_pos": centers, "gates_quat": turns.as_quat()}
     return obs, {"env": {"freq": 50}}
 
 

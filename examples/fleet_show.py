@@ -26,8 +26,8 @@ def main(folder: Path) -> None:
     flown = fly(show)
     for stage in flown.stages:
         print(f"{stage.name:10} leaves {stage.start:6.2f} s, arrives {stage.arrival:6.2f} s")
-    written = minsnap.write_fleet(flown.fleet, folder / "show.skyc", lights=flown.lights)
-    held = minsnap.certify_fleet(minsnap.read_fleet(folder / "show.skyc"), show.separation, limits)
+    written = minsnap.shows.write_fleet(flown.fleet, folder / "show.skyc", lights=flown.lights)
+    held = minsnap.certify_fleet(minsnap.shows.read_fleet(folder / "show.skyc"), show.separation, limits)
     planned = minsnap.certify_fleet(flown.fleet, show.separation, limits)
     print(f"{1e3 * written.distance:.1f} mm from the plan at most, {held.least_distance:.3f} m apart at all times")
     report = SafetyReport("Ring and letter", held, planned, written.distance, flown.stages, written.files)

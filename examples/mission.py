@@ -1,6 +1,6 @@
 """A mission: take-off, two laps through gates and a ball, and landing, from one file.
 
-A gate is given by its centre, heading, width and height; ``straight`` makes the path perpendicular to it, and keeps it
+A gate is given by its center, heading, width and height; ``straight`` makes the path perpendicular to it, and keeps it
 inside the prism over its opening, so far before and behind it. The laps close themselves. On the command line:
 
     minsnap plan course.yaml -o mission.csv --plot mission.png
@@ -16,9 +16,9 @@ COURSE = """
 name: yard
 waypoints:
   - [0, 0, 1.5]
-  - {centre: [5, 0, 1.5], heading_deg: 0, width: 1.0, height: 0.8, straight: 0.4}
+  - {center: [5, 0, 1.5], heading_deg: 0, width: 1.0, height: 0.8, straight: 0.4}
   - {x: 8, y: 3, z: 2, ball: 0.4}
-  - {centre: [4, 5, 2], heading_deg: 180, width: 1.2}
+  - {center: [4, 5, 2], heading_deg: 180, width: 1.2}
 closed: true
 laps: 2
 takeoff: true

@@ -9,7 +9,7 @@ import lazy_loader
 
 _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-_HOMES = ("plot", "routes", "errors", "corridors", "replanning", "fleet", "paths.missions")
+_HOMES = ("plot", "routes", "errors", "corridors", "replanning", "fleet", "shows", "paths.missions")
 """Where the names are that the root does not have."""
 
 

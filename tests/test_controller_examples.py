@@ -36,9 +36,9 @@ def test_a_race_crosses_every_opening_along_its_axis(flown):
     path = controller.path
     fine = np.linspace(0.0, path.duration, 200_001)
     at = path(fine)
-    for centre, quaternion in zip(obs["gates_pos"], obs["gates_quat"], strict=True):
+    for center, quaternion in zip(obs["gates_pos"], obs["gates_quat"], strict=True):
         frame = RACE["Rotation"].from_quat(quaternion).as_matrix()
-        local = (at - centre) @ frame
+        local = (at - center) @ frame
         crossed = np.flatnonzero((local[:-1, 0] < 0.0) & (local[1:, 0] >= 0.0))
         assert any(np.abs(local[i, 1:]).max() <= 0.15 + 1e-3 for i in crossed)
 

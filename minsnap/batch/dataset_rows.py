@@ -17,7 +17,7 @@ from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
 from minsnap.errors import InfeasibleError, InputError, MinsnapError, UnprovedError
 from minsnap.files.plan_arguments import plan_arguments
-from minsnap.planner import plan
+from minsnap.planning.planner import plan
 from minsnap.trajectory.trajectory import Trajectory
 
 STATUSES = ("done", "infeasible", "unsolved", "invalid", "timeout", "crashed")
@@ -85,10 +85,10 @@ def _question(asked: PlanRequest) -> Row:
 
 
 def _points(waypoints: Any) -> FloatArray | None:
-    """Waypoints as (n, dim), a gate by its centre; None where they are malformed or the corridor's."""
+    """Waypoints as (n, dim), a gate by its center; None where they are malformed or the corridor's."""
     if not isinstance(waypoints, (list, np.ndarray)) or not len(waypoints):
         return None
-    points = numbers([point.centre if isinstance(point, Gate) else point for point in waypoints])
+    points = numbers([point.center if isinstance(point, Gate) else point for point in waypoints])
     return points if points is not None and points.ndim == 2 else None
 
 

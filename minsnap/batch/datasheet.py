@@ -166,14 +166,14 @@ def _draw_examples(path: Path, shard: Path) -> None:
     _save(figure, path)
 
 
-def _draw_path(ax: Axes, curve: Trajectory, centre: tuple[float, float]) -> None:
+def _draw_path(ax: Axes, curve: Trajectory, center: tuple[float, float]) -> None:
     """Draw x and y of a curve and its knots, 0.9 wide, around a place."""
     import numpy as np
 
     positions, knots = (curve(t)[:, :2] for t in (np.linspace(0.0, curve.duration, 300), curve.leg_breaks))
     low, high = positions.min(axis=0), positions.max(axis=0)
     for points, style in ((positions, "-"), (knots, "o")):
-        shown = (points - (low + high) / 2.0) * (0.9 / max((high - low).max(), 1e-9)) + centre
+        shown = (points - (low + high) / 2.0) * (0.9 / max((high - low).max(), 1e-9)) + center
         ax.plot(shown[:, 0], shown[:, 1], style, color="#8a1c3b", markersize=3.0)
 
 

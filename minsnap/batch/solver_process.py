@@ -19,7 +19,7 @@ from minsnap.batch.columns import record_batch
 from minsnap.batch.dataset_rows import Asked, Row
 from minsnap.batch.spec import Spec, read_mapping
 from minsnap.certificate import certify
-from minsnap.planner import plan
+from minsnap.planning.planner import plan
 
 ALARMS = tuple(getattr(signal, name) for name in ("SIGPROF", "SIGALRM") if hasattr(signal, name))
 """What ends the process of a problem that takes too long; none where the system has no alarms."""

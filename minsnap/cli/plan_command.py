@@ -51,7 +51,7 @@ def plan(
     from minsnap.files.formats.polynomials import is_polynomials
     from minsnap.files.plan_arguments import plan_arguments
     from minsnap.files.request_yaml import read_request
-    from minsnap.planner import plan as plan_path
+    from minsnap.planning.planner import plan as plan_path
 
     if destination.output is not None:
         refuse_source(destination.output, file)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.trajectory import Trajectory
 
-Center = Annotated[tuple[float, float], typer.Option("--center", metavar="X Y", help="Centre [m].")]
+Center = Annotated[tuple[float, float], typer.Option("--center", metavar="X Y", help="Center [m].")]
 Altitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z [m].")]
 StartAltitude = Annotated[float, typer.Option("--altitude", metavar="M", help="z at the start [m].")]
 Clockwise = Annotated[bool, typer.Option("--clockwise", help="Turn clockwise seen from above.")]

@@ -51,7 +51,7 @@ class Boxes(ReadOnly):
         return [box_faces(self.lower, self.upper, leg_scales(waypoints), "box")]
 
     def passages(self, closed: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the overlap of each box with the next: its centre and its two corners, each (legs - 1, dim) [m].
+        """Return the overlap of each box with the next: its center and its two corners, each (legs - 1, dim) [m].
 
         Parameters
         ----------

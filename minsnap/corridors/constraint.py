@@ -186,7 +186,7 @@ class Balls(ReadOnly):
         A: the identity for a ball, a projection for a cylinder, diag(r / a) with the least semi-axis r for an ellipsoid
         of semi-axes a. No singular value above 1, so that a margin is at most the distance in metres.
     anchor : array_like, shape (m, dim)
-        Centre, or a point inside a cone, not its apex; zero for derivatives.
+        Center, or a point inside a cone, not its apex; zero for derivatives.
     radius : array_like, shape (m,)
         Positive.
     order : int

@@ -59,7 +59,7 @@ def gate_passages(trajectory: Trajectory, gates: Iterable[Gate], within: float =
 
 def clearances(gate: Gate, places: FloatArray, reach: float) -> FloatArray:
     """Return distances of places (n, dim) to the nearest edge of an opening, negative outside of it or its plane."""
-    offsets = places - gate.centre
+    offsets = places - gate.center
     sides, bounds = gate.edges()
     inside = (bounds + gate.margin - offsets @ sides.T).min(axis=1)
     return np.asarray(np.minimum(inside, np.where(np.abs(offsets @ gate.normal) <= reach, np.inf, -np.inf)))

@@ -77,7 +77,7 @@ class Gate(ReadOnly):
 
     Parameters
     ----------
-    centre : array_like, shape (3,) or (2,)
+    center : array_like, shape (3,) or (2,)
         [m].
     normal : array_like, shape (3,) or (2,)
         Perpendicular to the opening; any length.
@@ -101,10 +101,10 @@ class Gate(ReadOnly):
     Raises
     ------
     WaypointError
-        If a vector or a size is not one, or the margin leaves nothing of the opening around its centre.
+        If a vector or a size is not one, or the margin leaves nothing of the opening around its center.
     """
 
-    centre: FloatArray
+    center: FloatArray
     normal: FloatArray
     corners: FloatArray
     crossing: int
@@ -112,7 +112,7 @@ class Gate(ReadOnly):
 
     def __init__(
         self,
-        centre: npt.ArrayLike,
+        center: npt.ArrayLike,
         normal: npt.ArrayLike,
         width: float,
         height: float | None = None,
@@ -120,10 +120,10 @@ class Gate(ReadOnly):
         crossing: int = 0,
         margin: float = 0.0,
     ) -> None:
-        middle, axis = _numbers(centre, "the centre of a gate"), _numbers(normal, "the normal of a gate")
+        middle, axis = _numbers(center, "the center of a gate"), _numbers(normal, "the normal of a gate")
         if middle.shape not in ((2,), (3,)) or axis.shape != middle.shape:
             raise WaypointError(
-                f"a gate has a centre and a normal of 3 (or 2) coordinates, not {shown(centre)} and {shown(normal)}"
+                f"a gate has a center and a normal of 3 (or 2) coordinates, not {shown(center)} and {shown(normal)}"
             )
         sides = [_size(width, "width"), _size(width if height is None else height, "height")]
         axis = _unit(axis, "the normal of a gate")
@@ -137,7 +137,7 @@ class Gate(ReadOnly):
     @classmethod
     def circle(
         cls,
-        centre: npt.ArrayLike,
+        center: npt.ArrayLike,
         normal: npt.ArrayLike,
         radius: float,
         crossing: int = 0,
@@ -151,21 +151,21 @@ class Gate(ReadOnly):
         WaypointError
             As ``Gate``.
         """
-        square = cls(centre, normal, 2.0 * _size(radius, "radius"), crossing=crossing)
-        if len(square.centre) == 2:
-            return cls(centre, normal, 2.0 * radius, crossing=crossing, margin=margin)
+        square = cls(center, normal, 2.0 * _size(radius, "radius"), crossing=crossing)
+        if len(square.center) == 2:
+            return cls(center, normal, 2.0 * radius, crossing=crossing, margin=margin)
         across, up = (0.5 * (square.corners[k] - square.corners[0]) for k in (1, 3))
         angles = 2.0 * np.pi * np.arange(count) / count
-        corners = square.centre + np.cos(angles)[:, None] * across + np.sin(angles)[:, None] * up
+        corners = square.center + np.cos(angles)[:, None] * across + np.sin(angles)[:, None] * up
         gate = object.__new__(cls)
-        gate._fill(square.centre.copy(), square.normal.copy(), corners, crossing, margin)
+        gate._fill(square.center.copy(), square.normal.copy(), corners, crossing, margin)
         return gate
 
     @classmethod
     def polygon(cls, corners: npt.ArrayLike, crossing: int = 0, margin: float = 0.0) -> Gate:
         """Return the gate with these corners, (m, 3), in order: convex, in one plane.
 
-        The normal is that about which they go round counter-clockwise; the centre is the mean of the corners.
+        The normal is that about which they go round counter-clockwise; the center is the mean of the corners.
 
         Raises
         ------
@@ -193,10 +193,10 @@ class Gate(ReadOnly):
     def moved(self, step: FloatArray) -> Gate:
         """Return the same gate elsewhere; ``step`` is a vector (dim,) [m]."""
         gate = object.__new__(type(self))
-        gate._fill(self.centre + step, self.normal.copy(), self.corners + step, self.crossing, self.margin)
+        gate._fill(self.center + step, self.normal.copy(), self.corners + step, self.crossing, self.margin)
         return gate
 
-    def _fill(self, centre: FloatArray, normal: FloatArray, corners: FloatArray, crossing: int, margin: float) -> None:
+    def _fill(self, center: FloatArray, normal: FloatArray, corners: FloatArray, crossing: int, margin: float) -> None:
         if crossing not in (-1, 0, 1) or isinstance(crossing, bool):
             raise WaypointError(
                 f"the crossing of a gate is {shown(crossing)}: 1 along its normal, -1 against it, 0 either way"
@@ -205,7 +205,7 @@ class Gate(ReadOnly):
             raise WaypointError(
                 f"two corners of a gate are both {corners[0].tolist()}: it is too small beside its place"
             )
-        for name, value in (("centre", centre), ("normal", normal), ("corners", corners)):
+        for name, value in (("center", center), ("normal", normal), ("corners", corners)):
             value.flags.writeable = False
             object.__setattr__(self, name, value)
         object.__setattr__(self, "crossing", int(crossing))
@@ -213,16 +213,16 @@ class Gate(ReadOnly):
         if self.margin and self.edges()[1].min() <= 0.0:
             room = float(self.edges()[1].min()) + self.margin
             raise WaypointError(
-                f"the margin of a gate is {self.margin:g} m, and its nearest edge is {room:.4g} m from its centre"
+                f"the margin of a gate is {self.margin:g} m, and its nearest edge is {room:.4g} m from its center"
             )
 
     def edges(self) -> tuple[FloatArray, FloatArray]:
-        """Outward unit normals in the plane, (m, dim), and how far the curve may be from the centre, (m,) [m].
+        """Outward unit normals in the plane, (m, dim), and how far the curve may be from the center, (m,) [m].
 
         That is the distance of each side, less the margin.
         """
-        spokes = self.corners - self.centre
-        if len(self.centre) == 2:
+        spokes = self.corners - self.center
+        if len(self.center) == 2:
             lengths = np.linalg.norm(spokes, axis=1)
             return _snapped(spokes / lengths[:, None]), lengths - self.margin
         outward = np.cross(np.roll(spokes, -1, axis=0) - spokes, self.normal)
@@ -230,18 +230,18 @@ class Gate(ReadOnly):
         return _snapped(outward), np.asarray((outward * spokes).sum(axis=1) - self.margin)
 
     def __repr__(self) -> str:
-        centre, normal = (tuple(value.tolist()) for value in (self.centre, self.normal))
-        return f"Gate(centre={centre}, normal={normal}, corners={len(self.corners)}, crossing={self.crossing})"
+        center, normal = (tuple(value.tolist()) for value in (self.center, self.normal))
+        return f"Gate(center={center}, normal={normal}, corners={len(self.corners)}, crossing={self.crossing})"
 
 
 def without_gates(waypoints: Any) -> tuple[Any, dict[int, Gate]]:
-    """Return waypoints with centres in place of gates, and the gates by waypoint."""
+    """Return waypoints with centers in place of gates, and the gates by waypoint."""
     if not isinstance(waypoints, (list, tuple)):
         return waypoints, {}
     gates = {index: entry for index, entry in enumerate(waypoints) if isinstance(entry, Gate)}
     if not gates:
         return waypoints, {}
-    return [entry.centre if isinstance(entry, Gate) else entry for entry in waypoints], gates
+    return [entry.center if isinstance(entry, Gate) else entry for entry in waypoints], gates
 
 
 def _sides(axis: FloatArray, up: npt.ArrayLike | None) -> Sequence[FloatArray]:

@@ -16,7 +16,7 @@ FEW_SHIFTS = 500
 def gaps(taken: BoolArray, size: FloatArray) -> FloatArray:
     r"""Return the least distance of any point of each cell to any point of an occupied cell.
 
-    Between two cells that is the distance of their centres less one cell per axis, so the least distance of centres to
+    Between two cells that is the distance of their centers less one cell per axis, so the least distance of centers to
     a cell that is occupied or beside an occupied one: a Euclidean distance transform (C. Maurer, R. Qi and
     V. Raghavan, "A linear time algorithm for computing exact Euclidean distance transforms", PAMI 2003).
 

@@ -116,8 +116,8 @@ def place(
     last, end = _without_position(end, "end")
     if waypoints is None:
         return Placement(*_found(tolerance, constraints, first, last, closed), start, end, given=False)
-    centres, gates = without_gates(waypoints)
-    points = check_waypoints(centres)
+    centers, gates = without_gates(waypoints)
+    points = check_waypoints(centers)
     for position, index, where in ((first, 0, "start"), (last, -1, "end")):
         if position is not None and (position.shape != points[index].shape or (position != points[index]).any()):
             raise WaypointError(

@@ -24,7 +24,7 @@ PRECISE = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 
 
 
 def inner_balls(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
-    """Return the largest ball in each set: centres (m, dim) and radii (m,); negative radii where a set is empty."""
+    """Return the largest ball in each set: centers (m, dim) and radii (m,); negative radii where a set is empty."""
     dim = sets[0][0].shape[1]
     with_radius = [(np.column_stack([A, np.ones(len(b))]), b) for A, b in sets]
     bounds = [limit for _, b in sets for limit in [(None, None)] * dim + [(None, FAR * _size(b))]]

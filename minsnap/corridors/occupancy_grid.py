@@ -32,7 +32,7 @@ class GridCorridor:
     boxes : Boxes
         One a leg, each overlapping the next by a cell at least.
     waypoints : ndarray, shape (boxes + 1, dim)
-        The path's start, the centre of each overlap, the path's end [m].
+        The path's start, the center of each overlap, the path's end [m].
     """
 
     boxes: Boxes
@@ -66,7 +66,7 @@ def corridor_from_grid(
     resolution : float or array_like, shape (dim,)
         Side of a cell [m].
     path : array_like, shape (m, dim)
-        Polyline through free cells [m], such as the cells' centres that a graph search gives.
+        Polyline through free cells [m], such as the cells' centers that a graph search gives.
     origin : array_like, shape (dim,), optional
         Outer corner of cell (0, 0, 0) [m]; zero unless given.
     clearance : float

@@ -58,7 +58,7 @@ class Polytopes(ReadOnly):
         return [one_sided(leg, normal, upper, width, 0, "polytope")]
 
     def passages(self, closed: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the overlap of each polytope with the next: centre of its inner ball, corners of its bounding box.
+        """Return the overlap of each polytope with the next: center of its inner ball, corners of its bounding box.
 
         Parameters
         ----------
@@ -67,7 +67,7 @@ class Polytopes(ReadOnly):
 
         Returns
         -------
-        centre, lower, upper : ndarray, shape (legs - 1, dim), or (legs, dim) if closed [m]
+        center, lower, upper : ndarray, shape (legs - 1, dim), or (legs, dim) if closed [m]
 
         Raises
         ------
@@ -79,12 +79,12 @@ class Polytopes(ReadOnly):
         common = [_stacked(self.half_spaces[i], self.half_spaces[j]) for i, j in pairs]
         if not common:
             return (np.zeros((0, self.half_spaces[0][0].shape[1])),) * 3
-        centre, radius = inner_balls(common)
+        center, radius = inner_balls(common)
         if radius[0] <= flatness(common[0]):
             raise CorridorError(f"polytopes {pairs[0][0]} and {pairs[0][1]} do not overlap: a closed lap needs that")
         lower, upper = bounding_boxes(common)
         _refuse_unbounded(lower, upper, pairs)
-        return centre, lower, upper
+        return center, lower, upper
 
 
 def _stacked(first: HalfSpaceRows, second: HalfSpaceRows) -> HalfSpaceRows:

@@ -62,7 +62,7 @@ def ball_region(radius: float, dim: int) -> KnotRegion:
 
 def gate_region(gate: Gate) -> KnotRegion:
     """Return the opening of a gate; sides and planes along the axes are part of the box."""
-    offsets = gate.corners - gate.centre
+    offsets = gate.corners - gate.center
     normals, bounds = gate.edges()
     slanted = np.flatnonzero((np.abs(normals) < 1.0).all(axis=1))
     flat = np.abs(gate.normal) == 1.0

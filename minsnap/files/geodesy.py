@@ -17,7 +17,7 @@ FLATTENING = 1.0 / 298.257223563
 def local_positions(geodetic: npt.ArrayLike, home: npt.ArrayLike) -> FloatArray:
     r"""Return positions east, north and up of a home position, in the plane tangent to the ellipsoid there.
 
-    Through earth-centred coordinates: :math:`R^\top (p - p_{home})`, with the axes east, north and up at home as the
+    Through earth-centered coordinates: :math:`R^\top (p - p_{home})`, with the axes east, north and up at home as the
     columns of R (NIMA TR8350.2, *Department of Defense World Geodetic System 1984*).
 
     Parameters
@@ -37,7 +37,7 @@ def local_positions(geodetic: npt.ArrayLike, home: npt.ArrayLike) -> FloatArray:
 
 
 def earth_centred(geodetic: npt.ArrayLike) -> FloatArray:
-    r"""Return earth-centred, earth-fixed coordinates of positions, shape (..., 3) [m].
+    r"""Return earth-centered, earth-fixed coordinates of positions, shape (..., 3) [m].
 
     :math:`((N + h) \cos\varphi \cos\lambda, (N + h) \cos\varphi \sin\lambda, (N (1 - e^2) + h) \sin\varphi)` with
     :math:`N = a / \sqrt{1 - e^2 \sin^2 \varphi}`.

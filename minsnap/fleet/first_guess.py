@@ -92,7 +92,7 @@ def _through(points: FloatArray, pieces: int) -> FloatArray:
     """Return curves of one vehicle, (1, pieces + 1, 4, 3), through its waypoints at knots of their own."""
     if len(points) == 2:
         return straight(points[:1], points[1:], pieces)
-    from minsnap.planner import plan
+    from minsnap.planning.planner import plan
 
     knots = waypoint_knots(points, pieces)
     instants = knot_shares(pieces) * pieces

@@ -152,6 +152,6 @@ def _refuse_outside(task: FleetTask) -> None:
 
 
 def _clearance(numbers: FloatArray, point: FloatArray) -> float:
-    centre, scale, radius, low, high = numbers[:3], numbers[3:6], numbers[6], numbers[7:10], numbers[10:]
+    center, scale, radius, low, high = numbers[:3], numbers[3:6], numbers[6], numbers[7:10], numbers[10:]
     flat = float(np.maximum(point - high, low - point).max())
-    return flat if radius < 0.0 else max(flat, float(np.sqrt(((scale * (point - centre)) ** 2).sum())) - radius)
+    return flat if radius < 0.0 else max(flat, float(np.sqrt(((scale * (point - center)) ** 2).sum())) - radius)

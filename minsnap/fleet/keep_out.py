@@ -1,6 +1,6 @@
 """Obstacles that vehicles keep out of: vertical cylinders, ellipsoids and boxes.
 
-What keeps out is the vehicle's centre: make an obstacle larger by what the vehicle itself needs.
+What keeps out is the vehicle's center: make an obstacle larger by what the vehicle itself needs.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Obstacle(Protocol):
     """A convex set that vehicles keep out of: a ball in scaled coordinates, cut by slabs along the axes."""
 
     def numbers(self) -> FloatArray:
-        """Return centre (3), scale (3), radius (below 0 for no ball), lower and upper bounds (3 each), shape (13,)."""
+        """Return center (3), scale (3), radius (below 0 for no ball), lower and upper bounds (3 each), shape (13,)."""
         ...
 
 
@@ -33,7 +33,7 @@ class Cylinder(ReadOnly):
 
     Parameters
     ----------
-    centre : array_like, shape (2,)
+    center : array_like, shape (2,)
         x and y of its axis [m].
     radius : float
         [m].
@@ -46,13 +46,13 @@ class Cylinder(ReadOnly):
         If a number is none, the radius is not positive, or ``low`` is not below ``high``.
     """
 
-    centre: FloatArray
+    center: FloatArray
     radius: float
     low: float = -inf
     high: float = inf
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", _numbers(self.centre, (2,), "the centre of a cylinder", "x and y [m]"))
+        object.__setattr__(self, "center", _numbers(self.center, (2,), "the center of a cylinder", "x and y [m]"))
         radius = _numbers(self.radius, (), "the radius of a cylinder", "a positive number [m]", 0.0)
         ends = numbers((self.low, self.high))
         if ends is None or ends.shape != (2,) or not ends[0] < ends[1]:
@@ -64,7 +64,7 @@ class Cylinder(ReadOnly):
     def numbers(self) -> FloatArray:
         """Return its thirteen numbers; see ``Obstacle``."""
         bounds = (-inf, -inf, self.low, inf, inf, self.high)
-        return np.array([*self.centre, 0.0, 1.0, 1.0, 0.0, self.radius, *bounds])
+        return np.array([*self.center, 0.0, 1.0, 1.0, 0.0, self.radius, *bounds])
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class Ellipsoid(ReadOnly):
 
     Parameters
     ----------
-    centre : array_like, shape (3,)
+    center : array_like, shape (3,)
         [m].
     half_axes : float or array_like, shape (3,)
         [m].
@@ -84,11 +84,11 @@ class Ellipsoid(ReadOnly):
         If a number is none, or a half-axis is not positive.
     """
 
-    centre: FloatArray
+    center: FloatArray
     half_axes: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", _numbers(self.centre, (3,), "the centre of an ellipsoid", "x, y and z [m]"))
+        object.__setattr__(self, "center", _numbers(self.center, (3,), "the center of an ellipsoid", "x, y and z [m]"))
         what, give = "the half-axes of an ellipsoid", "one positive number, or three [m]"
         axes = _numbers(self.half_axes, ((), (3,)), what, give, 0.0)
         object.__setattr__(self, "half_axes", _numbers(np.broadcast_to(axes, 3), (3,), what, give))
@@ -96,7 +96,7 @@ class Ellipsoid(ReadOnly):
     def numbers(self) -> FloatArray:
         """Return its thirteen numbers; see ``Obstacle``."""
         least = float(self.half_axes.min())
-        return np.array([*self.centre, *(least / self.half_axes), least, *(-inf,) * 3, *(inf,) * 3])
+        return np.array([*self.center, *(least / self.half_axes), least, *(-inf,) * 3, *(inf,) * 3])
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from minsnap.fleet.assignment import line_distance
 from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_task import FleetTask
 from minsnap.limits.limits import Limits
-from minsnap.planner import plan
+from minsnap.planning.planner import plan
 from minsnap.trajectory.trajectory import Trajectory
 
 PIECES = 5

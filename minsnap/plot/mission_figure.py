@@ -52,7 +52,7 @@ def _number(ax: Axes, mission: Mission) -> None:
     """Write the number of each waypoint beside it, all numbers of a place that is passed again."""
     numbers: dict[tuple[float, float], list[str]] = {}
     for number, stop in enumerate(mission.course.stops):
-        numbers.setdefault((float(stop.centre[0]), float(stop.centre[1])), []).append(str(number))
+        numbers.setdefault((float(stop.center[0]), float(stop.center[1])), []).append(str(number))
     style: dict[str, Any] = {"xytext": (6, 6), "textcoords": "offset points", "fontsize": "small", "fontweight": "bold"}
     for place, here in numbers.items():
         ax.annotate(", ".join(here), place, zorder=8, **style)

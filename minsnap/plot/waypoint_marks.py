@@ -24,7 +24,7 @@ GATE_COLOUR = "#d55e00"
 
 
 def nominal_points(waypoints: Waypoints) -> tuple[FloatArray, Mapping[int, Gate]]:
-    """Return positions (n, dim) [m], with the centres of gates, and the gates by waypoint."""
+    """Return positions (n, dim) [m], with the centers of gates, and the gates by waypoint."""
     points, gates = without_gates(waypoints)
     return np.asarray(points, dtype=np.float64), gates
 

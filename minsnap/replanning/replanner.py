@@ -21,7 +21,7 @@ from minsnap.errors import InfeasibleError, InputError, LimitError, SolverError,
 from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
-from minsnap.planner import plan
+from minsnap.planning.planner import plan
 from minsnap.replanning.change import Change
 from minsnap.replanning.clearance import moved_inwards
 from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_outside

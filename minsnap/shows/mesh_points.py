@@ -31,7 +31,7 @@ def mesh(vehicles: int, file: str | os.PathLike[str], size: float, height: float
     size : float
         Largest extent of the mesh in any coordinate [m].
     height : float
-        Of its lowest point; it is centred around the z axis [m].
+        Of its lowest point; it is centered around the z axis [m].
 
     Raises
     ------

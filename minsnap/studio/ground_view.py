@@ -41,8 +41,8 @@ class GroundView:
 
     def show(self, frame: str, points: FloatArray) -> None:
         """Draw the ground under the waypoints, shape (n, 3) [m], and the axes of a frame."""
-        centre, size = points.mean(axis=0), float(np.ceil(2.0 * np.ptp(points, axis=0)[:2].max() + 8.0))
-        middle = (float(np.round(centre[0])), float(np.round(centre[1])), 0.0)
+        center, size = points.mean(axis=0), float(np.ceil(2.0 * np.ptp(points, axis=0)[:2].max() + 8.0))
+        middle = (float(np.round(center[0])), float(np.round(center[1])), 0.0)
         cells = {"cell_size": 1.0, "section_size": 5.0, "cell_color": (222, 226, 230), "section_color": (173, 181, 189)}
         if self._place != (size, middle):
             self._place = size, middle

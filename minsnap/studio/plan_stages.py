@@ -15,7 +15,7 @@ from minsnap.errors import MinsnapError
 from minsnap.files.plan_request import SceneRequest
 from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
-from minsnap.planner import plan
+from minsnap.planning.planner import plan
 from minsnap.studio.edits import straight_durations
 from minsnap.trajectory.report import Step
 from minsnap.trajectory.trajectory import Trajectory

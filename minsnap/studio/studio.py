@@ -197,10 +197,10 @@ class Studio:
 
     def _look_at(self, points: Any) -> None:
         """Place the camera of browsers to come so that all waypoints are seen."""
-        centre, size = points.mean(axis=0), max(float(np.ptp(points, axis=0).max()), 2.0)
+        center, size = points.mean(axis=0), max(float(np.ptp(points, axis=0).max()), 2.0)
         camera = self._server.initial_camera
-        camera.look_at = centre
-        camera.position = centre + size * np.array([-0.45, -1.15, 0.9])
+        camera.look_at = center
+        camera.position = center + size * np.array([-0.45, -1.15, 0.9])
 
     def _show(self, state: BenchState) -> None:
         """Show a state on every page; called with one state at a time."""

@@ -62,12 +62,12 @@ def box_edges(box: Box) -> FloatArray:
 
 
 def face_centres(box: Box) -> FloatArray:
-    """Return the centres of the faces, shape (3, 2, 3) by axis and side [m]."""
+    """Return the centers of the faces, shape (3, 2, 3) by axis and side [m]."""
     bounds = np.array(box, dtype=np.float64)
-    centres = np.tile(bounds.mean(axis=0), (3, 2, 1))
+    centers = np.tile(bounds.mean(axis=0), (3, 2, 1))
     for axis in range(3):
-        centres[axis, :, axis] = bounds[:, axis]
-    return centres
+        centers[axis, :, axis] = bounds[:, axis]
+    return centers
 
 
 def _polygon(along: FloatArray, half_width: float) -> FloatArray:

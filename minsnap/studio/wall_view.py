@@ -122,16 +122,16 @@ class WallView:
                 handle.remove()
             self._faces = {}
             return
-        centres = face_centres(box)
+        centers = face_centres(box)
         for axis in range(3):
             for side in range(2):
                 place = (axis, side)
                 if place not in self._faces:
                     self._faces[place] = self._face(axis, side)
                 handle = self._faces[place]
-                moved = np.abs(np.asarray(handle.position) - centres[place]).max() > 1e-6
+                moved = np.abs(np.asarray(handle.position) - centers[place]).max() > 1e-6
                 if moved and place not in self._dragged:
-                    handle.position = centres[place]
+                    handle.position = centers[place]
 
     def _face(self, axis: int, side: int) -> Any:
         active = tuple(i == axis for i in range(3))

@@ -182,7 +182,7 @@ def _regions(task: Task) -> dict[int, KnotRegion]:
 
 def _region_sets(task: Task, waypoint: int, region: KnotRegion) -> list[ConeSets]:
     """Return the flat sides, the ball and the crossing of a region."""
-    centre = task.waypoints[waypoint]
+    center = task.waypoints[waypoint]
     axes = np.eye(task.dim)[region.upper > region.lower]
     normals, bounds = region.normals.reshape(-1, task.dim), region.bounds
     if np.isinf(region.radius):
@@ -190,10 +190,10 @@ def _region_sets(task: Task, waypoint: int, region: KnotRegion) -> list[ConeSets
         normals = np.concatenate((axes, -axes, normals))
         bounds = np.concatenate((region.upper[sides], -region.lower[sides], bounds))
     width = float((region.upper - region.lower).max()) / 2.0
-    found = [_flat(waypoint, normals, bounds, width, centre)]
+    found = [_flat(waypoint, normals, bounds, width, center)]
     if np.isfinite(region.radius):
         radius = np.array([region.radius])
-        ball = np.array([waypoint]), np.eye(task.dim)[None], centre[None], np.zeros((1, task.dim)), radius, radius
+        ball = np.array([waypoint]), np.eye(task.dim)[None], center[None], np.zeros((1, task.dim)), radius, radius
         found.append(ConeSets(*ball, 0, at_knots=True))
     if region.crossing is not None:
         found.append(_flat(waypoint, -region.crossing[None], np.zeros(1), 1.0, np.zeros(task.dim), order=1))

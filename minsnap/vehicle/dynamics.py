@@ -3,7 +3,7 @@ r"""Newton-Euler equations of a quadrotor: the rate of change of its state from 
 .. math:: m \dot v = R\,(T e_z + F_{drag}) - m g e_z, \qquad I \dot\omega = \tau - \omega \times I\omega,
           \qquad \dot q = \tfrac12\, q \otimes (0, \omega)
 
-The attitude is a quaternion. Drag acts at the centre of mass unless its model gives a torque.
+The attitude is a quaternion. Drag acts at the center of mass unless its model gives a torque.
 """
 
 from __future__ import annotations

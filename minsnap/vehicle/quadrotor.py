@@ -30,7 +30,7 @@ class Quadrotor(ReadOnly):
         Moments about the body's axes, or the whole matrix [kg m^2]; positive definite, principal moments that obey the
         triangle inequality.
     arm_length : float
-        From the centre to a rotor's hub [m].
+        From the center to a rotor's hub [m].
     thrust_coefficient : float
         Thrust over the square of rotor speed [N/(rad/s)^2].
     torque_coefficient : float

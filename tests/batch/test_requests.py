@@ -39,7 +39,7 @@ def test_walks_keep_their_ranges():
 
 def test_gates_stand_on_the_walk_and_face_the_next_waypoint():
     given = request(read_mapping({"generator": "gates", "count": 3, "legs": 5, "opening": [0.8, 1.2]}), 2).arguments
-    points = [p.centre if isinstance(p, Gate) else p for p in given["waypoints"]]
+    points = [p.center if isinstance(p, Gate) else p for p in given["waypoints"]]
     assert [isinstance(p, Gate) for p in given["waypoints"]] == [False, True, True, True, True, False]
     for index in range(1, 5):
         gate, way = given["waypoints"][index], points[index + 1] - points[index - 1]

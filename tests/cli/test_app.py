@@ -145,7 +145,7 @@ def test_a_plan_by_the_native_core_loads_no_solver_and_no_search_that_it_does_no
     code = f"{listed}; from minsnap.cli import main; main({arguments})"
     run = subprocess.run([COMMAND[0], "-c", code], capture_output=True, text=True, check=True)
     loaded = run.stdout.splitlines()[-1].split()
-    assert "minsnap.planner" in loaded and "numpy" in loaded
+    assert "minsnap.planning.planner" in loaded and "numpy" in loaded
     outside = {"scipy", "qpsolvers", "clarabel", "daqp", "piqp", "osqp", "matplotlib", "pandas", "numpy.ma"}
     unused = {"minsnap.plot", "minsnap.vehicle", "minsnap.limits.limits", "minsnap.cli.stream_command"}
     searches = {"minsnap.optimisation.exchange", "minsnap.time_allocation.joint_search"}

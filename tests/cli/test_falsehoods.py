@@ -49,7 +49,7 @@ def test_files_take_the_names_of_vehicles_of_the_command_line(call, tmp_path):
 
 
 def test_a_heading_of_90_is_asked_whether_it_is_degrees(call, tmp_path):
-    (tmp_path / "a.yaml").write_text(COURSE.format(place="{centre: [4,0,1], width: 1, height: 1, heading: 90}"))
+    (tmp_path / "a.yaml").write_text(COURSE.format(place="{center: [4,0,1], width: 1, height: 1, heading: 90}"))
     run = call("plan", "a.yaml")
     assert run.returncode == 2 and "heading is 90 rad, beyond a turn: write heading_deg: 90 for degrees" in run.stderr
 

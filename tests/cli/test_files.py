@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
 
 import numpy as np
 import pytest
 
 import minsnap
+
+from .conftest import COMMAND
 
 SQUARE = "x,y,z\n0,0,1\n4,0,1\n4,4,1\n0,4,1\n0,0,1\n"
 

@@ -18,7 +18,7 @@ def write(tmp_path):
 
 
 def test_the_command_flies_a_course(call, write):
-    stops = "[0, 0, 1], {centre: [3, 0, 1], heading: 0, width: 1}, {x: 5, y: 2, z: 1, hold: 1}"
+    stops = "[0, 0, 1], {center: [3, 0, 1], heading: 0, width: 1}, {x: 5, y: 2, z: 1, hold: 1}"
     write(f"waypoints: [{stops}]\ntakeoff: true\n")
     done = call("plan", "course.yaml", "--land", "--max-speed", "2", "-o", "a.csv", "--plot", "a.png", "--json")
     assert done.returncode == 0, done.stderr
@@ -31,8 +31,8 @@ def test_the_command_flies_a_course(call, write):
 
 
 def test_gates_of_three_shapes_keep_their_margin_and_say_when_they_are_passed(call, write):
-    square = "{centre: [0,0,1], heading_deg: 0, width: 1, height: 1, margin: 0.3}"
-    rest = "{centre: [4,3,1], heading_deg: 90, radius: 0.5}, {corners: [[-1,3,0.5],[-3,3,0.5],[-2,3,2.5]]}"
+    square = "{center: [0,0,1], heading_deg: 0, width: 1, height: 1, margin: 0.3}"
+    rest = "{center: [4,3,1], heading_deg: 90, radius: 0.5}, {corners: [[-1,3,0.5],[-3,3,0.5],[-2,3,2.5]]}"
     write(f"closed: true\nmargin: 0.2\nlimits: {{speed: 5}}\ngates: [{square}, {rest}]\n")
     said = json.loads(call("plan", "course.yaml", "--json").stdout)
     assert [passed["gate"] for passed in said["gates"]] == [0, 1, 2, 0]
@@ -45,9 +45,9 @@ def test_gates_of_three_shapes_keep_their_margin_and_say_when_they_are_passed(ca
 @pytest.mark.parametrize(
     ("gate", "said"),
     [
-        ("{centre: [3,0,1], heading: 0, width: 1, radius: 1}", "a width or a radius"),
-        ("{corners: [[3,0,0],[3,1,0],[3,0,1]], width: 1}", "no centre, direction or size besides"),
-        ("{centre: [3,0,1], heading: 0, width: 1, margin: 0.6}", "the margin of a gate is 0.6 m"),
+        ("{center: [3,0,1], heading: 0, width: 1, radius: 1}", "a width or a radius"),
+        ("{corners: [[3,0,0],[3,1,0],[3,0,1]], width: 1}", "no center, direction or size besides"),
+        ("{center: [3,0,1], heading: 0, width: 1, margin: 0.6}", "the margin of a gate is 0.6 m"),
     ],
 )
 def test_malformed_gates_are_refused(call, write, gate, said):

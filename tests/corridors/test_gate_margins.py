@@ -33,8 +33,8 @@ def test_the_path_stays_away_from_the_edges_by_the_margin(shape):
 
 def test_a_round_opening_is_inside_of_its_circle():
     gate = minsnap.Gate.circle((1, 2, 3), (1, 1, 0), 0.5)
-    assert np.allclose(np.linalg.norm(gate.corners - gate.centre, axis=1), 0.5)
-    assert np.allclose((gate.corners - gate.centre) @ gate.normal, 0.0)
+    assert np.allclose(np.linalg.norm(gate.corners - gate.center, axis=1), 0.5)
+    assert np.allclose((gate.corners - gate.center) @ gate.normal, 0.0)
     assert gate.edges()[1] == pytest.approx(0.5 * np.cos(np.pi / 24))
     again = minsnap.Gate.polygon(gate.corners)
     assert np.allclose(again.normal, gate.normal)

@@ -84,7 +84,7 @@ def test_gates_are_the_optimum_of_an_independent_programme():
 @pytest.mark.parametrize("gate", GATES.values(), ids=GATES.keys())
 def test_sides_of_a_gate_hold_two_corners_each_and_no_corner_is_outside(gate):
     normals, bounds = gate.edges()
-    beyond = (gate.corners - gate.centre) @ normals.T - bounds
+    beyond = (gate.corners - gate.center) @ normals.T - bounds
     assert beyond.max() <= 1e-12 and ((np.abs(beyond) <= 1e-12).sum(axis=0) == 2).all()
     assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0) and np.abs(normals @ gate.normal).max() <= 1e-12
 
@@ -97,10 +97,10 @@ def test_a_curve_passes_through_its_gate(gate, how):
     knot = traj(traj.leg_breaks[1])
     assert inside_hull(knot[None], gate.corners, gate.normal) <= 1e-9
     assert minsnap.certify(traj, waypoints, corridor=how.get("corridor")).ok
-    centred = minsnap.plan(
-        POINTS[:1] + [gate.centre] + POINTS[2:], total_time=6, search=minsnap.Search(split="distance"), **how
+    centered = minsnap.plan(
+        POINTS[:1] + [gate.center] + POINTS[2:], total_time=6, search=minsnap.Search(split="distance"), **how
     )
-    assert traj.cost() < centred.cost() * (1 + 1e-9)
+    assert traj.cost() < centered.cost() * (1 + 1e-9)
 
 
 def test_a_gate_is_crossed_in_its_direction():
@@ -133,7 +133,7 @@ def test_gates_in_the_plane_are_segments():
     gate = Gate((3.0, 1.0), (1.0, 1.0), 1.0)
     assert np.linalg.norm(np.diff(gate.corners, axis=0)) == pytest.approx(1.0)
     traj = minsnap.plan([(0, 0), gate, (6, 0)], [2, 2])
-    offset = traj(2.0) - gate.centre
+    offset = traj(2.0) - gate.center
     assert abs(offset @ gate.normal) <= 1e-12 and np.linalg.norm(offset) <= 0.5 + 1e-12
     assert traj.cost() < minsnap.plan([(0, 0), (3, 1), (6, 0)], [2, 2]).cost()
 
@@ -151,9 +151,9 @@ def test_regions_know_their_insides():
     for gate in GATES.values():
         region = gate_region(gate)
         weights = rng.dirichlet(np.ones(len(gate.corners)), 50)
-        for offset in weights @ gate.corners - gate.centre:
+        for offset in weights @ gate.corners - gate.center:
             assert region.excess(offset) <= 1e-12
-        assert region.excess(1.2 * (gate.corners[0] - gate.centre)) > 0.01
+        assert region.excess(1.2 * (gate.corners[0] - gate.center)) > 0.01
         assert region.excess(0.05 * gate.normal) == pytest.approx(0.05)
     assert ball_region(0.3, 3).excess(np.array([0.2, 0.2, 0.2])) == pytest.approx(np.sqrt(0.12) - 0.3)
 
@@ -162,11 +162,11 @@ def test_measures_of_a_rectangle():
     width, height = (np.linalg.norm(SLANTED.corners[k + 1] - SLANTED.corners[k]) for k in (0, 1))
     assert (width, height) == pytest.approx((1.0, 0.6))
     assert SLANTED.corners[0, 2] == pytest.approx(SLANTED.corners[1, 2])
-    assert np.abs((SLANTED.corners - SLANTED.centre) @ SLANTED.normal).max() < 1e-15
+    assert np.abs((SLANTED.corners - SLANTED.center) @ SLANTED.normal).max() < 1e-15
     lying = Gate((0, 0, 0), (0, 0, 1), 2.0, 1.0, up=(1, 0, 0))
     assert np.ptp(lying.corners, axis=0) == pytest.approx([1.0, 2.0, 0.0])
     assert not lying.corners.flags.writeable and Gate.polygon(lying.corners).crossing == 0
-    assert "Gate(centre=" in repr(lying) and repr(Ball(0.3)) == "Ball(0.3)"
+    assert "Gate(center=" in repr(lying) and repr(Ball(0.3)) == "Ball(0.3)"
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_measures_of_a_rectangle():
     [
         (lambda: Ball(-0.1), "radius of a ball is -0.1"),
         (lambda: Ball("wide"), "the radius of a ball must be finite numbers, not 'wide'"),
-        (lambda: Gate("here", (1, 0), 1.0), "the centre of a gate must be finite numbers, not 'here'"),
+        (lambda: Gate("here", (1, 0), 1.0), "the center of a gate must be finite numbers, not 'here'"),
         (lambda: Gate((0, 0), "up", 1.0), "the normal of a gate must be finite numbers, not 'up'"),
         (lambda: Gate.polygon("round"), "the corners of a gate must be finite numbers, not 'round'"),
         (lambda: Ball(np.nan), "must be finite numbers"),
@@ -192,7 +192,7 @@ def test_measures_of_a_rectangle():
         (lambda: Gate.polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)]), "lie in one plane"),
         (lambda: Gate.polygon([(0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)]), "convex"),
         (lambda: minsnap.plan(POINTS, [1, 1, 1], waypoint_tolerance=Ball([0.1, 0.2])), "2 radii.*4 waypoints"),
-        (lambda: minsnap.plan([SLANTED, (9, 0, 1), (0, 9, 1), SLANTED.centre], [1, 1, 1], closed=True), "same gate"),
+        (lambda: minsnap.plan([SLANTED, (9, 0, 1), (0, 9, 1), SLANTED.center], [1, 1, 1], closed=True), "same gate"),
     ],
 )
 def test_malformed_regions_are_refused_in_one_sentence(make, message):
@@ -275,7 +275,7 @@ def test_an_opening_stands_upright_and_is_crossed_either_way_unless_told():
     gate = Gate((1, 2, 3), (1, 1, 0), 2.0, 1.0)
     assert gate.crossing == 0
     assert sorted(gate.corners[:, 2].tolist()) == [2.5, 2.5, 3.5, 3.5]
-    assert (gate.corners - gate.centre) @ gate.normal == pytest.approx(np.zeros(4), abs=1e-12)
+    assert (gate.corners - gate.center) @ gate.normal == pytest.approx(np.zeros(4), abs=1e-12)
 
 
 def test_an_opening_in_the_plane_ends_at_its_corners():

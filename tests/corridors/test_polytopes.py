@@ -95,8 +95,8 @@ def test_bad_polytopes_are_refused_by_index(sets, message):
 
 def test_inner_balls_and_boxes_of_simplices_are_those_of_geometry():
     triangle = (np.array([[-1.0, 0], [0, -1], [3 / 5, 4 / 5]]), np.array([0.0, 0.0, 12 / 5]))
-    centre, radius = inner_balls([triangle, triangle])
-    assert radius == pytest.approx([1.0, 1.0]) and centre == pytest.approx(np.ones((2, 2)))
+    center, radius = inner_balls([triangle, triangle])
+    assert radius == pytest.approx([1.0, 1.0]) and center == pytest.approx(np.ones((2, 2)))
     lower, upper = bounding_boxes([triangle])
     assert lower[0] == pytest.approx([0.0, 0.0], abs=1e-9) and upper[0] == pytest.approx([4.0, 3.0])
 

@@ -26,7 +26,7 @@ def test_the_closed_form_agrees_with_the_certificate_of_the_lines():
     rng = np.random.default_rng(2)
     starts, goals = rng.uniform(0.0, 9.0, (300, 3)), rng.uniform(0.0, 9.0, (300, 3))
     separation = minsnap.Separation(0.2, downwash=2.0)
-    found = minsnap.line_distance(starts, goals, separation)
+    found = minsnap.fleet.line_distance(starts, goals, separation)
     lines = [minsnap.plan([a, b], total_time=4.0) for a, b in zip(starts, goals, strict=True)]
     proved = minsnap.certify_fleet(lines, separation)
     assert found.pair == proved.pair
@@ -39,8 +39,8 @@ def test_grids_apart_by_root_two_of_the_separation_are_apart_on_the_way():
     grid = 1.42 * np.stack(np.meshgrid(*[np.arange(4.0)] * 3), axis=-1).reshape(-1, 3)
     goals = rng.permutation(grid)[:40] + [3.0, 20.0, 5.0]
     starts = rng.permutation(grid)[:40]
-    assert minsnap.line_distance(starts, goals[minsnap.assign(starts, goals)], 1.0).apart
-    assert not minsnap.line_distance(starts, starts[::-1] + [0.1, 0.0, 0.0], 1.0).apart
+    assert minsnap.fleet.line_distance(starts, goals[minsnap.assign(starts, goals)], 1.0).apart
+    assert not minsnap.fleet.line_distance(starts, starts[::-1] + [0.1, 0.0, 0.0], 1.0).apart
 
 
 @pytest.mark.parametrize("starts", [[(0.0, np.nan, 1.0)], [], "here", [(1.0, 2.0, 3.0, 4.0)]])

@@ -195,7 +195,7 @@ def random_fleet(seed):
         kept = []
         while len(kept) < count:
             point = rng.uniform((-size, -size, 0.5), (size, size, 2.0))
-            clear = all(np.hypot(*(point[:2] - each.centre)) > each.radius + 0.02 for each in avoid)
+            clear = all(np.hypot(*(point[:2] - each.center)) > each.radius + 0.02 for each in avoid)
             if clear and all(np.linalg.norm((point - each) * [1.0, 1.0, 0.5]) > 0.32 for each in kept):
                 kept.append(point)
         return kept

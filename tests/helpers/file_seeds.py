@@ -71,7 +71,7 @@ TEXTS = {
     "map.yaml": "image: map.pgm\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
     "free_thresh: 0.196\n",
     "course.yaml": "name: yard\nwaypoints:\n- [0, 0, 1.5]\n"
-    "- {centre: [5, 0, 1.5], heading_deg: 0, width: 1, height: 0.8}\n"
+    "- {center: [5, 0, 1.5], heading_deg: 0, width: 1, height: 0.8}\n"
     "- {x: 8, y: 3, z: 2, ball: 0.4}\n- [0, 0, 1.5]\nclosed: true\nlaps: 2\nlimits: {speed: 4, acceleration: 6}\n",
     "batch.yaml": "generator: walks\ncount: 10\nseed: 3\nlegs: [2, 4]\nlimits: {speed: [2, 3]}\ncorridor: 0.3\n",
     "request.yaml": "waypoints:\n- [0, 0, 1]\n- [2, 0, 1]\nlimits: {speed: 2}\ncorridor: 0.3\n"

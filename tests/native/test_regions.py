@@ -70,8 +70,8 @@ def test_a_gate_is_crossed_in_its_direction(crossing):
 def test_the_knot_lies_in_the_plane_of_its_gate():
     gate = Gate(REFERENCE[1], (1.0, 2.0, 0.5), 1.0)
     fast = assert_same_plan([REFERENCE[0], gate, *REFERENCE[2:]], durations=[4.0, 2.0, 4.0, 2.0])
-    assert abs((fast(4.0) - gate.centre) @ gate.normal) <= 1e-10
-    assert np.linalg.norm(fast(4.0) - gate.centre) > 0.1
+    assert abs((fast(4.0) - gate.center) @ gate.normal) <= 1e-10
+    assert np.linalg.norm(fast(4.0) - gate.center) > 0.1
 
 
 def test_the_best_split_through_gates():

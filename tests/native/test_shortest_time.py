@@ -9,7 +9,7 @@ from minsnap import Limits, Tube
 from minsnap.native import shortest_time
 from minsnap.native.library import NativeCoreError, core, using
 from minsnap.native.shortest_time import search_shortest
-from minsnap.planner import placed_task
+from minsnap.planning.planner import placed_task
 from minsnap.time_allocation.interior_search import asked
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")

@@ -31,7 +31,7 @@ def gates_at(points, seed):
         for point in points[1:-1]
     ]
     chosen = random.random(len(gates)) < 0.5
-    return [points[0], *(gate if taken else gate.centre for gate, taken in zip(gates, chosen, strict=True)), points[-1]]
+    return [points[0], *(gate if taken else gate.center for gate, taken in zip(gates, chosen, strict=True)), points[-1]]
 
 
 def native_plan(monkeypatch, waypoints, tolerance=0.0, **asked):

@@ -9,7 +9,7 @@ from minsnap.files.plan_arguments import plan_arguments
 from minsnap.native.library import core, using
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.planner import placed_task
+from minsnap.planning.planner import placed_task
 
 DURATIONS = (4.0, 2.0, 4.0, 2.0)
 ROOM = ((-0.2, -0.2, 0.8), (8.2, 4.2, 1.2))

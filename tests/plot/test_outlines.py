@@ -68,7 +68,7 @@ class Ball:
         return [Balls(np.arange(legs), np.tile(np.eye(3), (legs, 1, 1)), np.tile((2.0, 0, 1), (legs, 1)), [3.0])]
 
 
-def test_a_ball_is_drawn_around_its_centre():
+def test_a_ball_is_drawn_around_its_center():
     (body,) = leg_bodies(Ball(), LINE)
     reach = np.linalg.norm(body - (2.0, 0.0, 1.0), axis=1)
     assert reach.min() >= 2.9 and reach.max() <= 3.2

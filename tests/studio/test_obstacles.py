@@ -10,9 +10,9 @@ from minsnap.studio.obstacles import MOST_POINTS, cloud, grid, read_obstacles
 def test_boxes_cover_exactly_the_occupied_cells():
     taken = np.random.default_rng(2).random((4, 3, 5)) < 0.4
     boxes = grid(taken, (0.5, 1.0, 2.0), (1.0, -1.0, 0.0)).boxes
-    centres = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in taken.shape), indexing="ij"), axis=-1)
-    centres = np.array([1.0, -1.0, 0.0]) + centres * [0.5, 1.0, 2.0]
-    inside = ((centres[..., None, :] > boxes[:, 0]) & (centres[..., None, :] < boxes[:, 1])).all(axis=-1).sum(axis=-1)
+    centers = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in taken.shape), indexing="ij"), axis=-1)
+    centers = np.array([1.0, -1.0, 0.0]) + centers * [0.5, 1.0, 2.0]
+    inside = ((centers[..., None, :] > boxes[:, 0]) & (centers[..., None, :] < boxes[:, 1])).all(axis=-1).sum(axis=-1)
     assert np.array_equal(inside, taken.astype(int))
     assert np.prod(boxes[:, 1] - boxes[:, 0], axis=1).sum() == pytest.approx(taken.sum() * 0.5 * 1.0 * 2.0)
 

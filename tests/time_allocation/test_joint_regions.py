@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.limits.limits import Limits
-from minsnap.planner import placed_task
+from minsnap.planning.planner import placed_task
 from minsnap.time_allocation.initial_guess import stop_and_go
 from minsnap.time_allocation.joint_layout import SLACKS, JointState
 from minsnap.time_allocation.joint_problem import JointProblem

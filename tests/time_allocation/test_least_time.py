@@ -12,7 +12,7 @@ from minsnap.basics.deadline import NEVER
 from minsnap.errors import LimitError
 from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
-from minsnap.planner import placed_task
+from minsnap.planning.planner import placed_task
 from minsnap.time_allocation.initial_guess import stop_and_go
 from minsnap.time_allocation.joint_problem import JointProblem
 from minsnap.time_allocation.joint_search import JointSearch
@@ -128,7 +128,7 @@ def test_the_rate_of_a_heading_along_the_velocity_is_searched_for():
         (minsnap.LookAt((4.0, -0.5)), 0.4, 17.8),
         (minsnap.LookAt((9.0, 2.0)), 0.4, 16.4),
     ],
-    ids=["at the waypoints", "towards the centre", "past a point", "close past a point", "round a point"],
+    ids=["at the waypoints", "towards the center", "past a point", "close past a point", "round a point"],
 )
 def test_the_rate_of_other_headings_is_searched_for(yaw, rate, most):
     """Slowed down alone the first three took 14.26, 38.39 and 38.98 s; one search led through the others."""

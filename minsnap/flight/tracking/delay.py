@@ -57,7 +57,7 @@ def _on_grid(samples: Samples, step: float) -> FloatArray:
 
 
 def _coefficients(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Return the correlation coefficient of two centred signals at every lag; -1 where they hardly overlap."""
+    """Return the correlation coefficient of two centered signals at every lag; -1 where they hardly overlap."""
     from scipy.signal import correlate
 
     x, y = one - one.mean(axis=0), other - other.mean(axis=0)

@@ -64,9 +64,9 @@ class Stop:
             raise WaypointError("only a gate with a crossing, 1 or -1, is passed straight: give both, or leave it out")
 
     @property
-    def centre(self) -> FloatArray:
+    def center(self) -> FloatArray:
         """The point, or the middle of the gate [m]."""
-        return self.place.centre if isinstance(self.place, Gate) else self.place
+        return self.place.center if isinstance(self.place, Gate) else self.place
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +154,7 @@ class Course:
         if self.closed:
             return [*self.laps * list(self.stops), self.stops[0]]
         lap = list(self.stops)
-        again = lap[1:] if np.array_equal(lap[0].centre, lap[-1].centre) else lap
+        again = lap[1:] if np.array_equal(lap[0].center, lap[-1].center) else lap
         return lap + (self.laps - 1) * again
 
 
@@ -176,7 +176,7 @@ def section_arguments(stops: Sequence[Stop], course: Course, closed: bool) -> di
             places += [stop.place.moved(-step), stop.place, stop.place.moved(step)]
             balls += [0.0] * 3
             continue
-        places.append(stop.place if inner else stop.centre)
+        places.append(stop.place if inner else stop.center)
         balls.append(stop.ball if inner else 0.0)
     if closed:
         places[-1] = places[0]
@@ -193,7 +193,7 @@ def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:
     """Return the prism over a gate's opening, and the directions in it, for the two legs from a knot on."""
     sides, offsets = gate.edges()
     legs, leaning = (knot, knot + 1), sides - LEAN * gate.crossing * gate.normal
-    prism = HalfSpaces(sides, offsets + sides @ gate.centre, legs)
+    prism = HalfSpaces(sides, offsets + sides @ gate.center, legs)
     return [prism, HalfSpaces(leaning, np.zeros(len(sides)), legs, order=1)]
 
 

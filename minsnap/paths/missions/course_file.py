@@ -51,7 +51,7 @@ FURTHER = ("tolerance", "yaw", "limits", "vehicle", "best", "published")
 
 OF_STOPS = ("ball", "hold", "straight")
 OF_GATES = (
-    "centre",
+    "center",
     "normal",
     "heading",
     "heading_deg",
@@ -82,7 +82,7 @@ def read_course(path: str | os.PathLike[str]) -> Course:
     """Read a course from YAML; all in SI units, angles in radians.
 
     ``waypoints`` are points ``[x, y, z]``; mappings with ``x``, ``y``, ``z`` and optionally ``ball`` (radius within
-    which the point is passed) and ``hold`` (seconds at rest); or gates: mappings with ``centre``, ``heading``
+    which the point is passed) and ``hold`` (seconds at rest); or gates: mappings with ``center``, ``heading``
     (direction in which it is flown through; or ``heading_deg``, or ``normal`` and ``crossing``), ``width``, ``height``
     or a ``radius`` (or ``corners`` alone), and optionally ``margin`` (how far the path stays from the edges; beside the
     waypoints, for all) and ``straight`` (metres before and behind it over which the path stays inside its prism).
@@ -115,7 +115,7 @@ def _course(where: str, said: Mapping[str, Any], stem: str) -> Course:
         for i, entry in enumerate(entries)
     ]
     closed = said.get("closed", False)
-    if closed and len(stops) > 2 and np.array_equal(stops[0].centre, stops[-1].centre):
+    if closed and len(stops) > 2 and np.array_equal(stops[0].center, stops[-1].center):
         stops.pop()
     given = {key: said[key] for key in ("laps", "tube", "start", "end", "tolerance", "yaw") if key in said}
     given |= {key: _ground(where, key, said[key]) for key in ("takeoff", "land") if key in said}
@@ -133,7 +133,7 @@ def _boxes(where: str, said: Any) -> Boxes:
 def _stop(where: str, entry: Any, balls: Any, margin: Any, index: int) -> Stop:
     if isinstance(entry, list):
         entry = dict(zip("xyz", entry, strict=False)) if len(entry) in (2, 3) else {}
-    is_gate = isinstance(entry, dict) and bool({"centre", "corners"} & entry.keys())
+    is_gate = isinstance(entry, dict) and bool({"center", "corners"} & entry.keys())
     keys = OF_GATES if is_gate else OF_POINTS
     if not isinstance(entry, dict) or set(entry) - set(keys) or not (is_gate or {"x", "y"} <= set(entry)):
         raise FileError(
@@ -154,15 +154,15 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
     how = {name: entry[name] for name in ("crossing", "margin") if name in entry}
     if "corners" in entry:
         if set(entry) - {"corners", *how, *OF_STOPS}:
-            raise FileError(f"{where}: a gate with corners has no centre, direction or size besides")
+            raise FileError(f"{where}: a gate with corners has no center, direction or size besides")
         return Gate.polygon(entry["corners"], **how)
     directions = [name for name in ("normal", "heading", "heading_deg") if name in entry]
     if len(directions) != 1 or ("width" in entry) == ("radius" in entry):
         raise FileError(
-            f"{where}: a gate has a centre, a width or a radius, and one of normal, heading and heading_deg"
+            f"{where}: a gate has a center, a width or a radius, and one of normal, heading and heading_deg"
         )
     made = Gate.circle if "radius" in entry else Gate
-    given = how | {name: entry[name] for name in ("centre", "radius", "width", "height", "up") if name in entry}
+    given = how | {name: entry[name] for name in ("center", "radius", "width", "height", "up") if name in entry}
     if directions[0] == "normal":
         return made(normal=entry["normal"], **given)
     angle = entry[directions[0]]
@@ -171,7 +171,7 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
     if directions[0] == "heading" and abs(angle) > MOST_TURNED:
         raise FileError(f"{where}: heading is {angle:g} rad, beyond a turn: write heading_deg: {angle:g} for degrees")
     angle = radians(angle) if directions[0] == "heading_deg" else float(angle)
-    flat = [cos(angle), sin(angle), 0.0][: len(given["centre"])]
+    flat = [cos(angle), sin(angle), 0.0][: len(given["center"])]
     return made(normal=flat, **{"crossing": 1} | given)
 
 

@@ -20,7 +20,7 @@ from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ACCELERATION, SPEED
 from minsnap.optimisation.planned_yaw import asked_heading
 from minsnap.paths.missions.course import Course, Stop, knots_of, section_arguments
-from minsnap.planner import plan
+from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import most_used, nearby_factor, touching_factor
 from minsnap.trajectory.trajectory import Trajectory, concatenate
 from minsnap.trajectory.velocity_heading import Velocity
@@ -196,7 +196,7 @@ def _sections(course: Course, yaw: str | Velocity | None, planning: dict[str, An
             found.append(_section(section, course, yaw, ends | planning))
             section = [entry]
         if entry[1].hold:
-            found.append(_Flown(_at_rest(entry[1].centre, entry[1].hold), (("hold", 0.0),)))
+            found.append(_Flown(_at_rest(entry[1].center, entry[1].hold), (("hold", 0.0),)))
     return found
 
 
@@ -217,14 +217,14 @@ def _order(course: Course) -> list[tuple[str, Stop]]:
 
 def _run(course: Course, stop: Stop, where: Any, side: float, name: str) -> list[tuple[str, Stop]]:
     """Return the stop at which a run-up begins, or a run-out ends: elsewhere than at the waypoint itself, or none."""
-    place = stop.centre.copy()
+    place = stop.center.copy()
     if where is not True:
         place[: len(place) - 1] = where[: len(place) - 1]
     elif isinstance(stop.place, Gate):
         most = course.bounds.speed or SPEED
         length = min(max(SHORTEST_RUN, most**2 / (2.0 * (course.bounds.acceleration or ACCELERATION))), LONGEST_RUN)
         place = place + side * (stop.place.crossing or 1) * length * stop.place.normal
-    return [] if np.array_equal(place, stop.centre) else [(name, Stop(place))]
+    return [] if np.array_equal(place, stop.center) else [(name, Stop(place))]
 
 
 def _section(
@@ -242,7 +242,7 @@ def _section(
 
 def _walls(corridor: Sequence[Constraint], places: Any) -> list[Cones]:
     """Return the walls that positions stay inside, for waypoints and gates."""
-    points = np.array([place.centre if isinstance(place, Gate) else place for place in places])
+    points = np.array([place.center if isinstance(place, Gate) else place for place in places])
     return [wall.cones for wall in walls_of(corridor, points) if wall.order == 0]
 
 

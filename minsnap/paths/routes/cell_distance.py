@@ -136,10 +136,10 @@ class _NearestPairs:
         return Approach(self.best, lower, self.instant, tuple(int(index) for index in self.cell))
 
     def _pairs(self, arcs: _Arcs, cells: IntArray) -> tuple[IntArray, IntArray]:
-        """Return arcs and cells that may be nearest to each other, by a tree of the cells' centres."""
+        """Return arcs and cells that may be nearest to each other, by a tree of the cells' centers."""
         from scipy.spatial import cKDTree
 
-        tree = cKDTree(self.grid.centre(cells))
+        tree = cKDTree(self.grid.center(cells))
         middle = (arcs.points.min(axis=1) + arcs.points.max(axis=1)) / 2.0
         radius = np.linalg.norm(arcs.points - middle[:, None], axis=2).max(axis=1)
         half = float(np.linalg.norm(self.grid.resolution)) / 2.0

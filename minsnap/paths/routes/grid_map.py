@@ -87,13 +87,13 @@ class GridMap(ReadOnly):
         index = np.floor((point - self.lower) / self.resolution).astype(np.intp)
         return np.asarray(np.clip(index, 0, np.array(self.occupied.shape) - 1))
 
-    def centre(self, cell: IntArray) -> FloatArray:
-        """Return centres of cells: (…, dim) to (…, dim) [m]."""
+    def center(self, cell: IntArray) -> FloatArray:
+        """Return centers of cells: (…, dim) to (…, dim) [m]."""
         return np.asarray(self.lower + self.resolution * (np.asarray(cell) + 0.5))
 
     def spot(self, cell: IntArray) -> str:
         """Return where a cell is, in metres and in cells, for a message."""
-        metres = ", ".join(f"{value:.4g}" for value in self.centre(cell))
+        metres = ", ".join(f"{value:.4g}" for value in self.center(cell))
         return f"({metres}) m, cell ({', '.join(str(int(index)) for index in cell)})"
 
     def extent_text(self) -> str:

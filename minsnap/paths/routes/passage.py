@@ -44,7 +44,7 @@ def find_passage(grid: GridMap, start: FloatArray, goal: FloatArray, clearance: 
     way = shortest_way(free, grid.resolution, grid.cell(start), grid.cell(goal))
     if way is None:
         raise _too_narrow(grid, free, start, goal, clearance)
-    points = np.vstack((start, grid.centre(way), goal))
+    points = np.vstack((start, grid.center(way), goal))
     return boxes_along(free, grid.resolution, grid.lower, points, clearance)
 
 

@@ -22,7 +22,7 @@ from minsnap.paths.routes.grid_map import GridMap
 from minsnap.paths.routes.map_files import array_map, read_map
 from minsnap.paths.routes.map_values import Reading
 from minsnap.paths.routes.passage import end_point, find_passage
-from minsnap.planner import plan
+from minsnap.planning.planner import plan
 from minsnap.time_allocation.search_options import is_priced
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.path import Path
@@ -43,7 +43,7 @@ class Route(Path):
     corridor : Boxes
         Free space along the way, one box per leg, at least the clearance away from what is occupied.
     way : ndarray, shape (legs + 1, dim)
-        Start, centres of the overlaps of the boxes, goal [m].
+        Start, centers of the overlaps of the boxes, goal [m].
     grid : GridMap
         The map.
     clearance : float

@@ -52,7 +52,7 @@ def circle(
         Angle over which it spins up, and again down, at most half of the way [rad]; each takes twice the time of that
         angle at full speed. 0 starts and ends at speed.
     center : sequence of 2 floats
-        Centre in the plane [m].
+        Center in the plane [m].
     altitude : float
         z [m].
     start_angle : float

@@ -109,7 +109,7 @@ def rectangle(
     clockwise : bool
         Go round clockwise seen from above.
     center : sequence of 2 floats
-        Centre in the plane [m].
+        Center in the plane [m].
     total_time, durations, limits
         As :func:`minsnap.plan` takes them; unless one is given, the shortest time found within 3 m/s and 6 m/s^2.
     **options
@@ -175,6 +175,6 @@ def _constant_speed(
 
 
 def _plan(waypoints: FloatArray, **arguments: Any) -> Trajectory:
-    from minsnap.planner import plan
+    from minsnap.planning.planner import plan
 
     return plan(waypoints, **{name: value for name, value in arguments.items() if value is not None})

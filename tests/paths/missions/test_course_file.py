@@ -16,9 +16,9 @@ TEXT = """
 name: yard
 waypoints:
   - [0, 0, 1.5]
-  - {centre: [5, 0, 1.5], heading_deg: 0, width: 1.0, height: 0.8, straight: 0.5}
+  - {center: [5, 0, 1.5], heading_deg: 0, width: 1.0, height: 0.8, straight: 0.5}
   - {x: 8, y: 3, z: 2, ball: 0.4}
-  - {centre: [4, 5, 2], heading: 3.141592653589793, width: 1.2}
+  - {center: [4, 5, 2], heading: 3.141592653589793, width: 1.2}
   - [0, 0, 1.5]
 closed: true
 laps: 2
@@ -67,9 +67,9 @@ def test_courses_of_the_benchmarks_are_read(file):
         (("laps: 2", "laps: 0"), "laps is 0"),
         (("ball: 0.4", "size: 0.4"), "waypoint 2: give"),
         (("heading_deg: 0", "heading_deg: north"), "waypoint 1: heading_deg is 'north'"),
-        (("heading_deg: 0, ", ""), "waypoint 1: a gate has a centre, a width, and one of"),
+        (("heading_deg: 0, ", ""), "waypoint 1: a gate has a center, a width or a radius, and one of"),
         (("land: [1, 1, 0]", "land: yes"), "land is 'yes': give true, or where on the ground"),
-        (("[0, 0, 1.5]\\n  - {centre", "[0]\\n  - {centre"), "waypoint 0: give"),
+        (("[0, 0, 1.5]\\n  - {center", "[0]\\n  - {center"), "waypoint 0: give"),
         (("{speed: 4, acceleration: 6}", "4"), "limits are 4: give them by name"),
         (
             ("{speed: 4, acceleration: 6}", "{velocity: 4}"),

@@ -13,11 +13,11 @@ def test_laps_joined_keep_the_thrust_of_every_rotor(seed):
     """Each lap alone keeps them to a millionth; joined as they were, they exceeded them by up to 2.4e-4."""
     draw = np.random.default_rng(seed)
     angle = np.arange(5) * 0.4 * np.pi
-    centres = np.stack([6.0 * np.cos(angle), 4.0 * np.sin(angle), 1.5 + 0.0 * angle], axis=1) + 0.3 * draw.normal(
+    centers = np.stack([6.0 * np.cos(angle), 4.0 * np.sin(angle), 1.5 + 0.0 * angle], axis=1) + 0.3 * draw.normal(
         size=(5, 3)
     )
-    normals = (np.roll(centres, -1, axis=0) - np.roll(centres, 1, axis=0)) * [1.0, 1.0, 0.0]
-    stops = tuple(Stop(Gate(centre, normal, 1.0, 1.0)) for centre, normal in zip(centres, normals, strict=True))
+    normals = (np.roll(centers, -1, axis=0) - np.roll(centers, 1, axis=0)) * [1.0, 1.0, 0.0]
+    stops = tuple(Stop(Gate(center, normal, 1.0, 1.0)) for center, normal in zip(centers, normals, strict=True))
     limits = Limits.of(Quadrotor.dji_f330(), reserve=0.1)
     mission = minsnap.plan_mission(Course(stops, closed=True, laps=3, limits=limits, yaw="tilt"))
     certificate = minsnap.certify(mission.trajectory, limits=limits)

@@ -61,7 +61,7 @@ public:
     }
 
     // Leave `room` in every cone, and set z = room s^-1.
-    void centre(double *s, double *z, double room) const {
+    void center(double *s, double *z, double room) const {
         each_single([&](const Part &part, auto count) {
             double *u = s + part.row, *v = z + part.row;
             u[0] += std::max(0.0, room + cone_depth(u, count));
@@ -101,19 +101,19 @@ public:
         apply(u, out, [](const auto &scaling, const auto *x, auto *y, auto count) MINSNAP_INLINED { scaling.divide_square(x, y, count); });
     }
 
-    // aim = W (lambda \ (centre e - lambda o lambda - (W^-1 ds) o (W dz)))
-    void correct(double centre, const double *ds, const double *dz, double *aim) {
+    // aim = W (lambda \ (center e - lambda o lambda - (W^-1 ds) o (W dz)))
+    void correct(double center, const double *ds, const double *dz, double *aim) {
         widely([&]() MINSNAP_INLINED {
             each(
                 [&](const Part &part, auto count) MINSNAP_INLINED {
                     double *a = one_.data() + part.row, *b = two_.data() + part.row, *c = three_.data() + part.row;
-                    scalings_[part.cone].correct(centre, ds + part.row, dz + part.row, aim + part.row, a, b, c, count);
+                    scalings_[part.cone].correct(center, ds + part.row, dz + part.row, aim + part.row, a, b, c, count);
                 },
                 [&](const Part &part, auto count) MINSNAP_INLINED {
                     Quad w[count], lambda[count], s[count], z[count], found[count], a[count], b[count], c[count];
                     load(lambda_.data() + part.row, lambda, count);
                     load(ds + part.row, s, count), load(dz + part.row, z, count);
-                    at(part, w, lambda, count).correct(centre, s, z, found, a, b, c, count);
+                    at(part, w, lambda, count).correct(center, s, z, found, a, b, c, count);
                     store(found, aim + part.row, count);
                 });
         });

@@ -104,12 +104,12 @@ struct Scaling {
         out[0] = count == 1 ? size * first : size * (twice * w[0] - first);
     }
 
-    // W (lambda \ (centre e - lambda o lambda - (W^-1 ds) o (W dz))), with room for three.
-    MINSNAP_INLINE void correct(double centre, const Real *ds, const Real *dz, Real *out, Real *a, Real *b, Real *right,
+    // W (lambda \ (center e - lambda o lambda - (W^-1 ds) o (W dz))), with room for three.
+    MINSNAP_INLINE void correct(double center, const Real *ds, const Real *dz, Real *out, Real *a, Real *b, Real *right,
                                 std::size_t count) const {
         divide(ds, a, count);
         multiply(dz, b, count);
-        right[0] = centre - lambda[0] * lambda[0] - tail_product(lambda, lambda, count) - a[0] * b[0] - tail_product(a, b, count);
+        right[0] = center - lambda[0] * lambda[0] - tail_product(lambda, lambda, count) - a[0] * b[0] - tail_product(a, b, count);
         for (std::size_t i = 1; i < count; ++i) right[i] = -2.0 * lambda[0] * lambda[i] - a[0] * b[i] - b[0] * a[i];
         cone_quotient(lambda, right, a, count);
         multiply(a, out, count);

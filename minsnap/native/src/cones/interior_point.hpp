@@ -181,7 +181,7 @@ private:
     void begin_at(const double *x) {
         std::copy(x, x + p_.size, x_);
         rows_of(x_, s_.data(), false);
-        product_.centre(s_.data(), z_, start_room);
+        product_.center(s_.data(), z_, start_room);
     }
 
     // Move a point along the axes of the cones until it is inside.

@@ -402,8 +402,8 @@ private:
                 double from[3], to[3], step = 0.0;
                 for (int c = 0; c < 3; ++c) {
                     const double size = c == 2 ? q.downwash : 1.0;
-                    from[c] = a[c] * size - obstacle.centre[c];
-                    to[c] = b[c] * size - obstacle.centre[c];
+                    from[c] = a[c] * size - obstacle.center[c];
+                    to[c] = b[c] * size - obstacle.center[c];
                     step += (to[c] - from[c]) * (to[c] - from[c]);
                 }
                 double way[3] = {};
@@ -415,7 +415,7 @@ private:
                 row.name = (first + std::uint64_t(v * q.obstacles + o)) * parts + std::uint64_t(m * q.samples + k);
                 place_basis(m, (double(k) + nearest_share(obstacle, from, to)) / double(q.samples), row.basis);
                 at_sample(data(curves, v, m), row.basis, from);
-                for (int c = 0; c < 3; ++c) from[c] -= obstacle.centre[c];
+                for (int c = 0; c < 3; ++c) from[c] -= obstacle.center[c];
                 const double away = depth(obstacle, from, way);
                 for (int c = 0; c < 3; ++c) row.way[c] = way[c] / q.length;
                 add_row(run, penalty, row, (run.inflation - 1.0) - away / q.length, m, full, update);
@@ -432,7 +432,7 @@ private:
         return chord_nearest(one, two).share;
     }
 
-    // How far outside a place (relative to the centre) is by the set that it is farthest from, and the way out.
+    // How far outside a place (relative to the center) is by the set that it is farthest from, and the way out.
     static double depth(const Obstacle &obstacle, const double *at, double *way) {
         double best = -infinite;
         if (obstacle.radius >= 0.0) {
@@ -447,7 +447,7 @@ private:
         }
         for (int c = 0; c < 3; ++c)
             for (int side = 0; side < 2; ++side) {
-                const double x = at[c] + obstacle.centre[c], away = side == 0 ? obstacle.low[c] - x : x - obstacle.high[c];
+                const double x = at[c] + obstacle.center[c], away = side == 0 ? obstacle.low[c] - x : x - obstacle.high[c];
                 if (!(away > best)) continue;
                 best = away;
                 for (int e = 0; e < 3; ++e) way[e] = e != c ? 0.0 : side == 0 ? -1.0 : 1.0;

@@ -10,7 +10,7 @@ namespace minsnap {
 
 // What Python hands over; fleet_border.py has the same fields. A set that there is not has a radius < 0 or infinite bounds.
 struct Obstacle {
-    double centre[fleet_axes], scale[fleet_axes], radius;
+    double center[fleet_axes], scale[fleet_axes], radius;
     double low[fleet_axes], high[fleet_axes];
 };
 
@@ -72,7 +72,7 @@ private:
         const int middle = arc.degree / 2;
         double way[fleet_axes], length = 0.0;
         for (int d = 0; d < fleet_axes; ++d) {
-            way[d] = obstacle.scale[d] * (0.5 * (arc.value[d][middle] + arc.value[d][arc.degree - middle]) - obstacle.centre[d]);
+            way[d] = obstacle.scale[d] * (0.5 * (arc.value[d][middle] + arc.value[d][arc.degree - middle]) - obstacle.center[d]);
             length += way[d] * way[d];
         }
         length = std::sqrt(length);
@@ -81,7 +81,7 @@ private:
         for (int j = 0; j <= arc.degree; ++j) {
             double along = 0.0, error = 0.0;
             for (int d = 0; d < fleet_axes; ++d) {
-                const double share = way[d] / length * obstacle.scale[d], away = arc.value[d][j] - obstacle.centre[d];
+                const double share = way[d] / length * obstacle.scale[d], away = arc.value[d][j] - obstacle.center[d];
                 along += share * away;
                 error += std::fabs(share) * arc.error[d][j] + 16.0 * unit * std::fabs(share * away);
             }
@@ -95,7 +95,7 @@ private:
             const int j = end * part.arc.degree;
             double value = -__builtin_huge_val(), square = 0.0;
             for (int d = 0; d < fleet_axes; ++d) {
-                const double x = part.arc.value[d][j], y = obstacle.scale[d] * (x - obstacle.centre[d]);
+                const double x = part.arc.value[d][j], y = obstacle.scale[d] * (x - obstacle.center[d]);
                 value = std::fmax(value, std::fmax(x - obstacle.high[d], obstacle.low[d] - x));
                 square += y * y;
             }

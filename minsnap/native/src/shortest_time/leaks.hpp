@@ -64,9 +64,9 @@ inline void each_peak(const Rows<S> &rows, const Chain<S> &chain, int i, const P
         for (int g = 0; g < count; ++g) {
             const double here = sample(g);
             if (here < -near || (g > 0 && sample(g - 1) > here) || (g + 1 < count && sample(g + 1) > here)) continue;
-            const double centre = Instants<S::half, S::instants>::place(g);
-            const double low = g > 0 ? centre - spacing : 0.0, high = g + 1 < count ? centre + spacing : 1.0;
-            double s = centre, x[S::dim], first[S::dim], second[S::dim], y[S::dim], base = 0.0, best = 0.0, place = centre;
+            const double center = Instants<S::half, S::instants>::place(g);
+            const double low = g > 0 ? center - spacing : 0.0, high = g + 1 < count ? center + spacing : 1.0;
+            double s = center, x[S::dim], first[S::dim], second[S::dim], y[S::dim], base = 0.0, best = 0.0, place = center;
             for (int n = 0; n <= newton_steps; ++n) {
                 curve.at(q, s, piece.inverse[q], x);
                 curve.at(q + 1, s, piece.inverse[q], first);
@@ -87,7 +87,7 @@ inline void each_peak(const Rows<S> &rows, const Chain<S> &chain, int i, const P
                 if (moved == s) break;
                 s = moved;
             }
-            const int beside = place > centre ? g + 1 : place < centre ? g - 1 : g;
+            const int beside = place > center ? g + 1 : place < center ? g - 1 : g;
             found(*condition, row + g, row + beside, best);
         }
     }

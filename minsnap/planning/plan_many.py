@@ -17,7 +17,10 @@ from minsnap.basics.tolerances import GAP
 from minsnap.corridors.constraint import Constraint
 from minsnap.errors import InputError, MinsnapError
 from minsnap.limits.limits import Limits
-from minsnap.many.problem_rows import (
+from minsnap.native.plan_batches import ManySlopes, many_gradients, many_optima, many_tubes
+from minsnap.native.status import Status
+from minsnap.optimisation.tube_report import TubeReports
+from minsnap.planning.problem_rows import (
     GRADIENT_GAP,
     ManyAsked,
     Pins,
@@ -29,9 +32,6 @@ from minsnap.many.problem_rows import (
     no_durations,
     thread_count,
 )
-from minsnap.native.plan_batches import ManySlopes, many_gradients, many_optima, many_tubes
-from minsnap.native.status import Status
-from minsnap.optimisation.tube_report import TubeReports
 from minsnap.trajectory.gradients import Gradients, Slopes
 from minsnap.trajectory.report import LinearSystem, Report
 from minsnap.trajectory.trajectories import Reports, ReportsExcept, Trajectories

@@ -24,7 +24,7 @@ from minsnap.errors import (
     TimingError,
     WaypointError,
 )
-from minsnap.planner import placed_task, plan
+from minsnap.planning.planner import placed_task, plan
 from minsnap.trajectory.gradients import Slopes, free_slopes
 from minsnap.trajectory.trajectory import Trajectory
 
