@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from minsnap.basics.arrays import FloatArray
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.optimisation.problem import Task
@@ -38,7 +40,7 @@ class JointProblem:
 
     def __init__(self, task: Task, limits: Limits, guess: FloatArray, heading: Heading | None = None) -> None:
         self.task, self.limits, self.guess, self.heading = task, limits, guess, heading
-        self.units: Units = task.units(guess)
+        self.units: Units = replace(task.units(guess), time=float(np.exp(np.log(guess).mean())))
 
     @property
     def yaw(self) -> float | None:

@@ -1,5 +1,6 @@
 """The ladder: what leads to each rung, what it gives, and that plans without it would be worse or missing."""
 
+import contextlib
 from dataclasses import replace
 
 import numpy as np
@@ -137,8 +138,8 @@ def test_rounding_is_removed_where_it_alone_leaves_the_curve_outside(monkeypatch
     assert traj.report.corridor_margin == 0.0
     assert traj.cost() == pytest.approx(best, rel=1e-12)
     without(monkeypatch, "rounding removed")
-    with pytest.raises(CorridorError):
-        minsnap.plan(SLIDING, [2.0, 3.0], **FLOOR)
+    with contextlib.suppress(CorridorError):  # a blend may be a last resort, and is dearer
+        assert minsnap.plan(SLIDING, [2.0, 3.0], **FLOOR).cost() > best * (1.0 + 1e-3)
 
 
 def doubted(monkeypatch, proofs):
@@ -250,7 +251,7 @@ def test_a_room_whose_walls_lie_along_the_legs_is_no_obstacle(lower):
     """Velocities at the corners are zero there, and what rounding leaves of them must not refuse the plan."""
     room = minsnap.Room(lower, (8.0, 4.0, 2.0))
     traj = minsnap.plan(REFERENCE, TIMES, solver="daqp", corridor=room)
-    assert minsnap.certify(traj, REFERENCE, minsnap.Room(*room)).corridor_margin >= 0.0
+    assert minsnap.certify(traj, REFERENCE, room).corridor_margin >= 0.0
     assert traj.cost() == pytest.approx(3340.14, rel=1e-5)
 
 
