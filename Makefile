@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OTHER := build/interpreter
 JOBS ?= $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
-PARALLEL := $(if $(filter-out 1,$(JOBS)),-n $(JOBS))
+PARALLEL := $(if $(filter-out 1,$(JOBS)),-n $(JOBS) --dist worksteal)
 PYTEST := $(BIN)/python -m pytest -W error
 QUIET := MPLBACKEND=agg OPENBLAS_NUM_THREADS=1
 CORE := MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build

@@ -33,7 +33,9 @@ CASES = {
     "nothing free in a cylinder": lambda: refusal(LEG, [2], corridor=minsnap.RoundTube(0.01), start=SIDEWAYS),
     "pieces": lambda: refusal(BEND, [2, 2], corridor=0.05, pieces=3, start=SIDEWAYS),
     "cylinders": lambda: refusal(BEND, [2, 2], corridor=minsnap.RoundTube(0.05), pieces=2, start=SIDEWAYS),
-    "a room": lambda: refusal(BEND, [2, 2], room=((-1, -0.1, -1), (6, 6, 6)), start={"velocity": (0, -3, 1)}),
+    "a room": lambda: refusal(
+        BEND, [2, 2], corridor=minsnap.Room((-1, -0.1, -1), (6, 6, 6)), start={"velocity": (0, -3, 1)}
+    ),
 }
 
 
