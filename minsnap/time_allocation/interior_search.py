@@ -26,6 +26,7 @@ from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.time_allocation.timing import Finish
+from minsnap.trajectory.cut_pieces import LONGEST_PIECE
 from minsnap.trajectory.trajectory import Trajectory
 
 DIVISIONS = (3, 2)
@@ -92,7 +93,7 @@ def interior_search(
     question = asked(task, limits, refine)
     for inwards in INWARDS:
         found = search_shortest(replace(question, inwards=inwards), poll)
-        if found is None:
+        if found is None or not found.durations.max() <= LONGEST_PIECE:
             return None
         solved = _solved(task, found, 1.0)
         if solved.inside or found.stopped:

@@ -48,9 +48,11 @@ def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
 
 def check_regular(path: str | os.PathLike[str]) -> None:
     """Raise FileError for a device, a pipe or a socket, which may have no end; what is not there is said on opening."""
+    if not isinstance(path, (str, os.PathLike)):
+        return
     try:
         mode = os.stat(path).st_mode
-    except (OSError, TypeError, ValueError):
+    except (OSError, ValueError):
         return
     if not (S_ISREG(mode) or S_ISDIR(mode)):
         raise FileError(f"{path} is no regular file but a device, a pipe or a socket: give a file")
@@ -69,7 +71,7 @@ def check_size(path: str | os.PathLike[str], largest: int = LARGEST) -> int:
         size = Path(path).stat().st_size
     except OSError as error:
         raise FileError(f"{path} cannot be read: {error.strerror}") from error
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise FileError(f"{shown(path)} is no name of a file") from None
     if size > largest:
         raise FileError(f"{path} has {size / 1e6:.0f} MB: files of this kind are read up to {largest / 1e6:.0f} MB")

@@ -29,7 +29,7 @@ def read_text(path: str | os.PathLike[str], largest: int = LARGEST) -> str:
     FileError
         If there is no such file, it cannot be read, is larger than ``largest`` bytes, or is not text.
     """
-    if Path(path) == STANDARD_INPUT:
+    if str(path) == str(STANDARD_INPUT):
         return _standard_input()
     check_size(path, largest)
     with reading(path, "a text file"):
