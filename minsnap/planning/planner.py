@@ -165,7 +165,7 @@ def plan(
         durations = table.durations if free else durations
     further = limits, continuity, yaw, start, end, pins, waypoint_tolerance
     if (
-        replace(how, on_interrupt="raise") == USUAL
+        (search is None or replace(how, on_interrupt="raise") == USUAL)
         and _usual(closed, solver, pieces)
         and _all_none(further)
         and not isinstance(corridor, Sampled)

@@ -17,9 +17,8 @@ from minsnap.time_allocation.joint_search import JointSearch, Told
 from minsnap.time_allocation.momentary_limits import heading_block, look_block, momentary_blocks
 from minsnap.time_allocation.objectives import Objective
 from minsnap.time_allocation.rotor_limits import rotor_block
-from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.look_at import LookAtHeading
-from minsnap.trajectory.tilt_heading import TiltHeading
 from minsnap.trajectory.velocity_heading import VelocityHeading
 
 
@@ -40,12 +39,13 @@ class JointProblem:
 
     def __init__(self, task: Task, limits: Limits, guess: FloatArray, heading: Heading | None = None) -> None:
         self.task, self.limits, self.guess, self.heading = task, limits, guess, heading
+        # Not the power of two of given durations: with it some searches past a point ended in far slower curves.
         self.units: Units = replace(task.units(guess), time=float(np.exp(np.log(guess).mean())))
 
     @property
     def yaw(self) -> float | None:
         """The yaw [rad] if it is constant."""
-        return self.heading.angle if isinstance(self.heading, ConstantHeading) else None
+        return None if self.heading is None else self.heading.constant
 
     @property
     def turns(self) -> bool:
@@ -55,7 +55,7 @@ class JointProblem:
     @property
     def complete(self) -> bool:
         """Whether a search knows every limit: of rotors under a constant yaw or without spin, of no rate of a yaw."""
-        return self.heading is None or isinstance(self.heading, (ConstantHeading, TiltHeading))
+        return self.heading is None or self.yaw is not None or self.heading.medium is not None
 
     def search(
         self,
