@@ -149,7 +149,7 @@ def _say(found: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], json
 
         print(as_json({name: one.comparison.as_dict() | _place(one) | kept[name] for name, one in found.items()}))
         return
-    from minsnap.flight.tracking.comparison_table import comparison_text
+    from minsnap.flight.tracking.comparison import comparison_text
 
     print(comparison_text({name: one.comparison for name, one in found.items()}))
     for name, one in found.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,7 +14,6 @@ from minsnap.errors import InputError
 if TYPE_CHECKING:
     from minsnap.flight.thesis.fit_table import TableFit
     from minsnap.flight.tracking.flight_fit import FlightFit
-    from minsnap.flight.tracking.regression import FittedNumber
 
 
 @app.command()
@@ -86,50 +85,10 @@ def _fit_flight(
         save_figure(plot_flight_fit(found), plot)
     if output is not None:
         found.vehicle(None if base is None else read_vehicle(base), mass, default_name(file)).to_yaml(output)
-    _say_flight(found, json)
+    _say(found, json)
 
 
-def _say_flight(found: FlightFit, json: bool) -> None:
-    if json:
-        from minsnap.cli.summary import as_json
+def _say(found: FlightFit | TableFit, json: bool) -> None:
+    from minsnap.cli.summary import as_json
 
-        print(as_json(found.as_dict()))
-        return
-    print(f"fitted to {found.source}")
-    for name, axis in zip("xyz", found.axes, strict=True):
-        print(f"  drag along {name:<12}{_number(axis.linear, '1/s')}, quadratic {_number(axis.quadratic, '1/m')}")
-    if found.wind is not None:
-        print(f"  wind {_number(found.wind[0], 'm/s')} along x, {_number(found.wind[1], 'm/s')} along y")
-    print(f"  hover throttle        {_number(found.hover, '')}")
-    print(f"  delay of the position {_number(found.delay, 's')} after its setpoint{_offset(found)}")
-    for note in found.notes:
-        print(f"note: {note}")
-
-
-def _offset(found: FlightFit) -> str:
-    """Say how much of the delay the lead of the flight offset, and which lead offsets all of it."""
-    if found.delay is None or not found.lead:
-        return ""
-    left, whole = found.delay.value - found.lead, found.delay.value
-    return f", of which its lead offset {found.lead:g} s: {left:.3f} s are left, and --lead {whole:.2f} offsets all"
-
-
-def _number(number: FittedNumber | None, unit: str) -> str:
-    return "not told" if number is None else f"{number.value:.4g} ± {number.error:.2g} {unit}".rstrip()
-
-
-def _say(found: TableFit, json: bool) -> None:
-    if json:
-        from minsnap.cli.summary import as_json
-
-        print(as_json(found.as_dict()))
-        return
-    figures: dict[str, Any] = found.as_dict()
-    print(
-        f"{figures['form']}: {figures['points']} points, R² = {figures['r_squared']:.4f}, residual {figures['rms']:.3g}"
-    )
-    for term in figures["terms"]:
-        error = "" if term["standard_error"] is None else f" ± {term['standard_error']:.2g}"
-        print(f"  {term['name']:<28}{term['value']: .6g}{error}")
-    for name, (low, high) in figures["measured"].items():
-        print(f"  measured for {name} from {low:g} to {high:g}")
+    print(as_json(found.as_dict()) if json else found)

@@ -32,9 +32,15 @@ def simulate(
     gust: Annotated[float, typer.Option("--gust", metavar="M/S", help="Intensity of Dryden gusts [m/s].")] = 0.0,
     seed: Annotated[int, typer.Option("--seed", help="Seed: the same number gives the same gusts and noise.")] = 0,
     noise: Annotated[float, typer.Option("--noise", metavar="M", help="Standard deviation of a pose [m].")] = 0.0,
+    delay: Annotated[
+        float, typer.Option("--delay", metavar="S", help="Time until a setpoint reaches the controller [s].")
+    ] = 0.0,
     frame: options.ReadFrame = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="CSV of what was flown, 50 rows per second.")
+    ] = None,
+    log: Annotated[
+        Path | None, typer.Option("--log", metavar="FILE", help="The flight as PX4 would log it (.ulg), for fit.")
     ] = None,
     plot: options.Plot = None,
     view: options.View = None,
@@ -51,7 +57,7 @@ def simulate(
     from minsnap.flight.tracking.simulated import flight_figures
 
     check_figure(plot, view if plot else None)
-    _check_files(output, plot, animate, view)
+    _check_files(output, log, plot, animate, view)
     if output is not None:
         refuse_source(output, file)
     path = read_any(file, frame)
@@ -61,12 +67,29 @@ def simulate(
     compensation = craft.drag if compensate else None
     sensors = Sensors(noise=noise, seed=seed) if noise else None
     air, shown = wind_of(wind, gust, seed), on_terminal(json)
-    flight = fly(craft, pilot, path, compensation=compensation, sensors=sensors, wind=air, progress=shown)
-    figures = flight_figures(flight, craft) | _write(flight, output, plot, animate, view or "xy", shown)
+    flight = fly(
+        craft,
+        pilot,
+        path,
+        setpoint_delay=delay,
+        compensation=compensation,
+        sensors=sensors,
+        wind=air,
+        progress=shown,
+    )
+    if log is not None:
+        from minsnap.files.logs.ulog_writer import write_ulog
+        from minsnap.flight.tracking.simulated_log import simulated_log
+
+        write_ulog(simulated_log(craft, flight, path, seed=seed), log)
+    figures = flight_figures(flight, craft) | {"log": None if log is None else str(log)}
+    figures |= _write(flight, output, plot, animate, view or "xy", shown)
     print(_as_json(figures) if json else _as_text(figures))
 
 
-def _check_files(output: Path | None, plot: Path | None, animate: Path | None, view: str | None) -> None:
+def _check_files(
+    output: Path | None, log: Path | None, plot: Path | None, animate: Path | None, view: str | None
+) -> None:
     """Check the names of all files before the simulation."""
     from minsnap.basics.storage.atomic import check_destination
     from minsnap.plot.animation import check_animation_name
@@ -77,7 +100,9 @@ def _check_files(output: Path | None, plot: Path | None, animate: Path | None, v
         raise InputError(f"--view {view} is of a figure: give --plot or --animate with it")
     if output is not None and output.suffix.lower() != ".csv":
         raise InputError(f"{output} does not end in .csv: a flight is written as one")
-    for written in (output, plot, animate):
+    if log is not None and log.suffix.lower() != ".ulg":
+        raise InputError(f"{log} does not end in .ulg: a log is written as PX4's")
+    for written in (output, log, plot, animate):
         if written is not None:
             check_destination(written)
 
@@ -127,6 +152,6 @@ def _as_text(figures: dict[str, Any]) -> str:
         ("max rotor thrust", f"{figures['max_rotor_thrust']:.4g} of {figures['rotor_thrust_limit']:.4g} N"),
         ("saturated", f"{100.0 * figures['saturated']:.2f} % of the time"),
     ]
-    named = (("output", "written"), ("plot", "drawn"), ("animation", "animated"))
+    named = (("output", "written"), ("log", "logged"), ("plot", "drawn"), ("animation", "animated"))
     lines += [(label, figures[name]) for name, label in named if figures[name]]
     return labelled(lines)

@@ -49,6 +49,20 @@ def test_an_animation_is_written(call, tmp_path):
         assert film.n_frames == 10
 
 
+def test_what_was_simulated_is_fitted_and_offset(call, tmp_path):
+    flown = ["--vehicle", "px4-sih", "--delay", "0.1", "--json"]
+    course = ["rect", "--time", "12", "--altitude", "2", "-o"]
+    assert call(*course, "first.csv").returncode == 0
+    first = json.loads(call("simulate", "first.csv", "--log", "first.ulg", *flown).stdout)
+    fitted = json.loads(call("fit", "first.ulg", "-o", "mine.yaml", "--json").stdout)
+    assert fitted["drag per mass"]["x"]["linear"]["value"] == pytest.approx(1.0, abs=0.01)  # that of px4-sih
+    assert call(*course, "second.csv", "--vehicle", "mine.yaml").returncode == 0
+    second = json.loads(call("simulate", "second.csv", *flown).stdout)
+    assert second["rmse"] < 0.5 * first["rmse"]
+    compared = json.loads(call("compare", "first.csv", "first.ulg", "--json").stdout)
+    assert compared["first.ulg"]["rmse_3d"] == pytest.approx(first["rmse"], rel=0.02)
+
+
 def test_wind_pushes_and_a_seed_repeats_it(call, path):
     runs = [
         json.loads(call("simulate", "path.csv", "--controller", "lee", "--json", *more).stdout)
@@ -70,6 +84,7 @@ def test_the_summary_says_what_it_took(call, path):
     ("arguments", "message"),
     [
         (["path.csv", "--animate", "a.avi"], "a.avi does not end in .gif or .mp4"),
+        (["path.csv", "--log", "a.csv"], "a.csv does not end in .ulg"),
         (["path.csv", "-o", "a.json"], "a.json does not end in .csv"),
         (["path.csv", "--controller", "mpc"], "--controller is 'mpc'"),
         (["path.csv", "--vehicle", "none.yaml"], "none.yaml cannot be read"),

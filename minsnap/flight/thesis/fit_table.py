@@ -67,6 +67,15 @@ class TableFit:
     def __post_init__(self) -> None:
         own_arrays(self)
 
+    def __str__(self) -> str:
+        said = self.as_dict()
+        lines = [f"{self.form}: {said['points']} points, R² = {self.r_squared:.4f}, residual {said['rms']:.3g}"]
+        for term in self.terms:
+            error = "" if term.standard_error is None else f" ± {term.standard_error:.2g}"
+            lines.append(f"  {term.name:<28}{term.value: .6g}{error}")
+        ranges = self.measured.items()
+        return "\n".join([*lines, *(f"  measured for {name} from {low:g} to {high:g}" for name, (low, high) in ranges)])
+
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain numbers, for JSON."""
         return {

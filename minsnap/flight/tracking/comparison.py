@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, bounded, own_arrays
 from minsnap.basics.checks import SIZE, check_kind, check_switch, is_number
 from minsnap.basics.messages import shown
+from minsnap.basics.storage.text_columns import aligned
 from minsnap.errors import InputError
 from minsnap.flight.tracking.delay import estimate_delay
 from minsnap.flight.tracking.reference_curve import direction_at, distance_to_curve, position_at
@@ -51,6 +53,9 @@ class Comparison:
 
     def __post_init__(self) -> None:
         own_arrays(self)
+
+    def __str__(self) -> str:
+        return comparison_text({"flight": self})
 
     @property
     def rmse(self) -> FloatArray:
@@ -154,6 +159,19 @@ class Comparison:
             "end": float(self.t[-1]),
             "samples": len(self.t),
         }
+
+
+def comparison_text(found: Mapping[str, Comparison]) -> str:
+    """Return one row per flight: errors per axis and in 3-D, greatest error, delay, errors in shape and in time."""
+    count = max(comparison.error.shape[1] for comparison in found.values())
+    axes = list("xyz"[:count]) if count <= 3 else [str(axis) for axis in range(count)]
+    head = ["along", "across", "greatest", "at [s]", "delay [s]", "less delay", "from the curve", "in time"]
+    rows = [["flight", *axes, "3-D", *head]]
+    for name, one in found.items():
+        path = [one.along_rmse, one.across_rmse, one.max_error, one.worst_instant]
+        figures = [*one.rmse, one.rmse_3d, *path, one.delay, one.late_rmse_3d, one.path_rmse, one.time_rmse]
+        rows.append([name, *(f"{value:.4f}" for value in figures)])
+    return "\n".join(["Root mean squared error [m]", aligned(rows)])
 
 
 def compare(reference: Samples, flight: Samples, *, align: bool = False, max_delay: float = MAX_DELAY) -> Comparison:

@@ -66,6 +66,24 @@ class FlightFit:
     def __post_init__(self) -> None:
         own_arrays(self)
 
+    def __str__(self) -> str:
+        lines = [f"fitted to {self.source}"]
+        for name, axis in zip("xyz", self.axes, strict=True):
+            linear, quadratic = _told(axis.linear, "1/s"), _told(axis.quadratic, "1/m")
+            lines.append(f"  drag along {name:<12}{linear}, quadratic {quadratic}")
+        if self.wind is not None:
+            lines.append(f"  wind {_told(self.wind[0], 'm/s')} along x, {_told(self.wind[1], 'm/s')} along y")
+        lines.append(f"  hover throttle        {_told(self.hover, '')}")
+        lines.append(f"  delay of the position {_told(self.delay, 's')} after its setpoint{self._offset()}")
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    def _offset(self) -> str:
+        """Say how much of the delay the lead of the flight offset, and which lead offsets all of it."""
+        if self.delay is None or not self.lead:
+            return ""
+        left, whole = self.delay.value - self.lead, self.delay.value
+        return f", of which its lead offset {self.lead:g} s: {left:.3f} s are left, and --lead {whole:.2f} offsets all"
+
     def drag(self, mass: float) -> BodyDrag:
         """Return the drag of a vehicle of that mass [kg].
 
@@ -206,6 +224,10 @@ def _within(samples: Samples, first: float, last: float) -> Samples:
 
 def _value(number: FittedNumber | None) -> float:
     return 0.0 if number is None else number.value
+
+
+def _told(number: FittedNumber | None, unit: str) -> str:
+    return "not told" if number is None else f"{number} {unit}".rstrip()
 
 
 def _plain(number: FittedNumber | None) -> dict[str, float] | None:

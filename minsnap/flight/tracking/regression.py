@@ -27,6 +27,9 @@ class FittedNumber:
     value: float
     error: float
 
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ± {self.error:.2g}"
+
 
 def fitted(
     residuals: Callable[[FloatArray], FloatArray], first: FloatArray, rate: float

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
@@ -10,7 +12,10 @@ from minsnap.basics.messages import shown
 from minsnap.errors import InputError
 from minsnap.files.logs.flight_log import FlightLog
 from minsnap.files.logs.inertial_log import InertialLog
+from minsnap.flight.simulation.closed_loop import STEP
 from minsnap.flight.simulation.flight_record import Flight
+from minsnap.flight.simulation.reference import tabulate
+from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle.quadrotor import Quadrotor
 
@@ -19,7 +24,7 @@ STATES = 50.0
 
 
 def simulated_log(
-    vehicle: Quadrotor, flight: Flight, setpoints: Samples, noise: float = 0.05, seed: int = 0
+    vehicle: Quadrotor, flight: Flight, setpoints: Path | Samples, noise: float = 0.05, seed: int = 0
 ) -> FlightLog:
     """Return what a log of a simulated flight holds: setpoints, states, and what the body felt.
 
@@ -29,8 +34,8 @@ def simulated_log(
         What flew.
     flight : Flight
         How.
-    setpoints : Samples
-        What was sent, from the start of the flight on.
+    setpoints : Path or Samples
+        What was sent, from the start of the flight on; a path at every step of a simulation.
     noise : float
         Standard deviation of the accelerometer along each axis [m/s^2].
     seed : int
@@ -43,7 +48,7 @@ def simulated_log(
     """
     check_kind("the vehicle", vehicle, Quadrotor, "a Quadrotor")
     check_kind("the flight", flight, Flight, "a Flight")
-    check_kind("the setpoints", setpoints, Samples, "samples")
+    sent = tabulate(setpoints, None, STEP)
     check_seed(seed)
     if not (is_number(noise) and noise >= 0.0):
         raise InputError(f"the noise is {shown(noise)}: it must be 0 or more [m/s^2]")
@@ -55,7 +60,7 @@ def simulated_log(
     felt = felt + noise * np.random.default_rng(seed).normal(size=felt.shape)
     throttle = thrust / (vehicle.max_thrust_to_weight * vehicle.weight)
     inertial = InertialLog(flight.t[slow], flight.quaternion[slow], flight.t, felt, flight.t[slow], throttle[slow])
-    return FlightLog(setpoints, states, 0.0, inertial=inertial)
+    return FlightLog(replace(sent, t=sent.t - sent.t[0]), states, 0.0, inertial=inertial)
 
 
 def _specific_force(vehicle: Quadrotor, flight: Flight, thrust: FloatArray) -> FloatArray:

@@ -6,8 +6,7 @@ import pytest
 import minsnap
 from minsnap.errors import InputError
 from minsnap.flight import compare, plot_tracking
-from minsnap.flight.tracking.comparison import moved
-from minsnap.flight.tracking.comparison_table import comparison_text
+from minsnap.flight.tracking.comparison import comparison_text, moved
 from minsnap.flight.tracking.reference_curve import distance_to_curve, position_at
 from minsnap.trajectory.samples import Samples
 
@@ -107,6 +106,7 @@ def test_dimensions_must_agree(eight) -> None:
 def test_the_report_names_every_figure(eight) -> None:
     found = compare(eight.sample(20.0), flown(eight, 0.1))
     text = comparison_text({"one.csv": found})
+    assert str(found) == comparison_text({"flight": found})
     assert "one.csv" in text and f"{found.rmse_3d:.4f}" in text and "from the curve" in text
     numbers = found.as_dict()
     assert numbers["rmse_3d"] == found.rmse_3d and set(numbers["rmse"]) == {"x", "y", "z"}
