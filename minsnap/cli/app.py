@@ -43,6 +43,7 @@ COMMANDS = (
     "fleet_command",
     "upload_command",
     "studio_command",
+    "bench_command",
 )
 """Modules of this package that register commands with :data:`app` when imported, in the order of the help."""
 

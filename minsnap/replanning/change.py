@@ -35,6 +35,9 @@ class Change:
         Instant from which it is inside the corridor [s]; 0 but for a state outside of it.
     took : float
         Seconds that the answer took, on the replanner's clock.
+    late : float
+        Seconds by which it came after it was due; 0 where it came in time. A splice that has passed is not flown: hold
+        or fly the stop before, and give a longer budget (``minsnap bench`` says which this machine needs).
     legs : int
         Legs of the flown plan that end before the splice: as many waypoints have been passed.
     """
@@ -49,4 +52,5 @@ class Change:
     limits_from: float = 0.0
     inside_from: float = 0.0
     took: float = 0.0
+    late: float = 0.0
     legs: int = 0

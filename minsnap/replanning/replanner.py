@@ -194,7 +194,7 @@ class Replanner:
         Raises
         ------
         TimingError
-            If ``now`` is beyond the flown plan, the splice has passed, or the budget is below what a stop plan takes.
+            If ``now`` is beyond a flown plan that does not end at rest, the splice has passed, or the budget is below what a stop plan takes.
         WaypointError, CorridorError, YawError
             If what is ahead is malformed, outside its walls, or the start is further outside than ``recover``.
         InputError
@@ -410,6 +410,7 @@ class Replanner:
             no_stop if stop is None else "",
             *times,
             call.watch.on_clock,
+            max(0.0, self._clock() - call.due),
             splice.passed,
         )
 

@@ -107,7 +107,8 @@ def splice_of(flown: Trajectory, now: float, budget: float, half: int) -> Splice
     InputError
         If ``flown`` is no trajectory, or ``now`` or ``budget`` is no number.
     TimingError
-        If ``now`` is not within the flown plan, or that ends before the splice and not at rest.
+        If ``now`` is before the flown plan, or that ends before the splice and not at rest: after an end at rest the
+        vehicle hovers there.
     """
     if not isinstance(flown, Trajectory):
         raise InputError(f"a Trajectory is replanned, not a {type(flown).__name__}")
@@ -115,9 +116,8 @@ def splice_of(flown: Trajectory, now: float, budget: float, half: int) -> Splice
         if not is_number(value) or not np.isfinite(value):
             raise InputError(f"{name} is {shown(value)}: give a number of seconds")
     check_positive("the budget", budget, "s", TimingError)
-    if not 0.0 <= now <= flown.duration * (1.0 + ROUNDING):
-        where = f"{now - flown.duration:.4g} s beyond the end" if now > 0.0 else "before the start"
-        raise TimingError(f"now is {now:.6g} s, {where} of the flown plan of {flown.duration:.6g} s: plan from rest")
+    if now < 0.0:
+        raise TimingError(f"now is {now:.6g} s, before the start of the flown plan of {flown.duration:.6g} s")
     splice = Splice(flown, float(now) + float(budget), half)
     if splice.over and not ends_at_rest(flown):
         raise TimingError(

@@ -209,11 +209,23 @@ def test_what_is_late_is_not_flown(flown):
     assert change.kept and change.certified
     assert "no time to search" in change.reason
     assert change.stop is change.trajectory
+    assert change.took > 0.4 and change.late == pytest.approx(change.took + 10.0 - 0.4)  # one tick later
     slower = Limits(speed=2.0, acceleration=6.0)
     with pytest.raises(TimingError, match=r"the budget of 0.4 s was over before a stop plan was found: replan again"):
         Replanner(slower, boxes, clock=lambda: 10.0 * next(ticks)).replan(flown, 0.1, points, 0.4)
     with pytest.raises(TimingError, match=r"the splice at 0.5 s of the flown plan passed 0.25 s ago: replan earlier"):
         Replanner(LIMITS, boxes, clock=lambda: 50.75).replan(flown, 0.1, points, 0.4, began=50.0)
+
+
+def test_after_its_stop_it_goes_on_from_hover(flown):
+    passed, points, boxes = ahead(flown, 0.9)
+    replanner = Replanner(LIMITS, boxes, clock=still)
+    stop = replanner.replan(flown, 0.5, points, 0.4, **AMPLE).stop
+    goes_on = replanner.replan(stop, stop.duration + 7.0, points, 0.4, **AMPLE)
+    assert goes_on.late == 0.0 and not goes_on.kept
+    assert goes_on.trajectory(0.0) == pytest.approx(stop(stop.duration), abs=1e-9)
+    check_splice(goes_on, stop)
+    check_certified(goes_on, points, boxes)
 
 
 def test_the_clock_of_the_flight_says_when_the_answer_is_due(flown):

@@ -73,7 +73,6 @@ def test_rest_at_the_end():
 @pytest.mark.parametrize(
     ("now", "budget", "sentence"),
     [
-        (3.2, 0.02, "now is 3.2 s, 0.2 s beyond the end of the flown plan of 3 s: plan from rest"),
         (-0.1, 0.02, "now is -0.1 s, before the start of the flown plan"),
         (1.0, 0.0, "the budget is 0.0: it must be a positive number"),
     ],
