@@ -194,7 +194,8 @@ class Replanner:
         Raises
         ------
         TimingError
-            If ``now`` is beyond a flown plan that does not end at rest, the splice has passed, or the budget is below what a stop plan takes.
+            If ``now`` is beyond a flown plan that does not end at rest, the splice has passed, or the budget is below
+            what a stop plan takes.
         WaypointError, CorridorError, YawError
             If what is ahead is malformed, outside its walls, or the start is further outside than ``recover``.
         InputError
