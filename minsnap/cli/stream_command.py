@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import select
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,15 +20,34 @@ from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
+    from minsnap.cli.companion import Listening
     from minsnap.flight.mavlink.link import Link
     from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
     from minsnap.flight.mavlink.streaming import Streamer
+    from minsnap.trajectory.trajectory import Trajectory
+
+
+class EnterKey:
+    """A trigger that fires when Enter is pressed; the end of the input does not count as Enter."""
+
+    def __init__(self) -> None:
+        self._ended = False
+
+    def __call__(self) -> bool:
+        """Return whether Enter has been pressed."""
+        if self._ended or not select.select([sys.stdin], [], [], 0.0)[0]:
+            return False
+        typed = os.read(sys.stdin.fileno(), 4096)
+        self._ended = not typed
+        return b"\n" in typed
 
 
 @app.command()
 def stream(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Setpoint CSV or a file of polynomials; with --listen a course.")
+    ],
     connect: Annotated[
         str,
         typer.Option("--connect", metavar="LINK", help="udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."),
@@ -91,6 +113,16 @@ def stream(
     log: Annotated[
         Path | None, typer.Option("--log", metavar="FILE", help="CSV of all messages sent and received.")
     ] = None,
+    listen: Annotated[
+        bool, typer.Option("--listen", help="Plan a course and take orders as lines of JSON from the standard input.")
+    ] = False,
+    room: Annotated[
+        str | None,
+        typer.Option("--room", metavar="X,Y,Z,X,Y,Z", help="With --listen: two corners of where orders may lead."),
+    ] = None,
+    port: Annotated[
+        str | None, typer.Option("--port", metavar="[HOST:]PORT", help="With --listen: orders by UDP instead.")
+    ] = None,
 ) -> int:
     """Fly a setpoint file over MAVLink, by PX4's offboard or ArduPilot's guided mode.
 
@@ -103,6 +135,7 @@ def stream(
     from minsnap.flight.mavlink.stream_options import StreamOptions
 
     craft = None if vehicle is None else vehicle_of(vehicle)
+    heard = _listening(file, trigger, port, room) if listen else None
     settings = StreamOptions(
         rate=rate,
         fields=None if fields is None else [name.strip() for name in fields.split(",")],
@@ -121,50 +154,77 @@ def stream(
         log=log,
         feed_forward=FeedForward(drag, craft, lead),
         delay=delay,
+        stays=listen,
+        fastest=0.0 if heard is None else heard.limits.speed or 0.0,
     )
-    report = _fly(file, connect, settings, system, signing_key, preflight)
-    print(_summary(report))
+    source = file if heard is None else heard.flown
+    report = _fly(source, connect, settings, system, signing_key, preflight, heard)
+    print(_summary(report), file=sys.stderr if listen else sys.stdout)
     return 0 if report.completed else 1
 
 
+def _listening(file: Path, trigger: str, port: str | None, room: str | None) -> Listening:
+    """Plan the course that is flown until something else is ordered."""
+    import numpy as np
+
+    from minsnap.cli.companion import Listening
+    from minsnap.corridors.room import Room
+    from minsnap.paths.missions.course_file import read_course
+    from minsnap.paths.missions.mission import plan_mission
+
+    if file.suffix.lower() not in (".yaml", ".yml"):
+        raise InputError(f"{file} is no course: --listen plans from what is flown, so give a course in YAML")
+    if trigger == "enter" and port is None:
+        raise InputError("--listen takes orders from the standard input: give --trigger mode or now, or --port")
+    mission = plan_mission(read_course(file))
+    if room is not None and room.count(",") != 5:
+        raise InputError(f"--room is {room}: give two corners, six numbers with commas")
+    floor = min(0.0, float(mission.trajectory.control_points[..., 2].min()))
+    sides = [-inf, -inf, floor, inf, inf, inf] if room is None else options.parse_numbers("--room", room)
+    return Listening(mission.trajectory, mission.limits, Room(*np.reshape(sides, (2, 3))), port)
+
+
 def _fly(
-    file: Path, connect: str, settings: StreamOptions, system: int | None, key: Path | None, preflight: bool
+    source: Path | Trajectory,
+    connect: str,
+    settings: StreamOptions,
+    system: int | None,
+    key: Path | None,
+    preflight: bool,
+    listening: Listening | None,
 ) -> StreamReport:
     """Fly with a display on stderr; Ctrl-C stops the flight and holds."""
-    from minsnap.cli.display import Display
+    from minsnap.cli.companion import Companion
     from minsnap.flight.mavlink.link import open_link
     from minsnap.flight.mavlink.offboard import prepare
     from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.streaming import Streamer
 
-    table, clock = prepare(file, settings), Clock()
+    table, clock = prepare(source, settings), Clock()
     link = open_link(connect, clock, system=system, signing_key=key)
     try:
         if preflight:
-            _check(link, clock, file, settings)
-        with Display(prompt=callable(settings.trigger)) as display:
-            streamer = Streamer(table, link, settings, clock, display.event, display.status)
+            _check(link, clock, source, settings)
+        with Companion(callable(settings.trigger), listening) as beside:
+            streamer = beside.streamer = Streamer(table, link, settings, clock, beside.event, beside.status)
             with _stopped_by_signals(streamer):
                 return streamer.run()
     finally:
         link.close()
 
 
-def _check(link: Link, clock: Clock, file: Path, settings: StreamOptions) -> None:
+def _check(link: Link, clock: Clock, source: Path | Trajectory, settings: StreamOptions) -> None:
     """Say what of a vehicle does not fit the flight; refuse it if something must end it."""
     from minsnap.errors import FlightError
-    from minsnap.files.convert import read_samples
-    from minsnap.files.sidecar import frame_of
     from minsnap.flight.mavlink.autopilot import get_autopilot
+    from minsnap.flight.mavlink.offboard import sampled
     from minsnap.flight.mavlink.setpoints import vehicle_frame
     from minsnap.flight.mavlink.vehicle_check import check_vehicle
 
     autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
-    frame = vehicle_frame(frame_of(file, settings.frame))
-    samples = settings.feed_forward.stated(read_samples(file, settings.frame, settings.rate or 20.0))
-    wrong = [
-        finding for finding in check_vehicle(link, clock, autopilot, samples, frame) if finding.problem is not None
-    ]
+    samples, frame = sampled(source, settings)
+    found = check_vehicle(link, clock, autopilot, settings.feed_forward.stated(samples), vehicle_frame(frame))
+    wrong = [finding for finding in found if finding.problem is not None]
     for finding in wrong:
         print(f"preflight: {finding.name}: {finding.problem}", file=sys.stderr)
     grave = next((finding for finding in wrong if finding.grave), None)
@@ -173,8 +233,6 @@ def _check(link: Link, clock: Clock, file: Path, settings: StreamOptions) -> Non
 
 
 def _trigger(name: str) -> str | Callable[[], bool]:
-    from minsnap.cli.display import EnterKey
-
     return EnterKey() if _one_of("--trigger", name, ("enter", "mode", "now")) == "enter" else name
 
 

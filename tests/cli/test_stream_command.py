@@ -1,5 +1,6 @@
 """Streaming and relaying as processes, against a stand-in that speaks MAVLink."""
 
+import json
 import os
 import pty
 import signal
@@ -86,6 +87,28 @@ def test_ctrl_c_holds_until_the_mode_is_left(vehicle, path):
     assert running.returncode == 1 and said.startswith("not completed: stopped by the user")
 
 
+@pytest.mark.slow
+def test_orders_are_taken_while_it_flies_and_the_end_of_the_input_finishes(tmp_path):
+    course = tmp_path / "course.yaml"
+    course.write_text("waypoints: [[0, 0, 1.5], [2, 0, 1.5], [4, 1, 1.5]]\nlimits: {speed: 1.5, acceleration: 2}\n")
+    with StandIn(body=PointMass((0.0, 0.0, -1.5))) as vehicle:
+        options = ("--connect", link(vehicle), "--no-preflight", "--trigger", "mode", "--listen")
+        with started("stream", course, *options, stdin=subprocess.PIPE) as running:
+            vehicle.until(lambda v: len(v.setpoints) > 42)
+            vehicle.enter(OFFBOARD)
+            vehicle.until(lambda v: any(m.vx or m.vy for _, m in v.setpoints))
+            running.stdin.write('{"goal": [1.5, 1, 1.5]}\n')
+            running.stdin.flush()
+            answer = json.loads(running.stdout.readline())
+            running.stdin.close()
+            running.stdin = None
+            vehicle.until(lambda v: v.setpoints[-1][1].vx == 0.0 and abs(v.setpoints[-1][1].x - 1.0) < 1e-6)
+            vehicle.enter(POSCTL)
+            _, said = running.communicate(timeout=60)
+    assert answer["ok"] and answer["end"] == pytest.approx([1.5, 1.0, 1.5]), said
+    assert running.returncode == 0 and "holding the end" in said and "\ncompleted" in said
+
+
 def test_refusals_have_their_status_and_sentence(call, path, vehicle):
     vehicle.body.position = [3.0, 0.0, -1.5]
     far = call("stream", path, "--connect", link(vehicle))
@@ -98,6 +121,8 @@ def test_refusals_have_their_status_and_sentence(call, path, vehicle):
     assert "heard only system 1" in wrong.stderr
     slow = call("stream", path, "--connect", "udpin:0", "--rate", "1.5")
     assert slow.returncode == 2 and "1.5 Hz is too slow: PX4 needs at least 2 setpoints per second" in slow.stderr
+    heard = call("stream", path, "--connect", "udpin:0", "--listen")
+    assert heard.returncode == 2 and "is no course" in heard.stderr
     odd = call("stream", path, "--connect", "udpin:0", "--trigger", "shout")
     assert odd.returncode == 2 and "choose enter, mode or now" in odd.stderr
     assert vehicle.setpoints == []

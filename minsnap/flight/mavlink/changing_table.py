@@ -54,10 +54,12 @@ class ChangingTable:
         What is flown at first.
     added : FeedForward
         What is added to the setpoints.
+    stays : bool
+        Whether the flight stays at the end of what is flown, for changes to come. It may be set to False in flight.
     """
 
-    def __init__(self, table: SetpointTable, added: FeedForward = NOTHING) -> None:
-        self._flown, self._added = Flown(table, 0.0), added
+    def __init__(self, table: SetpointTable, added: FeedForward = NOTHING, stays: bool = False) -> None:
+        self._flown, self._added, self.stays = Flown(table, 0.0), added, stays
         self.rate, self.fields, self.missing, self.mask = table.rate, table.fields, table.missing, table.mask
         self.start, self.note, self.frame, self.lead = table.start, table.note, table.frame, table.lead
 
@@ -65,8 +67,9 @@ class ChangingTable:
         return len(self._flown.table)
 
     def __getitem__(self, index: int) -> Setpoint:
-        """Return the setpoint of a step; beyond the last it is the last."""
-        return self._flown.table[index]
+        """Return the setpoint of a step; beyond the last it is the last, at rest."""
+        table = self._flown.table
+        return table[index] if index < len(table) else table[index].held()
 
     def fly_motion_alone(self) -> bool:
         """Leave out what is added to offset drag, before the flight; return whether there was any."""
@@ -153,7 +156,7 @@ class ChangingTable:
         if trajectory.dim != 3:
             raise InputError(f"a vehicle flies in three coordinates, this trajectory has {trajectory.dim}")
         end = (len(table) - 1) / self.rate
-        if at > end + 1.0 / self.rate:
+        if at > end + 1.0 / self.rate and not self.stays:
             raise TimingError(f"the change takes over at {at:.6g} s, after the flight ends at {end:.6g} s: plan anew")
         self._check_joint(table, trajectory, at)
 

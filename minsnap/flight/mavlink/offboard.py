@@ -81,14 +81,13 @@ def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOpti
     InputError
         If what is to be added to them cannot be.
     """
-    samples = _sampled(source, options)
+    samples, frame = sampled(source, options)
     report = check_samples(samples)
     if not report.ok:
         raise FlightError(f"not fit to fly: {report.problems[0]}")
     added = options.feed_forward
     sent = added.stated(samples)
-    frame = options.frame if isinstance(source, (Samples, Path)) else frame_of(source, options.frame)
-    table = tabulate(sent, options.rate, options.fields, frame or "enu", options.laps)
+    table = tabulate(sent, options.rate, options.fields, frame, options.laps)
     options.check_rate(table.rate)
     return replace(table, note="; ".join(filter(None, (added.describe(samples), _at_speed(samples, report)))))
 
@@ -103,11 +102,13 @@ def _at_speed(samples: Samples, report: ConsistencyReport) -> str:
     return f"the path {' and '.join(moving)}, where the vehicle is held at rest" if moving else ""
 
 
-def _sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> Samples:
+def sampled(source: Samples | Path | str | os.PathLike[str], options: StreamOptions) -> tuple[Samples, str]:
+    """Return what is to be flown as samples in z-up world axes, and the frame that it is from."""
+    rate = 20.0 if options.rate is None else options.rate
     if isinstance(source, Samples):
-        return source
+        return source, options.frame or "enu"
     if isinstance(source, Path):
-        return source.sample(20.0 if options.rate is None else options.rate)
+        return source.sample(rate), options.frame or "enu"
     from minsnap.files.convert import read_samples
 
-    return read_samples(source, options.frame, 20.0 if options.rate is None else options.rate)
+    return read_samples(source, options.frame, rate), frame_of(source, options.frame) or "enu"

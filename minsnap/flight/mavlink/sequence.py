@@ -192,7 +192,10 @@ class Sequence:
             return SetpointStep(None if self._lost_at is not None else self.setpoint)
         index = slot - self._first_slot
         setpoint = self._table[index].shifted(self.offset)
-        return SetpointStep(setpoint, index) if index < len(self._table) else SetpointStep(setpoint.held())
+        return SetpointStep(setpoint.held()) if self._is_over(index) else SetpointStep(setpoint, index)
+
+    def _is_over(self, index: int) -> bool:
+        return index >= len(self._table) and not self._table.stays
 
     def hold(self, reason: str | None, at: Conditions, where_it_is: bool = True) -> None:
         """Stop and hold: at the vehicle's position if it was reported recently, else at the last setpoint."""
@@ -302,7 +305,7 @@ class Sequence:
         index = at.slot - self._first_slot
         self.setpoint = self._table[index].shifted(self.offset)
         self.planned = self.setpoint.held(self._table.planned(index)).shifted(self.offset).position
-        if index >= len(self._table):
+        if self._is_over(index):
             self.completed = True
             self.hold(None, at, where_it_is=False)
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -109,6 +109,7 @@ class SetpointTable:
     frame: str = "ned"
     lead: float = 0.0
     added: FloatArray | None = None
+    stays: ClassVar[bool] = False
 
     def motion(self) -> SetpointTable:
         """Return the table of the motion alone, without what is added to offset drag."""

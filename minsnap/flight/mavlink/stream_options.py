@@ -66,6 +66,10 @@ class StreamOptions:
     delay : float or None
         Of the vehicle's position after its setpoint, as ``fit`` finds it [s]: tells how far it will lag behind. None:
         that of the feed-forward's vehicle, or what is usual for the autopilot.
+    stays : bool
+        Stay at the end for changes to come, until :meth:`~minsnap.flight.mavlink.streaming.Streamer.finish`.
+    fastest : float
+        Speed of changes to come [m/s]: the abort distance fits the lag at this speed too.
 
     Raises
     ------
@@ -93,6 +97,8 @@ class StreamOptions:
     log: str | os.PathLike[str] | None = None
     feed_forward: FeedForward = field(default_factory=FeedForward)
     delay: float | None = None
+    stays: bool = False
+    fastest: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.prestream >= 2.0:

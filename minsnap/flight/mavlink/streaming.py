@@ -63,7 +63,7 @@ class Streamer:
     ) -> None:
         options.check_rate(table.rate)
         self._first, self._rules = table, options.rules
-        self._table = ChangingTable(table, options.feed_forward)
+        self._table = ChangingTable(table, options.feed_forward, options.stays)
         self._link, self._options, self._clock = link, options, clock
         self._changing = threading.Lock()
         self._observer = StreamObserver(self._table, options, clock.now(), on_event, on_status)
@@ -80,6 +80,15 @@ class Streamer:
         """
         self._stops += 1
 
+    def finish(self) -> None:
+        """End a flight that stays (``StreamOptions.stays``) at the end of what is flown, from any thread."""
+        self._table.stays = False
+
+    @property
+    def began(self) -> float:
+        """Instant of the flight at which the trajectory flown now has its time 0 [s]."""
+        return self._table.began
+
     @property
     def now(self) -> float | None:
         """Instant on the clock of the trajectory that is flown now [s]; None unless it is flying.
@@ -87,17 +96,15 @@ class Streamer:
         From any thread; its time 0 is that of the first setpoint, or of the splice of the last change, before which it
         is negative.
         """
-        elapsed = self._elapsed
-        return None if elapsed is None else max(elapsed, 0.0) - self._table.began
+        first = self.first
+        return None if first is None else max(self._clock.now() - first, 0.0) - self._table.began
 
     @property
-    def _elapsed(self) -> float | None:
-        """Seconds since the first setpoint of the flight; None unless it is flying."""
+    def first(self) -> float | None:
+        """When the first setpoint of the flight was due, on the clock [s]; None unless it is flying."""
         sequence = self._sequence
-        first = None if sequence is None else sequence.first_slot
-        if first is None:
-            return None
-        return self._clock.now() - self._sender.departures.start - first / self._table.rate
+        slot = None if sequence is None else sequence.first_slot
+        return None if slot is None else self._sender.departures.start + slot / self._table.rate
 
     def change(self, change: Change) -> Trajectory:
         """Fly a change from its splice on, from any thread: its trajectory if that is certified, else its stop.
@@ -126,12 +133,12 @@ class Streamer:
         chosen = change.trajectory if change.certified else change.stop
         if chosen is None:
             raise FlightError(f"the change is not certified and has no stop ({change.no_stop}): hold, or land")
-        sequence = self._sequence
-        if sequence is None or sequence.first_slot is None:
+        first = self.first
+        if first is None:
             raise FlightError("the vehicle is not flying this stream, so there is nothing to change")
         exchange = self._table.prepare(chosen, change.splice)
         with self._changing:
-            self._table.exchange(exchange, self._elapsed or 0.0)
+            self._table.exchange(exchange, self._clock.now() - first)
         return chosen
 
     def run(self) -> StreamReport:
@@ -191,14 +198,13 @@ class Streamer:
         craft = options.feed_forward.vehicle
         usual = autopilot.delay if craft is None or not craft.delay else craft.delay
         delay = max(0.0, (usual if options.delay is None else options.delay) - table.lead)
-        refusal = self._rules.lag_refusal(table.speed, delay)
+        speed = max(table.speed, options.fastest)
+        refusal = self._rules.lag_refusal(speed, delay)
         if refusal is not None and self._rules.abort_distance is not None:
             raise FlightError(f"{refusal}; nothing was sent")
-        self._rules = self._rules.fitting(table.speed * delay)
+        self._rules = self._rules.fitting(speed * delay)
         if refusal is not None:
-            self._say(
-                f"{self._rules.farthest:.1f} m from the plan are allowed: it will lag {table.speed * delay:.1f} m"
-            )
+            self._say(f"{self._rules.farthest:.1f} m from the plan are allowed: it will lag {speed * delay:.1f} m")
 
     def _wait_for_position(self, vehicle: VehicleState) -> None:
         """Wait for the first position, which a vehicle that has just booted does not report for a while."""

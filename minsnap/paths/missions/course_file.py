@@ -111,7 +111,7 @@ def read_course(path: str | os.PathLike[str]) -> Course:
 def _course(where: str, said: Mapping[str, Any], stem: str) -> Course:
     entries = [*said.get("waypoints", ()), *said.get("gates", ())]
     stops = [
-        _stop(f"{where}, waypoint {i}", entry, said.get("ball", 0.0), said.get("margin", 0.0), i)
+        stop_of(f"{where}, waypoint {i}", entry, said.get("ball", 0.0), said.get("margin", 0.0), i)
         for i, entry in enumerate(entries)
     ]
     closed = said.get("closed", False)
@@ -130,7 +130,8 @@ def _boxes(where: str, said: Any) -> Boxes:
     return Boxes(**said)
 
 
-def _stop(where: str, entry: Any, balls: Any, margin: Any, index: int) -> Stop:
+def stop_of(where: str, entry: Any, balls: Any = 0.0, margin: Any = 0.0, index: int = 0) -> Stop:
+    """Return one entry of a course: a point, or a gate."""
     if isinstance(entry, list):
         entry = dict(zip("xyz", entry, strict=False)) if len(entry) in (2, 3) else {}
     is_gate = isinstance(entry, dict) and bool({"center", "corners"} & entry.keys())

@@ -1,0 +1,288 @@
+"""A process beside a flight: it draws, listens for orders and plans them, so that nothing of that delays the flight.
+
+The flight's process never waits for it: what the pipe cannot take at once is not shown. ``python -m
+minsnap.cli.companion DESCRIPTOR`` is this process.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from minsnap.errors import FlightError, InputError, MinsnapError, TimingError
+
+if TYPE_CHECKING:
+    from minsnap.corridors.room import Room
+    from minsnap.flight.mavlink.stream_options import StreamStatus
+    from minsnap.flight.mavlink.streaming import Streamer
+    from minsnap.limits.limits import Limits
+    from minsnap.replanning.change import Change
+    from minsnap.trajectory.trajectory import Trajectory
+
+_INTERVAL = 0.2  # of the bar, and of looking whether the flight is over [s]
+_WIDTH = 30
+_LARGEST = 65536
+
+
+@dataclass(frozen=True, eq=False)
+class Listening:
+    """What orders are planned from, and where they come from.
+
+    Parameters
+    ----------
+    flown : Trajectory
+        What is flown at first.
+    limits : Limits
+    room : Room
+        Which all changes stay in.
+    port : str or None
+        UDP, ``[HOST:]PORT``; the standard input unless given.
+
+    Raises
+    ------
+    InputError
+        If the port cannot be listened on.
+    """
+
+    flown: Trajectory
+    limits: Limits
+    room: Room
+    port: str | None = None
+
+    def open(self) -> socket.socket | None:
+        """Return what datagrams come to."""
+        if self.port is None:
+            return None
+        host, _, number = self.port.rpartition(":")
+        made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            made.bind((host or "127.0.0.1", int(number)))
+        except (OSError, ValueError, OverflowError) as error:
+            raise InputError(f"cannot listen for orders on {self.port}: {error}") from None
+        return made
+
+
+class Companion:
+    """The flight's end of the pipe.
+
+    Parameters
+    ----------
+    prompt : bool
+        True: say when Enter is waited for.
+    listening : Listening, optional
+        Take orders.
+    """
+
+    def __init__(self, prompt: bool = False, listening: Listening | None = None) -> None:
+        self._prompt = prompt
+        self._pipe, theirs = Pipe()
+        orders = None if listening is None else listening.open()
+        given = [end.fileno() for end in (theirs, orders) if end is not None]
+        command = [sys.executable, "-m", "minsnap.cli.companion", *map(str, given)]
+        with _interrupts_ignored():
+            self._process = subprocess.Popen(command, pass_fds=given)
+        for end in (theirs, orders):
+            if end is not None:
+                end.close()
+        self._next_bar, self._gone = 0.0, False
+        self._first: float | None = None
+        self.streamer: Streamer | None = None
+        self._send("listen", listening)
+
+    def __enter__(self) -> Companion:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        self._pipe.close()
+        try:
+            self._process.wait(2.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def event(self, text: str) -> None:
+        """Show a sentence."""
+        self._send("event", text)
+        if self._prompt and text == "ready":
+            self._send("event", "press Enter to fly (the vehicle must be in its mode)")
+
+    def status(self, status: StreamStatus) -> None:
+        """Show the status of the flight, and take over what was ordered."""
+        if monotonic() >= self._next_bar:
+            self._next_bar = monotonic() + _INTERVAL
+            self._send("bar", progress_line(status))
+        if self.streamer is None:
+            return
+        if self.streamer.first != self._first:
+            self._first = self.streamer.first
+            self._send("first", self._first)
+        while not self._gone and self._pipe.poll():
+            self._obey(self.streamer)
+
+    def _obey(self, streamer: Streamer) -> None:
+        try:
+            name, change = self._pipe.recv()
+        except (EOFError, OSError):
+            self._gone = True
+            return
+        if name != "change":
+            getattr(streamer, name)()
+            return
+        try:
+            streamer.change(change)
+            self._send("taken", streamer.began)
+        except MinsnapError as error:
+            self._send("refused", (isinstance(error, TimingError), str(error)))
+
+    def _send(self, name: str, content: Any) -> None:
+        """Send if the pipe takes it at once."""
+        try:
+            if not self._gone and select.select([], [self._pipe], [], 0.0)[1]:
+                self._pipe.send((name, content))
+        except OSError:
+            self._gone = True
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Let a process that is started here ignore Ctrl-C, which stops the flight and not what shows it."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def progress_line(status: StreamStatus) -> str:
+    """Return one line: the phase, a bar, the time, the tracking error."""
+    share = status.elapsed / status.duration if status.duration else 1.0
+    bar = "#" * round(_WIDTH * share)
+    error = "" if status.error is None else f"  {status.error:.2f} m from its setpoint"
+    return f"{status.phase.value} [{bar:<{_WIDTH}}] {status.elapsed:.1f}/{status.duration:.1f} s{error}"
+
+
+class RemoteFlight:
+    """The flight, as the companion sees it through the pipe."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe = pipe
+        self._first: float | None = None
+        self._answer: tuple[str, Any] | None = None
+        self._bar = sys.stderr.isatty()
+        self.began = 0.0
+        self.listening: Listening | None = None
+
+    @property
+    def now(self) -> float | None:
+        """Instant on the clock of the trajectory that is flown [s]; None unless it is flying."""
+        return None if self._first is None else max(monotonic() - self._first, 0.0) - self.began
+
+    def change(self, change: Change) -> Trajectory:
+        """Hand a change over; return what is flown from its splice on."""
+        chosen = change.trajectory if change.certified else change.stop
+        self._pipe.send(("change", change))
+        self._answer = None
+        while self._answer is None:
+            self.hear()
+        name, said = self._answer
+        if name == "refused":
+            raise (TimingError if said[0] else FlightError)(said[1])
+        self.began = said
+        assert chosen is not None
+        return chosen
+
+    def stop(self) -> None:
+        """Stop and hold."""
+        self._pipe.send(("stop", None))
+
+    def finish(self) -> None:
+        """End the flight at the end of what is flown."""
+        self._pipe.send(("finish", None))
+
+    def hear(self) -> None:
+        """Take one message of the flight; EOFError when it is over."""
+        name, content = self._pipe.recv()
+        if name in ("event", "bar"):
+            self._show(name, content)
+        elif name == "first":
+            self._first = content
+        elif name == "listen":
+            self.listening = content
+        else:
+            self._answer = name, content
+
+    def _show(self, name: str, text: str) -> None:
+        if name == "bar" and not self._bar:
+            return
+        clear = "\r\x1b[K" if self._bar else ""
+        sys.stderr.write(f"{clear}{text}" + ("\n" if name == "event" else ""))
+        sys.stderr.flush()
+
+
+class OrderLines:
+    """Lines from the standard input, or datagrams, each with a way to answer."""
+
+    def __init__(self, descriptor: int | None) -> None:
+        self._socket = None if descriptor is None else socket.socket(fileno=descriptor)
+        self._rest = b""
+        self.over = False
+
+    def fileno(self) -> int:
+        """Return what becomes readable when a line has come."""
+        return sys.stdin.fileno() if self._socket is None else self._socket.fileno()
+
+    def take(self, answer: Callable[[str], str]) -> None:
+        """Read what has come and answer it."""
+        if self._socket is not None:
+            data, sender = self._socket.recvfrom(_LARGEST)
+            self._socket.sendto(answer(data.decode(errors="replace")).encode(), sender)
+            return
+        data = os.read(self.fileno(), _LARGEST)
+        self.over = not data
+        *lines, self._rest = (self._rest + data + (b"\n" if self.over and self._rest else b"")).split(b"\n")
+        for line in filter(bytes.strip, lines):
+            print(answer(line.decode(errors="replace")), flush=True)
+
+
+def main(descriptor: int, orders: int | None = None) -> None:
+    """Show and listen until the flight is over."""
+    pipe = Connection(descriptor)
+    flight = RemoteFlight(pipe)
+    try:
+        flight.hear()
+        if flight.listening is None:
+            while True:
+                flight.hear()
+        _listen(pipe, flight, flight.listening, OrderLines(orders))
+    except (EOFError, OSError):  # the flight is over, or the terminal is closed
+        return
+
+
+def _listen(pipe: Connection, flight: RemoteFlight, asked: Listening, lines: OrderLines) -> None:
+    from minsnap.flight.mavlink.orders import Orders
+
+    orders = Orders(flight, asked.flown, asked.limits, asked.room)
+    while True:
+        ends = [pipe.fileno(), *([] if lines.over else [lines.fileno()])]
+        ready = select.select(ends, [], [])[0]
+        if pipe.fileno() in ready:
+            flight.hear()
+        elif ready:
+            lines.take(orders.answer)
+            if lines.over:
+                flight.finish()
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,126 @@
+"""Orders in flight: answered with a splice and a certificate, followed from what is flown, refused in a sentence."""
+
+import json
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap.errors import FlightError
+from minsnap.flight.mavlink.changing_table import ChangingTable
+from minsnap.flight.mavlink.orders import Orders
+from minsnap.flight.mavlink.setpoints import tabulate
+from minsnap.replanning.replanner import Replanner
+
+LIMITS = minsnap.Limits(speed=1.5, acceleration=2.0)
+ROOM = minsnap.Room((-9, -9, 0), (9, 9, 5))
+POINTS = np.array([(0, 0, 1.5), (3, 0, 1.5), (6, 2, 1.5)], dtype=float)
+GATE = {"center": [4.0, 1.0, 1.5], "heading_deg": 0, "width": 1.0}
+
+
+class Flown:
+    """A flight whose time a test sets, with the table of a real one, which refuses changes that do not join."""
+
+    def __init__(self, plan):
+        self.table, self.elapsed, self.stops = ChangingTable(tabulate(plan.sample(20.0)), stays=True), None, 0
+
+    @property
+    def now(self):
+        return None if self.elapsed is None else self.elapsed - self.began
+
+    @property
+    def began(self):
+        return self.table.began
+
+    def change(self, change):
+        self.table.exchange(self.table.prepare(change.trajectory, change.splice), self.elapsed)
+        return change.trajectory
+
+    def stop(self):
+        self.stops += 1
+
+    def finish(self):
+        self.table.stays = False
+
+
+@pytest.fixture
+def flight():
+    return Flown(minsnap.plan(POINTS, limits=LIMITS, corridor=ROOM))
+
+
+@pytest.fixture
+def order(flight):
+    plan = minsnap.plan(POINTS, limits=LIMITS, corridor=ROOM)
+    orders = Orders(flight, plan, LIMITS, replanner=Replanner(LIMITS, room=ROOM, clock=lambda: 0.0))
+
+    def give(said, elapsed=None):
+        flight.elapsed = flight.elapsed if elapsed is None else elapsed
+        return json.loads(orders.answer(said if isinstance(said, str) else json.dumps(said)))
+
+    return give
+
+
+def test_a_goal_is_answered_with_its_splice_and_what_is_proved_of_the_way_there(flight, order):
+    said = order({"goal": [4.0, 1.0, 1.5], "id": "a"}, 1.0)
+    assert said["ok"] and said["id"] == "a" and said["certified"] and said["splice"] == pytest.approx(1.2)
+    assert said["end"] == pytest.approx([4.0, 1.0, 1.5]) and said["max_speed"] <= 1.5 + 1e-6
+    assert said["limits"]["acceleration"]["value"] <= 2.0 + 1e-6
+    again = order({"waypoints": [[3.5, 0.6, 1.5], [4.0, 2.0, 2.0]]}, 1.6)
+    assert again["splice"] == pytest.approx(1.8) and again["end"] == pytest.approx([4.0, 2.0, 2.0])
+    assert flight.table[10**6].position == pytest.approx((2.0, 4.0, -2.0), abs=1e-6)
+
+
+def test_at_the_end_it_stays_for_another_goal_until_it_is_to_finish(flight, order):
+    done = order({"goal": [3.0, 1.0, 1.5]}, 1.0)
+    hovering = done["splice"] + done["duration"] + 20.0
+    assert order("stop", hovering)["note"] == "it comes to rest here"
+    said = order({"goal": [0.0, 1.0, 1.5], "yaw": 1.0}, hovering)
+    assert said["ok"], said
+    assert said["splice"] == pytest.approx(hovering + 0.2)
+    assert flight.table[10**6].yaw == pytest.approx(np.pi / 2 - 1.0)
+    assert order("finish") == {"ok": True, "finish": True} and not flight.table.stays
+
+
+def test_a_stop_comes_to_rest_within_the_limits(flight, order):
+    said = order("stop", 1.2)
+    assert said["ok"] and said["certified"] and said["duration"] < 3.0 and flight.stops == 0
+    assert flight.table[10**6].velocity == (0.0, 0.0, 0.0)
+    assert order({"goal": [6.0, 2.0, 1.5]}, 1.5)["ok"]
+
+
+def test_gates_are_passed_in_their_direction(order):
+    said = order({"waypoints": [GATE | {"straight": 0.4}, [5.0, 2.0, 1.5]]}, 1.0)
+    assert said["gates"] == [pytest.approx(said["gates"][0] | {"gate": 0, "clearance": 0.5})]
+    back = order({"waypoints": [GATE | {"heading_deg": 180}, [5.0, 2.0, 1.5]]}, 1.4)
+    assert not back["ok"] and "gate 0 would be passed backwards" in back["error"]
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        ("nonsense", "the order is"),
+        ({"goto": [1, 2, 3]}, "give one of goal, waypoints, stop and finish"),
+        ({"goal": [1, 2, "x"]}, "not finite numbers"),
+        ('{"goal": [NaN, 0, 1]}', "not finite numbers"),
+        ({"waypoints": []}, "one at least"),
+        ({"waypoints": 7}, "one at least"),
+        ({"goal": [3.0, 9.0]}, "coordinates"),
+        ({"goal": [1, 0, 1], "yaw": "north"}, "yaw"),
+        ({"goal": [1, 0, -1]}, "room"),
+    ],
+)
+def test_mistakes_are_answered_and_change_nothing(flight, order, said, why):
+    before = flight.table[40]
+    answer = order(said, 1.0)
+    assert not answer["ok"] and why in answer["error"]
+    assert flight.table[40] == before and flight.began == 0.0
+
+
+def test_before_the_flight_nothing_is_changed_and_a_stop_that_nothing_allows_holds(flight, order):
+    assert "not flying" in order({"goal": [1, 0, 1]})["error"]
+    flight.change = refuse
+    assert order("stop", 1.2)["note"].startswith("held, for there is no certified stop: walls") and flight.stops == 1
+
+
+def refuse(change):
+    raise FlightError("walls")
