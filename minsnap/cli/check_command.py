@@ -73,8 +73,9 @@ def check(
     from minsnap.files.consistency import check_samples
     from minsnap.files.convert import read_samples, resolution_of
     from minsnap.files.sidecar import frame_of, origin_of
+    from minsnap.shows.fleet_files import is_fleet
 
-    if file.is_dir() or file.suffix.lower() == ".skyc":
+    if is_fleet(file):
         from minsnap.cli.fleet_check import check_fleet
 
         return check_fleet(file, separation, downwash, json)

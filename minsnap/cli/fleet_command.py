@@ -12,6 +12,7 @@ import typer
 from minsnap.basics.storage.text_columns import labelled
 from minsnap.cli import options
 from minsnap.cli.app import app
+from minsnap.cli.output import on_terminal
 
 if TYPE_CHECKING:
     from minsnap.fleet.common_clock import Fleet
@@ -28,6 +29,9 @@ def fleet(
     report: Annotated[
         Path | None, typer.Option("--report", metavar="FILE", help="HTML page of what was proved, to print and sign.")
     ] = None,
+    animate: Annotated[
+        Path | None, typer.Option("--animate", metavar="FILE", help="Seen from above: .gif; .mp4, .webm with ffmpeg.")
+    ] = None,
     no_clobber: options.NoClobber = False,
 ) -> int:
     """Plan the flights of a show, write them, and prove of what was written how far apart the vehicles stay.
@@ -35,7 +39,9 @@ def fleet(
     Flights are kept in FOLDER/flights as they are found: a run that was killed goes on with them. Exit status 1 if what
     was asked does not hold of the files.
     """
+    from minsnap.basics.storage.atomic import check_destination
     from minsnap.files.formats.cubic_segments import worst_distance
+    from minsnap.plot.animation import animate_fleet, check_animation_name
     from minsnap.shows.fleet_files import KINDS, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
     from minsnap.shows.show import fly
@@ -43,6 +49,9 @@ def fleet(
 
     if to not in KINDS:
         raise typer.BadParameter(f"{to!r} is none of {', '.join(KINDS)}", param_hint="--to")
+    if animate is not None:
+        check_animation_name(animate)
+        check_destination(animate, clobber=not no_clobber)
     asked = read_show(show)
     lost = worst_distance(asked.reach) if to == "skyc" else 0.0
     flown = fly(_wider(asked, 2.0 * lost), output / "flights", lambda line: print(f"minsnap: {line}", file=sys.stderr))
@@ -55,6 +64,8 @@ def fleet(
     page = SafetyReport(show.stem, *found, written.distance, flown.stages, written.files)
     if report is not None:
         write_report(page, report, clobber=not no_clobber)
+    if animate is not None:
+        animate_fleet(found[0].fleet, animate, clobber=not no_clobber, progress=on_terminal(quiet=False))
     print(_summary(page, place))
     return 0 if page.ok else 1
 

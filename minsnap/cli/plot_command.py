@@ -15,7 +15,7 @@ from minsnap.errors import InputError
 
 @app.command()
 def plot(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, or any file of a path.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Setpoint CSV, any file of a path, or a fleet.")],
     output: Annotated[
         Path,
         typer.Option("--output", "-o", metavar="FILE", help="PNG, SVG or PDF; an animation: .gif, .mp4."),
@@ -33,8 +33,11 @@ def plot(
     from minsnap.basics.storage.atomic import check_destination
     from minsnap.files.convert import read_samples
     from minsnap.files.waypoints import read_waypoints
-    from minsnap.plot.animation import ENDINGS, animate_path, check_animation_name
+    from minsnap.plot.animation import animate_fleet, animate_path, check_animation_name
     from minsnap.plot.figures import check_figure_name, plot_overview, save_figure
+    from minsnap.plot.film import ENDINGS
+    from minsnap.plot.fleet_figures import plot_fleet
+    from minsnap.shows.fleet_files import is_fleet, read_fleet
 
     if corridor is not None and waypoints is None:
         raise InputError("--corridor is around the legs between waypoints: give them with --waypoints FILE")
@@ -44,11 +47,20 @@ def plot(
     else:
         check_figure_name(output)
     check_destination(output, clobber=not no_clobber)
+    how: dict[str, Any] = {"clobber": not no_clobber, "progress": on_terminal(quiet=False)}
+    if is_fleet(file):
+        fleet = read_fleet(file)
+        if moving:
+            animate_fleet(fleet, output, view=view or "xy", title=title or file.name, **how)
+        else:
+            figure: Any = plot_fleet(fleet, view or "xy").figure
+            save_figure(figure, output, clobber=not no_clobber)
+        return
     samples = read_samples(file, frame)
     points = None if waypoints is None else read_waypoints(waypoints).points
     drawn: dict[str, Any] = {"corridor": options.parse_corridor(corridor), "waypoints": points}
     drawn |= {"view": view or "xy", "title": title or file.name}
     if moving:
-        animate_path(samples, output, clobber=not no_clobber, progress=on_terminal(quiet=False), **drawn)
+        animate_path(samples, output, **how, **drawn)
     else:
         save_figure(plot_overview(samples, **drawn), output, clobber=not no_clobber)

@@ -1,5 +1,6 @@
 """Figures of paths in the plane or in space and against time; matplotlib is imported when a figure is drawn."""
 
+from minsnap.plot.animation import animate_fleet, animate_path
 from minsnap.plot.figures import plot_overview, save_figure
 from minsnap.plot.fleet_figures import plot_fleet, plot_separation
 from minsnap.plot.geometry import plot_path
@@ -11,6 +12,8 @@ from minsnap.plot.route_figure import plot_route
 from minsnap.plot.style import styled
 
 __all__ = [
+    "animate_fleet",
+    "animate_path",
     "plot_convergence",
     "plot_fleet",
     "plot_mission",

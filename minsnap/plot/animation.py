@@ -1,36 +1,39 @@
-"""Animations of a path, and of a flight along it, as GIF or MP4."""
+"""Animations of a path and of a flight along it, and of fleets, as GIF, MP4 or WebM."""
 
 from __future__ import annotations
 
 import os
-import shutil
-from collections.abc import Callable, Mapping
-from pathlib import Path as FilePath
-from tempfile import TemporaryDirectory
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import check_positive
 from minsnap.basics.progress import told
-from minsnap.basics.storage.atomic import atomic_write, check_destination
-from minsnap.errors import FileError, InputError, TimingError
+from minsnap.errors import InputError, TimingError
+from minsnap.fleet.common_clock import Fleet
+from minsnap.plot.film import Picture, check_film_name, write_film
+from minsnap.plot.fleet_figures import VIEWS, near_pairs, plot_fleet
 from minsnap.plot.geometry import check_view, fitting_size, plot_path, view_coordinates
 from minsnap.plot.style import AXIS_STYLES, PATH_COLOUR
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.samples import Samples
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-ENDINGS = (".gif", ".mp4")
+    from matplotlib.axes import Axes
 
 MOST_FRAMES = 3000
 """Pictures of one animation at most."""
 
+LONGEST = 30.0
+"""A film of a fleet lasts no longer unless it is told how fast [s]."""
+
 TRAIL = 2.0
-"""How long the trail behind the vehicle is [s]."""
+"""How long the trail behind a vehicle is [s]."""
+
+NEAR = "#e03131"
+"""Colour of vehicles that come near each other."""
 
 
 def animate_path(
@@ -53,7 +56,7 @@ def animate_path(
     path : Path or Samples
         dim 2 or 3.
     file : str or path
-        ``.gif``, or ``.mp4`` where the program ffmpeg is installed.
+        ``.gif``, or ``.mp4`` or ``.webm`` where the program ffmpeg is installed.
     flight : Samples, optional
         What was flown along it.
     view : str
@@ -80,30 +83,65 @@ def animate_path(
     TimingError
         If rate or speed are not positive, or there would be more than 3000 pictures.
     """
-    ending = check_animation_name(file, view)
-    check_destination(file, clobber=clobber)
+    check_animation_name(file, view)
     instants = _instants(path.duration, rate, speed)
-    moving = _Moving(path, flight, view, instants, title, drawn)
-    with TemporaryDirectory() as folder, told(progress, "drawing", lambda line: line.show) as watch:
-        place = FilePath(folder) / f"animation{ending}"
-        moving.save(place, rate, watch)
-        with atomic_write(file, "wb", clobber=clobber) as out:
-            out.write(place.read_bytes())
+    chosen = view_coordinates(view, path.dim)
+    curves = np.stack([_at(part, instants)[:, chosen] for part in (path, flight) if part is not None])
+    axes = _new_axes(fitting_size(curves.reshape(-1, 2)))
+    colours = [PATH_COLOUR, AXIS_STYLES[0]["color"]][: len(curves)]
+    if flight is not None:
+        axes.plot(*curves[1].T, color=colours[1], linewidth=1.0, alpha=0.7, label="flown")
+    plot_path(path, axes, view=view, **drawn)
+    moving = Moving(axes, curves, instants, colours, title)
+    write_film(moving.pictures(progress), file, rate, clobber=clobber)
 
 
-def check_animation_name(file: str | os.PathLike[str], view: str = "xy") -> str:
-    """Return the ending of an animation's name in lower case, or raise FileError if it cannot be written.
+def animate_fleet(
+    fleet: Fleet,
+    file: str | os.PathLike[str],
+    *,
+    view: str = "xy",
+    rate: float = 15.0,
+    speed: float | None = None,
+    clobber: bool = True,
+    progress: Callable[[float], None] | bool | None = None,
+    title: str = "",
+) -> None:
+    """Write an animation of a fleet; vehicles nearer than 1.25 times their separation are red, with a line between.
 
-    A view in space is an InputError.
+    Parameters
+    ----------
+    fleet : Fleet
+        With the ``separation`` that it keeps, if pairs are to be shown.
+    speed : float, optional
+        How many times faster than in flight; 1 unless the film were longer than 30 s.
+    file, view, rate, clobber, progress, title
+        As :func:`animate_path` takes them.
+
+    Raises
+    ------
+    FleetError
+        If the fleet has no coordinate of the view.
+    InputError, FileError, TimingError
+        As :func:`animate_path`.
     """
+    check_animation_name(file, view)
+    instants = _instants(fleet.duration, rate, speed or max(1.0, fleet.duration / LONGEST))
+    places = fleet(instants)
+    curves = places[:, :, VIEWS[view]]
+    axes = plot_fleet(fleet, view, _new_axes(fitting_size(curves.reshape(-1, 2))))
+    axes.collections[0].set_alpha(0.3)
+    apart = fleet.separation
+    near = None if apart is None else [near_pairs(places[:, i], apart) for i in range(len(instants))]
+    moving = Moving(axes, curves, instants, ["#1f2a44"] * len(fleet), title, near)
+    write_film(moving.pictures(progress), file, rate, clobber=clobber)
+
+
+def check_animation_name(file: str | os.PathLike[str], view: str = "xy") -> None:
+    """Raise FileError if an animation of this name cannot be written, InputError if the view is in space."""
     if check_view(view) == "3d":
         raise InputError("an animation is drawn in a plane: choose the view xy, xz or yz")
-    ending = FilePath(file).suffix.lower()
-    if ending not in ENDINGS:
-        raise FileError(f"{file} does not end in {' or '.join(ENDINGS)}: an animation is written as one of these")
-    if ending == ".mp4" and shutil.which("ffmpeg") is None:
-        raise FileError(f"{file}: MP4 needs the program ffmpeg, which is not installed; write a .gif instead")
-    return ending
+    check_film_name(file)
 
 
 def _instants(duration: float, rate: float, speed: float) -> FloatArray:
@@ -117,55 +155,88 @@ def _instants(duration: float, rate: float, speed: float) -> FloatArray:
     return np.asarray(np.minimum(np.arange(count) * speed / rate, duration))
 
 
-class _Moving:
-    """A figure whose points move."""
+def _new_axes(size: tuple[float, float]) -> Axes:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, dpi=80, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure.add_subplot()
+
+
+class Moving:
+    """Points that move over a figure, with trails behind them and lines between those that are near.
+
+    Parameters
+    ----------
+    axes : Axes
+        Everything that stands still, drawn.
+    curves : ndarray, shape (points, n, 2)
+        Where each is at the instants [m].
+    instants : ndarray, shape (n,)
+        [s].
+    colours : sequence of str
+        Of the points.
+    title : str
+        Written before the time.
+    near : sequence of ndarray, shape (pairs, 2), optional
+        Which points are near at each instant.
+    """
 
     def __init__(
         self,
-        path: Path | Samples,
-        flight: Samples | None,
-        view: str,
+        axes: Axes,
+        curves: FloatArray,
         instants: FloatArray,
+        colours: Sequence[str],
         title: str = "",
-        drawn: Mapping[str, Any] | None = None,
+        near: Sequence[IntArray] | None = None,
     ) -> None:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+        from matplotlib.collections import LineCollection
+        from matplotlib.colors import to_rgba_array
 
-        chosen = view_coordinates(view, path.dim)
-        self.instants = instants
-        self.curves = [_at(part, instants)[:, chosen] for part in (path, flight) if part is not None]
-        self.figure: Figure = Figure(figsize=fitting_size(np.concatenate(self.curves)), layout="constrained")
-        FigureCanvasAgg(self.figure)
-        axes = self.figure.add_subplot()
-        colours = [PATH_COLOUR, AXIS_STYLES[0]["color"]][: len(self.curves)]
-        if flight is not None:
-            axes.plot(*self.curves[1].T, color=colours[1], linewidth=1.0, alpha=0.7, label="flown")
-        plot_path(path, axes, view=view, **(drawn or {}))
-        self.trails: list[Any] = [axes.plot([], [], color=c, linewidth=3.5, alpha=0.6, zorder=8)[0] for c in colours]
-        self.points: list[Any] = [axes.plot([], [], "o", color=c, markersize=9, zorder=9)[0] for c in colours]
+        self.curves, self.instants, self.near = curves, instants, near
+        self.colours, self.red = to_rgba_array(colours), to_rgba_array(NEAR)[0]
         self.title = f"{title}  " if title else ""
+        many = len(curves) > 2
+        self.trails = LineCollection([], colors=self.colours, linewidths=1.5 if many else 3.5, alpha=0.6, zorder=8)
+        self.lines = LineCollection([], colors=NEAR, linewidths=2.0, zorder=9)
+        for lines in (self.trails, self.lines):
+            axes.add_collection(lines, autolim=False)
+        self.points = axes.scatter(curves[:, 0, 0], curves[:, 0, 1], s=16 if many else 81, c=self.colours, zorder=10)
         self.clock = axes.set_title(f"{self.title}0.0 s")
-        self.figure.draw_without_rendering()
-        self.figure.set_layout_engine("none")  # the layout of the first picture is that of all
+        self.artists: list[Any] = [self.trails, self.lines, self.points, self.clock]
+        self.axes = axes
 
-    def show(self, index: int) -> list[Any]:
+    def show(self, index: int) -> None:
         """Move the points to an instant."""
         first = int(np.searchsorted(self.instants, self.instants[index] - TRAIL))
-        for curve, trail, point in zip(self.curves, self.trails, self.points, strict=True):
-            trail.set_data(*curve[first : index + 1].T)
-            point.set_data(*curve[index : index + 1].T)
+        here, colours = self.curves[:, index], self.colours.copy()
+        self.trails.set_segments(list(self.curves[:, first : index + 1]))
+        self.points.set_offsets(here)
+        if self.near is not None:
+            self.lines.set_segments(list(here[self.near[index]]))
+            colours[self.near[index].reshape(-1)] = self.red
+            self.points.set_facecolor(list(map(tuple, colours)))
         self.clock.set_text(f"{self.title}{self.instants[index]:.1f} s")
-        return [*self.trails, *self.points, self.clock]
 
-    def save(self, file: FilePath, rate: float, progress: Callable[[float], None] | None) -> None:
-        """Write all pictures."""
-        from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
-
-        writer = PillowWriter(fps=rate) if file.suffix == ".gif" else FFMpegWriter(fps=rate)  # type: ignore[arg-type]
-        animation = FuncAnimation(self.figure, self.show, frames=len(self.instants), blit=False)
-        shown = progress or (lambda _: None)
-        animation.save(str(file), writer=writer, dpi=80, progress_callback=lambda i, count: shown(i / count))
+    def pictures(self, progress: Callable[[float], None] | bool | None = None) -> Iterator[Picture]:
+        """Yield the picture of each instant; what stands still is drawn once."""
+        canvas: Any = self.axes.figure.canvas
+        for artist in self.artists:
+            artist.set_animated(True)
+        canvas.draw()
+        canvas.figure.set_layout_engine("none")  # the layout of the first picture is that of all
+        still = canvas.copy_from_bbox(canvas.figure.bbox)
+        with told(progress, "drawing", lambda line: line.show) as watch:
+            for index in range(len(self.instants)):
+                if watch is not None:
+                    watch(index / len(self.instants))
+                self.show(index)
+                canvas.restore_region(still)
+                for artist in self.artists:
+                    self.axes.draw_artist(artist)
+                yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
 def _at(source: Path | Samples, instants: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import FleetCertificate
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 INSTANTS = 401
 """Instants at which paths and distances are drawn; what is proved is drawn beside them."""
+
+NEAR = 1.25
+"""Vehicles nearer than this times their separation are shown as near."""
 
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
@@ -99,7 +102,21 @@ def least_distances(fleet: Fleet, separation: Separation, t: FloatArray) -> Floa
     """Return the least distance of any two vehicles at instants (n,), heights divided by the downwash, shape (n,)."""
     from scipy.spatial import KDTree
 
-    places: Any = fleet(t)
-    if fleet.dim == 3:
-        places = places / (1.0, 1.0, separation.downwash)
+    places = _flattened(fleet(t), separation)
     return np.array([KDTree(places[:, i]).query(places[:, i], k=2)[0][:, 1].min() for i in range(len(t))])
+
+
+def near_pairs(places: FloatArray, separation: Separation) -> IntArray:
+    """Return the pairs of vehicles at places (vehicles, dim) nearer than 1.25 times their separation, (pairs, 2)."""
+    from scipy.spatial import KDTree
+
+    radii, flat = NEAR * separation.radii_of(len(places)), _flattened(places, separation)
+    found = KDTree(flat).query_pairs(2.0 * radii.max(), output_type="ndarray")
+    one, two = found.T
+    kept = np.linalg.norm(flat[one] - flat[two], axis=1) < radii[one] + radii[two]
+    return np.asarray(found[kept])
+
+
+def _flattened(places: FloatArray, separation: Separation) -> Any:
+    """Return places with heights divided by the downwash."""
+    return places / (1.0, 1.0, separation.downwash) if places.shape[-1] == 3 else places

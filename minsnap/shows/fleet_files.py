@@ -119,6 +119,11 @@ def digest(path: str | os.PathLike[str]) -> str:
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
+def is_fleet(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is one of a whole fleet: a folder or a Skybrush show."""
+    return Path(path).is_dir() or Path(path).suffix.lower() == ".skyc"
+
+
 def read_fleet(path: str | os.PathLike[str]) -> Fleet:
     """Read a fleet.
 
@@ -140,9 +145,7 @@ def read_fleet(path: str | os.PathLike[str]) -> Fleet:
     if (place / MANIFEST).exists():
         with reading(place / MANIFEST, "the manifest of a fleet"):
             return _listed(place, json.loads(read_text(place / MANIFEST)))
-    files = sorted(
-        file for file in place.iterdir() if file.suffix.lower() in (".csv", ".skyb", ".traj", ".json", ".npz")
-    )
+    files = sorted(file for file in place.iterdir() if file.suffix.lower() in ENDINGS)
     if not files:
         raise FileError(f"{path} holds no trajectories: one .csv of polynomials, .skyb, .traj, .json or .npz a vehicle")
     return Fleet(tuple(_trajectory(file) for file in files), tuple(file.stem for file in files))

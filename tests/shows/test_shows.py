@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import minsnap
 from minsnap.cli.app import main
@@ -134,6 +135,17 @@ def test_the_command_certifies_what_it_wrote(show_file, tmp_path, capsys, to):
     if to == "skyc":
         assert "the files reach acceleration" in printed and "the files reach acceleration" in html
         assert read_skyc(place).lights[0](20.0) is not None
+
+
+def test_fleets_are_drawn_by_the_command_line(show_file, tmp_path, capsys):
+    film = tmp_path / "show.gif"
+    assert run("fleet", show_file, "-o", tmp_path / "out", "--animate", film) == 0
+    with Image.open(film) as pictures:
+        assert 100 < pictures.n_frames <= 15 * 30 + 1
+    assert run("plot", tmp_path / "out", "-o", tmp_path / "show.svg", "--view", "xz") == 0
+    assert "z [m]" in (tmp_path / "show.svg").read_text()
+    assert run("fleet", show_file, "-o", tmp_path / "more", "--animate", "show.avi") == 2
+    assert "show.avi does not end in .gif" in capsys.readouterr().err and not (tmp_path / "more").exists()
 
 
 def test_a_show_too_long_for_the_vehicles_says_what_fits(show_file, tmp_path, capsys):
