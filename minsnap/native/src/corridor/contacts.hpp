@@ -88,12 +88,22 @@ private:
 
     std::size_t length() const { return std::size_t(chain_.pieces) * chain_.dim * chain_.size.points(); }
 
-    // Rows near each other on one wall: of a ball on the same side, of a plane with no turn away from it between them.
+    // Rows near each other on one wall, of a ball on the same side, with no turn away from it between them.
     bool one_contact(const Row<Real> &a, const Row<Real> &b) const {
         if (a.wall != b.wall || !(fabs(a.s - b.s) < near)) return false;
-        if (walls_[a.wall].ball >= 0) return dot(a.direction, b.direction, chain_.dim) > Real(0.5);
+        if (walls_[a.wall].ball >= 0) return dot(a.direction, b.direction, chain_.dim) > Real(0.5) && !parted(a, b);
         const Real between = jet_of(chain_.points, a.plane, (a.s + b.s) / 2).value, limits = (a.limit + b.limit) / 2;
         return between > limits - Real(1e-12) * walls_[a.wall].width;
+    }
+    // Whether the curve is farther inside a ball between two rows than the tangent planes of both at their own instants.
+    bool parted(const Row<Real> &a, const Row<Real> &b) const {
+        const Wall<Real> &wall = walls_[a.wall];
+        Real place[max_dim], points[max_points];
+        place_in_ball(chain_, wall, balls_[wall.ball], (a.s + b.s) / 2, place);
+        const int degree = along_normal(chain_, chain_.points.data(), wall, points);
+        const Real height = wall.bound - jet_at(points, degree, (a.s + b.s) / 2).value;
+        const Real inwards = (a.plane.bound - a.limit + b.plane.bound - b.limit) / 2;
+        return sqrt(dot(place, place, balls_[wall.ball].rows)) < height - inwards - Real(1e-12) * wall.width;
     }
     // Rows at the ends of a piece stay there.
     bool is_fixed(int k) const {

@@ -59,10 +59,10 @@ public:
 
 private:
     static constexpr int most_prices = 3;  // of what draws a curve that walls alone hold
-    static constexpr int most_rounds = 1000, most_tries = 8, shortest_pause = 3;
+    static constexpr int most_rounds = 1000, most_tries = 40, shortest_pause = 3;
     // Products of vectors' entries, about, after which it gives up: 0.2 to 0.4 s in either precision.
     static constexpr double most_work = sizeof(Real) > 8 ? 4e7 : 5e8;
-    static constexpr Real absurd = Real(1e6);        // times the cost of stops at all knots: rounding has taken over
+    static constexpr Real absurd = Real(sizeof(Real) > 8 ? 1e8 : 1e6);  // times the cost of stops at all knots: rounding has taken over
     static constexpr Real most_inward = Real(1e-3);  // share of their widths by which walls move
     static constexpr double jump = 1e-9, stored = 8e-16;  // of derivatives at knots, as the certificate judges them
     static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);  // of Aim::near: excess, over walls moved so
@@ -254,6 +254,11 @@ private:
                 find_peaks();
             }
             if (share_ > 0 && worst_ <= Real(0.7) * share_) {
+                if (aim_ == Aim::proved && share_ > Real(1.2) * affordable()) {  // multipliers have grown since it was chosen
+                    share_ = Real(0.66) * affordable();
+                    if (!active.tighten(share_)) return Status::no_progress;
+                    continue;
+                }
                 if (proved(points)) return Status::done;
                 if (++tries_ > most_tries) return Status::not_proved;
                 if (moved_walls_) {
