@@ -1,6 +1,6 @@
 from .columns import trajectory_of as trajectory_of
 from .ranges import seed_of as seed_of
-from .requests import PlanRequest as PlanRequest
+from .requests import DrawnProblem as DrawnProblem
 from .requests import request as request
 from .run import BatchResult as BatchResult
 from .run import run_batch as run_batch

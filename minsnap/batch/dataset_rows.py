@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.batch.ranges import seed_of
-from minsnap.batch.requests import PlanRequest, request
+from minsnap.batch.requests import DrawnProblem, request
 from minsnap.batch.spec import Spec
 from minsnap.certificate import certify
 from minsnap.corridors.boxes import Boxes
@@ -68,7 +68,7 @@ def _status(error: MinsnapError) -> str:
     return "invalid" if isinstance(error, InputError) else "unsolved"
 
 
-def _question(asked: PlanRequest) -> Row:
+def _question(asked: DrawnProblem) -> Row:
     """Columns of the problem itself, as far as it is one of numbers."""
     given = asked.arguments
     row: Row = {}
@@ -101,7 +101,7 @@ def _corners(waypoints: Any, dim: int) -> FloatArray | None:
     return np.array([blank if gate is None else gate for gate in gates])
 
 
-def _answer(asked: PlanRequest, curve: Trajectory) -> Row:
+def _answer(asked: DrawnProblem, curve: Trajectory) -> Row:
     proof = certify(curve, **_certified(asked.arguments))
     return {
         "status": "done",

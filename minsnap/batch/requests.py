@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,14 @@ from minsnap.batch.ranges import Range, draws_of, seed_of
 from minsnap.batch.spec import DRAWN, LIMITS, Spec
 from minsnap.corridors.gates import Gate
 from minsnap.errors import InputError
+from minsnap.files.limits_in_files import limits_of
 from minsnap.limits.limits import Limits
 
 Shape = Mapping[str, Range]
 
 
 @dataclass(frozen=True, eq=False)
-class PlanRequest:
+class DrawnProblem:
     """One problem.
 
     Parameters
@@ -39,7 +41,7 @@ class PlanRequest:
     arguments: Mapping[str, Any]
 
 
-def request(spec: Spec, number: int) -> PlanRequest:
+def request(spec: Spec, number: int) -> DrawnProblem:
     """Return a problem of a batch; it depends on the specification and on its number.
 
     Raises
@@ -58,15 +60,13 @@ def request(spec: Spec, number: int) -> PlanRequest:
         arguments["limits"] = Limits(**bounds)
     if {"total_time", "time_weight", "limits"} & arguments.keys():
         own.pop("durations", None)
-    return PlanRequest(number, seed, arguments | own)
+    return DrawnProblem(number, seed, arguments | own)
 
 
 def _from_table(spec: Spec, number: int) -> dict[str, Any]:
     cells = read_cells(spec.table, number)
     if "limits" in cells:
-        if not isinstance(cells["limits"], dict):
-            raise InputError(f"the limits of row {number} are no mapping of names to numbers")
-        cells["limits"] = Limits(**{str(name): value for name, value in cells["limits"].items()})
+        cells["limits"] = limits_of(f"row {number}: limits", cells["limits"], Path(spec.table).parent)
     if isinstance(cells.get("pins"), dict):
         cells["pins"] = {int(waypoint): state for waypoint, state in cells["pins"].items()}
     return cells

@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from math import ceil
 from pathlib import Path
@@ -18,7 +18,8 @@ from minsnap.basics.storage.text import load_yaml
 from minsnap.batch.problem_table import count_rows, digest_of
 from minsnap.batch.ranges import Range, read_range
 from minsnap.errors import FileError
-from minsnap.limits.limits import Limits
+from minsnap.files.limits_in_files import NAMED
+from minsnap.files.schema import refuse_unknown
 
 BIGGEST = 1e6
 """Greatest length [m], duration [s] and limit that a specification may name."""
@@ -61,7 +62,7 @@ DRAWN = ("corridor", "waypoint_tolerance", "total_time", "time_weight")
 FIXED = ("degree", "continuity", "closed", "split", "enforce", "pieces", "room", "solver")
 """Arguments of ``plan`` that are the same for all problems."""
 
-LIMITS = tuple(entry.name for entry in fields(Limits) if entry.name not in ("norm", "gravity"))
+LIMITS = tuple(NAMED)
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,8 @@ def read_mapping(given: Mapping[str, Any], folder: Path | None = None) -> Spec:
     seed = _whole(values.pop("seed", 0), "seed", 0, 2**63 - 1)
     count = _count(values, table)
     rows = _shard_rows(values.pop("shard_rows", None), count, shape, fixed)
-    _refuse_unknown(values, source)
+    known = ("count", "seed", "shard_rows", "dim", *SHAPES.get(source, {}), *DRAWN, "limits", *FIXED)
+    refuse_unknown(source, values, dict.fromkeys(known))
     return Spec(source, count, seed, rows, dim, shape, drawn, limits, fixed, table)
 
 
@@ -194,8 +196,9 @@ def _count(values: dict[str, Any], table: str) -> int:
 
 
 def _limits(given: Any) -> dict[str, Range]:
-    if not isinstance(given, dict) or not given.keys() <= set(LIMITS):
-        raise FileError(f"limits are {shown(given)}: give some of {', '.join(LIMITS)}, each a number or [low, high]")
+    if not isinstance(given, dict):
+        raise FileError(f"limits is {shown(given)}: give a mapping of limits by name, such as {{speed: [1, 3]}}")
+    refuse_unknown("limits", given, NAMED)
     return {name: read_range(given[name], f"limits: {name}", 1e-9, BIGGEST) for name in LIMITS if name in given}
 
 
@@ -213,9 +216,3 @@ def _whole(value: Any, name: str, least: int, most: int) -> int:
     if not is_whole(value) or not least <= value <= most:
         raise FileError(f"{name} is {shown(value)}: give a whole number from {least} to {most}")
     return int(value)
-
-
-def _refuse_unknown(left: Mapping[str, Any], source: str) -> None:
-    if left:
-        known = ("count", "seed", "shard_rows", "dim", *SHAPES.get(source, {}), *DRAWN, "limits", *FIXED)
-        raise FileError(f"{shown(next(iter(left)))} is not known with {source}: the keys are {', '.join(known)}")

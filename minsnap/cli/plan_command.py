@@ -16,7 +16,7 @@ from minsnap.cli.planning import Planning, altitudes_of, finer
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
-    from minsnap.files.plan_request import SceneRequest
+    from minsnap.files.plan_request import PlanRequest
     from minsnap.paths.missions.course import Course
 
 
@@ -79,7 +79,7 @@ def plan(
     destination.deliver(path, found.walls, found.waypoints, **how)
 
 
-def _in_frame(given: SceneRequest, file: Path, frame: str | None) -> SceneRequest:
+def _in_frame(given: PlanRequest, file: Path, frame: str | None) -> PlanRequest:
     """Return a request in ENU whose file has other axes; one below ground throughout has to say which."""
     from minsnap.files.plan_request import in_enu
 
@@ -130,7 +130,7 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
     destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, limits=stored.limits, further=note)
 
 
-def _closed(given: SceneRequest, file: Path, searched: bool) -> SceneRequest:
+def _closed(given: PlanRequest, file: Path, searched: bool) -> PlanRequest:
     """Return the request of a lap, whose last leg must have a duration if the others have theirs."""
     lap = given.as_lap()
     if lap.durations is None and given.durations is not None and not searched:
@@ -140,7 +140,7 @@ def _closed(given: SceneRequest, file: Path, searched: bool) -> SceneRequest:
     return lap
 
 
-def _with_corridor(found: SceneRequest, planning: Planning) -> SceneRequest:
+def _with_corridor(found: PlanRequest, planning: Planning) -> PlanRequest:
     """Return the request with the half-widths of the option in place of its own."""
     widths = planning.walls
     if widths is None:
@@ -156,7 +156,7 @@ def _given(planning: Planning) -> dict[str, Any]:
     return given
 
 
-def _asked(found: SceneRequest, chosen: dict[str, Any], searched: bool) -> dict[str, Any]:
+def _asked(found: PlanRequest, chosen: dict[str, Any], searched: bool) -> dict[str, Any]:
     """Return the arguments of the file, options in their place, and durations from the average speed without any."""
     import numpy as np
 

@@ -30,7 +30,7 @@ SHORT_NAMES = {"f330": "dji_f330", "px4-sih": "px4_sih"}
 
 
 @dataclass(frozen=True)
-class SceneRequest:
+class PlanRequest:
     """What :func:`minsnap.plan` is asked for, as plain numbers; two equal requests give the same plan.
 
     Parameters
@@ -82,7 +82,7 @@ class SceneRequest:
         """Number of legs."""
         return len(self.waypoints) - 1
 
-    def as_lap(self) -> SceneRequest:
+    def as_lap(self) -> PlanRequest:
         """Return the closed lap: waypoints that do not end where they begin go on to the first one again.
 
         The leg that is added has the half-width of the last one; durations are left out then.
@@ -155,7 +155,7 @@ class SceneRequest:
         return boxes if self.corridor is None else [Tube(self.corridor), boxes]  # type: ignore[arg-type]
 
 
-def in_enu(request: SceneRequest, frame: str) -> SceneRequest:
+def in_enu(request: PlanRequest, frame: str) -> PlanRequest:
     """Return a request whose waypoints and headings are given in the axes of a frame.
 
     Raises

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.studio.plan_drawing import Profiles
 from minsnap.vehicle.quadrotor import Quadrotor
 
@@ -41,11 +41,11 @@ class Chart:
     title: str
     curves: Callable[[Profiles], FloatArray]
     names: tuple[str, ...]
-    limits: Callable[[SceneRequest, Quadrotor], tuple[float | None, float | None]]
+    limits: Callable[[PlanRequest, Quadrotor], tuple[float | None, float | None]]
 
 
-def _limit(name: str, scale: float = 1.0) -> Callable[[SceneRequest, Quadrotor], tuple[None, float | None]]:
-    def of(request: SceneRequest, vehicle: Quadrotor) -> tuple[None, float | None]:
+def _limit(name: str, scale: float = 1.0) -> Callable[[PlanRequest, Quadrotor], tuple[None, float | None]]:
+    def of(request: PlanRequest, vehicle: Quadrotor) -> tuple[None, float | None]:
         value = dict(request.limits).get(name)
         return None, None if value is None else scale * value
 
@@ -82,7 +82,7 @@ class Charts:
         self._profiles: Profiles | None = None
         self._bounds: list[tuple[float, float, float, float]] = []
 
-    def show(self, profiles: Profiles, request: SceneRequest, vehicle: Quadrotor, now: float) -> None:
+    def show(self, profiles: Profiles, request: PlanRequest, vehicle: Quadrotor, now: float) -> None:
         """Draw profiles with their limits, and the cursor at an instant [s]."""
         self._profiles = profiles
         self._bounds = [_bounds(chart, profiles, request, vehicle) for chart in CHARTS]
@@ -139,7 +139,7 @@ def data_with_cursor(
 
 
 def _bounds(
-    chart: Chart, profiles: Profiles, request: SceneRequest, vehicle: Quadrotor
+    chart: Chart, profiles: Profiles, request: PlanRequest, vehicle: Quadrotor
 ) -> tuple[float, float, float, float]:
     """Return the edges of a plot and its limits; a limit that is not set lies outside."""
     curves, (least, most) = chart.curves(profiles), chart.limits(request, vehicle)

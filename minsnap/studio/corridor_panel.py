@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from minsnap.files.plan_request import Box, SceneRequest
+from minsnap.files.plan_request import Box, PlanRequest
 from minsnap.studio.edits import WIDTH, replace_box, set_width, with_boxes, with_room, with_tube
 from minsnap.studio.page_inputs import Change, Editor, follow, sentence, when_changed
 from minsnap.studio.wall_view import NO_FACES, ROOM_FACES, WallView
@@ -39,7 +39,7 @@ class CorridorPanel:
         self._upper = gui.add_vector3("Upper corner", (1.0, 1.0, 1.0), step=0.05, visible=False)
         when_changed(self._lower, lambda value: self._set_corner(0, value))
         when_changed(self._upper, lambda value: self._set_corner(1, value))
-        self._request: SceneRequest | None = None
+        self._request: PlanRequest | None = None
 
     def show(self, state: BenchState) -> None:
         """Show the walls of the document, and beside its leg why one is too narrow."""
@@ -78,7 +78,7 @@ class CorridorPanel:
         how = {"min": NARROWEST, "max": WIDEST, "step": 0.01, "initial_value": WIDTH}
         return when_changed(self._gui.add_slider(f"Leg {leg}", **how), widen), self._gui.add_html("", visible=False)
 
-    def _show_faces(self, request: SceneRequest) -> None:
+    def _show_faces(self, request: PlanRequest) -> None:
         boxes = tuple(f"box {leg}" for leg in range(len(request.boxes or ())))
         options = (NO_FACES, *((ROOM_FACES,) if request.room is not None else ()), *boxes)
         if tuple(self._faces.options) != options:
@@ -97,7 +97,7 @@ class CorridorPanel:
         if self._request is not None:
             self._show_faces(self._request)
 
-    def _box(self, request: SceneRequest) -> Box | None:
+    def _box(self, request: PlanRequest) -> Box | None:
         which = self._faces.value
         if which == NO_FACES:
             return None
@@ -107,7 +107,7 @@ class CorridorPanel:
         self._editor.edit(self._with_corner(side, value), f"corner {side} of {self._faces.value}")
 
     def _with_corner(self, side: int, value: Any) -> Change:
-        def change(request: SceneRequest) -> SceneRequest:
+        def change(request: PlanRequest) -> PlanRequest:
             box = self._box(request)
             if box is None:
                 return request

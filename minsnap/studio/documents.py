@@ -13,7 +13,7 @@ from minsnap.errors import FileError, WaypointError, YawError
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
 from minsnap.files.formats.headings import heading_rule
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.files.request_yaml import read_request, write_request
 from minsnap.files.setpoint_csv import write_csv
 from minsnap.studio.edits import straight_durations
@@ -56,13 +56,13 @@ EXPORTS = {
 """By the words of the page."""
 
 
-def example_scene() -> SceneRequest:
+def example_scene() -> PlanRequest:
     """Return the scene of a studio that is given no file: the rectangle of 8 by 4 m in 12 s, 0.3 m to each side."""
     corners = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0))
-    return SceneRequest(corners, total_time=12.0, corridor=(0.3,) * 4, vehicle="dji_f330")
+    return PlanRequest(corners, total_time=12.0, corridor=(0.3,) * 4, vehicle="dji_f330")
 
 
-def open_scene(path: str | os.PathLike[str]) -> SceneRequest:
+def open_scene(path: str | os.PathLike[str]) -> PlanRequest:
     """Return the scene of a file: a request or waypoints in YAML, waypoints in CSV, or a QGroundControl plan.
 
     A plan that was written as JSON or YAML gives its waypoints, durations, walls, limits and heading. What has no times
@@ -90,7 +90,7 @@ def open_scene(path: str | os.PathLike[str]) -> SceneRequest:
     return timed(request)
 
 
-def timed(request: SceneRequest) -> SceneRequest:
+def timed(request: PlanRequest) -> PlanRequest:
     """Return a request that has durations at 1 m/s if nothing else gives its time."""
     given = (request.durations, request.total_time, request.rotors)
     if request.limits or any(value is not None for value in given):
@@ -98,7 +98,7 @@ def timed(request: SceneRequest) -> SceneRequest:
     return replace(request, durations=straight_durations(request))
 
 
-def open_upload(name: str, content: bytes, folder: WorkingFolder) -> SceneRequest:
+def open_upload(name: str, content: bytes, folder: WorkingFolder) -> PlanRequest:
     """Return the scene of an uploaded file.
 
     Parameters
@@ -118,7 +118,7 @@ def open_upload(name: str, content: bytes, folder: WorkingFolder) -> SceneReques
         return open_scene(path)
 
 
-def save_as(kind: str, scene: PlannedScene | None, request: SceneRequest, path: Path) -> str:
+def save_as(kind: str, scene: PlannedScene | None, request: PlanRequest, path: Path) -> str:
     """Write a file of one of :data:`EXPORTS`; return a sentence on what it cannot hold, or nothing.
 
     Raises
@@ -151,7 +151,7 @@ def _draw(scene: PlannedScene, path: Path) -> None:
     save_figure(plot_overview(scene.trajectory, limits=request.bounds, **how), path)
 
 
-def _of_plan(path: str | os.PathLike[str]) -> SceneRequest:
+def _of_plan(path: str | os.PathLike[str]) -> PlanRequest:
     from minsnap.files.formats.polynomials import read_polynomials
 
     stored = read_polynomials(path)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import monotonic
 
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 
 PAUSE = 1.0
 """Edits of one thing that follow each other within this time are undone together [s]."""
@@ -21,24 +21,24 @@ class EditHistory:
 
     Parameters
     ----------
-    present : SceneRequest
+    present : PlanRequest
         The document.
     clock : callable
         Returns seconds.
     """
 
-    present: SceneRequest
+    present: PlanRequest
     clock: Callable[[], float] = monotonic
-    past: list[SceneRequest] = field(default_factory=list)
-    future: list[SceneRequest] = field(default_factory=list)
+    past: list[PlanRequest] = field(default_factory=list)
+    future: list[PlanRequest] = field(default_factory=list)
     _last: tuple[str, float] = ("", 0.0)
 
-    def edit(self, document: SceneRequest, subject: str = "", held: bool = False) -> bool:
+    def edit(self, document: PlanRequest, subject: str = "", held: bool = False) -> bool:
         """Replace the document; return whether that can be undone on its own.
 
         Parameters
         ----------
-        document : SceneRequest
+        document : PlanRequest
             The new one.
         subject : str
             What was edited, such as ``"waypoint 3"``: one drag of it, or one value typed, is one step. Empty: a step of
@@ -67,7 +67,7 @@ class EditHistory:
         """Go one step forward; return whether there was one."""
         return self._step(self.future, self.past)
 
-    def _step(self, source: list[SceneRequest], target: list[SceneRequest]) -> bool:
+    def _step(self, source: list[PlanRequest], target: list[PlanRequest]) -> bool:
         if not source:
             return False
         target.append(self.present)

@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import InputError, WaypointError
-from minsnap.files.plan_request import Box, Point, SceneRequest
+from minsnap.files.plan_request import Box, PlanRequest, Point
 
 _Entry = TypeVar("_Entry")
 
@@ -27,7 +27,7 @@ THINNEST = 0.02
 """Least distance of two opposite faces while one is moved [m]."""
 
 
-def move_waypoint(request: SceneRequest, index: int, position: Sequence[float]) -> SceneRequest:
+def move_waypoint(request: PlanRequest, index: int, position: Sequence[float]) -> PlanRequest:
     """Return the request with a waypoint at another position [m]; both ends of a closed lap move together."""
     points = list(request.waypoints)
     point = tuple(float(value) for value in position)
@@ -38,7 +38,7 @@ def move_waypoint(request: SceneRequest, index: int, position: Sequence[float]) 
     return replace(request, waypoints=tuple(points))
 
 
-def insert_waypoint(request: SceneRequest, index: int) -> SceneRequest:
+def insert_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     """Return the request with a waypoint in the middle of the leg from waypoint ``index``, or beyond the last one.
 
     Both halves of the leg keep its width and its box, and share its duration.
@@ -58,7 +58,7 @@ def insert_waypoint(request: SceneRequest, index: int) -> SceneRequest:
     return _grown(_with_legs(changed, request, leg, shares))
 
 
-def delete_waypoint(request: SceneRequest, index: int) -> SceneRequest:
+def delete_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     """Return the request without a waypoint; its two legs become one, with the smaller width and a box around both.
 
     Raises
@@ -83,7 +83,7 @@ def delete_waypoint(request: SceneRequest, index: int) -> SceneRequest:
     return _joined(changed, request, first)
 
 
-def move_in_order(request: SceneRequest, index: int, step: int) -> SceneRequest:
+def move_in_order(request: PlanRequest, index: int, step: int) -> PlanRequest:
     """Return the request with a waypoint exchanged with its neighbour ``step`` away, -1 or 1; legs keep their place."""
     other = index + step
     if not 0 <= other < len(request.waypoints):
@@ -94,24 +94,24 @@ def move_in_order(request: SceneRequest, index: int, step: int) -> SceneRequest:
     return _grown(replace(request, waypoints=tuple(request.waypoints[i] for i in order), yaw=yaw))
 
 
-def set_width(request: SceneRequest, leg: int, width: float) -> SceneRequest:
+def set_width(request: PlanRequest, leg: int, width: float) -> PlanRequest:
     """Return the request with another half-width of one leg [m]."""
     widths = request.corridor or (WIDTH,) * request.legs
     return replace(request, corridor=(*widths[:leg], float(width), *widths[leg + 1 :]))
 
 
-def with_tube(request: SceneRequest, wanted: bool) -> SceneRequest:
+def with_tube(request: PlanRequest, wanted: bool) -> PlanRequest:
     """Return the request with a tube of 0.3 m around every leg, or without any."""
     return replace(request, corridor=(WIDTH,) * request.legs if wanted else None)
 
 
-def with_boxes(request: SceneRequest, wanted: bool) -> SceneRequest:
+def with_boxes(request: PlanRequest, wanted: bool) -> PlanRequest:
     """Return the request with a box around every leg, 1 m larger than the leg, or without any."""
     boxes = tuple(_around(request.waypoints[leg : leg + 2]) for leg in range(request.legs))
     return replace(request, boxes=boxes if wanted else None)
 
 
-def with_room(request: SceneRequest, wanted: bool) -> SceneRequest:
+def with_room(request: PlanRequest, wanted: bool) -> PlanRequest:
     """Return the request with a room around all waypoints, or without any."""
     return replace(request, room=_around(request.waypoints) if wanted else None)
 
@@ -134,19 +134,19 @@ def move_face(box: Box, axis: int, side: int, value: float) -> Box:
     return _plain(corners[0]), _plain(corners[1])
 
 
-def replace_box(request: SceneRequest, leg: int | None, box: Box) -> SceneRequest:
+def replace_box(request: PlanRequest, leg: int | None, box: Box) -> PlanRequest:
     """Return the request with another box of a leg, or another room where the leg is None."""
     if leg is None or request.boxes is None:
         return replace(request, room=box)
     return replace(request, boxes=(*request.boxes[:leg], box, *request.boxes[leg + 1 :]))
 
 
-def with_time(request: SceneRequest, mode: str, durations: Sequence[float], limits: dict[str, float]) -> SceneRequest:
+def with_time(request: PlanRequest, mode: str, durations: Sequence[float], limits: dict[str, float]) -> PlanRequest:
     """Return the request timed in another way.
 
     Parameters
     ----------
-    request : SceneRequest
+    request : PlanRequest
     mode : {"durations", "total time", "limits"}
         What is given.
     durations : sequence of float
@@ -163,7 +163,7 @@ def with_time(request: SceneRequest, mode: str, durations: Sequence[float], limi
     return replace(request, durations=times, total_time=None, limits=(), rotors=None)
 
 
-def set_limit(request: SceneRequest, name: str, value: float | None) -> SceneRequest:
+def set_limit(request: PlanRequest, name: str, value: float | None) -> PlanRequest:
     """Return the request with another value of a limit, or without it where that is None.
 
     Raises
@@ -179,24 +179,24 @@ def set_limit(request: SceneRequest, name: str, value: float | None) -> SceneReq
     return replace(request, limits=tuple(limits.items()))
 
 
-def set_reserve(request: SceneRequest, share: float) -> SceneRequest:
+def set_reserve(request: PlanRequest, share: float) -> PlanRequest:
     """Return the request with another share of the rotors' room left to feedback, if their limits are kept."""
     return request if request.rotors is None else replace(request, rotors=float(share))
 
 
-def set_duration(request: SceneRequest, leg: int, seconds: float) -> SceneRequest:
+def set_duration(request: PlanRequest, leg: int, seconds: float) -> PlanRequest:
     """Return the request with another duration of one leg [s]."""
     times = request.durations or straight_durations(request)
     return replace(request, durations=(*times[:leg], float(seconds), *times[leg + 1 :]), total_time=None)
 
 
-def straight_durations(request: SceneRequest) -> tuple[float, ...]:
+def straight_durations(request: PlanRequest) -> tuple[float, ...]:
     """Return durations of the legs at 1 m/s [s]."""
     steps = np.diff(np.array(request.waypoints), axis=0)
     return tuple((np.maximum(np.linalg.norm(steps, axis=1), 0.1) / SPEED).tolist())
 
 
-def _with_legs(changed: SceneRequest, before: SceneRequest, leg: int, shares: tuple[float, float]) -> SceneRequest:
+def _with_legs(changed: PlanRequest, before: PlanRequest, leg: int, shares: tuple[float, float]) -> PlanRequest:
     """Return the request with what belongs to a leg given to two of them."""
     durations, corridor, boxes = before.durations, before.corridor, before.boxes
     if durations is not None:
@@ -209,7 +209,7 @@ def _with_legs(changed: SceneRequest, before: SceneRequest, leg: int, shares: tu
     return replace(changed, durations=durations, corridor=corridor, boxes=boxes)
 
 
-def _joined(changed: SceneRequest, before: SceneRequest, leg: int) -> SceneRequest:
+def _joined(changed: PlanRequest, before: PlanRequest, leg: int) -> PlanRequest:
     """Return the request with what belongs to a leg and its successor given to one."""
     durations, corridor, boxes = before.durations, before.corridor, before.boxes
     if durations is not None:
@@ -221,7 +221,7 @@ def _joined(changed: SceneRequest, before: SceneRequest, leg: int) -> SceneReque
     return replace(changed, durations=durations, corridor=corridor, boxes=boxes)
 
 
-def _grown(request: SceneRequest) -> SceneRequest:
+def _grown(request: PlanRequest) -> PlanRequest:
     """Return the request with boxes that contain the ends of their legs."""
     if request.boxes is None:
         return request
@@ -232,7 +232,7 @@ def _grown(request: SceneRequest) -> SceneRequest:
     )
 
 
-def _holds(box: Box, request: SceneRequest, leg: int) -> bool:
+def _holds(box: Box, request: PlanRequest, leg: int) -> bool:
     points = np.array(request.waypoints[leg : leg + 2])
     return bool((points >= np.array(box[0])).all() and (points <= np.array(box[1])).all())
 

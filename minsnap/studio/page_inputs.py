@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any, Protocol
 
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 
-Change = Callable[[SceneRequest], SceneRequest]
+Change = Callable[[PlanRequest], PlanRequest]
 """Returns the document after an edit."""
 
 

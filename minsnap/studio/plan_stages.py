@@ -12,7 +12,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.certificate import Certificate, certify
 from minsnap.errors import MinsnapError
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.planning.planner import plan
@@ -37,7 +37,7 @@ class PlannedScene:
 
     Parameters
     ----------
-    request : SceneRequest
+    request : PlanRequest
         What was asked for.
     trajectory : Trajectory
         What was found.
@@ -49,7 +49,7 @@ class PlannedScene:
         From the request to this plan.
     """
 
-    request: SceneRequest
+    request: PlanRequest
     trajectory: Trajectory
     certificate: Certificate
     final: bool
@@ -57,7 +57,7 @@ class PlannedScene:
 
 
 def planned_in_stages(
-    request: SceneRequest, durations: FloatArray | None, superseded: Callable[[], bool]
+    request: PlanRequest, durations: FloatArray | None, superseded: Callable[[], bool]
 ) -> Iterator[PlannedScene]:
     """Plan a request.
 
@@ -66,7 +66,7 @@ def planned_in_stages(
 
     Parameters
     ----------
-    request : SceneRequest
+    request : PlanRequest
     durations : ndarray, shape (legs,), or None
         Of the last plan [s].
     superseded : callable
@@ -98,7 +98,7 @@ def planned_in_stages(
 
 
 def _certified(
-    request: SceneRequest, curve: Trajectory, limits: Limits | None, final: bool, began: float
+    request: PlanRequest, curve: Trajectory, limits: Limits | None, final: bool, began: float
 ) -> PlannedScene:
     certificate = certify(curve, waypoints=request.waypoints, corridor=request.walls, limits=limits)
     return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
@@ -117,7 +117,7 @@ def _ender(superseded: Callable[[], bool]) -> Callable[[Step], None]:
 
 
 def _quick_plan(
-    request: SceneRequest, arguments: dict[str, Any], limits: Limits, durations: FloatArray | None
+    request: PlanRequest, arguments: dict[str, Any], limits: Limits, durations: FloatArray | None
 ) -> Trajectory | None:
     """Plan with the durations given, as often stretched as the limits need; None if that does not end."""
     times = np.array(straight_durations(request) if durations is None else durations)

@@ -10,14 +10,14 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import MinsnapError
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.studio.plan_stages import PlannedScene, Superseded, planned_in_stages
 
 SETTLED = 0.2
 """Seconds without a newer request after which a better plan is searched."""
 
 Found = Callable[[PlannedScene], None]
-Refused = Callable[[SceneRequest, MinsnapError], None]
+Refused = Callable[[PlanRequest, MinsnapError], None]
 
 
 class PlanWorker:
@@ -34,13 +34,13 @@ class PlanWorker:
     def __init__(self, found: Found, refused: Refused) -> None:
         self._found, self._refused = found, refused
         self._changed = threading.Condition()
-        self._asked: SceneRequest | None = None
+        self._asked: PlanRequest | None = None
         self._durations: FloatArray | None = None
         self._busy = self._closed = False
         self._thread = threading.Thread(target=self._run, name="studio plans", daemon=True)
         self._thread.start()
 
-    def ask(self, request: SceneRequest) -> None:
+    def ask(self, request: PlanRequest) -> None:
         """Plan this request next, instead of any other that waits; a search that runs is ended."""
         with self._changed:
             self._asked = request
@@ -70,7 +70,7 @@ class PlanWorker:
                 traceback.print_exc()
                 self._refused(request, MinsnapError("planning failed in an unexpected way: the terminal says more"))
 
-    def _next(self) -> SceneRequest | None:
+    def _next(self) -> PlanRequest | None:
         with self._changed:
             self._busy = False
             self._changed.notify_all()
@@ -81,7 +81,7 @@ class PlanWorker:
     def _superseded(self) -> bool:
         return self._asked is not None or self._closed
 
-    def _plan(self, request: SceneRequest) -> None:
+    def _plan(self, request: PlanRequest) -> None:
         for planned in planned_in_stages(request, self._durations, self._superseded):
             self._durations = np.diff(planned.trajectory.leg_breaks)
             self._found(planned)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import shlex
 from typing import Any
 
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.files.request_yaml import request_text
 
 END = "END_OF_REQUEST"
 """The line that ends the text of the request in a shell."""
 
 
-def as_python(request: SceneRequest) -> str:
+def as_python(request: PlanRequest) -> str:
     """Return a script that plans a request and leaves it in ``trajectory``; numbers are written exactly."""
     arguments = {
         "total_time": request.total_time,
@@ -33,12 +33,12 @@ def as_python(request: SceneRequest) -> str:
     )
 
 
-def as_command(request: SceneRequest, output: str = "setpoints.csv") -> str:
+def as_command(request: PlanRequest, output: str = "setpoints.csv") -> str:
     """Return shell commands that write the request to a file and plan it.
 
     Parameters
     ----------
-    request : SceneRequest
+    request : PlanRequest
     output : str
         Name of the file of setpoints; that of the request has the ending ``.yaml`` instead.
     """
@@ -54,7 +54,7 @@ def _list(value: Any) -> str | None:
     return repr(list(value)) if isinstance(value, tuple) else repr(value)
 
 
-def _limits(request: SceneRequest) -> str | None:
+def _limits(request: PlanRequest) -> str | None:
     fields = ", ".join(f"{name}={value!r}" for name, value in request.limits)
     if request.rotors is None:
         return f"minsnap.Limits({fields})" if fields else None
@@ -62,7 +62,7 @@ def _limits(request: SceneRequest) -> str | None:
     return f"minsnap.Limits.of({vehicle}{', ' if fields else ''}{fields})"
 
 
-def _walls(request: SceneRequest) -> str | None:
+def _walls(request: PlanRequest) -> str | None:
     corridor = _corridor(request)
     if request.room is None:
         return corridor
@@ -70,7 +70,7 @@ def _walls(request: SceneRequest) -> str | None:
     return room if corridor is None else f"[{corridor}, {room}]"
 
 
-def _corridor(request: SceneRequest) -> str | None:
+def _corridor(request: PlanRequest) -> str | None:
     widths = request.corridor
     tube = None if widths is None else repr(widths[0] if len(set(widths)) == 1 else list(widths))
     if request.boxes is None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import degrees, radians
 from typing import Any
 
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.studio.edits import delete_waypoint, insert_waypoint, move_in_order, move_waypoint
 from minsnap.studio.page_inputs import Editor, follow, when_changed
 from minsnap.studio.workbench import BenchState
@@ -53,7 +53,7 @@ class RoutePanel:
             follow(self._angle, round(degrees(request.yaw), 9))
         self._show_turns(request.yaw if isinstance(request.yaw, tuple) else ())
 
-    def _show_rows(self, request: SceneRequest) -> None:
+    def _show_rows(self, request: PlanRequest) -> None:
         while len(self._rows) > len(request.waypoints):
             self._rows.pop().remove()
         with self._folder:
@@ -84,7 +84,7 @@ class RoutePanel:
         self._editor.edit(lambda request: request.as_lap() if wanted else replace(request, closed=False))
 
     def _set_heading(self, kind: str) -> None:
-        def change(request: SceneRequest) -> SceneRequest:
+        def change(request: PlanRequest) -> PlanRequest:
             fixed = request.yaw if isinstance(request.yaw, float) else 0.0
             each = (fixed,) * len(request.waypoints)
             chosen: dict[str, float | tuple[float, ...]] = {"fixed": fixed, "per waypoint": each}
@@ -107,7 +107,7 @@ class RoutePanel:
 
     def _turn(self, index: int) -> Any:
         def turn(value: float) -> None:
-            def change(request: SceneRequest) -> SceneRequest:
+            def change(request: PlanRequest) -> PlanRequest:
                 given = request.yaw if isinstance(request.yaw, tuple) else ()
                 return replace(request, yaw=(*given[:index], radians(value), *given[index + 1 :]))
 
@@ -116,11 +116,11 @@ class RoutePanel:
         return when_changed(self._gui.add_number(f"{index}", 0.0, step=1.0), turn)
 
 
-def _heading(request: SceneRequest) -> str:
+def _heading(request: PlanRequest) -> str:
     if isinstance(request.yaw, tuple):
         return HEADINGS[1]
     return request.yaw if isinstance(request.yaw, str) else HEADINGS[0]
 
 
-def _within(request: SceneRequest, index: int) -> int:
+def _within(request: PlanRequest, index: int) -> int:
     return min(max(index, 0), len(request.waypoints) - 1)

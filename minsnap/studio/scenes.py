@@ -12,13 +12,13 @@ from minsnap.corridors.constraint import Constraint
 from minsnap.corridors.room import Room, as_room
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, LimitError, WaypointError
-from minsnap.files.plan_request import VEHICLES, SceneRequest, besides_rotors, preset_of
+from minsnap.files.plan_request import VEHICLES, PlanRequest, besides_rotors, preset_of
 from minsnap.limits.limits import Limits, VehicleLimits
 
 
 def scene_of(
     curve: Any, waypoints: Any = None, corridor: Any = None, limits: Limits | None = None, room: Any = None
-) -> SceneRequest:
+) -> PlanRequest:
     """Return the scene of a plan.
 
     Parameters
@@ -43,7 +43,7 @@ def scene_of(
         raise WaypointError(
             f"the waypoints have shape {points.shape}: a path of {curve.legs} legs in space has ({curve.legs + 1}, 3)"
         )
-    return SceneRequest(
+    return PlanRequest(
         tuple(tuple(row) for row in points.tolist()),
         tuple(np.diff(curve.leg_breaks).tolist()),
         degree=curve.degree,

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from minsnap.certificate import certify
 from minsnap.errors import InputError
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.studio.obstacles import cloud, grid
 from minsnap.studio.page_server import LOOPBACK
 from minsnap.studio.plan_stages import PlannedScene
@@ -104,7 +104,7 @@ def show(
     return studio
 
 
-def _scene(request: SceneRequest, yaw: Any, vehicle: str) -> SceneRequest:
+def _scene(request: PlanRequest, yaw: Any, vehicle: str) -> PlanRequest:
     if vehicle and request.rotors is not None and vehicle != request.vehicle:
         raise InputError(f"the limits are those of {request.vehicle}, not of {vehicle}: give one vehicle")
     request = replace(request, vehicle=vehicle or request.vehicle)

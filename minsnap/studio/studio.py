@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.errors import MinsnapError
-from minsnap.files.plan_request import SceneRequest, named_vehicle
+from minsnap.files.plan_request import PlanRequest, named_vehicle
 from minsnap.studio.charts import Charts
 from minsnap.studio.corridor_panel import CorridorPanel
 from minsnap.studio.file_panel import FilePanel
@@ -41,7 +41,7 @@ class Studio:
 
     Parameters
     ----------
-    request : SceneRequest
+    request : PlanRequest
         The scene at first.
     folder : str or path
         Where its files are saved.
@@ -62,7 +62,7 @@ class Studio:
 
     def __init__(
         self,
-        request: SceneRequest,
+        request: PlanRequest,
         folder: str | WorkingFolder = ".",
         host: str = LOOPBACK,
         port: int = PORT,
@@ -84,7 +84,7 @@ class Studio:
         self._bench = Workbench(request, self._show, planned)
 
     @property
-    def request(self) -> SceneRequest:
+    def request(self) -> PlanRequest:
         """The scene as it is edited."""
         return self._shown.request
 

@@ -7,7 +7,7 @@ from math import degrees, radians
 from typing import Any
 
 from minsnap.basics.checks import DEGREES
-from minsnap.files.plan_request import RESERVE, SceneRequest
+from minsnap.files.plan_request import RESERVE, PlanRequest
 from minsnap.limits.kinds import KIND
 from minsnap.studio.edits import set_duration, set_limit, set_reserve, straight_durations, with_time
 from minsnap.studio.page_inputs import Editor, follow, when_changed
@@ -80,7 +80,7 @@ class TimePanel:
         self._show_polynomials(request)
 
     def _set_mode(self, mode: str) -> None:
-        def change(request: SceneRequest) -> SceneRequest:
+        def change(request: PlanRequest) -> PlanRequest:
             known = self._durations if len(self._durations) == request.legs else straight_durations(request)
             return with_time(request, mode, known, USUAL)
 
@@ -124,7 +124,7 @@ class TimePanel:
         return box, when_changed(slider, set_it)
 
     def _set_rotors(self, wanted: bool) -> None:
-        def change(request: SceneRequest) -> SceneRequest:
+        def change(request: PlanRequest) -> PlanRequest:
             if wanted:
                 return replace(request, rotors=RESERVE, vehicle=request.vehicle or "dji_f330")
             limits = request.limits or tuple(USUAL.items())
@@ -135,7 +135,7 @@ class TimePanel:
     def _set_reserve(self, share: float) -> None:
         self._editor.edit(lambda request: set_reserve(request, share), "reserve")
 
-    def _show_limits(self, request: SceneRequest) -> None:
+    def _show_limits(self, request: PlanRequest) -> None:
         given = dict(request.limits)
         for name, (box, slider) in self._sliders.items():
             follow(box, name in given)
@@ -159,13 +159,13 @@ class TimePanel:
             self._pieces, lambda text: edit(lambda r: replace(r, pieces=text if text == "auto" else int(text)))
         )
 
-    def _show_polynomials(self, request: SceneRequest) -> None:
+    def _show_polynomials(self, request: PlanRequest) -> None:
         follow(self._degree, str(request.degree))
         follow(self._continuity, AUTOMATIC if request.continuity is None else str(request.continuity))
         follow(self._pieces, str(request.pieces))
 
 
-def _mode(request: SceneRequest) -> str:
+def _mode(request: PlanRequest) -> str:
     if request.durations is not None:
         return MODES[0]
     return MODES[1] if request.total_time is not None else MODES[2]

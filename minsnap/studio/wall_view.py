@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.files.plan_request import Box, SceneRequest
+from minsnap.files.plan_request import Box, PlanRequest
 from minsnap.studio.edits import move_face, replace_box
 from minsnap.studio.page_inputs import Editor
 from minsnap.studio.wall_shapes import box_edges, box_surface, face_centres, tube_prism
@@ -40,7 +40,7 @@ class WallView:
         self._faces: dict[tuple[int, int], Any] = {}
         self._dragged: set[tuple[int, int]] = set()
         self._chosen = NO_FACES
-        self._request: SceneRequest | None = None
+        self._request: PlanRequest | None = None
         self._warning = server.scene.add_label("/plan/refusal", "", visible=False)
 
     def show(self, state: BenchState) -> None:
@@ -104,7 +104,7 @@ class WallView:
         scene.add_line_segments(f"/walls/{name}/edges", box_edges(box), colour, **lines)
         return mesh
 
-    def _box(self, request: SceneRequest | None) -> tuple[int | None, Box | None]:
+    def _box(self, request: PlanRequest | None) -> tuple[int | None, Box | None]:
         """Return the leg and the box whose faces can be dragged; (None, the room); or (None, None)."""
         if request is None or self._chosen == NO_FACES:
             return None, None
@@ -153,7 +153,7 @@ class WallView:
         handle.on_update(moved)
         return handle
 
-    def _moved(self, request: SceneRequest, axis: int, side: int, value: float) -> SceneRequest:
+    def _moved(self, request: PlanRequest, axis: int, side: int, value: float) -> PlanRequest:
         leg, box = self._box(request)
         if box is None:
             return replace(request)

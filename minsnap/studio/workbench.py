@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from time import monotonic
 
 from minsnap.errors import MinsnapError
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.studio.edit_history import EditHistory
 from minsnap.studio.plan_stages import PlannedScene
 from minsnap.studio.plan_worker import PlanWorker
@@ -21,7 +21,7 @@ class BenchState:
 
     Parameters
     ----------
-    request : SceneRequest
+    request : PlanRequest
         The document as it is edited.
     planned : PlannedScene or None
         The last good plan; of an earlier document while ``searching`` or where there is a ``refusal``.
@@ -37,7 +37,7 @@ class BenchState:
         The plan before the last edit.
     """
 
-    request: SceneRequest
+    request: PlanRequest
     planned: PlannedScene | None = None
     searching: bool = False
     refusal: str = ""
@@ -59,7 +59,7 @@ class Workbench:
 
     Parameters
     ----------
-    request : SceneRequest
+    request : PlanRequest
         The first document.
     observer : callable
         Called with the state after every change of it, one call at a time, from any thread.
@@ -71,7 +71,7 @@ class Workbench:
 
     def __init__(
         self,
-        request: SceneRequest,
+        request: PlanRequest,
         observer: Observer,
         planned: PlannedScene | None = None,
         clock: Callable[[], float] = monotonic,
@@ -99,7 +99,7 @@ class Workbench:
         """Whether there is an edit to redo."""
         return bool(self._history.future)
 
-    def edit(self, change: Callable[[SceneRequest], SceneRequest], subject: str = "", held: bool = False) -> None:
+    def edit(self, change: Callable[[PlanRequest], PlanRequest], subject: str = "", held: bool = False) -> None:
         """Change the document and plan it.
 
         Parameters
@@ -165,7 +165,7 @@ class Workbench:
             searching = not planned.final or planned.request != now.request
             self._show(BenchState(now.request, planned, searching, ghost=now.ghost))
 
-    def _refused(self, request: SceneRequest, error: MinsnapError) -> None:
+    def _refused(self, request: PlanRequest, error: MinsnapError) -> None:
         with self.lock:
             now = self._state
             if request == now.request:

@@ -7,7 +7,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.files.request_yaml import read_request, write_request
 from minsnap.paths.missions.course_file import read_course
 
@@ -15,15 +15,15 @@ POINTS = ((0.0, 0.0, 1.0), (4.0, 0.1, 1.0), (4.0, 3.0, 1.0 / 3.0))
 BOXES = (((-1.0, -1.0, 0.0), (5.0, 1.0, 2.0)), ((3.0, -1.0, 0.0), (5.0, 4.0, 2.0)))
 
 REQUESTS = [
-    SceneRequest(POINTS),
-    SceneRequest(POINTS, durations=(4.1, 3.0), yaw=(0.0, 0.1, 0.2), corridor=(0.3, 0.1)),
-    SceneRequest(POINTS, total_time=7.3, yaw="velocity", room=((-9.0, -9.0, 0.0), (9.0, 9.0, 3.0)), degree=9),
-    SceneRequest(POINTS, limits=(("speed", 3.0), ("tilt", 0.5)), rotors=0.2, vehicle="crazyflie", pieces="auto"),
-    SceneRequest(POINTS, total_time=8.0, boxes=BOXES, yaw=0.25, continuity=4, pieces=2, frame="ned"),
-    SceneRequest((*POINTS, POINTS[0]), total_time=9.0, closed=True),
-    SceneRequest(POINTS, limits=(("speed", 8.0),)),
-    SceneRequest(POINTS, limits=(("speed", 8.0), ("acceleration", 20.0))),
-    SceneRequest(POINTS, total_time=9.0, limits=(("speed", 8.0),)),
+    PlanRequest(POINTS),
+    PlanRequest(POINTS, durations=(4.1, 3.0), yaw=(0.0, 0.1, 0.2), corridor=(0.3, 0.1)),
+    PlanRequest(POINTS, total_time=7.3, yaw="velocity", room=((-9.0, -9.0, 0.0), (9.0, 9.0, 3.0)), degree=9),
+    PlanRequest(POINTS, limits=(("speed", 3.0), ("tilt", 0.5)), rotors=0.2, vehicle="crazyflie", pieces="auto"),
+    PlanRequest(POINTS, total_time=8.0, boxes=BOXES, yaw=0.25, continuity=4, pieces=2, frame="ned"),
+    PlanRequest((*POINTS, POINTS[0]), total_time=9.0, closed=True),
+    PlanRequest(POINTS, limits=(("speed", 8.0),)),
+    PlanRequest(POINTS, limits=(("speed", 8.0), ("acceleration", 20.0))),
+    PlanRequest(POINTS, total_time=9.0, limits=(("speed", 8.0),)),
 ]
 
 
@@ -36,7 +36,7 @@ def test_a_request_reads_back_equal(tmp_path, request_):
 def test_waypoint_files_are_requests_too(tmp_path):
     (tmp_path / "a.csv").write_text("x,y,z,duration\n0,0,1,\n4,0,1,2.5\n")
     (tmp_path / "b.yaml").write_text("- [0, 0, 1]\n- [4, 0, 1]\n")
-    assert read_request(tmp_path / "a.csv") == SceneRequest(((0.0, 0.0, 1.0), (4.0, 0.0, 1.0)), (2.5,))
+    assert read_request(tmp_path / "a.csv") == PlanRequest(((0.0, 0.0, 1.0), (4.0, 0.0, 1.0)), (2.5,))
     assert read_request(tmp_path / "b.yaml").waypoints == ((0.0, 0.0, 1.0), (4.0, 0.0, 1.0))
 
 
@@ -71,7 +71,7 @@ def test_one_half_width_is_for_every_leg(tmp_path):
         ("limits: {pace: 3}", "pace"),
         ("limits: {rotors: {vehicle: zeppelin}}", "zeppelin"),
         ("corridor: [0.3, true]", "corridor 1"),
-        ("boxes: [[[0, 0, 0]]]", "box 0"),
+        ("boxes: [[[0, 0, 0]]]", "boxes 0 is .*: give two corners"),
         ("room: 5", "room"),
         ("degree: 7.5", "degree"),
         ("pieces: many", "pieces"),

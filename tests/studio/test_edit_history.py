@@ -5,10 +5,10 @@ from dataclasses import replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.studio.edit_history import PAUSE, EditHistory
 
-FIRST = SceneRequest(((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), total_time=1.0)
+FIRST = PlanRequest(((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), total_time=1.0)
 
 
 def lasting(seconds):

@@ -6,13 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from minsnap.errors import InputError, WaypointError
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.planning.planner import plan
 from minsnap.studio import edits
 
 CORNERS = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0))
 FULL = edits.with_room(
-    edits.with_boxes(SceneRequest(CORNERS, (4.0, 2.0, 4.0), corridor=(0.3, 0.2, 0.1), yaw=(0.0, 0.1, 0.2, 0.3)), True),
+    edits.with_boxes(PlanRequest(CORNERS, (4.0, 2.0, 4.0), corridor=(0.3, 0.2, 0.1), yaw=(0.0, 0.1, 0.2, 0.3)), True),
     True,
 )
 
@@ -62,11 +62,11 @@ def test_a_waypoint_that_is_deleted_joins_its_legs():
     assert edits.delete_waypoint(FULL, 0).durations == (2.0, 4.0)
     assert edits.delete_waypoint(FULL, 3).corridor == (0.3, 0.2)
     with pytest.raises(WaypointError, match="two"):
-        edits.delete_waypoint(SceneRequest(CORNERS[:2]), 0)
+        edits.delete_waypoint(PlanRequest(CORNERS[:2]), 0)
 
 
 def test_the_ends_of_a_closed_lap_move_together():
-    lap = SceneRequest((*CORNERS, CORNERS[0]), closed=True)
+    lap = PlanRequest((*CORNERS, CORNERS[0]), closed=True)
     moved = edits.move_waypoint(lap, 4, (1.0, 1.0, 1.0))
     assert moved.waypoints[0] == moved.waypoints[4] == (1.0, 1.0, 1.0)
     assert edits.move_waypoint(FULL, 0, (1.0, 1.0, 1.0)).waypoints[1:] == CORNERS[1:]

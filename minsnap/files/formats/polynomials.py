@@ -24,12 +24,12 @@ from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
 from minsnap.files.formats.headings import headed, yaw_description
 from minsnap.files.formats.pieces import polynomials_of
-from minsnap.files.plan_request import besides_rotors, named_vehicle, preset_of
+from minsnap.files.limits_in_files import limits_of
+from minsnap.files.plan_request import besides_rotors, preset_of
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
-from minsnap.vehicle.quadrotor import Quadrotor
-from minsnap.vehicle.yaml import description_of, vehicle_from
+from minsnap.vehicle.yaml import description_of
 
 MARK = "minsnap polynomials"
 VERSION = 1
@@ -159,10 +159,10 @@ def read_polynomials(path: str | os.PathLike[str]) -> PlanFile:
             f"{path} is of version {said.get('version')!r}, frame {said.get('frame')!r}: this reads 1, 'enu'"
         )
     with reading(path, "a file of polynomials"):
-        return _plan(said)
+        return _plan(f"{path}", said)
 
 
-def _plan(said: Mapping[str, Any]) -> PlanFile:
+def _plan(where: str, said: Mapping[str, Any]) -> PlanFile:
     trajectory = Trajectory(
         np.array(said["control_points"], dtype=np.float64),
         np.array(said["durations"], dtype=np.float64),
@@ -173,7 +173,7 @@ def _plan(said: Mapping[str, Any]) -> PlanFile:
     trajectory = headed(trajectory, said["yaw"])
     waypoints = said.get("waypoints")
     points = None if waypoints is None else np.array(waypoints, dtype=np.float64)
-    limits = None if said.get("limits") is None else _bounds(said["limits"])
+    limits = None if said.get("limits") is None else limits_of(f"{where}: limits", said["limits"], FilePath())
     words = tuple(str(word) for word in said.get("command", ()))
     certificate = dict(said.get("certificate") or {})
     return PlanFile(
@@ -212,16 +212,6 @@ def _limits(limits: Limits) -> dict[str, Any]:
         return {"norm": limits.norm, "gravity": limits.gravity} | limits.given()
     vehicle = preset_of(limits.vehicle) or description_of(limits.vehicle)
     return {"norm": limits.norm, "rotors": {"vehicle": vehicle, "reserve": limits.reserve}} | besides_rotors(limits)
-
-
-def _bounds(said: Mapping[str, Any]) -> Limits:
-    """Return the limits that ``_limits`` described."""
-    values = {name: value for name, value in said.items() if name != "rotors"}
-    if "rotors" not in said:
-        return Limits(**values)
-    told = said["rotors"]["vehicle"]
-    vehicle = vehicle_from(Quadrotor, told) if isinstance(told, dict) else named_vehicle(told)
-    return Limits.of(vehicle, said["rotors"]["reserve"], **values)
 
 
 def _plain(value: Any) -> Any:

@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import fields
-from math import cos, pi, radians, sin, sqrt
+from math import cos, pi, radians, sin
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from minsnap.basics.checks import is_number
-from minsnap.basics.messages import shown
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import load_yaml
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
-from minsnap.errors import FileError, VehicleError
-from minsnap.files.plan_request import SHORT_NAMES, VEHICLES, named_vehicle
+from minsnap.errors import FileError
+from minsnap.files.limits_in_files import DESCRIBED, LIMITS, complete, limits_of, vehicle_of, without_null
+from minsnap.files.schema import ANYTHING, FLAG, HEADING, NUMBER, POINT, TEXT, WHOLE, Key, either, mapping, several
 from minsnap.files.waypoints import COLUMNS
 from minsnap.limits.limits import Limits
-from minsnap.limits.ordinary import completed_in_file
 from minsnap.paths.missions.course import Course, Stop
-from minsnap.vehicle import Quadrotor
-from minsnap.vehicle.yaml import vehicle_from
 
 MOST_TURNED = 2.0 * pi
 """Heading of a gate in radians beyond which it is taken for degrees."""
@@ -32,40 +27,68 @@ MOST_TURNED = 2.0 * pi
 PLAIN = ("waypoints", "yaw", "durations")
 """Keys of a waypoint file, which is no course."""
 
-KEYS = (
-    "name",
-    "waypoints",
-    "gates",
-    "boxes",
-    "start",
-    "end",
-    "closed",
-    "laps",
-    "takeoff",
-    "land",
-    "tube",
-    "ball",
-    "margin",
+LENGTH = Key(NUMBER, "[m]")
+PASSED = {
+    "ball": Key(NUMBER, "radius within which the point is passed [m]"),
+    "hold": Key(NUMBER, "time at rest there [s]"),
+    "straight": Key(NUMBER, "how far before and behind a gate the path stays in the prism over its opening [m]"),
+}
+LISTED = several(NUMBER, "a list of numbers")
+EDGES = {
+    "corners": Key(several(LISTED, "a list of points"), "[m]; in place of all that follows"),
+    "margin": Key(NUMBER, "how far the path stays from the edges [m]"),
+    "crossing": Key(WHOLE, "1: along the normal, -1: against it, 0: either way"),
+}
+GATE = mapping(
+    {"center": Key(LISTED, "[m]")}
+    | EDGES
+    | {
+        "normal": Key(LISTED, "direction through the opening"),
+        "heading": Key(NUMBER, "direction of flight through it [rad]"),
+        "heading_deg": Key(NUMBER, "the same [degrees]"),
+        "width": LENGTH,
+        "height": LENGTH,
+        "up": Key(LISTED, "direction of the height"),
+        "radius": LENGTH,
+    }
+    | PASSED,
+    "a gate",
+    marks=("center", "corners"),
 )
-FURTHER = ("tolerance", "yaw", "limits", "vehicle", "best", "published")
-
-OF_STOPS = ("ball", "hold", "straight")
-OF_GATES = (
-    "center",
-    "normal",
-    "heading",
-    "heading_deg",
-    "width",
-    "height",
-    "up",
-    "radius",
-    "corners",
-    "crossing",
-    "margin",
-    *OF_STOPS,
+ENTRY = mapping(
+    {"x": Key(NUMBER, needed=True), "y": Key(NUMBER, needed=True), "z": LENGTH} | PASSED, "a mapping of x, y and z"
 )
-
-OF_POINTS = ("x", "y", "z", *OF_STOPS)
+STOP = either(POINT, GATE, ENTRY)
+GROUND = either(FLAG, several(NUMBER, "where on the ground, [x, y, z]", 3, 3))
+STATE = mapping(
+    {name: Key(LISTED) for name in ("position", "velocity", "acceleration", "jerk", "snap")}, "derivatives by name"
+)
+CORNERS = Key(several(LISTED, "a list of corners"), "[m]", needed=True)
+COURSE = mapping(
+    {
+        "name": Key(TEXT),
+        "waypoints": Key(several(STOP, "a list of waypoints and gates")),
+        "gates": Key(several(GATE, "a list of gates")),
+        "boxes": Key(mapping({"lower": CORNERS, "upper": CORNERS}, "their corners as lower and upper, a list of each")),
+        "start": Key(STATE),
+        "end": Key(STATE),
+        "closed": Key(FLAG, "a lap"),
+        "laps": Key(WHOLE, "how often it is flown"),
+        "takeoff": Key(GROUND, "from the ground below the start, or from a point"),
+        "land": Key(GROUND, "on the ground below the end, or at a point"),
+        "tube": Key(NUMBER, "half-width around the legs [m]"),
+        "ball": Key(either(NUMBER, LISTED), "of all waypoints, or of each [m]"),
+        "margin": Key(NUMBER, "of all gates [m]"),
+        "tolerance": Key(NUMBER, "half-width of the boxes around inner waypoints [m]"),
+        "yaw": Key(either(HEADING, LISTED), "[rad], or velocity or tilt"),
+        "limits": Key(LIMITS),
+        "vehicle": Key(DESCRIBED),
+        "best": Key(ANYTHING, "a remark"),
+        "published": Key(ANYTHING, "a remark"),
+    },
+    "a mapping with waypoints",
+)
+"""The whole file."""
 
 
 def is_course(path: str | os.PathLike[str]) -> bool:
@@ -81,16 +104,9 @@ def is_course(path: str | os.PathLike[str]) -> bool:
 def read_course(path: str | os.PathLike[str]) -> Course:
     """Read a course from YAML; all in SI units, angles in radians.
 
-    ``waypoints`` are points ``[x, y, z]``; mappings with ``x``, ``y``, ``z`` and optionally ``ball`` (radius within
-    which the point is passed) and ``hold`` (seconds at rest); or gates: mappings with ``center``, ``heading``
-    (direction in which it is flown through; or ``heading_deg``, or ``normal`` and ``crossing``), ``width``, ``height``
-    or a ``radius`` (or ``corners`` alone), and optionally ``margin`` (how far the path stays from the edges; beside the
-    waypoints, for all) and ``straight`` (metres before and behind it over which the path stays inside its prism).
-    ``gates`` alone is the same.
-
-    Further keys: ``closed``, ``laps``, ``takeoff`` and ``land`` (true, or a point on the ground), ``limits`` by the
-    names of :class:`minsnap.Limits`; ``ball``, ``tolerance`` and ``tube`` for all; ``boxes`` with ``start`` and
-    ``end``; ``yaw``, ``vehicle``, ``name``; ``best`` and ``published`` are remarks.
+    The keys are those of :data:`COURSE`. ``waypoints`` are points, mappings with ``x``, ``y``, ``z``, or gates:
+    mappings with ``center``, a direction (``heading``, ``heading_deg``, or ``normal`` and ``crossing``) and ``width``,
+    ``height`` or a ``radius``; or ``corners`` alone. ``gates`` alone is the same.
 
     Raises
     ------
@@ -101,60 +117,51 @@ def read_course(path: str | os.PathLike[str]) -> Course:
     """
     said = load_yaml(path)
     said = said if isinstance(said, dict) else {"waypoints": said}
-    unknown = [key for key in said if key not in KEYS + FURTHER]
-    if unknown:
-        raise FileError(f"{path}: {shown(unknown[0])} is not known; a course has {', '.join(KEYS + FURTHER)}")
     with reading(path, "a course"):
-        return _course(f"{path}", said, Path(path).stem)
+        return _course(f"{path}", COURSE.read(f"{path}", said), Path(path))
 
 
-def _course(where: str, said: Mapping[str, Any], stem: str) -> Course:
+def _course(where: str, said: Mapping[str, Any], path: Path) -> Course:
     entries = [*said.get("waypoints", ()), *said.get("gates", ())]
+    balls, margin = said.get("ball", 0.0), said.get("margin", 0.0)
+    if isinstance(balls, tuple) and len(balls) != len(entries):
+        raise FileError(
+            f"{where}: {len(balls)} balls were given for {len(entries)} waypoints: give one, or one for each"
+        )
+    balls = balls if isinstance(balls, tuple) else (balls,) * len(entries)
     stops = [
-        stop_of(f"{where}, waypoint {i}", entry, said.get("ball", 0.0), said.get("margin", 0.0), i)
-        for i, entry in enumerate(entries)
+        _stop(f"{where}: waypoints {i}", entry, ball, margin)
+        for i, (entry, ball) in enumerate(zip(entries, balls, strict=True))
     ]
     closed = said.get("closed", False)
     if closed and len(stops) > 2 and np.array_equal(stops[0].center, stops[-1].center):
         stops.pop()
-    given = {key: said[key] for key in ("laps", "tube", "start", "end", "tolerance", "yaw") if key in said}
-    given |= {key: _ground(where, key, said[key]) for key in ("takeoff", "land") if key in said}
-    boxes = _boxes(where, said["boxes"]) if "boxes" in said else None
-    name = str(said.get("name", stem))
-    return Course(tuple(stops), bool(closed), limits=_limits(where, said), boxes=boxes, name=name, **given)
+    named = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land")
+    given = {key: said[key] for key in named if key in said}
+    boxes = Boxes(**said["boxes"]) if "boxes" in said else None
+    limits = _limits(path.parent, said)
+    return Course(tuple(stops), closed, limits=limits, boxes=boxes, name=said.get("name", path.stem), **given)
 
 
-def _boxes(where: str, said: Any) -> Boxes:
-    if not isinstance(said, dict) or set(said) != {"lower", "upper"}:
-        raise FileError(f"{where}: boxes are {shown(said)}: give their corners as lower and upper, a list of each")
-    return Boxes(**said)
+def stop_of(where: str, said: Any) -> Stop:
+    """Return one entry of a course, or raise FileError, which says where it stands."""
+    return _stop(where, STOP.read(where, said), 0.0, 0.0)
 
 
-def stop_of(where: str, entry: Any, balls: Any = 0.0, margin: Any = 0.0, index: int = 0) -> Stop:
-    """Return one entry of a course: a point, or a gate."""
-    if isinstance(entry, list):
-        entry = dict(zip("xyz", entry, strict=False)) if len(entry) in (2, 3) else {}
-    is_gate = isinstance(entry, dict) and bool({"center", "corners"} & entry.keys())
-    keys = OF_GATES if is_gate else OF_POINTS
-    if not isinstance(entry, dict) or set(entry) - set(keys) or not (is_gate or {"x", "y"} <= set(entry)):
-        raise FileError(
-            f"{where}: give [x, y, z], a mapping of {', '.join(OF_POINTS)}, or a gate of {', '.join(OF_GATES)}, "
-            f"not {shown(entry)}"
-        )
-    further = {name: entry[name] for name in OF_STOPS if name in entry}
-    if is_gate:
+def _stop(where: str, entry: Any, ball: float, margin: float) -> Stop:
+    if isinstance(entry, tuple):
+        return Stop(np.array(entry), ball)
+    further = {name: entry[name] for name in PASSED if name in entry}
+    if GATE.fits(entry):
         return Stop(_gate(where, {"margin": margin} | entry), **further)
-    ball = balls[index] if isinstance(balls, list) else balls
-    values = [entry[axis] for axis in "xyz" if axis in entry]
-    if not all(map(is_number, values)):
-        raise FileError(f"{where}: {shown(values)} are not finite numbers")
-    return Stop(np.array(values, dtype=np.float64), **{"ball": ball} | further)
+    point = np.array([entry[axis] for axis in "xyz" if axis in entry])
+    return Stop(point, **{"ball": ball} | further)
 
 
 def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
     how = {name: entry[name] for name in ("crossing", "margin") if name in entry}
     if "corners" in entry:
-        if set(entry) - {"corners", *how, *OF_STOPS}:
+        if set(entry) - {"corners", *how, *PASSED}:
             raise FileError(f"{where}: a gate with corners has no center, direction or size besides")
         return Gate.polygon(entry["corners"], **how)
     directions = [name for name in ("normal", "heading", "heading_deg") if name in entry]
@@ -167,51 +174,18 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
     if directions[0] == "normal":
         return made(normal=entry["normal"], **given)
     angle = entry[directions[0]]
-    if not is_number(angle):
-        raise FileError(f"{where}: {directions[0]} is {shown(angle)}: give an angle")
     if directions[0] == "heading" and abs(angle) > MOST_TURNED:
         raise FileError(f"{where}: heading is {angle:g} rad, beyond a turn: write heading_deg: {angle:g} for degrees")
-    angle = radians(angle) if directions[0] == "heading_deg" else float(angle)
+    angle = radians(angle) if directions[0] == "heading_deg" else angle
     flat = [cos(angle), sin(angle), 0.0][: len(given["center"])]
     return made(normal=flat, **{"crossing": 1} | given)
 
 
-def _ground(where: str, key: str, value: Any) -> Any:
-    if isinstance(value, bool):
-        return value
-    if isinstance(value, list) and len(value) == 3 and all(map(is_number, value)):
-        return tuple(float(entry) for entry in value)
-    raise FileError(f"{where}: {key} is {shown(value)}: give true, or where on the ground, [x, y, z]")
-
-
-def _limits(where: str, said: Mapping[str, Any]) -> Limits | None:
-    given = said.get("limits", {})
-    if not isinstance(given, dict):
-        raise FileError(f"{where}: limits are {shown(given)}: give them by name, such as {{speed: 3}}")
-    known = [entry.name for entry in fields(Limits)]
-    unknown = [name for name in given if name not in known]
-    if unknown:
-        raise FileError(f"{where}: no limit is called {shown(unknown[0])}: there are {', '.join(known)}")
+def _limits(folder: Path, said: Mapping[str, Any]) -> Limits | None:
+    named = said.get("limits", {})
     if "vehicle" in said:
-        vehicle = _vehicle(Path(where).parent, said["vehicle"], str(said.get("name", "vehicle")))
-        return Limits.of(vehicle, reserve=0.0, **given)
-    if not given:
-        return None
-    how: dict[str, Any] = {name: given[name] for name in ("norm", "gravity") if name in given}
-    kept: dict[str, Any] = completed_in_file({name: value for name, value in given.items() if name not in how})
-    return Limits(**kept, **how)
-
-
-def _vehicle(folder: Path, said: Any, name: str) -> Quadrotor:
-    """Return the vehicle of a mapping, whose rotors may be described by their least and largest thrust [N], or file."""
-    if isinstance(said, str):
-        if said in VEHICLES or said in SHORT_NAMES or not Path(said).suffix:
-            return named_vehicle(said)
-        return Quadrotor.from_yaml(folder / said)
-    if not isinstance(said, dict):
-        raise VehicleError(f"vehicle is {shown(said)}: give its fields by name, or a YAML file that does")
-    rest = {key: value for key, value in said.items() if key != "rotor_thrust"}
-    if "rotor_thrust" in said and "thrust_coefficient" in said:
-        least, most = (sqrt(thrust / said["thrust_coefficient"]) for thrust in said["rotor_thrust"])
-        rest |= {"rotor_speed_min": least, "rotor_speed_max": most}
-    return vehicle_from(Quadrotor, {"name": name} | rest)
+        vehicle = vehicle_of(said["vehicle"], folder, said.get("name", "vehicle"))
+        return Limits.of(vehicle, **{"reserve": 0.0} | without_null(named))
+    if "rotors" in named:
+        return limits_of("limits", named, folder)
+    return Limits(**complete(named)) if named else None

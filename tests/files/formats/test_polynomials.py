@@ -85,7 +85,7 @@ def test_limits_of_the_rotors_of_a_preset_are_kept(tmp_path, path, others):
     assert found.given() == limits.given() and (found.norm, found.gravity) == (limits.norm, limits.gravity)
     assert (found.reserve, found.vehicle.name) == (0.3, limits.vehicle.name)
     said = json.loads((tmp_path / "plan.json").read_text())
-    for rotors in ("px4_sih", {"vehicle": "px4_sih"}, {"vehicle": "px4_sih", "reserve": "much"}):
+    for rotors in ("px4_sih", {"reserve": 0.1}, {"vehicle": "px4_sih", "reserve": "much"}):
         (tmp_path / "plan.json").write_text(json.dumps(said | {"limits": {"rotors": rotors}}))
         with pytest.raises(FileError):
             read_polynomials(tmp_path / "plan.json")

@@ -63,17 +63,17 @@ def test_courses_of_the_benchmarks_are_read(file):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("laps: 2", "speed: 2"), "'speed' is not known; a course has name, waypoints"),
+        (("laps: 2", "speed: 2"), "'speed' is not known: the keys are name, waypoints"),
         (("laps: 2", "laps: 0"), "laps is 0"),
-        (("ball: 0.4", "size: 0.4"), "waypoint 2: give"),
-        (("heading_deg: 0", "heading_deg: north"), "waypoint 1: heading_deg is 'north'"),
-        (("heading_deg: 0, ", ""), "waypoint 1: a gate has a center, a width or a radius, and one of"),
-        (("land: [1, 1, 0]", "land: yes"), "land is 'yes': give true, or where on the ground"),
-        (("[0, 0, 1.5]\\n  - {center", "[0]\\n  - {center"), "waypoint 0: give"),
-        (("{speed: 4, acceleration: 6}", "4"), "limits are 4: give them by name"),
+        (("ball: 0.4", "size: 0.4"), "waypoints 2: 'size' is not known: the keys are x, y, z, ball"),
+        (("heading_deg: 0", "heading_deg: north"), "waypoints 1: heading_deg is 'north': give a finite number"),
+        (("heading_deg: 0, ", ""), "waypoints 1: a gate has a center, a width or a radius, and one of"),
+        (("land: [1, 1, 0]", "land: yes"), "land is 'yes': give true or false, or where on the ground"),
+        (("[0, 0, 1.5]\\n  - {center", "[0]\\n  - {center"), "waypoints 0 is .*give two or three numbers"),
+        (("{speed: 4, acceleration: 6}", "4"), "limits is 4: give a mapping of limits by name"),
         (
             ("{speed: 4, acceleration: 6}", "{velocity: 4}"),
-            "no limit is called 'velocity': there are speed, acceleration",
+            "limits: 'velocity' is not known: .*the keys are speed, acceleration",
         ),
         (("laps: 2", "vehicle: none.yaml"), "none.yaml cannot be read"),
         (("laps: 2", "vehicle: 3"), "vehicle is 3: give its fields by name, or a YAML file"),
@@ -81,9 +81,9 @@ def test_courses_of_the_benchmarks_are_read(file):
         (("laps: 2", "vehicle: {mass: 1, arm: 2}"), "no field is called arm: the fields are mass"),
         (
             ("laps: 2", "boxes: [[0, 0, 1], [1, 1, 2]]"),
-            r"boxes are \[\[0, 0, 1\], .*give their corners as lower and upper",
+            r"boxes is \[\[0, 0, 1\], .*give their corners as lower and upper",
         ),
-        (("x: 8", "x: .nan"), "waypoint 2"),
+        (("x: 8", "x: .nan"), "waypoints 2: x"),
     ],
 )
 def test_a_file_that_is_wrong_is_refused_with_its_place(write, change, message):
