@@ -46,6 +46,7 @@ def compare(
     ] = None,
     plot: options.Plot = None,
     view: options.View = None,
+    report: options.FlightReport = None,
     json: options.Json = False,
 ) -> None:
     """Compare flights with what they were to fly: error per axis, along and across the path, and lateness.
@@ -64,6 +65,12 @@ def compare(
         from minsnap.plot.figures import save_figure
 
         save_figure(plot_comparison(found, view or "xy"), plot)
+    if report is not None:
+        from minsnap.files.waypoints import read_waypoints
+        from minsnap.flight.tracking.flight_page import write_flight_page
+
+        legs = None if waypoints is None else read_waypoints(waypoints).points
+        write_flight_page(found, report, logs={_name(path, flights): path for path in flights}, waypoints=legs)
     _say(found, kept, json)
 
 

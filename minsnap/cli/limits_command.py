@@ -14,10 +14,7 @@ from minsnap.cli.vehicles import vehicle_of
 
 @app.command()
 def limits(
-    connect: Annotated[
-        str,
-        typer.Option("--connect", metavar="LINK", help="udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."),
-    ],
+    connect: options.Connect,
     drag: Annotated[float, typer.Option("--drag", metavar="K", help="Drag over mass of the vehicle [1/s].")] = 0.0,
     vehicle: options.OffsetVehicle = None,
     output: Annotated[

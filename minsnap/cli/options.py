@@ -36,6 +36,21 @@ View = Annotated[
     str | None,
     typer.Option("--view", help="Of the figure: xy (unless given), xz, yz or 3d; xy shows climbs from the side."),
 ]
+LINK = typer.Option("--connect", metavar="LINK", help="udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD.")
+Connect = Annotated[str, LINK]
+TRIGGER = typer.Option("--trigger", help="enter, mode (when the vehicle enters OFFBOARD or GUIDED) or now.")
+ABORT_DISTANCE = typer.Option(
+    "--abort-distance",
+    metavar="M",
+    help="Distance of the vehicle from the plan at which the flight stops; fits its lag unless given.",
+)
+ARM = typer.Option("--arm", help="Change the mode and arm. Never done without this.")
+LAND = typer.Option("--land", help="Land at the end instead of holding.")
+PREFLIGHT = typer.Option("--preflight/--no-preflight", help="Check parameters and state first; refuse what must end.")
+FlightReport = Annotated[
+    Path | None,
+    typer.Option("--report", metavar="FILE", help="HTML page: maps, error against time, legs, lag, wind."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 NoClobber = Annotated[bool, typer.Option("--no-clobber", help="Refuse to replace a file that is there.")]
 

@@ -19,10 +19,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def preflight(
-    connect: Annotated[
-        str,
-        typer.Option("--connect", metavar="LINK", help="udpin:, udpout:, tcp: or tcpin:HOST:PORT, serial:DEVICE:BAUD."),
-    ],
+    connect: options.Connect,
     file: Annotated[
         Path | None, typer.Argument(metavar="[FILE]", help="Setpoint CSV that is to be flown: its speeds count.")
     ] = None,

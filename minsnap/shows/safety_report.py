@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,26 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from minsnap.basics.storage.atomic import atomic_write
 from minsnap.fleet.fleet_certificate import FleetCertificate
 from minsnap.plot.fleet_figures import plot_fleet, plot_separation
+from minsnap.plot.page import picture, table, verdict, write_page
 from minsnap.shows.fleet_files import digest
 from minsnap.shows.show import Stage
 
 PAIRS = 20
 """Pairs in the table of those that come nearest."""
-
-STYLE = """
-body { font: 10pt/1.35 sans-serif; max-width: 190mm; margin: 8mm auto; color: #111; }
-h1 { font-size: 16pt; margin: 0 0 2mm; } h2 { font-size: 12pt; margin: 5mm 0 1mm; border-bottom: 1px solid #999; }
-.holds { background: #e3f4e3; border-left: 2mm solid #2a7d2a; padding: 2mm 3mm; }
-.fails { background: #fbe3e3; border-left: 2mm solid #b00020; padding: 2mm 3mm; }
-table { border-collapse: collapse; width: 100%; font-size: 9pt; page-break-inside: auto; }
-tr { page-break-inside: avoid; } th, td { text-align: right; padding: 0.5mm 2mm; border-bottom: 1px solid #ddd; }
-th:first-child, td:first-child { text-align: left; } td.hash { font: 7.5pt monospace; }
-svg { width: 100%; height: auto; } .sign td { border: 0; padding-top: 12mm; text-align: left; }
-@page { size: A4; margin: 12mm; }
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +65,7 @@ def write_report(report: SafetyReport, path: str | os.PathLike[str], *, clobber:
     """Write the page, with its figures inside, in one atomic step."""
     parts = [_verdict(report), _facts(report), _figures(report.held), _limits(report), _stages(report)]
     parts += [_pairs(report.held), _vehicles(report.held), _files(report.files), SIGNATURE]
-    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(report.title)}</title>'
-    with atomic_write(path, clobber=clobber) as file:
-        file.write(f"{head}<style>{STYLE}</style><h1>{escape(report.title)}</h1>{''.join(parts)}</html>\n")
+    write_page(path, report.title, parts, clobber=clobber)
 
 
 def _verdict(report: SafetyReport) -> str:
@@ -91,8 +76,7 @@ def _verdict(report: SafetyReport) -> str:
         words = f"{first} and {second} come nearest: {held.least_distance:.4f} m at {held.instant:.2f} s"
     said = "Apart at every instant" if report.ok else "Does not hold"
     beyond = "".join(f"<br><b>{escape(sentence)}.</b>" for sentence in report.exceeded)
-    kind = "holds" if report.ok else "fails"
-    return f'<p class="{kind}"><b>{said}.</b> {words}. Proved, not sampled.{beyond}</p>'
+    return verdict(report.ok, f"<b>{said}.</b> {words}. Proved, not sampled.{beyond}")
 
 
 def _facts(report: SafetyReport) -> str:
@@ -108,7 +92,7 @@ def _facts(report: SafetyReport) -> str:
         rows.append((name, f"within {points[:, axis].min():.2f} to {points[:, axis].max():.2f} m"))
     if held.room_margin is not None:
         rows.append(("distance to the geofence", f"{held.room_margin:.3f} m at least"))
-    return _table("What was checked", ["", ""], rows)
+    return table("What was checked", ["", ""], rows)
 
 
 def _figures(held: FleetCertificate) -> str:
@@ -118,11 +102,9 @@ def _figures(held: FleetCertificate) -> str:
     plot_fleet(held.fleet, ax=axes[0])
     if held.pair is not None:
         plot_separation(held, ax=axes[1])
-    stream = io.StringIO()
-    figure.savefig(stream, format="svg")
+    drawn = picture(figure)
     plt.close(figure)
-    picture = stream.getvalue()
-    return picture[picture.index("<svg") :]
+    return drawn
 
 
 def _limits(report: SafetyReport) -> str:
@@ -133,12 +115,12 @@ def _limits(report: SafetyReport) -> str:
         before = "" if plan is None else f"{plan.use.value:.4g}"
         who = escape(report.held.fleet.name(used.vehicle))
         rows.append((used.use.name, f"{used.use.limit:.4g}", before, f"{used.use.value:.4g}", who))
-    return _table("Limits", ["limit", "asked", "plan", "files", "vehicle"], rows)
+    return table("Limits", ["limit", "asked", "plan", "files", "vehicle"], rows)
 
 
 def _stages(report: SafetyReport) -> str:
     rows = [(s.name, f"{s.start:.2f}", f"{s.arrival:.2f}", f"{s.end:.2f}") for s in report.stages]
-    return _table("Timeline", ["act", "leaves [s]", "arrives [s]", "until [s]"], rows)
+    return table("Timeline", ["act", "leaves [s]", "arrives [s]", "until [s]"], rows)
 
 
 def _pairs(held: FleetCertificate) -> str:
@@ -146,7 +128,7 @@ def _pairs(held: FleetCertificate) -> str:
     for near in sorted(held.nearest[:PAIRS], key=lambda pair: pair.instant):
         names = " and ".join(held.fleet.name(vehicle) for vehicle in near.pair)
         rows.append((names, f"{near.instant:.2f}", f"{near.distance:.4f}", f"{near.required:.4g}"))
-    return _table("Nearest pairs, by time", ["vehicles", "at [s]", "distance [m]", "asked [m]"], rows)
+    return table("Nearest pairs, by time", ["vehicles", "at [s]", "distance [m]", "asked [m]"], rows)
 
 
 def _vehicles(held: FleetCertificate) -> str:
@@ -161,20 +143,12 @@ def _vehicles(held: FleetCertificate) -> str:
         near_by = f"{least[i]:.3f}" if i in least else "beyond the list"
         rows.append((held.fleet.name(i), *speeds, f"{heights.min():.2f} to {heights.max():.2f}", near_by))
     columns = ["vehicle", "top speed [m/s]", "top acceleration [m/s²]", "altitude within [m]", "nearest other [m]"]
-    return _table("Vehicles", columns, rows)
+    return table("Vehicles", columns, rows)
 
 
 def _files(files: Sequence[Path]) -> str:
     rows = "".join(f'<tr><td>{escape(file.name)}</td><td class="hash">{digest(file)}</td></tr>' for file in files)
     return f"<h2>Files</h2><table><tr><th>file</th><th>SHA-256</th></tr>{rows}</table>"
-
-
-def _table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    if not rows:
-        return ""
-    head = "".join(f"<th>{escape(name)}</th>" for name in columns) if any(columns) else ""
-    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<h2>{title}</h2><table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
 
 
 SIGNATURE = """<table class="sign"><tr><td>Name ________________________</td><td>Date ______________</td>

@@ -22,5 +22,7 @@ def test_the_command_takes_the_lead_from_the_file_or_is_told(call, tmp_path):
         json.loads(call("compare", *given, "flown.csv", "--json").stdout)["flown.csv"]
         for given in (["plain.csv"], ["led.csv"], ["plain.csv", "--lead", LEAD])
     )
+    page = call("compare", "led.csv", "flown.csv", "--report", "page.html")
+    assert page.returncode == 0 and "flown.csv tells nothing of drag" in (tmp_path / "page.html").read_text()
     assert led["rmse_3d"] == told["rmse_3d"] < 0.4 * plain["rmse_3d"]
     assert (plain["delay"], led["delay"]) == (pytest.approx(LATE, abs=2e-3), pytest.approx(LATE - LEAD, abs=2e-3))

@@ -22,9 +22,10 @@ def test_the_next_flight_misses_the_plan_by_half(call, tmp_path):
     minsnap.write_csv(plan, tmp_path / "plan.csv")
     first = flown(path, 20.0)
     (tmp_path / "1.ulg").write_bytes(ulog_of(Measured(VEHICLE, first)))
-    done = call("tune", "plan.csv", "1.ulg", "-o", "next.csv")
+    done = call("tune", "plan.csv", "1.ulg", "-o", "next.csv", "--report", "page.html")
     assert done.returncode == 0, done.stderr
     assert "this flight missed the plan by" in done.stdout
+    assert "<h2>Legs</h2>" in (tmp_path / "page.html").read_text()
     second = flown(minsnap.read_csv(tmp_path / "next.csv"))
     errors = [compare(plan, Samples(each.t, each.position)).rmse_3d for each in (first, second)]
     assert errors[1] < 0.5 * errors[0]
@@ -32,3 +33,6 @@ def test_the_next_flight_misses_the_plan_by_half(call, tmp_path):
     assert checked.returncode == 0
     wrong = call("tune", "plan.csv", "next.csv", "-o", "x.csv")
     assert wrong.returncode == 2 and "is no log with setpoints" in wrong.stderr
+    for given in (["plan.csv"], ["plan.csv", "1.ulg", "--connect", "udpin:0"]):
+        both = call("tune", *given)
+        assert both.returncode == 2 and "or --connect to fly: one of them" in both.stderr

@@ -81,6 +81,7 @@ class StandIn:
         self.parameters, self.written = {}, []
         self.beats_on_request, self.refuses_arming = False, ""
         self.telemetry = []  # messages that go out with each heartbeat
+        self.logs, self.lost_pieces = [], set()  # bytes of each log; offsets that do not arrive when first asked for
         self.held_back = 0.0  # how much later than it comes a setpoint is acted on [s]
         self.returns, self.topics, self.fused = False, [], 0
         self.last_setpoint, self.first_setpoint = -math.inf, math.inf
@@ -160,6 +161,19 @@ class StandIn:
                 self._estimate(message)
             elif kind in ("PARAM_REQUEST_READ", "PARAM_SET"):
                 self._tell(message)
+            elif kind == "LOG_REQUEST_LIST":
+                for number, log in enumerate(self.logs):
+                    self.link.mav.log_entry_send(number, len(self.logs), len(self.logs) - 1, 0, len(log))
+            elif kind == "LOG_REQUEST_DATA":
+                self._send_log(message)
+
+    def _send_log(self, asked):
+        for start in range(asked.ofs, min(asked.ofs + asked.count, len(self.logs[asked.id])), 90):
+            piece = self.logs[asked.id][start : start + 90]
+            if start in self.lost_pieces:
+                self.lost_pieces.discard(start)
+                continue
+            self.link.mav.log_data_send(asked.id, start, len(piece), list(piece.ljust(90, b"\0")))
 
     def _resume(self):
         """PX4 goes back into OFFBOARD when the stream that it lost comes back: no heartbeat shows that it was away."""

@@ -1,0 +1,127 @@
+"""Flying from the command line: preflight, a companion that shows the flight, signals that stop and hold."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.cli.companion import Listening
+    from minsnap.flight.mavlink.link import Link
+    from minsnap.flight.mavlink.schedule import Clock
+    from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
+    from minsnap.flight.mavlink.streaming import Streamer
+    from minsnap.trajectory.samples import Samples
+    from minsnap.trajectory.trajectory import Trajectory
+
+
+class EnterKey:
+    """A trigger that fires when Enter is pressed; the end of the input does not count as Enter."""
+
+    def __init__(self) -> None:
+        self._ended = False
+
+    def __call__(self) -> bool:
+        """Return whether Enter has been pressed."""
+        if self._ended or not select.select([sys.stdin], [], [], 0.0)[0]:
+            return False
+        typed = os.read(sys.stdin.fileno(), 4096)
+        self._ended = not typed
+        return b"\n" in typed
+
+
+def fly(
+    source: Path | Samples | Trajectory,
+    connect: str,
+    settings: StreamOptions,
+    system: int | None,
+    key: Path | None,
+    preflight: bool,
+    listening: Listening | None,
+) -> StreamReport:
+    """Fly with a display on stderr; Ctrl-C stops the flight and holds."""
+    from minsnap.cli.companion import Companion
+    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.offboard import prepare
+    from minsnap.flight.mavlink.schedule import Clock
+    from minsnap.flight.mavlink.streaming import Streamer
+
+    table, clock = prepare(source, settings), Clock()
+    link = open_link(connect, clock, system=system, signing_key=key)
+    try:
+        if preflight:
+            _check(link, clock, source, settings)
+        with Companion(callable(settings.trigger), listening) as beside:
+            streamer = beside.streamer = Streamer(table, link, settings, clock, beside.event, beside.status)
+            with _stopped_by_signals(streamer):
+                return streamer.run()
+    finally:
+        link.close()
+
+
+def _check(link: Link, clock: Clock, source: Path | Samples | Trajectory, settings: StreamOptions) -> None:
+    """Say what of a vehicle does not fit the flight; refuse it if something must end it."""
+    from minsnap.errors import FlightError
+    from minsnap.flight.mavlink.autopilot import get_autopilot
+    from minsnap.flight.mavlink.offboard import sampled
+    from minsnap.flight.mavlink.setpoints import vehicle_frame
+    from minsnap.flight.mavlink.vehicle_check import check_vehicle
+
+    autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
+    samples, frame = sampled(source, settings)
+    found = check_vehicle(link, clock, autopilot, settings.feed_forward.stated(samples), vehicle_frame(frame))
+    wrong = [finding for finding in found if finding.problem is not None]
+    for finding in wrong:
+        print(f"preflight: {finding.name}: {finding.problem}", file=sys.stderr)
+    grave = next((finding for finding in wrong if finding.grave), None)
+    if grave is not None:
+        raise FlightError(f"not flown: {grave.problem}; nothing was sent (--no-preflight flies all the same)")
+
+
+def trigger_of(name: str) -> str | Callable[[], bool]:
+    """Return the trigger that --trigger names."""
+    return EnterKey() if one_of("--trigger", name, ("enter", "mode", "now")) == "enter" else name
+
+
+def one_of(option: str, value: str, choices: tuple[str, ...]) -> str:
+    """Return a value that is one of the choices, or raise InputError."""
+    if value not in choices:
+        raise InputError(f"{option} is {value!r}: choose {', '.join(choices[:-1])} or {choices[-1]}")
+    return value
+
+
+@contextmanager
+def _stopped_by_signals(streamer: Streamer) -> Iterator[None]:
+    """Convert Ctrl-C and SIGTERM to a stop that holds."""
+
+    def stop(*_: Any) -> None:
+        streamer.stop()
+
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def flight_summary(report: StreamReport) -> str:
+    """Return the result of the flight in a few lines."""
+    late = report.schedule
+    milliseconds = [1e3 * value for value in (late.median, late.p99, late.p999, late.worst)]
+    lines = [
+        "completed" if report.completed else f"not completed: {report.reason}",
+        f"{report.flown} setpoints of the flight, {late.sent} in all at {late.rate:.4f} Hz, {late.skipped} left out",
+        "late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (99.9 %), {:.2f} ms (at most)".format(*milliseconds),
+    ]
+    if report.rmse is not None:
+        lines.append(f"tracking error {report.rmse:.3f} m (rms), {report.worst_error:.3f} m (at most)")
+    return "\n".join(lines)

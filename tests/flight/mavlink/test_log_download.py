@@ -1,0 +1,36 @@
+"""Logs of a stand-in autopilot come over MAVLink whole, with what was lost on the way asked for again."""
+
+import os
+
+import pytest
+
+from minsnap.errors import LinkError
+from minsnap.flight.mavlink.link import open_link
+from minsnap.flight.mavlink.log_download import ASKED, PIECE, download_log
+
+
+@pytest.fixture
+def link(vehicle, clock):
+    link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock)
+    link.wait_for_vehicle(5.0)
+    yield link
+    link.close()
+
+
+def test_the_newest_log_arrives_whole_though_pieces_are_lost(vehicle, link, clock, tmp_path):
+    vehicle.logs = [b"older", os.urandom(ASKED + 5 * PIECE + 17)]
+    vehicle.lost_pieces = {0, 3 * PIECE, ASKED, ASKED + 5 * PIECE}
+    shares = []
+    download_log(link, clock, tmp_path / "flight.ulg", shares.append)
+    assert (tmp_path / "flight.ulg").read_bytes() == vehicle.logs[1]
+    assert shares == sorted(shares) and shares[-1] == 1.0 and not vehicle.lost_pieces
+
+
+def test_a_vehicle_without_logs_and_one_that_stops_sending_are_told(vehicle, link, clock, tmp_path):
+    with pytest.raises(LinkError, match="does not tell of its logs"):
+        download_log(link, clock, tmp_path / "none.ulg")
+    vehicle.logs = [bytes(PIECE * 4)]
+    vehicle._send_log = lambda asked: None
+    with pytest.raises(LinkError, match="stopped sending its log after 0 of 360 bytes"):
+        download_log(link, clock, tmp_path / "none.ulg")
+    assert not (tmp_path / "none.ulg").exists()

@@ -1,0 +1,70 @@
+"""Tuning over flights: each misses less, a worse one ends it, and the page shows them side by side."""
+
+import re
+
+import pytest
+
+import minsnap
+from minsnap.errors import InputError
+from minsnap.files.logs.ulog_writer import write_ulog
+from minsnap.flight import CascadeController, simulate
+from minsnap.flight.tracking.flight_page import leg_instants, write_flight_page
+from minsnap.flight.tracking.simulated_log import simulated_log
+from minsnap.flight.tracking.tuning import best_to_fly, tune_in_flight
+from minsnap.vehicle import Quadrotor
+
+VEHICLE = Quadrotor.px4_sih()
+CORNERS = [(0, 0, 2), (6, 0, 2), (6, 3, 2), (0, 3, 2), (0, 0, 2)]
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return minsnap.plan(CORNERS, corridor=0.2, total_time=14.0).sample(20.0)
+
+
+class Pilot:
+    """Flies in simulation and logs as PX4 does; from some flight on with the setpoints held back [s]."""
+
+    def __init__(self, folder, late=99):
+        self.folder, self.late, self.sent = folder, late, []
+
+    def fly(self, sent, number):
+        self.sent.append(sent)
+        delay = 0.1 if number < self.late else 0.9
+        flight = simulate(VEHICLE, CascadeController(), sent, setpoint_delay=delay, duration=sent.duration + 1.0)
+        log = self.folder / f"{number}.ulg"
+        write_ulog(simulated_log(VEHICLE, flight, sent, seed=number), log)
+        return log
+
+
+def test_each_flight_misses_the_plan_by_less_and_a_page_shows_it(plan, tmp_path):
+    flown = tune_in_flight(plan, Pilot(tmp_path).fly, 3)
+    missed = [each.missed for each in flown]
+    assert missed[1] < 0.5 * missed[0] and missed[2] < 0.3 * missed[0]
+    assert best_to_fly(flown) is flown[2].next
+    named = {f"flight {k}": each.flown for k, each in enumerate(flown)}
+    write_flight_page(named, tmp_path / "page.html", logs={f"flight {k}": each.log for k, each in enumerate(flown)})
+    page = (tmp_path / "page.html").read_text()
+    assert f"{missed[0]:.3f}" in page and f"{missed[2]:.3f} m (flight 2)" in page and page.count("<svg") == 2
+    legs = re.search(r"<h2>Legs</h2><table>(.*?)</table>", page).group(1)
+    assert legs.count("<tr>") == 5 and "–" not in legs
+    drags = re.findall(r"<td>flight \d</td><td>([\d.]+) ± ", page)
+    assert [float(drag) for drag in drags] == pytest.approx([1.0] * 3, abs=0.02)
+
+
+def test_a_flight_that_misses_more_ends_it_and_the_best_is_kept(plan, tmp_path):
+    pilot = Pilot(tmp_path, late=2)
+    flown = tune_in_flight(plan, pilot.fly, 4)
+    assert len(flown) == 2 and flown[1].missed > flown[0].missed
+    assert best_to_fly(flown) is pilot.sent[0]
+    with pytest.raises(InputError, match="one at least"):
+        tune_in_flight(plan, pilot.fly, 0)
+
+
+def test_legs_lie_between_waypoints_or_where_the_plan_slows_down(plan):
+    found = leg_instants(plan)
+    given = leg_instants(plan, CORNERS)
+    assert len(found) == len(given) == 5
+    assert abs(found - given).max() < 1.0
+    circle = minsnap.circle(radius=3.0, period=9.0).sample(20.0)
+    assert len(leg_instants(circle)) >= 3
