@@ -36,7 +36,7 @@ def test_the_judge_sees_what_is_wrong():
     assert not judged(asked, known, curve)
     points = np.array(curve.control_points)
     points[0, 1] += 1e-6 * np.abs(points).max()
-    changed = minsnap.Trajectory(points, curve.durations, pieces=curve.pieces, report=curve.report)
+    changed = minsnap.Trajectory(points, curve.durations, pieces=curve.pieces, how=curve.report)
     assert judged(asked, known, changed)
 
 

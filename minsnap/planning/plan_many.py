@@ -33,7 +33,7 @@ from minsnap.planning.problem_rows import (
     thread_count,
 )
 from minsnap.trajectory.gradients import Gradients, Slopes
-from minsnap.trajectory.report import LinearSystem, Report
+from minsnap.trajectory.report import LinearSystem
 from minsnap.trajectory.trajectories import Reports, ReportsExcept, Trajectories
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory
 
@@ -174,7 +174,7 @@ def _mended(
     points, breaks, statuses = solved
     batch = asked.batch
     errors: list[MinsnapError | None] = [None] * len(batch)
-    own_reports: dict[int, Report | ReportMaker] = {}
+    own_reports: dict[int, ReportMaker] = {}
     for index in np.flatnonzero(statuses != Status.DONE).tolist():
         found = asked.alone(index)
         if isinstance(found, MinsnapError):

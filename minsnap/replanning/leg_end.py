@@ -61,7 +61,7 @@ class LegEnd:
         """Fly it, then a curve from its end."""
         pieces = max(self.leg.pieces, curve.pieces)
         leg, left, following = (grouped(part, pieces) for part in (self.leg, self.left, curve))
-        return left.then(following).as_rest(leg.then(following), self.instant)
+        return replace(left.then(following), rest_of=(leg.then(following), self.instant))
 
 
 def leg_end_of(splice: Splice) -> LegEnd | None:

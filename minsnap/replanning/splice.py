@@ -41,7 +41,7 @@ class Splice:
     @property
     def source(self) -> tuple[Trajectory, float]:
         """The plan of which the flown one is the rest, and the instant on its clock [s]: cuts do not add up."""
-        whole, start = self.flown.origin
+        whole, start = self.flown.rest_of or (self.flown, 0.0)
         return whole, min(start + self.instant, whole.duration)
 
     @property
@@ -81,7 +81,7 @@ class Splice:
         points = np.concatenate((divided(first, parts), flown.control_points[piece + 1 :]))
         own = np.full(parts, (flown.breaks[piece + 1] - at) / parts)
         durations = np.concatenate((own, flown.durations[piece + 1 :]))
-        rest = Trajectory(points, durations, pieces=pieces).as_rest(flown, at)
+        rest = Trajectory(points, durations, pieces=pieces, rest_of=(flown, at))
         return self.flown.turned(rest, self.instant)
 
 

@@ -84,7 +84,9 @@ def _free(
     found = resting_optimum(points, times, half)
     if not isinstance(found, tuple):
         return None
-    return Trajectory.solved(found[0], times, found[1], LinearSystem(began, perf_counter(), "native", history))
+    return Trajectory.unchecked(
+        control_points=found[0], durations=times, how=LinearSystem(began, perf_counter(), "native", history)
+    )
 
 
 def _in_tube(
@@ -94,7 +96,7 @@ def _in_tube(
     if found is None:
         return None
     how = TubeReport(perf_counter() - began, found.figures, points, widths, history)
-    return Trajectory.solved(found.points, times, found.breaks, how)
+    return Trajectory.unchecked(control_points=found.points, durations=times, how=how)
 
 
 def _half_widths(width: object, legs: int) -> FloatArray | None:

@@ -156,6 +156,10 @@ class Report:
     notes: tuple[str, ...] = ()
     limits_from: float = 0.0
 
+    def report(self, curve: HasCost) -> Report:
+        """Return itself: what makes the report of a curve may be one."""
+        return self
+
     @property
     def binding(self) -> Utilisation | None:
         """The limit that is used most; None without limits."""

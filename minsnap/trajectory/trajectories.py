@@ -15,14 +15,13 @@ from minsnap.errors import InputError, IntervalError, MinsnapError
 from minsnap.native.plan_batches import many_values
 from minsnap.trajectory.gradients import Gradients
 from minsnap.trajectory.instants import as_instants, check_order
-from minsnap.trajectory.report import Report
 from minsnap.trajectory.trajectory import ReportMaker, Trajectory, costs_of_pieces
 
 
 class Reports(Protocol):
     """Reports by plan, or what makes them: a list, or what gathers each when it is asked for."""
 
-    def __getitem__(self, index: int, /) -> Report | ReportMaker:
+    def __getitem__(self, index: int, /) -> ReportMaker:
         """Return the report of one plan, or what makes it."""
         ...
 
@@ -32,9 +31,9 @@ class ReportsExcept:
     """Reports of ``all`` plans but for some that have their ``own``."""
 
     all: Reports
-    own: Mapping[int, Report | ReportMaker]
+    own: Mapping[int, ReportMaker]
 
-    def __getitem__(self, index: int) -> Report | ReportMaker:
+    def __getitem__(self, index: int) -> ReportMaker:
         return self.own[index] if index in self.own else self.all[index]
 
 
@@ -145,10 +144,7 @@ class Trajectories:
             raise error
         first, last = int(self.offsets[number]), int(self.offsets[number + 1])
         points, durations = self.control_points[first:last], self.durations[first:last]
-        breaks = self.breaks[first + number : last + number + 1]
-        if isinstance(how, Report):
-            return Trajectory(points, durations, report=how)
-        return Trajectory.solved(points, durations, breaks, how)
+        return Trajectory.unchecked(control_points=points, durations=durations, how=how)
 
     def __iter__(self) -> Iterator[Trajectory]:
         return (self[index] for index in range(len(self)))

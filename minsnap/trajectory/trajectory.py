@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from math import perm
 from typing import TYPE_CHECKING, Any, Protocol
@@ -74,8 +74,12 @@ class Trajectory(ReadOnly, Path):
         Yaw as a function of time; zero unless given.
     pieces : int
         Polynomials per leg; a divisor of the number of pieces.
-    report : Report, optional
-        How the plan was found; None for a trajectory made otherwise.
+    how : ReportMaker, optional
+        Makes the report of a plan when it is asked for; a ``Report`` is its own.
+    rest_of : (Trajectory, float), optional
+        The curve of which this is the rest, and the instant on its clock at which it begins [s]: it is evaluated with
+        the polynomials of that one. What is left of a piece is stored as control points that lie close together;
+        derivatives of order p from these have the rounding of positions divided by the p-th power of its duration.
 
     Raises
     ------
@@ -89,8 +93,8 @@ class Trajectory(ReadOnly, Path):
     durations: FloatArray
     yaw: Heading = ConstantHeading()
     pieces: int = 1
-    report: Report | None = None
-    breaks: FloatArray = field(init=False)
+    how: ReportMaker | None = None
+    rest_of: tuple[Trajectory, float] | None = None
 
     def __post_init__(self) -> None:
         points = owned(self.control_points)
@@ -112,10 +116,34 @@ class Trajectory(ReadOnly, Path):
                 f"piece {wrong} is {durations[wrong]} s"
             )
         object.__setattr__(self, "yaw", as_heading(self.yaw))
-        breaks = np.concatenate(([0.0], np.cumsum(durations)))
+        object.__setattr__(self, "control_points", points)
+        object.__setattr__(self, "durations", durations)
+
+    @classmethod
+    def unchecked(cls, **values: Any) -> Trajectory:
+        """Return a trajectory of checked values: what a core has just made, which keeps the arrays themselves."""
+        made = object.__new__(cls)
+        for name, value in values.items():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+            object.__setattr__(made, name, value)
+        return made
+
+    def _with(self, **changes: Any) -> Trajectory:
+        """Return a copy that shares the arrays, whose checks need no repetition."""
+        return self.unchecked(**{entry.name: getattr(self, entry.name) for entry in fields(self)} | changes)
+
+    @cached_property
+    def report(self) -> Report | None:
+        """How the plan was found; None for a trajectory made otherwise."""
+        return None if self.how is None else self.how.report(self)
+
+    @cached_property
+    def breaks(self) -> FloatArray:
+        """Instants at which pieces begin and end, shape (pieces in all + 1,) [s]."""
+        breaks = np.concatenate(([0.0], np.cumsum(self.durations)))
         breaks.flags.writeable = False
-        for name, value in (("control_points", points), ("durations", durations), ("breaks", breaks)):
-            object.__setattr__(self, name, value)
+        return breaks
 
     @property
     def duration(self) -> float:
@@ -167,34 +195,12 @@ class Trajectory(ReadOnly, Path):
     @property
     def _polynomials(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Control points, durations and breaks of what is evaluated: the whole curve where this is the rest of one."""
-        whole, start = self.origin
+        whole, start = self.rest_of or (self, 0.0)
         return whole.control_points, whole.durations, whole.breaks - start
-
-    @property
-    def origin(self) -> tuple[Trajectory, float]:
-        """The curve of which this is the rest, and the instant on its clock at which it begins [s]; itself, and 0."""
-        found: tuple[Trajectory, float] = self.__dict__.get("_origin", (self, 0.0))
-        return found
-
-    def as_rest(self, whole: Trajectory, start: float) -> Trajectory:
-        """Return the same curve, evaluated with the polynomials of the one that it was cut from.
-
-        What is left of a piece is stored as control points that lie close together; derivatives of order p from these
-        have the rounding of positions divided by the p-th power of its duration. Those of the whole piece have not.
-
-        Parameters
-        ----------
-        whole : Trajectory
-            Of which this is what is left from ``start`` on, to its end.
-        start : float
-            Instant on its clock [s].
-        """
-        return self._twin(_origin=(whole, start))
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out addresses, which mean nothing in another process; with the report, and not how it is made."""
-        state = {**self.__dict__, "report": self.report}
-        return {name: value for name, value in state.items() if name not in ("_native", "_how")}
+        return {entry.name: getattr(self, entry.name) for entry in fields(self)} | {"how": self.report}
 
     def _evaluate(self, t: FloatArray, order: int) -> FloatArray:
         if order > self.degree:
@@ -208,46 +214,21 @@ class Trajectory(ReadOnly, Path):
         values = np.einsum("mj,mjd->md", basis(self.degree - order, s), points)
         return np.asarray(values / duration[:, None] ** order) if order else values
 
-    @classmethod
-    def solved(cls, points: FloatArray, durations: FloatArray, breaks: FloatArray, how: ReportMaker) -> Trajectory:
-        """Wrap what a core has just made of checked input, without checking it again; it keeps the arrays themselves.
-
-        Parameters
-        ----------
-        points : ndarray, shape (legs, degree + 1, dim)
-        durations : ndarray, shape (legs,)
-        breaks : ndarray, shape (legs + 1,)
-        how : ReportMaker
-            Makes the report when it is asked for.
-        """
-        for array in (points, durations, breaks):
-            array.setflags(write=False)
-        curve = object.__new__(cls)
-        curve.__dict__.update(control_points=points, durations=durations, breaks=breaks, _how=how)
-        return curve
-
     def with_yaw(self, yaw: Heading | YawFunction) -> Trajectory:
         """Return the same curve with another yaw and without a report."""
-        return self._twin(yaw=as_heading(yaw), report=None, _how=None)
+        return self._with(yaw=as_heading(yaw), how=None)
 
     def reported_by(self, how: ReportMaker) -> Trajectory:
         """Return the same curve with a report that is made when it is asked for."""
-        return self._twin(_how=how, report=None)
-
-    def _twin(self, **fields: Any) -> Trajectory:
-        """Return a copy that shares the read-only arrays, whose checks need no repetition; a None is left out."""
-        twin = object.__new__(type(self))
-        state = {**self.__dict__, **fields}
-        twin.__dict__.update((name, value) for name, value in state.items() if value is not None)
-        return twin
+        return self._with(how=how)
 
     def derivative(self, order: int = 1) -> Trajectory:
         """Return the derivative of that order as a trajectory of lower degree; zero past the degree."""
         order = min(check_order(order), self.degree + 1)
         points = differentiate(self.control_points, order)
-        derived = replace(self, control_points=points / self.durations[:, None, None] ** order, report=None)
-        whole, start = self.origin
-        return derived if whole is self else derived.as_rest(whole.derivative(order), start)
+        rest_of = None if self.rest_of is None else (self.rest_of[0].derivative(order), self.rest_of[1])
+        points = points / self.durations[:, None, None] ** order
+        return replace(self, control_points=points, how=None, rest_of=rest_of)
 
     @property
     def cost_order(self) -> int:
@@ -327,12 +308,13 @@ class Trajectory(ReadOnly, Path):
         """Fly the same path ``factor`` times slower: the p-th derivative is divided by factor^p."""
         if not (is_number(factor) and float(factor) >= SMALLEST):
             raise TimingError(f"time can be stretched by a positive factor, not by {shown(factor)}")
-        return self.turned(replace(self, durations=self.durations * float(factor), report=None), 0.0, 1.0 / factor)
+        slower = replace(self, durations=self.durations * float(factor), how=None, rest_of=None)
+        return self.turned(slower, 0.0, 1.0 / factor)
 
     def reversed(self) -> Trajectory:
         """Fly the same path backwards."""
         points, durations = self.control_points[::-1, ::-1], self.durations[::-1]
-        backwards = replace(self, control_points=points, durations=durations, report=None)
+        backwards = replace(self, control_points=points, durations=durations, how=None, rest_of=None)
         return self.turned(backwards, self.duration, -1.0)
 
     def turned(self, curve: Trajectory, start: float, rate: float = 1.0) -> Trajectory:
@@ -343,7 +325,7 @@ class Trajectory(ReadOnly, Path):
         """Return the same curve written in polynomials of a higher degree."""
         if not (is_whole(degree) and degree <= MOST_DEGREE):
             raise InputError(f"the degree is {shown(degree)}: give a whole number up to {MOST_DEGREE}")
-        return replace(self, control_points=elevated_points(self.control_points, degree))
+        return replace(self, control_points=elevated_points(self.control_points, degree), rest_of=None)
 
     def is_like(self, other: Path) -> bool:
         """Whether another path is the same polynomials."""
@@ -398,21 +380,6 @@ class Trajectory(ReadOnly, Path):
     def from_bpoly(cls, bpoly: BPoly, yaw: Heading | None = None) -> Trajectory:
         """Take over a scipy.interpolate.BPoly of one trailing dimension; its first break becomes time 0."""
         return cls(*pieces_of_bpoly(bpoly), yaw or ConstantHeading())
-
-
-class _ReportWhenAsked:
-    """The attribute ``report`` of trajectories that were given none: made from ``_how``, once, or None."""
-
-    def __get__(self, curve: Trajectory | None, owner: type) -> Report | None:
-        how = None if curve is None else curve.__dict__.get("_how")
-        if curve is None or how is None:
-            return None
-        report: Report = how.report(curve)
-        curve.__dict__["report"] = report
-        return report
-
-
-Trajectory.report = _ReportWhenAsked()  # type: ignore[assignment]
 
 
 def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> FloatArray:

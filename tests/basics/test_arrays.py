@@ -35,11 +35,11 @@ WAYS = {"pickle": lambda value: pickle.loads(pickle.dumps(value)), "copy": copy.
 
 
 def arrays(value, found=None):
-    """Return every array that a value holds, however deep; not those of which a report is made when it is asked for."""
+    """Return every array that a value holds, however deep; not those made when they are asked for."""
     found = [] if found is None else found
     if isinstance(value, np.ndarray):
         found.append(value)
-    held = {name: part for name, part in getattr(value, "__dict__", {}).items() if name != "_how"}
+    held = {name: part for name, part in getattr(value, "__dict__", {}).items() if name not in ("how", "breaks")}
     for entry in value if isinstance(value, (list, tuple)) else held.values():
         arrays(entry, found)
     return found

@@ -313,4 +313,4 @@ def test_the_report_of_a_plan_is_made_when_it_is_asked_for_and_goes_with_copies(
     twin = pickle.loads(pickle.dumps(traj))
     assert traj.report is traj.report
     assert (twin.report.cost, twin.report.corridor_margin) == (traj.report.cost, traj.report.corridor_margin)
-    assert "_how" not in vars(twin)
+    assert twin.how is twin.report
