@@ -1,9 +1,9 @@
 """A flight in a thread of its own, so that a test can be the pilot and the weather."""
 
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from clocks import enter, leave
 
 from minsnap.files.frames import map_vectors
 from minsnap.flight.mavlink.link import open_link
@@ -32,7 +32,7 @@ def in_ned(position):
 
 
 def patient_rules(**changes):
-    """Rules for a fast clock, which makes long gaps of the short ones of a busy machine."""
+    """Rules that mind no gap."""
     return SafetyRules(**{"max_gap": 60.0} | changes)
 
 
@@ -42,10 +42,10 @@ def stall_once(flight, seconds, after=1.0):
     def status(told):
         flight.statuses.append(told)
         if told.index is not None and told.elapsed > after and not flight.stalled:
-            flight.stalled = time.monotonic()
-            time.sleep(seconds)
+            flight.stalled = True
+            flight.clock.wait(flight.clock.now() + seconds, [])
 
-    flight.stalled = 0.0
+    flight.stalled = False
     return status
 
 
@@ -63,12 +63,21 @@ class Flight:
         self.link = link or open_link(f"udpout:127.0.0.1:{standin.port}", clock, signing_key=signing_key)
         table = prepare(samples, self.options)
         self.streamer = Streamer(table, self.link, self.options, clock, self.events.append, self.statuses.append)
-        self._pool = ThreadPoolExecutor(1)
-        self._future = self._pool.submit(self.streamer.run)
+        self.clock, self._pool = clock, ThreadPoolExecutor(1)
+        enter(clock)
+        self._future = self._pool.submit(self._run)
 
-    def result(self, timeout=120.0):
+    def _run(self):
+        try:
+            return self.streamer.run()
+        finally:
+            leave(self.clock)
+
+    def result(self):
         """Return the report, or raise what the streamer raised."""
-        return self._future.result(timeout)
+        while not self._future.done():
+            self.clock.wait(self.clock.now() + 0.01, [])
+        return self._future.result()
 
     def stop(self):
         self.streamer.stop()
@@ -79,5 +88,7 @@ class Flight:
     def __exit__(self, *_):
         self.stop()
         self.stop()
+        while not self._future.done():
+            self.clock.wait(self.clock.now() + 0.01, [])
         self._pool.shutdown()
         self.link.close()

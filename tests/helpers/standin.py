@@ -14,9 +14,13 @@ import struct
 import threading
 import time
 
+from clocks import enter, leave
+
 os.environ["MAVLINK20"] = "1"
 
 from pymavlink import mavutil  # noqa: E402
+
+from minsnap.flight.mavlink.schedule import Clock  # noqa: E402
 
 mavlink = mavutil.mavlink
 
@@ -66,7 +70,8 @@ class StandIn:
 
     def __init__(self, connection="udpin:127.0.0.1:0", autopilot="px4", clock=None, body=None, **settings):
         self.link = mavutil.mavlink_connection(connection, source_system=settings.pop("system", 1), source_component=1)
-        self.clock = clock or time.monotonic
+        self._time = clock or Clock()
+        self.clock = self._time.now
         self.px4 = autopilot == "px4"
         self.kind = {"px4": 12, "ardupilot": 3, "generic": 0}[autopilot]
         modes = (OFFBOARD, POSCTL, LAND, RETURN) if self.px4 else (GUIDED, LOITER, COPTER_LAND, COPTER_RTL)
@@ -97,21 +102,23 @@ class StandIn:
         return listener.getsockname()[1]
 
     def __enter__(self):
+        enter(self._time)
         self._thread.start()
         return self
 
     def __exit__(self, *_):
         self._stop.set()
-        self._thread.join()
+        while self._thread.is_alive():
+            self._time.wait(self.clock() + 0.01, [])
         self.link.close()
 
     def until(self, condition, timeout=60.0):
-        """Wait in real time for something to be true of this autopilot."""
+        """Wait for something to be true of this autopilot, no longer than some seconds of real time."""
         deadline = time.monotonic() + timeout
         while not condition(self):
             if time.monotonic() > deadline:
                 raise TimeoutError(f"mode {self.mode}, {len(self.setpoints)} setpoints, {self.commands}")
-            time.sleep(0.002)
+            self._time.wait(self.clock() + 0.01, [])
 
     def enter(self, mode=None):
         """Change the mode, as a pilot's switch does."""
@@ -119,6 +126,12 @@ class StandIn:
         self.modes.append((self.clock(), self.mode))
 
     def _run(self):
+        try:
+            self._fly_on()
+        finally:
+            leave(self._time)
+
+    def _fly_on(self):
         last = self.clock()
         beat = place = last
         while not self._stop.is_set():
@@ -132,7 +145,7 @@ class StandIn:
             if now >= place:
                 place = max(place + 1 / self.position_rate, now)
                 self._report(now)
-            self.link.select(0.001)
+            self._time.wait(now + 0.005, [self.link.fd])
 
     def _beat(self):
         if self.beats:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from clocks import FastClock
+from clocks import SharedClock
 from flying import PATH, START, Flight
 from standin import POSCTL, PointMass, StandIn
 
@@ -14,8 +14,8 @@ from minsnap.flight.tracking.log_comparison import compare_in_log
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    path, clock = tmp_path_factory.mktemp("log") / "flight.csv", FastClock(6)
-    with StandIn(clock=clock.now, body=PointMass(START)) as vehicle:
+    path, clock = tmp_path_factory.mktemp("log") / "flight.csv", SharedClock()
+    with StandIn(clock=clock, body=PointMass(START)) as vehicle:
         with Flight(vehicle, PATH, clock, log=path) as flight:
             vehicle.until(lambda v: "ready" in flight.events)
             vehicle.enter()

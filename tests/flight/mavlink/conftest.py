@@ -1,19 +1,17 @@
-"""A stand-in autopilot on a fast clock, hovering at the start of a path."""
+"""A stand-in autopilot on a clock of its own, hovering at the start of a path."""
 
 import pytest
-from clocks import FastClock
+from clocks import SharedClock
 from flying import START
 from standin import PointMass, StandIn
-
-SPEED = 6
 
 
 @pytest.fixture
 def clock():
-    return FastClock(SPEED)
+    return SharedClock()
 
 
 @pytest.fixture
 def vehicle(clock):
-    with StandIn(clock=clock.now, body=PointMass(START)) as standin:
+    with StandIn(clock=clock, body=PointMass(START)) as standin:
         yield standin

@@ -51,7 +51,7 @@ def test_where_the_vehicle_is_to_be_is_what_was_sent_a_lead_before(lead):
 
 def test_a_vehicle_that_is_late_by_the_lead_is_on_time(clock):
     at_speed = PointMass(START, lag=1e-9)
-    with StandIn(clock=clock.now, body=at_speed, held_back=0.3) as late:
+    with StandIn(clock=clock, body=at_speed, held_back=0.3) as late:
         for lead, least, most in ((0.0, 0.2, 1.0), (0.3, 0.0, 0.12)):
             with Flight(late, PATH, clock, feed_forward=FeedForward(lead=lead)) as flight:
                 fly_until(flight, late)
@@ -115,7 +115,7 @@ def test_in_simulation_the_recorded_gain_is_reached(time):
 
 
 def test_arducopter_gets_the_motion_alone(clock):
-    with StandIn(autopilot="ardupilot", clock=clock.now, body=PointMass(START)) as vehicle:
+    with StandIn(autopilot="ardupilot", clock=clock, body=PointMass(START)) as vehicle:
         with Flight(vehicle, PATH, clock, feed_forward=FeedForward(drag=0.5, lead=0.4)) as flight:
             fly_until(flight, vehicle)
         assert any("the feed-forward is left out" in event for event in flight.events)

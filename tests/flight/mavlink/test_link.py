@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from clocks import FastClock
+from clocks import SharedClock
 from standin import StandIn, mavutil
 
 from minsnap.errors import FileError, LinkError
@@ -103,7 +103,7 @@ def test_tcp_comes_back_after_the_other_end_was_gone():
 
 
 def test_our_heartbeat_goes_out_every_second_and_not_in_bursts():
-    clock = FastClock(20)
+    clock = SharedClock()
     receiver = mavutil.mavlink_connection("udpin:127.0.0.1:0")
     link = open_link(f"udpout:127.0.0.1:{receiver.port.getsockname()[1]}", clock)
     began = clock.now()
@@ -124,22 +124,22 @@ def test_our_heartbeat_goes_out_every_second_and_not_in_bursts():
 
 
 def test_no_heartbeat_says_how_long_and_where():
-    link = open_link("udpin:127.0.0.1:0", FastClock(50))
+    link = open_link("udpin:127.0.0.1:0", SharedClock())
     with pytest.raises(LinkError, match=r"no heartbeat of a vehicle within 5 s on udpin:127.0.0.1:0$"):
         link.wait_for_vehicle(5.0)
     link.close()
 
 
 def test_who_sends_to_a_port_that_nobody_answers_is_told_to_listen_there():
-    link = open_link("udpout:127.0.0.1:9", FastClock(50))
+    link = open_link("udpout:127.0.0.1:9", SharedClock())
     with pytest.raises(LinkError, match=r"sends to a port is heard on it: try udpin:127.0.0.1:9$"):
         link.wait_for_vehicle(5.0)
     link.close()
 
 
 def test_a_wrong_system_is_not_listened_to_and_is_named():
-    clock = FastClock(10)
-    with StandIn(clock=clock.now, system=3) as vehicle:
+    clock = SharedClock()
+    with StandIn(clock=clock, system=3) as vehicle:
         link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock, system=1)
         with pytest.raises(LinkError, match="no heartbeat of system 1 .*; heard only system 3: check the system id"):
             link.wait_for_vehicle(4.0)
@@ -147,16 +147,16 @@ def test_a_wrong_system_is_not_listened_to_and_is_named():
 
 
 def test_other_systems_and_ground_stations_are_ignored():
-    clock = FastClock(10)
+    clock = SharedClock()
     link = open_link("udpin:127.0.0.1:0", clock)
     bound = socket.socket(fileno=os.dup(link._transport.readers()[0]))
     address = f"udpout:127.0.0.1:{bound.getsockname()[1]}"
     bound.close()
     ground = mavutil.mavlink_connection(address, source_system=255)
     ground.mav.heartbeat_send(6, 8, 0, 0, 4)
-    with StandIn(address, clock=clock.now, system=7) as vehicle:
+    with StandIn(address, clock=clock, system=7) as vehicle:
         assert link.wait_for_vehicle(20.0).system == 7
-        with StandIn(address, clock=clock.now, system=9) as other:
+        with StandIn(address, clock=clock, system=9) as other:
             other.body.position = [99.0, 99.0, 99.0]
             while not link.ignored[(9, 1)]:
                 messages = list(link.pump(clock.now() + 0.2))
@@ -173,8 +173,8 @@ KEY = bytes(range(32))
 
 @pytest.mark.parametrize(("theirs", "heard"), [(KEY, True), (bytes(32), False), (None, False)])
 def test_signed_links_hear_only_their_own_key(theirs, heard):
-    clock = FastClock(10)
-    with StandIn(clock=clock.now) as vehicle:
+    clock = SharedClock()
+    with StandIn(clock=clock) as vehicle:
         if theirs is not None:
             vehicle.link.setup_signing(theirs, allow_unsigned_callback=lambda *_: False)
         link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock, signing_key=KEY)
@@ -206,7 +206,7 @@ def test_noise_does_not_disturb():
         noise.sendto(b"\xfd" + os.urandom(size), bound.getsockname())
     time.sleep(0.05)
     assert list(link.pump(clock.now())) == [] and not link.vehicle.known
-    with StandIn(f"udpout:127.0.0.1:{bound.getsockname()[1]}", clock=FastClock(5).now):
+    with StandIn(f"udpout:127.0.0.1:{bound.getsockname()[1]}", beat_period=0.1):
         assert link.wait_for_vehicle(10.0).system == 1
     noise.close()
     bound.close()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from clocks import FastClock
+from clocks import SharedClock
 from flying import PATH, START, Flight, patient_rules, stall_once
 from pilot import fly_until
 from standin import COASTING, RETURN, PointMass, StandIn, mavlink
@@ -12,12 +12,10 @@ from minsnap.flight.mavlink.link import open_link
 from minsnap.flight.mocap.relay import Relay
 from minsnap.flight.mocap.sources import Pose, PoseSource
 
-SPEED = 6
-
 
 def lost(stack, velocity, seconds, **settings):
     """The stand-in, flown by hand from the last setpoint on: instants, positions and velocities."""
-    vehicle = StandIn(clock=lambda: 0.0, autopilot=stack, body=PointMass((0.0, 0.0, -2.0)), **settings)
+    vehicle = StandIn(autopilot=stack, body=PointMass((0.0, 0.0, -2.0)), **settings)
     message = mavlink.MAVLink_set_position_target_local_ned_message(
         0, 1, 1, 1, 0, 0.0, 0.0, -2.0, *velocity, *(0.0,) * 5
     )
@@ -47,11 +45,11 @@ def test_px4_returns_and_climbs_after_a_loss():
 
 
 def test_what_px4_has_taken_for_a_return_after_a_long_stall_is_left_to_it():
-    clock = FastClock(SPEED)
-    with StandIn(clock=clock.now, body=PointMass(START), beat_period=1.0, returns=True) as vehicle:
+    clock = SharedClock()
+    with StandIn(clock=clock, body=PointMass(START), beat_period=1.0, returns=True) as vehicle:
         rules = patient_rules(max_gap=1.0, heartbeat_timeout=60.0, abort_distance=50.0)
         with Flight(vehicle, PATH, clock, rules=rules) as flight:
-            flight.streamer._observer._on_status = stall_once(flight, 4.0 / clock.factor)
+            flight.streamer._observer._on_status = stall_once(flight, 4.0)
             vehicle.until(lambda v: "ready" in flight.events)
             vehicle.enter()
             vehicle.until(lambda v: v.failsafes)
@@ -62,11 +60,11 @@ def test_what_px4_has_taken_for_a_return_after_a_long_stall_is_left_to_it():
 
 
 def test_a_stall_after_which_px4_still_follows_is_met_by_a_hold_once_it_has_said_so():
-    clock = FastClock(SPEED)
-    with StandIn(clock=clock.now, body=PointMass(START), patience=60.0) as vehicle:
+    clock = SharedClock()
+    with StandIn(clock=clock, body=PointMass(START), patience=60.0) as vehicle:
         rules = patient_rules(max_gap=1.0, heartbeat_timeout=60.0, abort_distance=50.0)
         with Flight(vehicle, PATH, clock, rules=rules) as flight:
-            flight.streamer._observer._on_status = stall_once(flight, 2.5 / clock.factor)
+            flight.streamer._observer._on_status = stall_once(flight, 2.5)
             vehicle.until(lambda v: "ready" in flight.events)
             vehicle.enter()
             vehicle.until(lambda v: any("no setpoint left this program" in event for event in flight.events))
@@ -80,8 +78,8 @@ def test_a_stall_after_which_px4_still_follows_is_met_by_a_hold_once_it_has_said
 
 
 def test_what_px4_does_after_a_second_stop_is_said():
-    clock = FastClock(SPEED)
-    with StandIn(clock=clock.now, body=PointMass(START)) as vehicle, Flight(vehicle, PATH, clock) as flight:
+    clock = SharedClock()
+    with StandIn(clock=clock, body=PointMass(START)) as vehicle, Flight(vehicle, PATH, clock) as flight:
         fly_until(flight, vehicle)
         flight.stop()
         vehicle.until(lambda v: any("stopped by the user" in event for event in flight.events))
@@ -111,8 +109,8 @@ class OnePose(PoseSource):
     ],
 )
 def test_poses_reach_the_topic_that_the_page_names(message, topic, fused):
-    clock = FastClock(SPEED)
-    with StandIn(clock=clock.now) as vehicle:
+    clock = SharedClock()
+    with StandIn(clock=clock) as vehicle:
         link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock)
         Relay(OnePose(clock), link, clock, message=message).run()
         vehicle.until(lambda v: v.topics)

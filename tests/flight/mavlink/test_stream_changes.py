@@ -25,7 +25,7 @@ def flown():
 
 @pytest.fixture
 def vehicle(clock):
-    with StandIn(clock=clock.now, body=PointMass(in_ned(POINTS[0]))) as standin:
+    with StandIn(clock=clock, body=PointMass(in_ned(POINTS[0]))) as standin:
         yield standin
 
 
@@ -108,10 +108,11 @@ def test_a_moving_goal_is_followed_by_replans_from_another_thread(vehicle, clock
     goal, current, taken, done = np.array(POINTS[-1]), [flown], [], threading.Event()
 
     def follow(flight):
-        while not done.wait(0.01):
+        while not done.is_set():
+            clock.wait(clock.now() + 0.2)
             now = flight.streamer.now
             if now is None or now > current[0].duration - 1.5:
-                return
+                break
             goal[1] = min(goal[1] + 0.02, 0.6)
             try:
                 change = replanner.replan(current[0], now, goal[None], 1.2)
@@ -119,18 +120,21 @@ def test_a_moving_goal_is_followed_by_replans_from_another_thread(vehicle, clock
                 taken.append(change)
             except (TimingError, FlightError):
                 continue
+        clock.leave()
 
     one_leg = minsnap.plan(POINTS[[0, 2]], limits=LIMITS, corridor=1.0)
     current[0] = one_leg
     with Flight(vehicle, one_leg.sample(20.0), clock) as flight:
         in_flight(vehicle, flight)
         follower = threading.Thread(target=follow, args=(flight,))
+        clock.enter()
         follower.start()
         try:
             vehicle.until(lambda v: "holding the end" in flight.events)
         finally:
             done.set()
-            follower.join()
+            while follower.is_alive():
+                clock.wait(clock.now() + 0.01)
         end = places(vehicle)[-1]
         vehicle.enter(POSCTL)
         report = flight.result()

@@ -21,7 +21,7 @@ SPEED = float(np.linalg.norm(FAST.velocity, axis=1).max())
 @pytest.mark.parametrize("stopped", [False, True])
 def test_a_vehicle_that_refuses_to_arm_is_not_held_on_the_ground(clock, stopped):
     ground = (*START[:2], 0.0)
-    with StandIn(clock=clock.now, body=PointMass(ground), armed=False, refuses_arming="PreArm: no compass") as vehicle:
+    with StandIn(clock=clock, body=PointMass(ground), armed=False, refuses_arming="PreArm: no compass") as vehicle:
         with Flight(vehicle, PATH, clock, arm=True, land=True, trigger="now", wait=6.0) as flight:
             if stopped:
                 vehicle.until(lambda v: v.mode == OFFBOARD)
@@ -34,7 +34,7 @@ def test_a_vehicle_that_refuses_to_arm_is_not_held_on_the_ground(clock, stopped)
 
 
 def test_a_mode_that_a_pilot_chose_for_a_moment_is_noticed(clock):
-    with StandIn(clock=clock.now, body=PointMass(START), beat_period=3.0, beats_on_request=True) as vehicle:
+    with StandIn(clock=clock, body=PointMass(START), beat_period=3.0, beats_on_request=True) as vehicle:
         with Flight(vehicle, PATH, clock, rules=patient_rules(heartbeat_timeout=60.0)) as flight:
             fly_until(flight, vehicle)
             vehicle.enter(vehicle.other)
@@ -49,7 +49,7 @@ def test_a_mode_that_a_pilot_chose_for_a_moment_is_noticed(clock):
 
 
 def test_modes_that_are_told_rarely_are_said_to_be_hidden(clock):
-    with StandIn(clock=clock.now, body=PointMass(START), beat_period=2.0) as vehicle:
+    with StandIn(clock=clock, body=PointMass(START), beat_period=2.0) as vehicle:
         with Flight(vehicle, PATH, clock, rules=patient_rules(heartbeat_timeout=60.0)) as flight:
             fly_until(flight, vehicle)
         (said,) = [event for event in flight.events if "is not seen" in event]
@@ -99,7 +99,7 @@ def test_px4_that_flies_by_itself_gets_nothing_more():
 
 @pytest.mark.parametrize("given", [{}, {"delay": 0.5}, {"feed_forward": FeedForward(vehicle=Quadrotor.px4_sih())}])
 def test_a_lag_that_would_stop_the_flight_is_refused_or_allowed_for(clock, given):
-    with StandIn(clock=clock.now, body=PointMass(in_ned(FAST.position[0]))) as vehicle:
+    with StandIn(clock=clock, body=PointMass(in_ned(FAST.position[0]))) as vehicle:
         lag = SPEED * given.get("delay", 0.4)
         with Flight(vehicle, FAST, clock, rules=SafetyRules(abort_distance=2.0), **given) as flight:
             with pytest.raises(FlightError, match=f"will lag {lag:.1f} m behind at {SPEED:.1f} m/s .* would stop it"):

@@ -79,7 +79,7 @@ def test_it_must_stand_there_for_a_while():
 
 
 def test_an_origin_on_the_ground_is_climbed_from_first(clock):
-    with StandIn(clock=clock.now, body=PointMass((3.0, 1.0, 0.0)), armed=False) as vehicle:
+    with StandIn(clock=clock, body=PointMass((3.0, 1.0, 0.0)), armed=False) as vehicle:
         with Flight(vehicle, PATH, clock, relative=True, arm=True, land=True) as flight:
             report = flight.result()
     assert report.completed
@@ -102,7 +102,7 @@ ENDS = [("px4", "land", LAND), ("px4", "rtl", RETURN), ("ardupilot", "rtl", COPT
 
 @pytest.mark.parametrize(("stack", "on_abort", "mode"), ENDS)
 def test_after_an_abort_it_comes_down_as_asked(clock, stack, on_abort, mode):
-    with StandIn(autopilot=stack, clock=clock.now, body=PointMass(START)) as vehicle:
+    with StandIn(autopilot=stack, clock=clock, body=PointMass(START)) as vehicle:
         rules = patient_rules(abort_distance=0.5)
         with Flight(vehicle, PATH, clock, rules=rules, on_abort=on_abort, delay=0.1) as flight:
             fly_until(flight, vehicle, beyond=1.0)
@@ -133,7 +133,7 @@ def test_a_hold_says_every_ten_seconds_what_ends_it(vehicle, clock):
 
 
 def test_what_arducopter_does_after_a_second_stop_is_said(clock):
-    with StandIn(autopilot="ardupilot", clock=clock.now, body=PointMass(START)) as vehicle:
+    with StandIn(autopilot="ardupilot", clock=clock, body=PointMass(START)) as vehicle:
         with Flight(vehicle, PATH, clock) as flight:
             fly_until(flight, vehicle)
             flight.stop()
@@ -172,7 +172,7 @@ def test_a_vehicle_that_has_just_booted_is_waited_for(vehicle, clock):
 
 def test_a_refused_take_off_is_repeated_in_silence(clock):
     ground = PointMass((0.0, 0.0, 0.0))
-    with StandIn(autopilot="ardupilot", clock=clock.now, body=ground, armed=False) as vehicle:
+    with StandIn(autopilot="ardupilot", clock=clock, body=ground, armed=False) as vehicle:
         with Flight(vehicle, PATH, clock, arm=True, land=True) as flight:
             assert flight.result().completed
         assert [c[0] for c in vehicle.commands].count(22) >= 2
@@ -181,7 +181,7 @@ def test_a_refused_take_off_is_repeated_in_silence(clock):
 
 def test_a_take_off_that_stays_refused_is_reported(clock):
     ground = PointMass((0.0, 0.0, 0.0))
-    with StandIn(autopilot="ardupilot", clock=clock.now, body=ground, armed=False, refused_takeoffs=99) as vehicle:
+    with StandIn(autopilot="ardupilot", clock=clock, body=ground, armed=False, refused_takeoffs=99) as vehicle:
         with Flight(vehicle, PATH, clock, arm=True, wait=10.0) as flight:
             vehicle.until(lambda v: any("holding" in event for event in flight.events))
             vehicle.enter(LOITER)

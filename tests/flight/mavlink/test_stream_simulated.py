@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 import pytest
-from clocks import FastClock
+from clocks import SharedClock
 from flying import Flight, in_ned, patient_rules
 from quadrotor_body import QuadrotorBody
 from standin import LAND, StandIn
@@ -18,11 +18,11 @@ def test_from_the_ground_round_a_planned_rectangle_and_back_to_the_ground(tmp_pa
     plan = minsnap.rectangle(width=3, length=2)
     samples = plan.sample(20.0)
     ground = (*in_ned(samples.position[0])[:2], 0.0)
-    clock, log = FastClock(3), tmp_path / "flight.csv"
-    with StandIn(clock=clock.now, body=QuadrotorBody(ground), armed=False) as vehicle:
+    clock, log = SharedClock(), tmp_path / "flight.csv"
+    with StandIn(clock=clock, body=QuadrotorBody(ground), armed=False) as vehicle:
         rules = patient_rules(max_start_distance=0.2, abort_distance=1.5)
         with Flight(vehicle, samples, clock, rules=rules, arm=True, land=True, log=log) as flight:
-            report = flight.result(60.0)
+            report = flight.result()
         assert vehicle.mode == LAND and not vehicle.failsafes
         vehicle.until(lambda v: not v.armed)
     assert report.completed and len(samples) - report.schedule.skipped <= report.flown <= len(samples)

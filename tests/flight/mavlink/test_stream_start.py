@@ -49,7 +49,7 @@ def test_relative_flights_start_where_the_vehicle_is_when_it_enters_the_mode(veh
 
 
 def test_arming_flying_and_landing_without_a_pilot(clock):
-    with StandIn(clock=clock.now, body=PointMass((0.0, 0.0, 0.0)), armed=False) as vehicle:
+    with StandIn(clock=clock, body=PointMass((0.0, 0.0, 0.0)), armed=False) as vehicle:
         rules = patient_rules(max_start_distance=0.5)
         with Flight(vehicle, PATH, clock, rules=rules, arm=True, land=True) as flight:
             report = flight.result()
@@ -60,7 +60,7 @@ def test_arming_flying_and_landing_without_a_pilot(clock):
 
 def test_ardupilot_takes_off_in_silence_and_flies_in_guided(clock):
     ground = PointMass((0.0, 0.0, 0.0))
-    with StandIn(autopilot="ardupilot", clock=clock.now, body=ground, armed=False) as vehicle:
+    with StandIn(autopilot="ardupilot", clock=clock, body=ground, armed=False) as vehicle:
         with Flight(vehicle, PATH, clock, arm=True, land=True) as flight:
             assert flight.result().completed
         names = [c[0] for c in vehicle.commands]

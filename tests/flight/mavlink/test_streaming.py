@@ -144,7 +144,7 @@ def test_stopping_twice_ends_at_once(vehicle, clock):
         flight.stop()
         stopped(flight, vehicle, "stopped by the user")
         flight.stop()
-        assert flight.result(2.0).reason == "stopped by the user"
+        assert flight.result().reason == "stopped by the user"
 
 
 @pytest.mark.parametrize("failure", [RuntimeError("the display broke"), KeyboardInterrupt()])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from clocks import FastClock
+from clocks import SharedClock
 from flying import PATH, START
 from px4_parameters import PX4
 from standin import PointMass, StandIn, mavlink
@@ -26,8 +26,8 @@ def system(health=SENSORS, battery=90):
 
 
 def checked(samples=PATH, parameters=PX4, body=START, **settings):
-    clock = FastClock(6)
-    with StandIn(clock=clock.now, body=PointMass(body), parameters=parameters, **settings) as vehicle:
+    clock = SharedClock()
+    with StandIn(clock=clock, body=PointMass(body), parameters=parameters, **settings) as vehicle:
         link = open_link(f"udpout:127.0.0.1:{vehicle.port}", clock)
         link.wait_for_vehicle(30.0)
         found = check_vehicle(link, clock, AUTOPILOTS["px4"], samples)

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from clocks import FastClock, PatientClock
+from clocks import SharedClock
 from scipy.spatial.transform import Rotation
 from standin import mavutil
 
@@ -61,7 +61,7 @@ def relayed(receiver, source, clock, **options):
 
 
 def test_the_thesis_message_in_its_axes(receiver):
-    clock = PatientClock(10)
+    clock = SharedClock()
     _, messages = relayed(receiver, Scripted(clock, 5), clock, message="mocap")
     message = messages[-1]
     assert message.get_type() == "ATT_POS_MOCAP" and len(messages) == 5
@@ -71,7 +71,7 @@ def test_the_thesis_message_in_its_axes(receiver):
 
 
 def test_vision_has_the_angles_of_the_attitude(receiver):
-    clock = PatientClock(10)
+    clock = SharedClock()
     _, messages = relayed(receiver, Scripted(clock, 2), clock)
     message = messages[-1]
     assert message.get_type() == "VISION_POSITION_ESTIMATE"
@@ -80,7 +80,7 @@ def test_vision_has_the_angles_of_the_attitude(receiver):
 
 
 def test_odometry_names_its_frames_and_knows_no_velocity(receiver):
-    clock = PatientClock(10)
+    clock = SharedClock()
     _, messages = relayed(receiver, Scripted(clock, 2), clock, message="odometry", frame="enu")
     message = messages[-1]
     assert (message.frame_id, message.child_frame_id) == (1, 12)
@@ -101,7 +101,7 @@ def test_angles_are_those_of_scipy_and_survive_a_nose_straight_up():
 
 
 def test_the_rate_is_kept_and_latency_told(receiver):
-    clock = PatientClock(10)
+    clock = SharedClock()
     report, messages = relayed(receiver, Scripted(clock, 100, age=0.01), clock, rate=50.0)
     assert report.sent == len(messages) == 100
     assert report.rate == pytest.approx(50.0, rel=0.01)
@@ -109,14 +109,14 @@ def test_the_rate_is_kept_and_latency_told(receiver):
 
 
 def test_stale_poses_are_dropped(receiver):
-    clock = FastClock(10)
+    clock = SharedClock()
     report, messages = relayed(receiver, Scripted(clock, 20, age=0.5), clock, max_age=0.1)
     assert (report.sent, messages, report.stale) == (0, [], 20)
 
 
 def test_a_pose_is_sent_once(receiver):
     """A camera at a fifth of the rate: four slots in five have nothing new."""
-    clock = FastClock(10)
+    clock = SharedClock()
     report, messages = relayed(receiver, Scripted(clock, 10, every=5), clock)
     assert report.sent == len(messages) == 10 and report.stale >= 30
 
@@ -157,7 +157,7 @@ def test_a_file_is_replayed_in_its_own_time(tmp_path, receiver):
     t = np.arange(100) / 50 + 7.0
     rows = "".join(f"{a},{a - 7},0.5,1.5,0.25\n" for a in t)
     path.write_text("t,x,y,z,yaw\n" + rows)
-    clock = PatientClock(10)
+    clock = SharedClock()
     report, messages = relayed(receiver, open_source(f"csv:{path}", None, clock), clock, frame="flu")
     norths = [m.x for m in messages]
     assert 60 <= len(norths) <= 100 and norths == sorted(norths)
