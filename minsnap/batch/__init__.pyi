@@ -1,4 +1,5 @@
 from .columns import trajectory_of as trajectory_of
+from .lerobot import export_lerobot as export_lerobot
 from .ranges import seed_of as seed_of
 from .requests import DrawnProblem as DrawnProblem
 from .requests import request as request

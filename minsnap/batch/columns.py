@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.version import __version__
-from minsnap.batch.dataset_rows import Row
+from minsnap.batch.dataset_rows import ASKED, Row
 from minsnap.batch.problem_table import pyarrow_parquet
+from minsnap.batch.spec import LIMITS
 from minsnap.errors import InputError
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -27,6 +28,9 @@ COLUMNS: Mapping[str, str] = {
     "gates": "list",
     "corridor": "list",
     "boxes": "list",
+    **dict.fromkeys(ASKED, "double"),
+    **{f"limit_{name}": "double" for name in LIMITS},
+    "vehicle": "string",
     "durations": "list",
     "control_points": "list",
     "cost": "double",
@@ -107,7 +111,7 @@ def parquet_writer(file: Any, notes: Mapping[str, str]) -> Any:
     writer = parquet.ParquetWriter(
         *(file, schema()),
         compression="zstd",
-        use_dictionary=["status", "error", "version"],
+        use_dictionary=["status", "error", "vehicle", "version"],
         write_statistics=True,
         store_schema=False,
     )

@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, numbers
+from minsnap.basics.checks import is_number
 from minsnap.batch.ranges import seed_of
 from minsnap.batch.requests import DrawnProblem, request
-from minsnap.batch.spec import Spec
+from minsnap.batch.spec import LIMITS, Spec
 from minsnap.certificate import certify
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.gates import Gate
 from minsnap.errors import InfeasibleError, InputError, MinsnapError, UnprovedError
 from minsnap.files.plan_arguments import plan_arguments
+from minsnap.limits.limits import Limits
 from minsnap.planning.planner import plan
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -25,6 +27,9 @@ STATUSES = ("done", "infeasible", "unsolved", "invalid", "timeout", "crashed")
 
 SENTENCE = 500
 """Characters of an error's sentence that are kept."""
+
+ASKED = ("waypoint_tolerance", "total_time", "time_weight")
+"""Numbers that a problem may ask for, as columns."""
 
 Row = dict[str, Any]
 """Values by column; a column that is not named is null."""
@@ -71,7 +76,10 @@ def _status(error: MinsnapError) -> str:
 def _question(asked: DrawnProblem) -> Row:
     """Columns of the problem itself, as far as it is one of numbers."""
     given = asked.arguments
-    row: Row = {}
+    row: Row = {"vehicle": asked.vehicle}
+    row |= {name: given[name] for name in ASKED if is_number(given.get(name))}
+    if isinstance(given.get("limits"), Limits):
+        row |= {f"limit_{name}": getattr(given["limits"], name) for name in LIMITS}
     waypoints = _points(given.get("waypoints"))
     if waypoints is not None:
         row |= {"waypoints": waypoints, "dim": waypoints.shape[1], "legs": len(waypoints) - 1}

@@ -17,6 +17,7 @@ from minsnap.batch.spec import DRAWN, LIMITS, Spec
 from minsnap.corridors.gates import Gate
 from minsnap.errors import InputError
 from minsnap.files.limits_in_files import limits_of
+from minsnap.files.plan_request import named_vehicle
 from minsnap.limits.limits import Limits
 
 Shape = Mapping[str, Range]
@@ -34,11 +35,14 @@ class DrawnProblem:
         What its random numbers come from.
     arguments : mapping
         Arguments of ``plan`` by name.
+    vehicle : str or None
+        The preset whose rotors' limits are among them.
     """
 
     number: int
     seed: int
     arguments: Mapping[str, Any]
+    vehicle: str | None = None
 
 
 def request(spec: Spec, number: int) -> DrawnProblem:
@@ -55,12 +59,15 @@ def request(spec: Spec, number: int) -> DrawnProblem:
     rng = draws_of(seed)
     own = _from_table(spec, number) if spec.table else GENERATORS[spec.source](spec.shape, spec.dim, rng)
     arguments = dict(spec.fixed) | {name: spec.drawn[name].draw(rng) for name in DRAWN if name in spec.drawn}
-    if spec.limits:
-        bounds: dict[str, Any] = {name: spec.limits[name].draw(rng) for name in LIMITS if name in spec.limits}
+    bounds: dict[str, Any] = {name: spec.limits[name].draw(rng) for name in LIMITS if name in spec.limits}
+    vehicle = str(rng.choice(spec.vehicles)) if spec.vehicles else None
+    if vehicle is not None:
+        arguments["limits"] = Limits.of(named_vehicle(vehicle), **bounds)
+    elif bounds:
         arguments["limits"] = Limits(**bounds)
     if {"total_time", "time_weight", "limits"} & arguments.keys():
         own.pop("durations", None)
-    return DrawnProblem(number, seed, arguments | own)
+    return DrawnProblem(number, seed, arguments | own, vehicle)
 
 
 def _from_table(spec: Spec, number: int) -> dict[str, Any]:

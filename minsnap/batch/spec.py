@@ -19,6 +19,7 @@ from minsnap.batch.problem_table import count_rows, digest_of
 from minsnap.batch.ranges import Range, read_range
 from minsnap.errors import FileError
 from minsnap.files.limits_in_files import NAMED
+from minsnap.files.plan_request import SHORT_NAMES, VEHICLES
 from minsnap.files.schema import refuse_unknown
 
 BIGGEST = 1e6
@@ -89,6 +90,8 @@ class Spec:
         Arguments of ``plan`` for all.
     table : str
         Path of the table of problems; empty for a generator.
+    vehicles : tuple of str
+        Presets, of which each problem draws one whose rotors' limits it keeps; empty for none.
     """
 
     source: str
@@ -101,6 +104,7 @@ class Spec:
     limits: Mapping[str, Range]
     fixed: Mapping[str, Any]
     table: str = ""
+    vehicles: tuple[str, ...] = ()
 
     @cached_property
     def digest(self) -> str:
@@ -124,7 +128,8 @@ class Spec:
         shape = {name: value.plain(kinds[name][3]) for name, value in self.shape.items()}
         drawn = {name: value.plain() for name, value in self.drawn.items()}
         limits = {"limits": {name: value.plain() for name, value in self.limits.items()}} if self.limits else {}
-        return head | shape | drawn | limits | dict(self.fixed)
+        vehicles = {"vehicle": list(self.vehicles)} if self.vehicles else {}
+        return head | shape | drawn | limits | vehicles | dict(self.fixed)
 
     def identity(self) -> dict[str, Any]:
         """Return what decides the content of every file: the specification, with a table by its digest."""
@@ -162,14 +167,15 @@ def read_mapping(given: Mapping[str, Any], folder: Path | None = None) -> Spec:
     }
     drawn = {name: read_range(values.pop(name), name, 1e-9, 1e12) for name in DRAWN if name in values}
     limits = _limits(values.pop("limits", {}))
+    vehicles = _vehicles(values.pop("vehicle", []))
     fixed = {name: values.pop(name) for name in FIXED if name in values}
     dim = 3 if source == "table" else _whole(values.pop("dim", 3), "dim", 2, 3)
     seed = _whole(values.pop("seed", 0), "seed", 0, 2**63 - 1)
     count = _count(values, table)
     rows = _shard_rows(values.pop("shard_rows", None), count, shape, fixed)
-    known = ("count", "seed", "shard_rows", "dim", *SHAPES.get(source, {}), *DRAWN, "limits", *FIXED)
+    known = ("count", "seed", "shard_rows", "dim", *SHAPES.get(source, {}), *DRAWN, "limits", "vehicle", *FIXED)
     refuse_unknown(source, values, dict.fromkeys(known))
-    return Spec(source, count, seed, rows, dim, shape, drawn, limits, fixed, table)
+    return Spec(source, count, seed, rows, dim, shape, drawn, limits, fixed, table, vehicles)
 
 
 def _source(values: dict[str, Any], folder: Path) -> tuple[str, str]:
@@ -200,6 +206,14 @@ def _limits(given: Any) -> dict[str, Range]:
         raise FileError(f"limits is {shown(given)}: give a mapping of limits by name, such as {{speed: [1, 3]}}")
     refuse_unknown("limits", given, NAMED)
     return {name: read_range(given[name], f"limits: {name}", 1e-9, BIGGEST) for name in LIMITS if name in given}
+
+
+def _vehicles(given: Any) -> tuple[str, ...]:
+    names = [given] if isinstance(given, str) else given
+    known = [SHORT_NAMES.get(str(name), str(name)) for name in names] if isinstance(names, list) else [""]
+    if not set(known) <= set(VEHICLES):
+        raise FileError(f"vehicle is {shown(given)}: give one of {', '.join(VEHICLES)}, or a list of some")
+    return tuple(known)
 
 
 def _shard_rows(given: Any, count: int, shape: Mapping[str, Range], fixed: Mapping[str, Any]) -> int:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from minsnap.cli.app import app
+from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.batch.run import Watch
@@ -30,6 +31,10 @@ def batch(
     problem_timeout: Annotated[
         float, typer.Option("--problem-timeout", metavar="S", help="Processor time of a problem that is too slow [s].")
     ] = 60.0,
+    format: Annotated[
+        str, typer.Option("--format", metavar="NAME", help="parquet: a row per plan; lerobot: LeRobot v3 episodes.")
+    ] = "parquet",
+    rate: Annotated[int, typer.Option("--rate", metavar="HZ", help="Frames a second of LeRobot episodes.")] = 20,
     resume: Annotated[
         bool, typer.Option("--resume/--no-resume", help="Continue in a folder that has results, or refuse it.")
     ] = True,
@@ -42,11 +47,13 @@ def batch(
     from minsnap.batch.run import run_batch
     from minsnap.batch.spec import read_spec
 
-    asked = read_spec(spec)
+    if format not in ("parquet", "lerobot"):
+        raise InputError(f"--format is {format!r}: it must be parquet or lerobot")
+    asked, folder = read_spec(spec), output / "_plans" if format == "lerobot" else output
     with _line(asked.count) as watch:
         result = run_batch(
             asked,
-            output,
+            folder,
             workers=workers,
             scheduler=scheduler,
             problem_timeout=problem_timeout,
@@ -55,6 +62,10 @@ def batch(
         )
     counts = ", ".join(f"{count} {status}" for status, count in sorted(result.statuses.items()))
     kept = f" ({result.found} were there already)" if result.found else ""
+    if format == "lerobot":
+        from minsnap.batch.lerobot import export_lerobot
+
+        kept += f", {export_lerobot(folder, output, rate)} episodes"
     print(f"{output}: {result.rows} problems in {result.shards} files{kept}: {counts}")
 
 

@@ -9,6 +9,9 @@ from typing import TextIO
 
 from minsnap.basics.progress import ProgressLine
 
+FIRST = 100
+"""New rows after which the time that all of them will take is told, once."""
+
 APART = 30.0
 """Seconds between two lines where no terminal is, which shows one in place."""
 
@@ -28,7 +31,7 @@ class BatchLine:
     def __init__(self, count: int, stream: TextIO, clock: Callable[[], float] = monotonic) -> None:
         self.count, self.stream, self.clock = count, stream, clock
         self.line = ProgressLine("batch") if stream.isatty() else None
-        self.found, self.statuses = 0, Counter[str]()
+        self.found, self.statuses, self.estimated = 0, Counter[str](), False
         self.began = self.due = clock()
 
     def begin(self, found: int) -> Callable[[dict[str, int]], None]:
@@ -40,11 +43,22 @@ class BatchLine:
     def add(self, counts: dict[str, int]) -> None:
         """Count new rows by status, and show the line if another was not shown recently."""
         self.statuses.update(counts)
+        if not self.estimated and self.statuses.total() >= FIRST:
+            self.estimated = True
+            self._estimate()
         if self.line is not None:
             self.line.show(self.there / self.count, self.text())
         elif self.clock() >= self.due:
             self.due = self.clock() + APART
             print(self.text(), file=self.stream, flush=True)
+
+    def _estimate(self) -> None:
+        """Say once how long the rest will take; nothing where it is a matter of seconds."""
+        left = (self.count - self.there) * (self.clock() - self.began) / self.statuses.total()
+        if left > APART:
+            self.clear()
+            text = f"about {_told(left)} for {self.count} problems, by the first {self.there}"
+            print(text, file=self.stream, flush=True)
 
     @property
     def there(self) -> int:

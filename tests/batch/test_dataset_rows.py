@@ -21,6 +21,17 @@ def test_a_row_is_what_plan_and_certify_return():
         assert (row["legs"], row["dim"], row["degree"]) == (curve.legs, 3, 7)
 
 
+def test_what_was_drawn_is_in_the_row():
+    spec = walks(limits={"speed": [2.0, 4.0], "acceleration": 6.0}, vehicle=["f330", "crazyflie"], legs=2)
+    rows = [Asked(spec, number).row() for number in range(6)]
+    assert {row["vehicle"] for row in rows} == {"dji_f330", "crazyflie"}
+    for row in rows:
+        assert row["status"] == "done" and row["certified"] and row["limit_acceleration"] == 6.0
+        assert 2.0 <= row["limit_speed"] <= 4.0 and row["max_speed"] <= row["limit_speed"] * (1.0 + 1e-9)
+        assert row["limit_max_thrust"] > 1.0 and row["limit_jerk"] is None
+    assert Asked(walks(total_time=9.0), 0).row()["total_time"] == 9.0
+
+
 def test_gates_and_boxes_are_in_the_row():
     spec = read_mapping({"generator": "gates", "count": 2, "legs": 3})
     row, given = Asked(spec, 1).row(), request(spec, 1).arguments

@@ -10,6 +10,7 @@ from minsnap.errors import FileError
 @pytest.mark.parametrize("generator", SHAPES)
 def test_the_plain_form_is_complete_and_means_the_same(generator):
     spec = read_mapping({"generator": generator, "count": 10, "limits": {"speed": [2, 3]}, "degree": 5})
+    assert read_mapping(spec.plain() | {"vehicle": "f330"}).plain()["vehicle"] == ["dji_f330"]
     plain = json.loads(json.dumps(spec.plain()))
     assert read_mapping(plain) == spec and read_mapping(plain).name() == spec.name()
     assert plain.keys() >= SHAPES[generator].keys() | {"count", "seed", "shard_rows", "limits", "degree"}
@@ -56,6 +57,7 @@ def test_a_table_counts_by_its_content_and_not_by_its_place(tmp_path):
         ("{generator: [walks], count: 3}", "generator is"),
         ("{generator: walks}", "count is missing"),
         ("{generator: walks, count: 0}", "count is 0: give a whole number from 1"),
+        ("{generator: walks, count: 3, vehicle: racer}", "vehicle is 'racer': give one of"),
         ("{generator: walks, count: 3, leg: 4}", "walks: 'leg' is not known: did you mean legs"),
         ("{generator: walks, count: 3, opening: 1}", "'opening' is not known"),
         ("{generator: walks, count: 3, corridor: -1}", "corridor is -1"),

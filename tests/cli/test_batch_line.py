@@ -47,3 +47,12 @@ def test_elsewhere_there_is_a_line_every_half_a_minute(clock):
         add({"done": 1})
     made.clear()
     assert [text.split()[0] for text in stream.getvalue().splitlines()] == ["30", "60"]
+
+
+def test_after_a_hundred_rows_it_says_once_how_long_all_will_take(clock):
+    stream = io.StringIO()
+    made, add = line(stream, clock)
+    for _ in range(5):
+        clock[0] += 5.0
+        add({"done": 40})
+    assert stream.getvalue() == "about 2 min for 1000 problems, by the first 120\n"

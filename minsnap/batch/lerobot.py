@@ -1,0 +1,207 @@
+"""A dataset of plans in the format LeRobot v3.0, one episode for each plan: Parquet per chunk, and ``meta/info.json``.
+
+The format is that of the package ``lerobot`` (github.com/huggingface/lerobot, ``lerobot/datasets``). A frame holds the
+state, the two waypoints ahead, and as action the setpoint of the next frame.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import is_whole
+from minsnap.basics.messages import shown
+from minsnap.basics.storage.atomic import atomic_write
+from minsnap.batch.columns import trajectory_of
+from minsnap.batch.problem_table import pyarrow_parquet
+from minsnap.errors import FileError, InputError
+from minsnap.trajectory.trajectory import Trajectory
+
+TASK = "fly through the waypoints"
+"""What every episode is labelled with."""
+
+PER_CHUNK = 1000
+"""Files of a folder at most."""
+
+DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+"""Where the frames lie, as ``meta/info.json`` says it."""
+
+Episodes = dict[str, list[Any]]
+"""Columns of the table of episodes."""
+
+
+def export_lerobot(plans: str | os.PathLike[str], folder: str | os.PathLike[str], fps: int = 20) -> int:
+    """Write the plans of a dataset as LeRobot episodes.
+
+    Parameters
+    ----------
+    plans : str or path
+        Folder that :func:`minsnap.batch.run_batch` has written; its problems that were not planned are left out.
+    folder : str or path
+        Receives ``data/`` and ``meta/``: what ``LeRobotDataset(name, root=folder)`` reads.
+    fps : int
+        Frames a second.
+
+    Returns
+    -------
+    int
+        Number of episodes.
+
+    Raises
+    ------
+    FileError
+        If no problem was planned, or a file cannot be written.
+    InputError
+        If ``fps`` is no whole number from 1 to 1000.
+    """
+    if not is_whole(fps) or not 1 <= fps <= 1000:
+        raise InputError(f"fps is {shown(fps)}: give a whole number of frames a second, 1 to 1000")
+    root, episodes, ranges = Path(folder), _no_episodes(), _Ranges()
+    parts = sorted(Path(plans).glob("part-*.parquet"))
+    for number, part in enumerate(parts):
+        frames = [_frames(curve, fps) for curve in _planned(part)]
+        if frames:
+            _write_frames(root, fps, number, frames, episodes, ranges)
+    if not episodes["length"]:
+        raise FileError(f"{plans} holds no plan: there is no episode to write")
+    _write_meta(root, fps, episodes, ranges)
+    return len(episodes["length"])
+
+
+def _planned(part: Path) -> Iterator[Trajectory]:
+    with pyarrow_parquet().ParquetFile(part) as table:
+        columns = ["status", "dim", "degree", "pieces", "durations", "control_points"]
+        for batch in table.iter_batches(1024, columns=columns):
+            yield from (trajectory_of(row) for row in batch.to_pylist() if row["status"] == "done")
+
+
+def _frames(curve: Trajectory, fps: int) -> dict[str, FloatArray]:
+    """Return the features of an episode, (frames, values) each."""
+    count = int(np.floor(curve.duration * fps * (1.0 + 1e-12))) + 1
+    t = np.arange(count) / fps
+    then = np.minimum(t + 1.0 / fps, curve.duration)
+    points, passed = curve(curve.leg_breaks), np.searchsorted(curve.leg_breaks, t, side="right")
+    ahead = [points[np.minimum(passed + later, curve.legs)] for later in (0, 1)]
+    return {
+        "observation.state": np.hstack([curve(np.minimum(t, curve.duration), order) for order in (0, 1)]),
+        "observation.environment_state": np.hstack(ahead),
+        "action": np.hstack([curve(then, order) for order in (0, 1, 2)]),
+    }
+
+
+def _names(dim: int) -> dict[str, list[str]]:
+    axes = "xyz"[:dim]
+    place, speed, pull = ([f"{kind}{axis}" for axis in axes] for kind in ("", "v", "a"))
+    ahead = [f"{axis}_of_waypoint_{later}" for later in ("ahead", "after") for axis in axes]
+    return {
+        "observation.state": place + speed,
+        "observation.environment_state": ahead,
+        "action": place + speed + pull,
+    }
+
+
+def _features(dim: int) -> dict[str, Any]:
+    own = {name: {"dtype": "float32", "shape": [len(of)], "names": of} for name, of in _names(dim).items()}
+    single = dict.fromkeys(("frame_index", "episode_index", "index", "task_index"), "int64")
+    kinds = {"timestamp": "float32"} | single
+    return own | {name: {"dtype": kind, "shape": [1], "names": None} for name, kind in kinds.items()}
+
+
+class _Ranges:
+    """Least, greatest, mean and deviation of each feature over all frames."""
+
+    def __init__(self) -> None:
+        self.known: dict[str, list[FloatArray]] = {}
+        self.frames = 0
+
+    def add(self, values: Mapping[str, FloatArray]) -> None:
+        for name, table in values.items():
+            new = [table.min(axis=0), table.max(axis=0), table.sum(axis=0), (table**2).sum(axis=0)]
+            old = self.known.get(name, [new[0], new[1], 0.0 * new[2], 0.0 * new[3]])
+            joined = [np.minimum(old[0], new[0]), np.maximum(old[1], new[1]), old[2] + new[2], old[3] + new[3]]
+            self.known[name] = joined
+        self.frames += len(next(iter(values.values())))
+
+    def plain(self) -> dict[str, dict[str, list[float]]]:
+        found = {}
+        for name, (least, most, total, squares) in self.known.items():
+            mean = total / self.frames
+            spread = np.sqrt(np.maximum(squares / self.frames - mean**2, 0.0))
+            values = {"min": least, "max": most, "mean": mean, "std": spread}
+            found[name] = {kind: value.tolist() for kind, value in values.items()} | {"count": [self.frames]}
+        return found
+
+
+def _no_episodes() -> Episodes:
+    names = ("episode_index", "tasks", "length", "data/chunk_index", "data/file_index")
+    places = ("dataset_from_index", "dataset_to_index", "meta/episodes/chunk_index", "meta/episodes/file_index")
+    return {name: [] for name in (*names, *places)}
+
+
+def _write_frames(
+    root: Path, fps: int, number: int, frames: list[dict[str, FloatArray]], episodes: Episodes, ranges: _Ranges
+) -> None:
+    """Write the frames of one file, and count its episodes."""
+    import pyarrow
+
+    chunk, file = divmod(number, PER_CHUNK)
+    lengths, first = [len(one["action"]) for one in frames], len(episodes["length"])
+    start = ranges.frames
+    for length in lengths:
+        place = {"data/chunk_index": chunk, "data/file_index": file, "dataset_from_index": start}
+        row = {"episode_index": len(episodes["length"]), "tasks": [TASK], "length": length} | place
+        row |= {"dataset_to_index": start + length, "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0}
+        for name, value in row.items():
+            episodes[name].append(value)
+        start += length
+    values = {name: np.concatenate([one[name] for one in frames]) for name in frames[0]}
+    index, own = np.arange(ranges.frames, start), np.concatenate([np.arange(length) for length in lengths])
+    ranges.add(values)
+    columns = {
+        name: pyarrow.FixedSizeListArray.from_arrays(table.astype(np.float32).ravel(), table.shape[1])
+        for name, table in values.items()
+    }
+    numbers = np.repeat(np.arange(first, first + len(frames)), lengths)
+    columns |= {"timestamp": (own / fps).astype(np.float32), "frame_index": own, "episode_index": numbers}
+    columns |= {"index": index, "task_index": np.zeros(len(index), dtype=np.int64)}
+    _write_table(root / DATA.format(chunk_index=chunk, file_index=file), pyarrow.table(columns))
+
+
+def _write_meta(root: Path, fps: int, episodes: Episodes, ranges: _Ranges) -> None:
+    import pandas
+    import pyarrow
+
+    tasks = pyarrow.Table.from_pandas(pandas.DataFrame({"task_index": [0]}, index=[TASK]))
+    _write_table(root / "meta/episodes/chunk-000/file-000.parquet", pyarrow.table(episodes))
+    _write_table(root / "meta/tasks.parquet", tasks)
+    width, count = len(ranges.known["observation.state"][0]), len(episodes["length"])
+    info = {
+        "codebase_version": "v3.0",
+        "robot_type": "quadrotor",
+        "total_episodes": count,
+        "total_frames": ranges.frames,
+        "total_tasks": 1,
+        "chunks_size": PER_CHUNK,
+        "data_files_size_in_mb": 100,
+        "video_files_size_in_mb": 200,
+        "fps": fps,
+        "splits": {"train": f"0:{count}"},
+        "data_path": DATA,
+        "video_path": None,
+        "features": _features(width // 2),
+    }
+    for name, value in (("info", info), ("stats", ranges.plain())):
+        with atomic_write(root / f"meta/{name}.json") as file:
+            file.write(json.dumps(value, indent=1) + "\n")
+
+
+def _write_table(path: Path, table: Any) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_write(path, "wb") as file:
+        pyarrow_parquet().write_table(table, file)
