@@ -7,7 +7,11 @@ import pytest
 
 import minsnap
 from minsnap.errors import LinkError
+from minsnap.flight import CascadeController, compare, simulate
 from minsnap.flight.mavlink.autopilot_limits import autopilot_limits
+from minsnap.flight.mavlink.compensation import FeedForward
+from minsnap.trajectory.samples import Samples
+from minsnap.vehicle import Quadrotor
 
 PX4 = {
     "MPC_XY_VEL_MAX": 12.0,
@@ -51,3 +55,19 @@ def test_a_vehicle_that_does_not_answer_has_no_limits():
         autopilot_limits("px4", {})
     with pytest.raises(LinkError, match="neither PX4 nor ArduPilot"):
         autopilot_limits("generic", PX4)
+
+
+def missed(plan, lead=0.15):
+    """What a stand-in with PX4's controllers misses of a plan [m, root mean square], drag offset and sent ahead."""
+    vehicle, samples = Quadrotor.px4_sih(), plan.sample(50.0)
+    sent = FeedForward(vehicle=vehicle).stated(samples)
+    flight = simulate(vehicle, CascadeController(), sent, setpoint_delay=0.1, duration=plan.duration + 1.0)
+    return compare(samples, Samples(flight.t - lead, flight.position)).rmse_3d
+
+
+def test_a_race_within_them_is_followed_where_one_at_eight_metres_a_second_is_not():
+    lap = [(0, 0, 2), (9.5, 3.8, 2.5), (14.2, 10.4, 2), (5.7, 13.3, 2.5), (-3.8, 8.5, 2), (0, 0, 2)]
+    how = {"waypoint_tolerance": minsnap.Ball(0.3), "pieces": 2}
+    eager = minsnap.plan(lap, limits=minsnap.Limits(speed=8, acceleration=20, jerk=120), **how)
+    within = minsnap.plan(lap, limits=autopilot_limits("px4", PX4, 1.0), **how)
+    assert missed(within) < 0.5 and missed(eager) > 2.0

@@ -100,8 +100,8 @@ def test_gates_are_passed_in_their_direction(order):
     [
         ("nonsense", "the order is"),
         ({"goto": [1, 2, 3]}, "give one of goal, waypoints, stop and finish"),
-        ({"goal": [1, 2, "x"]}, "not finite numbers"),
-        ('{"goal": [NaN, 0, 1]}', "not finite numbers"),
+        ({"goal": [1, 2, "x"]}, "give a finite number"),
+        ('{"goal": [NaN, 0, 1]}', "give a finite number"),
         ({"waypoints": []}, "one at least"),
         ({"waypoints": 7}, "one at least"),
         ({"goal": [3.0, 9.0]}, "coordinates"),
