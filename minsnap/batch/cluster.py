@@ -128,7 +128,7 @@ class RowCounter:
 
 
 def _some(values: Iterator[int], count: int) -> Iterator[int]:
-    """Yield the next ones, at most so many."""
+    """Yield the next ones, at most ``count``."""
     return (value for _, value in zip(range(count), values, strict=False))
 
 

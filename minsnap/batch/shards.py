@@ -21,7 +21,7 @@ from minsnap.errors import BatchError, FileError
 from minsnap.native.library import core
 
 GROUP_ROWS = 1024
-"""Rows of a row group: so many are in memory at once."""
+"""Rows of a row group, which are in memory at once."""
 
 Told = Callable[[Mapping[str, int]], None]
 """Called with the number of new rows by status."""

@@ -25,7 +25,7 @@ ALARMS = tuple(getattr(signal, name) for name in ("SIGPROF", "SIGALRM") if hasat
 """What ends the process of a problem that takes too long; none where the system has no alarms."""
 
 FLUSH_ROWS, FLUSH_SECONDS = 1024, 0.5
-"""Rows are sent when there are so many, or so much time has passed since the last were."""
+"""Rows that are sent together, and the time after which fewer are."""
 
 PATIENCE = 10.0
 """Seconds by the clock for each second of processor time that a problem may take: processors may be shared."""

@@ -35,7 +35,7 @@ class BatchLine:
         self.began = self.due = clock()
 
     def begin(self, found: int) -> Callable[[dict[str, int]], None]:
-        """Begin with so many rows that were there already; return what takes new ones."""
+        """Begin with the rows that are there already; return what takes new ones."""
         self.found, self.began = found, self.clock()
         self.due = self.began + APART
         return self.add

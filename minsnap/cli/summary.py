@@ -153,7 +153,7 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, li
 
 
 def _start(path: Any) -> str | None:
-    """Return how fast a path begins that does so at speed; None for one that begins at rest."""
+    """Return the speed at which a path begins; None at rest."""
     speed = sum(float(part) ** 2 for part in path(0.0, 1)) ** 0.5
     return f"flying, at {speed:.4g} m/s: a vehicle has to reach it first" if speed > STANDING else None
 

@@ -94,7 +94,7 @@ def box_faces(lower: FloatArray, upper: FloatArray, scale: FloatArray, name: str
 
 
 def check_bounds(lower: npt.ArrayLike, upper: npt.ArrayLike, what: str, ndim: int) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper bounds as read-only arrays of so many dimensions, possibly infinite.
+    """Return lower and upper bounds as read-only arrays with ``ndim`` axes, possibly infinite.
 
     Raises
     ------

@@ -97,7 +97,7 @@ class Cones(ReadOnly):
         return curve.mapped(self.slope[row, None]).minus(-self.radius[row, None, None])
 
     def on_pieces(self, pieces: int) -> tuple[IntArray, IntArray]:
-        """Wall and piece of every pair of them, for so many pieces on each leg: (r,) and (r,)."""
+        """Return every pair of a wall and a piece of its leg, with ``pieces`` on each leg: indices (r,) and (r,)."""
         row = np.arange(len(self.leg))
         if pieces == 1:
             return row, self.leg

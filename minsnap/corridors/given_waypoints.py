@@ -20,7 +20,7 @@ BESIDE = ("yaw", "t", "time", "duration")
 LONG, HIGH = 1000.0, 500.0
 """Extent and altitude from which waypoints may be millimetres [m]."""
 
-NEAR = 0.02
+DEGREES_EXTENT = 0.02
 """Extent below which waypoints may be latitudes and longitudes [m]."""
 
 
@@ -135,7 +135,7 @@ def warn_magnitude(points: FloatArray) -> None:
     high = points.shape[1] == 3 and np.abs(points[:, 2]).max() >= HIGH
     if extent.max() >= LONG and (whole or high):
         _warn(f"waypoints extend over {extent.max():g} m: if they are millimetres, divide them by 1000")
-    elif _beside(first, second) and extent[:2].max() < NEAR and points.shape[1] > 1:
+    elif _beside(first, second) and extent[:2].max() < DEGREES_EXTENT and points.shape[1] > 1:
         place = f"({first[0]:g}, {first[1]:g})"
         _warn(
             f"waypoints near {place} lie within {extent[:2].max():.2g} m: if they are latitudes and longitudes, "
@@ -146,7 +146,7 @@ def warn_magnitude(points: FloatArray) -> None:
 def _beside(first: list[float], second: list[float]) -> bool:
     """Whether two points are so near to each other, and so far from zero, as degrees on the globe are."""
     steps = [abs(b - a) for a, b in zip(first[:2], second[:2], strict=True)]
-    return 0.0 < max(steps) < NEAR and 1.0 < max(map(abs, first[:2])) <= 180.0
+    return 0.0 < max(steps) < DEGREES_EXTENT and 1.0 < max(map(abs, first[:2])) <= 180.0
 
 
 def _warn(message: str) -> None:

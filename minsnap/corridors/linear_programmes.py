@@ -17,8 +17,8 @@ from minsnap.errors import SolverError
 HalfSpaceRows = tuple[FloatArray, FloatArray]
 """A (m, dim) with rows of unit length, and b (m,)."""
 
-FAR = 1e3
-"""Inner balls are not sought larger than so many times the largest offset: that is unbounded."""
+UNBOUNDED = 1e3
+"""Radius of an inner ball, over the largest offset, from which a set counts as unbounded."""
 
 PRECISE = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
@@ -27,7 +27,7 @@ def inner_balls(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
     """Return the largest ball in each set: centers (m, dim) and radii (m,); negative radii where a set is empty."""
     dim = sets[0][0].shape[1]
     with_radius = [(np.column_stack([A, np.ones(len(b))]), b) for A, b in sets]
-    bounds = [limit for _, b in sets for limit in [(None, None)] * dim + [(None, FAR * _size(b))]]
+    bounds = [limit for _, b in sets for limit in [(None, None)] * dim + [(None, UNBOUNDED * _size(b))]]
     solution = _minimum(-np.eye(dim + 1)[dim], with_radius, bounds)
     return solution[:, :dim], solution[:, dim].copy()
 
@@ -35,12 +35,12 @@ def inner_balls(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
 def bounding_boxes(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
     """Return the corners (m, dim) of the boxes around sets, infinite where these are unbounded."""
     dim = sets[0][0].shape[1]
-    bounds = [(-FAR * _size(b), FAR * _size(b)) for _, b in sets for _ in range(dim)]
+    bounds = [(-UNBOUNDED * _size(b), UNBOUNDED * _size(b)) for _, b in sets for _ in range(dim)]
     low, high = (
         np.column_stack([_minimum(sign * axis, sets, bounds)[:, k] for k, axis in enumerate(np.eye(dim))])
         for sign in (1.0, -1.0)
     )
-    far = 0.99 * FAR * np.array([_size(b) for _, b in sets])[:, None]
+    far = 0.99 * UNBOUNDED * np.array([_size(b) for _, b in sets])[:, None]
     return np.where(low < -far, -np.inf, low), np.where(high > far, np.inf, high)
 
 

@@ -17,7 +17,7 @@ def knot_positions(traj: Trajectory) -> FloatArray:
 
 
 def passing(traj: Trajectory, placement: Placement) -> tuple[float, bool]:
-    """How far outside of where a waypoint lets it pass a curve is, and whether it passes all of them.
+    """Measure how far a curve passes from its waypoints, beyond their tolerance, and whether it passes all.
 
     Returns
     -------

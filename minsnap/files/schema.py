@@ -78,7 +78,7 @@ def word(*known: str, short: Mapping[str, str] | None = None) -> Form:
 
 
 def several(form: Form, said: str, least: int = 0, most: int | None = None) -> Form:
-    """Return the form of a list, read as a tuple, with so many entries."""
+    """Return the form of a list with ``least`` to ``most`` entries, read as a tuple."""
 
     def fits(value: Any) -> bool:
         return isinstance(value, list) and least <= len(value) and (most is None or len(value) <= most)

@@ -35,7 +35,7 @@ GUESSES = 4
 """First guesses that are tried."""
 
 BELOW_ALONE = 0.9995
-"""Times below so many times what the slowest vehicle takes alone are not tried: they are hardly ever reached."""
+"""Least time that is tried, over that of the slowest vehicle alone: shorter ones are hardly ever reached."""
 
 Told = Callable[[float, float], None]
 

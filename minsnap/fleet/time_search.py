@@ -60,7 +60,7 @@ class TimeTried:
 
 @dataclass(eq=False)
 class TimeSearch:
-    """A search for one fleet with so many pieces.
+    """A search for one fleet with a number of pieces a vehicle.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class TimeSearch:
     _began: float = field(default_factory=process_time)
 
     def search_of(self, samples: int) -> FleetSearch:
-        """Return a joint search with so many samples a piece."""
+        """Return a joint search with a number of samples a piece."""
         task = self.task
         numbers = [each.numbers() for each in task.avoid]
         obstacles = np.stack(numbers) if numbers else np.zeros((0, 13))

@@ -29,7 +29,7 @@ LIFTED = ("max_thrust", "min_thrust", "tilt", "body_rate")
 ROTORS = ("rotor_thrust", "min_rotor_thrust")
 """Both sides of the rotors' thrust range."""
 
-GRID = 256
+PIECE_SAMPLES = 256
 """Samples of a piece from which the largest value is taken."""
 
 Found = tuple[float, float, str]
@@ -103,7 +103,7 @@ class VehicleBound:
         """Return many instants (m,) [s] and the quantities there, (count, m)."""
         from minsnap.vehicle import flatness_of
 
-        inner = np.linspace(0.0, 1.0, GRID, endpoint=False)
+        inner = np.linspace(0.0, 1.0, PIECE_SAMPLES, endpoint=False)
         grid = self.traj.breaks[:-1, None] + self.traj.durations[:, None] * inner
         t = np.append(grid, self.traj.duration)
         states = flatness_of(self.vehicle, self.traj, t, drag=flat_drag(self.vehicle))

@@ -32,7 +32,7 @@ LONGEST = 30.0
 TRAIL = 2.0
 """How long the trail behind a vehicle is [s]."""
 
-NEAR = "#e03131"
+NEAR_COLOUR = "#e03131"
 """Colour of vehicles that come near each other."""
 
 
@@ -196,11 +196,11 @@ class Moving:
         from matplotlib.colors import to_rgba_array
 
         self.curves, self.instants, self.near = curves, instants, near
-        self.colours, self.red = to_rgba_array(colours), to_rgba_array(NEAR)[0]
+        self.colours, self.red = to_rgba_array(colours), to_rgba_array(NEAR_COLOUR)[0]
         self.title = f"{title}  " if title else ""
         many = len(curves) > 2
         self.trails = LineCollection([], colors=self.colours, linewidths=1.5 if many else 3.5, alpha=0.6, zorder=8)
-        self.lines = LineCollection([], colors=NEAR, linewidths=2.0, zorder=9)
+        self.lines = LineCollection([], colors=NEAR_COLOUR, linewidths=2.0, zorder=9)
         for lines in (self.trails, self.lines):
             axes.add_collection(lines, autolim=False)
         self.points = axes.scatter(curves[:, 0, 0], curves[:, 0, 1], s=16 if many else 81, c=self.colours, zorder=10)

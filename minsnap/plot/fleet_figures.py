@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 INSTANTS = 401
 """Instants at which paths and distances are drawn; what is proved is drawn beside them."""
 
-NEAR = 1.25
+NEAR_FACTOR = 1.25
 """Vehicles nearer than this times their separation are shown as near."""
 
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
@@ -110,7 +110,7 @@ def near_pairs(places: FloatArray, separation: Separation) -> IntArray:
     """Return the pairs of vehicles at places (vehicles, dim) nearer than 1.25 times their separation, (pairs, 2)."""
     from scipy.spatial import KDTree
 
-    radii, flat = NEAR * separation.radii_of(len(places)), _flattened(places, separation)
+    radii, flat = NEAR_FACTOR * separation.radii_of(len(places)), _flattened(places, separation)
     found = KDTree(flat).query_pairs(2.0 * radii.max(), output_type="ndarray")
     one, two = found.T
     kept = np.linalg.norm(flat[one] - flat[two], axis=1) < radii[one] + radii[two]

@@ -10,7 +10,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.polynomials.bernstein import basis, derivative_basis_map, rising_powers
 
-NEAR = 0.05
+REFINED_BELOW = 0.05
 """How far below zero, as a share of its range, a polynomial's maximum on the grid may be and still be refined.
 
 Between grid points 1/(4n) apart a polynomial of degree n rises by less than 0.04 of its range."""
@@ -68,7 +68,7 @@ def peaks(points: FloatArray, above: float) -> tuple[IntArray, FloatArray, Float
     grid, values_of = _grid(points.shape[1] - 1)
     points = points[may]
     values = points @ values_of
-    row, column = _summits(values, above - NEAR * (highest[may] - points.min(axis=1))[:, None])
+    row, column = _summits(values, above - REFINED_BELOW * (highest[may] - points.min(axis=1))[:, None])
     s, value = _refine(points[row], grid, values, row, column)
     kept = value > above
     return may[row[kept]], s[kept], value[kept]

@@ -18,7 +18,7 @@ from minsnap.optimisation.problem import Task
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.trajectory import Trajectory
 
-MET = 1e-9
+AT_WAYPOINT = 1e-9
 """Distance, relative to the extent of the course, at which a knot of the flown plan is a waypoint."""
 
 
@@ -46,7 +46,7 @@ class CourseAhead:
             return False
         knots = np.concatenate((rest.control_points[:: rest.pieces, 0], rest.control_points[-1:, -1]))
         offset = knots - self.task.waypoints
-        size = MET * max(float(np.ptp(self.task.waypoints, axis=0).max()), float(np.abs(knots).max()))
+        size = AT_WAYPOINT * max(float(np.ptp(self.task.waypoints, axis=0).max()), float(np.abs(knots).max()))
         pinned = (self.task.upper <= self.task.lower).all(axis=1)
         return bool((np.abs(offset[pinned]) <= size).all())
 

@@ -22,7 +22,7 @@ from minsnap.trajectory.trajectory import Trajectory
 SHARE = 0.1
 """Share of a leg, or of the next one if that is longer, below which what is left of it is flown on."""
 
-MET = 1e-9
+AT_WAYPOINT = 1e-9
 """Distance, relative to the largest coordinate, at which it ends at its waypoint."""
 
 
@@ -96,7 +96,7 @@ def rest_within(splice: Splice, limits: Limits | None) -> bool:
 
 def _meets(task: Task, position: FloatArray) -> bool:
     """Whether a position is in the region of the first waypoint ahead."""
-    offset, rounding = position - task.waypoints[1], MET * float(np.abs(task.waypoints).max())
+    offset, rounding = position - task.waypoints[1], AT_WAYPOINT * float(np.abs(task.waypoints).max())
     if 1 in task.regions and task.regions[1].excess(offset) > rounding:
         return False
     return bool((np.maximum(offset - task.upper[1], task.lower[1] - offset) <= rounding).all())

@@ -43,7 +43,7 @@ class Memory:
         return self.settled and self.answer is splice.flown and self.legs[splice.passed :] == legs
 
     def first_guess(self, splice: Splice, legs: int) -> Trajectory | None:
-        """Return what is left of the last curve found, if it has so many legs."""
+        """Return the rest of the last curve, if it has that number of legs."""
         if self.guess is None or self.answer is not splice.flown:
             return None
         rest = Splice(self.guess, splice.instant, splice.half).rest

@@ -364,7 +364,7 @@ class Replanner:
         return replace(found, curve=curve)
 
     def _finish(self, call: _Call, splice: Splice, passed: int = 0) -> Finish:
-        """Return what gives a curve from a splice its heading; so many of the waypoints ahead are before it."""
+        """Return what gives a curve from a splice its heading; ``passed`` of the waypoints ahead are before it."""
         flown, instant, chosen = splice.flown, splice.instant, self._chosen
         limit = None if self._limits is None else self._limits.yaw_rate
         if call.angles is not None:

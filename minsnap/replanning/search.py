@@ -24,7 +24,7 @@ from minsnap.time_allocation.timing import Finish, Timing
 from minsnap.time_allocation.ways import from_end, joined
 from minsnap.trajectory.trajectory import Trajectory
 
-MET = 1e-9
+EQUAL_TIMES = 1e-9
 """Relative difference of times that counts as none."""
 
 
@@ -65,21 +65,25 @@ class Aim:
         if self.durations is not None:
             asked = np.asarray(self.durations, dtype=np.float64)
             own = np.diff(rest.leg_breaks)
-            return asked.shape == own.shape and bool(np.allclose(own, asked, rtol=MET, atol=0.0))
-        return self.total_time is None or abs(rest.duration - self.total_time) <= MET * self.total_time
+            return asked.shape == own.shape and bool(np.allclose(own, asked, rtol=EQUAL_TIMES, atol=0.0))
+        return self.total_time is None or abs(rest.duration - self.total_time) <= EQUAL_TIMES * self.total_time
 
     def after(self, left: float) -> Aim | None:
         """Return what is asked of the legs after the first, if that may be flown in ``left`` seconds; None if not."""
         if self.durations is not None:
             first, *others = np.asarray(self.durations, dtype=np.float64).ravel()
-            return replace(self, durations=others) if others and np.isclose(first, left, rtol=MET, atol=0.0) else None
+            return (
+                replace(self, durations=others)
+                if others and np.isclose(first, left, rtol=EQUAL_TIMES, atol=0.0)
+                else None
+            )
         if self.total_time is None:
             return self
         rest = self.total_time - left
         return replace(self, total_time=rest) if rest >= SHORTEST else None
 
     def timing(self, seconds: float) -> Timing:
-        """Return how durations are chosen, in so many seconds."""
+        """Return how durations are chosen within a time [s]."""
         limit = seconds if self.timed else None
         return Timing(self.durations, self.total_time, self.limits, time_limit=limit)
 

@@ -18,13 +18,13 @@ from minsnap.trajectory.trajectory import Trajectory
 RATE = 1.0
 """Rate at which a difference of headings is turned away where no limit says more [rad/s]."""
 
-SHORTEST = 0.5
+SHORTEST_TURN = 0.5
 """Seconds over which one is turned away at least."""
 
 SAME = 1e-12
 """Difference of headings, or of their rates, that is rounding [rad], [rad/s]."""
 
-MET = 1e-9
+EQUAL_ANGLES = 1e-9
 """Difference from an angle asked for at which a heading has it [rad]."""
 
 STEEPEST = 1.875
@@ -89,7 +89,7 @@ def has_angles(curve: Trajectory, angles: FloatArray | None) -> bool:
     """Whether a curve has these headings at the ends of its legs, but for whole turns, or none are asked for."""
     if angles is None:
         return True
-    return bool(np.abs(wrap(curve.yaw(curve.leg_breaks[1:]) - angles[: curve.legs])).max() <= MET)
+    return bool(np.abs(wrap(curve.yaw(curve.leg_breaks[1:]) - angles[: curve.legs])).max() <= EQUAL_ANGLES)
 
 
 def spliced(
@@ -117,7 +117,7 @@ def spliced(
     gap, excess = float(wrap(yaw - float(base(0.0)))), rate - float(base(0.0, 1))
     if abs(gap) <= SAME and abs(excess) <= SAME:
         return base
-    span = max(SHORTEST, STEEPEST * abs(gap) / (RATE if limit is None else 0.5 * limit))
+    span = max(SHORTEST_TURN, STEEPEST * abs(gap) / (RATE if limit is None else 0.5 * limit))
     if base.constant is not None:
         return _turned_away(base.constant, gap, excess, span, curve.duration)
     return SplicedHeading(base, gap, excess, span)

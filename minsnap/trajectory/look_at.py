@@ -20,7 +20,7 @@ from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_look_rate
 
-GRID = 256
+TURN_SAMPLES = 256
 """Instants a polynomial piece, or a 64th of another path, at which turns around the point are counted at least."""
 
 NEAREST = 1e-3
@@ -161,7 +161,7 @@ def _instants(path: Path) -> FloatArray:
     """Return instants that divide every polynomial, or the whole of another path, into small parts."""
     breaks = getattr(path, "breaks", None)
     knots = np.linspace(0.0, path.duration, 65) if breaks is None else np.asarray(breaks)
-    parts = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(GRID) / GRID
+    parts = knots[:-1, None] + np.diff(knots)[:, None] * np.arange(TURN_SAMPLES) / TURN_SAMPLES
     return np.append(parts.reshape(-1), path.duration)
 
 

@@ -28,7 +28,7 @@ ROUNDINGS = 2.0**-44
 
 MOST_PIECES = 100_000
 
-SHORTEST = 1e-9
+SHORTEST_RAMP = 1e-9
 """Share of the duration that a spin-up takes at least."""
 
 
@@ -141,7 +141,7 @@ def _knots(path: PhasePath, error: float) -> FloatArray:
     pieces = _count(sizes, lambda n: _spinning(law, n), error) if law.ramp > 0.0 else 1
     spin = np.linspace(0.0, law.spin_time, pieces + 1) if law.ramp > 0.0 else np.zeros(1)
     down = law.duration - spin[-2::-1] if law.ramp > 0.0 else np.empty(0)
-    if law.duration - 2.0 * law.spin_time <= SHORTEST * law.duration:
+    if law.duration - 2.0 * law.spin_time <= SHORTEST_RAMP * law.duration:
         return np.concatenate((spin, down))
     pieces = _count(sizes, lambda n: _steady(law, n), error)
     return np.concatenate((spin, np.linspace(law.spin_time, _slowing(law), pieces + 1)[1:], down))
@@ -158,7 +158,7 @@ def _slowing(law: PhaseLaw) -> float:
 def _check(law: PhaseLaw, sizes: _Sizes, error: float) -> None:
     if sizes.rounding >= error:
         raise ShapeError(f"an error of {error:g} m is not more than rounding, {sizes.rounding:.2g} m: allow more")
-    if 0.0 < law.spin_time < SHORTEST * law.duration:
+    if 0.0 < law.spin_time < SHORTEST_RAMP * law.duration:
         raise ShapeError(
             f"a spin-up of {law.spin_time:.2g} s is too short for polynomials: give ramp=0 or a longer one"
         )

@@ -22,7 +22,7 @@ from minsnap.trajectory.transport import (
     lift_of,
 )
 
-GRID = 16
+CELL_SAMPLES = 16
 """Instants a cell at which the turns of the yaw are counted."""
 
 VERTICAL = 1e-12
@@ -156,7 +156,7 @@ class TiltHeading(Heading):
     @cached_property
     def _unwrapped(self) -> tuple[FloatArray, FloatArray]:
         """Instants and the continuous yaw there."""
-        grid = self._transport.grid(GRID)
+        grid = self._transport.grid(CELL_SAMPLES)
         return grid, np.unwrap(_yaw_of(self.axes(grid)[1]))
 
 

@@ -28,7 +28,7 @@ SLOW, SLOW_SHARE = 0.5, 0.1
 RESTING = 1e-6
 """Share of the top speed, climbing included, that no horizontal speed exceeds where a path only climbs."""
 
-GRID = 64
+TURN_SAMPLES = 64
 """Instants a polynomial piece at which the turns of the velocity are counted."""
 
 
@@ -205,5 +205,5 @@ def _turning_grid(path: Path) -> FloatArray:
     breaks = getattr(path, "breaks", None)
     if breaks is None:
         return np.linspace(0.0, path.duration, 4096)
-    inner = breaks[:-1, None] + np.diff(breaks)[:, None] * (np.arange(GRID) / GRID)
+    inner = breaks[:-1, None] + np.diff(breaks)[:, None] * (np.arange(TURN_SAMPLES) / TURN_SAMPLES)
     return np.append(inner.reshape(-1), path.duration)

@@ -24,7 +24,7 @@ TOLERANCE = 0.002
 LONGEST = 60_000
 """Longest segment [ms]: Skybrush's own builder splits above."""
 
-SHORTEST = 8
+SHORTEST_SEGMENT = 8
 """Segments that are not split any more [ms]."""
 
 LARGEST_SCALE = 127
@@ -106,7 +106,7 @@ def _whole(breaks: FloatArray) -> _Integers:
 def _coarse(trajectory: Trajectory, breaks: _Integers, tolerance: float) -> _Integers:
     """Return the middles of segments whose cubics are farther from the curve than is allowed [ms]."""
     stored = Trajectory(_hermite(trajectory, breaks), np.diff(breaks) / 1e3)
-    coarse = (distances_within(stored, trajectory) > tolerance) & (np.diff(breaks) > SHORTEST)
+    coarse = (distances_within(stored, trajectory) > tolerance) & (np.diff(breaks) > SHORTEST_SEGMENT)
     return (breaks[:-1] + breaks[1:])[coarse] // 2
 
 

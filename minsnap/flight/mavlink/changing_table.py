@@ -15,7 +15,7 @@ from minsnap.flight.mavlink.vehicle_state import Vector
 from minsnap.trajectory.samples import Samples
 from minsnap.trajectory.trajectory import Trajectory
 
-CLOSE = 0.02
+JOIN_DISTANCE = 0.02
 """How far a change may begin from where the setpoints are then [m]."""
 
 ALIKE = 0.1
@@ -174,7 +174,7 @@ class ChangingTable:
             self.frame,
         ).rows[0]
         gap = float(np.linalg.norm(begin[:3] - position))
-        if gap > CLOSE:
+        if gap > JOIN_DISTANCE:
             raise FlightError(
                 f"the change begins {gap:.3g} m from the setpoint at its splice: replan from what is flown"
             )

@@ -93,7 +93,7 @@ def prepare(source: Samples | Path | str | os.PathLike[str], options: StreamOpti
 
 
 def _at_speed(samples: Samples, report: ConsistencyReport) -> str:
-    """Say how fast a path begins and ends that does so at speed, where the vehicle is held at rest."""
+    """Say that a path begins or ends at speed, where the vehicle is held at rest."""
     if samples.velocity is None:
         return ""
     speeds = np.linalg.norm(samples.velocity[[0, -1]], axis=1)

@@ -30,7 +30,7 @@ from minsnap.trajectory.trajectory import Trajectory
 BUDGETS = (0.2, 0.5, 1.0)
 """Times from an order to its splice that are tried in turn [s]."""
 
-MET = 1e-6
+PASSED_WITHIN = 1e-6
 """How near a plan passes what was ordered, where it was followed [m]."""
 
 SHORT = ("stop", "finish")
@@ -208,11 +208,13 @@ def _places(order: dict[str, Any]) -> list[Any]:
 
 def _passes(curve: Trajectory, points: FloatArray) -> bool:
     knots = curve(curve.leg_breaks[1:])
-    return len(knots) >= len(points) and bool((np.linalg.norm(knots[-len(points) :] - points, axis=1) < MET).all())
+    return len(knots) >= len(points) and bool(
+        (np.linalg.norm(knots[-len(points) :] - points, axis=1) < PASSED_WITHIN).all()
+    )
 
 
 def _refuse_backwards(curve: Trajectory, gates: Sequence[Gate]) -> None:
     for passage in gate_passages(curve, gates):
         gate = gates[passage.gate]
-        if gate.crossing * float(curve(passage.instant, 1) @ gate.normal) < -MET:
+        if gate.crossing * float(curve(passage.instant, 1) @ gate.normal) < -PASSED_WITHIN:
             raise InputError(f"gate {passage.gate} would be passed backwards: give it straight, or points around it")

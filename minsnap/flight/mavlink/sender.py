@@ -26,7 +26,7 @@ GRANTED = {
 }
 
 Encoder = Callable[[SetpointStep, int], Message]
-"""Makes the message of a step that is due so many milliseconds after the start of the stream."""
+"""Makes the message of a step from the time at which it is due, after the start of the stream [ms]."""
 
 Foreseer = Callable[[int], SetpointStep]
 """Tells what is sent in a later slot if nothing happens until then."""

@@ -10,7 +10,7 @@ from minsnap.flight.tracking.comparison import MAX_DELAY, Comparison, compare
 from minsnap.flight.tracking.log_flights import LogFlight, find_flights
 from minsnap.trajectory.samples import Samples
 
-FAR = 1.0
+OFFSET_NOTED = 1.0
 """Constant offset from which on a comparison says more of origin and frame than of tracking [m]."""
 
 
@@ -55,7 +55,7 @@ class ComparedFlight:
             drift = 100 * abs(self.place.rate - 1.0)
             said.append(f"the log's clock runs {drift:.1f} % {self._pace()}: flown times are those of the file")
         offset = self.comparison.constant_offset
-        if float(np.linalg.norm(offset)) > FAR:
+        if float(np.linalg.norm(offset)) > OFFSET_NOTED:
             words = ", ".join(f"{value:.2f}" for value in offset)
             said.append(f"the whole flight lies ({words}) m from its reference: do origin and frame agree?")
         return said

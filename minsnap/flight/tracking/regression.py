@@ -67,7 +67,7 @@ def fitted(
 
 
 def _long_run(rows: FloatArray, lags: int) -> FloatArray:
-    """Return the sum of the products of rows (m, p) up to so many lags apart, weights falling linearly."""
+    """Sum the products of rows (m, p) up to ``lags`` apart, with weights that fall linearly."""
     total = rows.T @ rows
     for lag in range(1, min(lags, len(rows) - 1) + 1):
         product = rows[lag:].T @ rows[:-lag]

@@ -143,6 +143,6 @@ def _at(t: FloatArray, known: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def _integrals(values: FloatArray, steps: int) -> FloatArray:
-    """Return integrals over so many steps from each row on, by the trapezoidal rule."""
+    """Integrate over ``steps`` steps from each row on, by the trapezoidal rule."""
     total = np.vstack([np.zeros(values.shape[1]), np.cumsum(0.5 * (values[1:] + values[:-1]), axis=0)]) / RATE
     return np.asarray(total[steps:] - total[:-steps])

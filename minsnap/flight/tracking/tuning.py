@@ -82,7 +82,7 @@ def tune_in_flight(
     settings: LearningSettings | None = None,
     sent: Samples | None = None,
 ) -> list[TunedFlight]:
-    """Fly a plan so many times, each time with what was learned; end at a flight that missed more than the one before.
+    """Fly a plan again and again, each time with what was learned; end where a flight missed more than the last.
 
     Parameters
     ----------

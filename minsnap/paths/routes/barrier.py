@@ -52,7 +52,7 @@ class Barrier:
         return bool(parted) and closed and blocked and all(map(self._too_near, apart.tolist()))
 
     def _too_near(self, steps: list[int]) -> bool:
-        """Whether cells so many steps apart are nearer than the clearance."""
+        """Whether cells at these steps from each other are nearer than the clearance."""
         sides = [Fraction(side) for side in self.grid.resolution.tolist()]
         square = sum((max(count - 1, 0) * side) ** 2 for count, side in zip(steps, sides, strict=True))
         return square < Fraction(self.clearance) ** 2

@@ -85,7 +85,7 @@ class _Arcs:
     length: FloatArray
 
     def take(self, which: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> _Arcs:
-        """Return some of them."""
+        """Return the distances of a part of the cells."""
         return _Arcs(self.points[which], self.start[which], self.length[which])
 
     def halved(self) -> _Arcs:
