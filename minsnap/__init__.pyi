@@ -8,6 +8,9 @@ from .corridors.boxes import Boxes as Boxes
 from .corridors.gates import Ball as Ball
 from .corridors.gates import Gate as Gate
 from .corridors.half_spaces import HalfSpaces as HalfSpaces
+from .corridors.keep_out import Cuboid as Cuboid
+from .corridors.keep_out import Cylinder as Cylinder
+from .corridors.keep_out import Ellipsoid as Ellipsoid
 from .corridors.occupancy_grid import corridor_from_grid as corridor_from_grid
 from .corridors.polytopes import Polytopes as Polytopes
 from .corridors.room import Room as Room
@@ -30,9 +33,6 @@ from .fleet.assignment import assign as assign
 from .fleet.common_clock import Fleet as Fleet
 from .fleet.fleet_certificate import certify_fleet as certify_fleet
 from .fleet.fleet_planner import plan_fleet as plan_fleet
-from .fleet.keep_out import Cuboid as Cuboid
-from .fleet.keep_out import Cylinder as Cylinder
-from .fleet.keep_out import Ellipsoid as Ellipsoid
 from .fleet.separation import Separation as Separation
 from .limits.limits import Limits as Limits
 from .optimisation.textbook_qp import build_qp as build_qp

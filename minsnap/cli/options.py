@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from math import degrees, radians
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from minsnap.cli.vehicles import VEHICLE_HELP
 from minsnap.errors import InputError, LimitError
 from minsnap.limits.kinds import KINDS, Kind
+
+if TYPE_CHECKING:
+    from minsnap.corridors.keep_out import Obstacle
 
 Output = Annotated[
     Path | None,
@@ -141,6 +144,10 @@ Corridor = Annotated[
     str | None,
     typer.Option("--corridor", metavar="M", help="Half-width around each leg [m]: one, or one per leg with commas."),
 ]
+Avoid = Annotated[
+    list[str] | None,
+    typer.Option("--avoid", metavar="X,Y,R", help="Upright cylinder to keep out of [m]; or X,Y,R,LOW,HIGH."),
+]
 Yaw = Annotated[
     str | None, typer.Option("--yaw", help="Heading [degrees]; 'velocity' to look where it flies; 'tilt' not to spin.")
 ]
@@ -195,6 +202,19 @@ def parse_numbers(option: str, text: str) -> list[float]:
         If the text is something else.
     """
     return [_number(option, part) for part in text.split(",")]
+
+
+def parse_avoid(texts: list[str] | None) -> list[Obstacle] | None:
+    """Return the cylinders to keep out of, or None.
+
+    Raises
+    ------
+    InputError
+        If a text is not three or five numbers with commas.
+    """
+    from minsnap.corridors.keep_out import named_obstacle
+
+    return [named_obstacle("cylinder", parse_numbers("--avoid", text)) for text in texts or ()] or None
 
 
 def chosen_yaw(text: str | None, look_at: tuple[float, float] | None) -> Any:

@@ -150,6 +150,7 @@ class Planning(TimingOptions):
     """Options of a plan through several waypoints."""
 
     corridor: options.Corridor = None
+    avoid: options.Avoid = None
     yaw_rate: options.YawRate = None
     hold_below: options.HoldBelow = None
     degree: options.Degree = 7
@@ -172,7 +173,7 @@ class Planning(TimingOptions):
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that were given."""
-        chosen = options.given(corridor=self.walls, continuity=self.continuity)
+        chosen = options.given(corridor=self.walls, continuity=self.continuity, avoid=options.parse_avoid(self.avoid))
         chosen |= options.given(yaw_rate=self.yaw_rate, hold_below=self.hold_below)
         return super().arguments() | chosen | {"degree": self.degree, "solver": self.solver}
 

@@ -7,6 +7,9 @@ from .gate_passages import gate_passages as gate_passages
 from .gates import Ball as Ball
 from .gates import Gate as Gate
 from .half_spaces import HalfSpaces as HalfSpaces
+from .keep_out import Cuboid as Cuboid
+from .keep_out import Cylinder as Cylinder
+from .keep_out import Ellipsoid as Ellipsoid
 from .occupancy_grid import corridor_from_grid as corridor_from_grid
 from .polytopes import Polytopes as Polytopes
 from .room import Room as Room

@@ -10,6 +10,7 @@ from minsnap.errors import CorridorError, FrameError, VehicleError
 from minsnap.files.frames import get_frame, map_vectors, map_yaw
 
 if TYPE_CHECKING:
+    from minsnap.corridors.keep_out import Obstacle
     from minsnap.limits.limits import Limits, VehicleLimits
     from minsnap.vehicle.quadrotor import Quadrotor
 
@@ -51,6 +52,8 @@ class PlanRequest:
         The box that each leg stays in.
     room : Box or None
         The box that all legs stay in.
+    avoid : tuple of (name, numbers)
+        Obstacles to keep out of, as :func:`~minsnap.corridors.keep_out.named_obstacle` takes them.
     yaw : float, str, tuple of float, or None
         As ``plan`` takes it.
     degree, continuity, pieces, closed
@@ -69,6 +72,7 @@ class PlanRequest:
     corridor: tuple[float, ...] | None = None
     boxes: tuple[Box, ...] | None = None
     room: Box | None = None
+    avoid: tuple[tuple[str, Point], ...] = ()
     yaw: float | str | tuple[float, ...] | None = None
     degree: int = 7
     continuity: int | None = None
@@ -112,6 +116,19 @@ class PlanRequest:
         return [room] if corridor is None else [corridor, room]
 
     @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The obstacles to keep out of.
+
+        Raises
+        ------
+        CorridorError
+            If one of them is malformed.
+        """
+        from minsnap.corridors.keep_out import named_obstacle
+
+        return tuple(named_obstacle(*each) for each in self.avoid)
+
+    @property
     def bounds(self) -> Limits | None:
         """The limits, those of the rotors among them; None without any.
 
@@ -136,7 +153,7 @@ class PlanRequest:
         """
         asked: dict[str, Any] = {"waypoints": self.waypoints, "durations": self.durations, "yaw": self.yaw}
         asked |= {"total_time": self.total_time, "limits": self.bounds, "corridor": self.walls}
-        asked |= {"continuity": self.continuity}
+        asked |= {"continuity": self.continuity, "avoid": self.obstacles or None}
         given = {name: value for name, value in asked.items() if value is not None}
         return given | {"degree": self.degree, "pieces": self.pieces, "closed": self.closed}
 
@@ -170,8 +187,10 @@ def in_enu(request: PlanRequest, frame: str) -> PlanRequest:
         raise FrameError(
             f"waypoints of {len(request.waypoints[0])} coordinates are in ENU: give x, y and z for {frame}"
         )
-    if request.boxes is not None or request.room is not None:
-        raise FrameError("boxes and a room are in ENU: give the waypoints in ENU too, or leave the walls out")
+    if request.boxes is not None or request.room is not None or request.avoid:
+        raise FrameError(
+            "boxes, a room and obstacles are in ENU: give the waypoints in ENU too, or leave the walls out"
+        )
     points = tuple(tuple(row) for row in map_vectors(request.waypoints, axes, "enu").tolist())
     yaw = request.yaw
     if yaw is not None and not isinstance(yaw, str):

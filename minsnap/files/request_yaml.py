@@ -10,6 +10,7 @@ from typing import Any
 
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.text import load_yaml
+from minsnap.corridors.keep_out import NAMED
 from minsnap.files.frames import FRAMES
 from minsnap.files.limits_in_files import LIMITS, PRESET, complete, without_null
 from minsnap.files.plan_request import RESERVE, PlanRequest
@@ -21,12 +22,18 @@ ENTRY = mapping({name: Key(NUMBER) for name in COLUMNS}, f"a mapping of {', '.jo
 
 WIDTHS = either(NUMBER, several(NUMBER, "one number per leg"))
 
+OBSTACLE = mapping(
+    {name: Key(several(NUMBER, what, least, 6), f"{what} [m]") for name, (_, what, least) in NAMED.items()},
+    f"a mapping of {', '.join(NAMED)} to numbers",
+)
+
 FURTHER = {
     "total_time": Key(NUMBER, "of all legs together [s]"),
     "limits": Key(LIMITS, "where they choose the time, the ordinary ones hold too unless they are null"),
     "corridor": Key(WIDTHS, "half-width around each leg [m], one for all or one per leg"),
     "boxes": Key(several(BOX, "two corners for each leg"), "in which each leg stays [m]"),
     "room": Key(BOX, "in which all legs stay [m]"),
+    "avoid": Key(several(OBSTACLE, "a list of obstacles"), "what the path keeps out of"),
     "degree": Key(WHOLE, "of the polynomials"),
     "continuity": Key(WHOLE, "derivatives that are continuous at the waypoints"),
     "pieces": Key(either(word("auto"), WHOLE), "polynomials per leg"),
@@ -49,7 +56,7 @@ REQUEST = mapping(
 )
 """The whole file."""
 
-ITS_OWN = ("total_time", "corridor", "room", "degree", "continuity", "pieces", "view")
+ITS_OWN = ("total_time", "corridor", "room", "avoid", "degree", "continuity", "pieces", "view")
 """Keys that only requests have, and courses do not."""
 
 
@@ -124,7 +131,8 @@ def _described(request: PlanRequest) -> dict[str, Any]:
     corridor = None if request.corridor is None else list(request.corridor)
     told: dict[str, Any] = {"waypoints": _lists(request.waypoints), "yaw": _lists(request.yaw)}
     told |= {"durations": _lists(request.durations), "total_time": request.total_time, "limits": limits or None}
-    told |= {"corridor": corridor, "boxes": boxes, "room": room, "degree": request.degree}
+    avoid = [{name: list(numbers)} for name, numbers in request.avoid] or None
+    told |= {"corridor": corridor, "boxes": boxes, "room": room, "avoid": avoid, "degree": request.degree}
     told |= {"continuity": request.continuity, "pieces": request.pieces, "closed": request.closed}
     told["view"] = {"frame": request.frame} | ({"vehicle": request.vehicle} if request.vehicle else {})
     return {name: value for name, value in told.items() if value is not None}
@@ -149,6 +157,8 @@ def _with_further(where: str, found: PlanRequest, content: Mapping[str, Any]) ->
         changes |= _limits(
             f"{where}: limits", changes.pop("limits"), found.durations is not None or "total_time" in changes
         )
+    if "avoid" in changes:
+        changes["avoid"] = tuple(named for entry in changes["avoid"] for named in entry.items())
     if isinstance(changes.get("corridor"), float):
         changes["corridor"] = (changes["corridor"],) * max(found.legs, 1)
     return replace(found, **changes.pop("view", {}) | changes)

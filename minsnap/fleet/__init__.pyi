@@ -7,7 +7,4 @@ from .fleet_certificate import NearPair as NearPair
 from .fleet_certificate import certify_fleet as certify_fleet
 from .fleet_planner import plan_fleet as plan_fleet
 from .fleet_report import FleetReport as FleetReport
-from .keep_out import Cuboid as Cuboid
-from .keep_out import Cylinder as Cylinder
-from .keep_out import Ellipsoid as Ellipsoid
 from .separation import Separation as Separation

@@ -16,11 +16,11 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.room import Room, as_room
 from minsnap.errors import FleetError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_limits import FleetUse, fleet_use, room_margins
-from minsnap.fleet.keep_out import Obstacle, as_obstacles
 from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation, as_separation
 from minsnap.native.fleet_border import NearPairs, clearances, near_pairs

@@ -12,12 +12,12 @@ from minsnap.basics.checks import check_state, check_waypoints
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.keep_out import as_obstacles, clearance_of
 from minsnap.corridors.room import Room, as_room
 from minsnap.errors import FleetError, WaypointError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_limits import limits_of
 from minsnap.fleet.fleet_task import FleetTask, waypoint_knots
-from minsnap.fleet.keep_out import as_obstacles
 from minsnap.fleet.separation import as_separation
 from minsnap.trajectory.path import Path
 
@@ -138,20 +138,13 @@ def refuse_meetings(task: FleetTask, pieces: int) -> None:
 
 def _refuse_outside(task: FleetTask) -> None:
     """Refuse the first waypoint outside of the room or inside an obstacle."""
-    obstacles = [each.numbers() for each in task.avoid]
     for vehicle, points in enumerate(task.waypoints):
         for index, point in enumerate(points):
             if task.room is not None and ((point < task.room.lower) | (point > task.room.upper)).any():
                 text = f"waypoint {index} of vehicle {vehicle}, {point}, is outside of the room"
                 raise FleetError(f"{text}: move it or make the room larger", vehicle=vehicle)
-            for which, numbers in enumerate(obstacles):
-                depth = -_clearance(numbers, point)
+            for which, obstacle in enumerate(task.avoid):
+                depth = -clearance_of(obstacle, point)
                 if depth > EXACT:
                     text = f"waypoint {index} of vehicle {vehicle}, {point}, is {depth:.3g} m inside obstacle {which}"
                     raise FleetError(f"{text}: move it", vehicle=vehicle)
-
-
-def _clearance(numbers: FloatArray, point: FloatArray) -> float:
-    center, scale, radius, low, high = numbers[:3], numbers[3:6], numbers[6], numbers[7:10], numbers[10:]
-    flat = float(np.maximum(point - high, low - point).max())
-    return flat if radius < 0.0 else max(flat, float(np.sqrt(((scale * (point - center)) ** 2).sum())) - radius)

@@ -14,6 +14,7 @@ from minsnap.basics.checks import check_seed, check_time, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.progress import ProgressLine, told
 from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.room import Room
 from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet
@@ -21,7 +22,6 @@ from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_checks import check_task, refuse_meetings
 from minsnap.fleet.fleet_report import FleetReport
 from minsnap.fleet.fleet_task import FleetTask, way_of
-from minsnap.fleet.keep_out import Obstacle
 from minsnap.fleet.one_curve import PIECES, one_curve
 from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation

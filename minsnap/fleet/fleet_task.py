@@ -11,8 +11,8 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.boxes import Boxes
+from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.room import Room
-from minsnap.fleet.keep_out import Obstacle
 from minsnap.fleet.separation import Separation
 from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import KINDS, ORDERS

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from minsnap.basics.checks import DERIVATIVES
@@ -21,7 +23,7 @@ def one_curve(
     task: FleetTask, total_time: float | None, polish: float, pieces: int
 ) -> tuple[list[Trajectory], str] | None:
     """Return the trajectories of a fleet that one curve decides, and by which method; None for another fleet."""
-    if len(task) + len(task.fixed) == 1 and not task.avoid:
+    if len(task) + len(task.fixed) == 1:
         return [_single(task, total_time, polish, pieces)], "single"
     lines = _straight(task, total_time, polish, pieces)
     return None if lines is None else (lines, "straight")
@@ -32,11 +34,12 @@ def _single(task: FleetTask, total_time: float | None, polish: float, pieces: in
     walls = [each for each in (*task.corridors, task.room) if each is not None]
     start = {DERIVATIVES[order]: value for order, value in task.states[0].items()} or None
     limits = None if task.limits is None else task.limits[0]
-    asked = {"limits": limits, "corridor": walls or None, "start": start, "pieces": pieces}
-    curve = plan(task.waypoints[0], total_time=total_time, **asked)  # type: ignore[arg-type]
+    asked: dict[str, Any] = {"limits": limits, "corridor": walls or None, "start": start, "avoid": task.avoid or None}
+    asked["pieces"] = 1 if task.avoid else pieces  # legs are cut where they go around
+    curve = plan(task.waypoints[0], total_time=total_time, **asked)
     if total_time is not None or polish == 0.0:
         return curve
-    return plan(task.waypoints[0], total_time=(1.0 + polish) * curve.duration, **asked)  # type: ignore[arg-type]
+    return plan(task.waypoints[0], total_time=(1.0 + polish) * curve.duration, **asked)
 
 
 def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: int) -> list[Trajectory] | None:

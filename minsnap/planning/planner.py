@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,7 @@ from minsnap.basics.progress import ProgressLine, told
 from minsnap.corridors.constraint import Constraint, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import check_dimension, is_table, read_columns, warn_magnitude
+from minsnap.corridors.keep_out import Obstacle, as_obstacles
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.sampled import Sampled, unsampled
@@ -83,6 +85,7 @@ def plan(
     waypoint_tolerance: npt.ArrayLike | Ball | None = None,
     search: Search | None = None,
     progress: Progress | bool | None = None,
+    avoid: Obstacle | Sequence[Obstacle] | None = None,
 ) -> Trajectory:
     r"""Plan the curve through waypoints that minimises the integral of the squared k-th derivative.
 
@@ -136,6 +139,9 @@ def plan(
         How durations are searched for: the split of a total time, a price of time, how limits are kept, when to end.
     progress : callable or bool, optional
         Called with a ``Step`` at every evaluation of a search; True shows a line on standard error where it takes long.
+    avoid : obstacle or sequence of obstacles, optional
+        ``Cylinder``, ``Ellipsoid`` and ``Cuboid`` that the curve keeps out of at every instant, with more polynomials a
+        leg where it goes around them. That a way around is the best one is not proved.
 
     Returns
     -------
@@ -163,7 +169,7 @@ def plan(
         waypoints, yaw = table.points, table.yaw if yaw is None else yaw
         free = _all_none((durations, total_time, limits, how.time_weight))
         durations = table.durations if free else durations
-    further = limits, continuity, yaw, start, end, pins, waypoint_tolerance
+    further = limits, continuity, yaw, start, end, pins, waypoint_tolerance, avoid
     if (
         (search is None or replace(how, on_interrupt="raise") == USUAL)
         and _usual(closed, solver, pieces)
@@ -173,9 +179,10 @@ def plan(
         quick = resting_plan(waypoints, durations, total_time, corridor, degree)
         if quick is not None:
             return quick if progress is None else _shown(quick, progress, how.on_interrupt)
+    from minsnap.planning.around import plan_around
     from minsnap.time_allocation.allocate import plan_timed
 
-    closed = check_flag("closed", closed)
+    closed, obstacles = check_flag("closed", closed), as_obstacles(avoid)
     parts, refine = check_pieces(pieces)
     timing = Timing(durations, total_time, limits, **vars(how), refine=refine)
     timing.check()
@@ -190,7 +197,8 @@ def plan(
     heading = asked_heading(yaw, task.legs, task.closed, limits)
     with told(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
         watched = timing if watch is None else replace(timing, progress=watch)
-        timed = plan_timed(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
+        chosen = partial(plan_around, obstacles=obstacles) if obstacles else plan_timed
+        timed = chosen(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
     return timed.trajectory.reported_by(_Plan(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
 
 

@@ -19,6 +19,7 @@ def as_python(request: PlanRequest) -> str:
         "durations": _list(request.durations),
         "limits": _limits(request),
         "corridor": _walls(request),
+        "avoid": _avoided(request),
         "yaw": _list(request.yaw),
         "degree": request.degree if request.degree != 7 else None,
         "continuity": request.continuity,
@@ -28,6 +29,7 @@ def as_python(request: PlanRequest) -> str:
     given = [f"    {name}={value}," for name, value in arguments.items() if value is not None]
     points = [f"    {point!r}," for point in request.waypoints]
     head = ["import minsnap"] + (["from minsnap.vehicle import Quadrotor"] if request.rotors is not None else [])
+    head += ["from minsnap.corridors.keep_out import named_obstacle"] if request.avoid else []
     return "\n".join(
         [*head, "", "waypoints = [", *points, "]", "trajectory = minsnap.plan(", "    waypoints,", *given, ")", ""]
     )
@@ -60,6 +62,11 @@ def _limits(request: PlanRequest) -> str | None:
         return f"minsnap.Limits({fields})" if fields else None
     vehicle = f"Quadrotor.{request.vehicle}(), reserve={request.rotors!r}"
     return f"minsnap.Limits.of({vehicle}{', ' if fields else ''}{fields})"
+
+
+def _avoided(request: PlanRequest) -> str | None:
+    each = [f"named_obstacle({name!r}, {numbers!r})" for name, numbers in request.avoid]
+    return f"[{', '.join(each)}]" if each else None
 
 
 def _walls(request: PlanRequest) -> str | None:

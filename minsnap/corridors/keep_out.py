@@ -5,7 +5,7 @@ What keeps out is the vehicle's center: make an obstacle larger by what the vehi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any, Protocol, runtime_checkable
@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers
 from minsnap.basics.messages import shown
-from minsnap.errors import FleetError
+from minsnap.errors import CorridorError
 
 
 @runtime_checkable
@@ -25,6 +25,38 @@ class Obstacle(Protocol):
     def numbers(self) -> FloatArray:
         """Return center (3), scale (3), radius (below 0 for no ball), lower and upper bounds (3 each), shape (13,)."""
         ...
+
+
+def clearance_of(obstacle: Obstacle, point: FloatArray) -> float:
+    """Return how far a point (3,) is from an obstacle, at least, negative inside [m]."""
+    numbers = obstacle.numbers()
+    center, scale, radius, low, high = numbers[:3], numbers[3:6], numbers[6], numbers[7:10], numbers[10:]
+    flat = float(np.maximum(point - high, low - point).max())
+    return flat if radius < 0.0 else max(flat, float(np.sqrt(((scale * (point - center)) ** 2).sum())) - radius)
+
+
+def supporting_planes(obstacle: Obstacle, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return planes that touch an obstacle on the side of points (..., 3), which it is wholly behind.
+
+    Returns
+    -------
+    normal : ndarray, shape (..., 3)
+        Towards the point, of unit length; zero where the point is inside.
+    height : ndarray, shape (...)
+        The obstacle lies where ``normal . x`` is at most this [m].
+    """
+    numbers = obstacle.numbers()
+    center, scale, radius, low, high = numbers[:3], numbers[3:6], numbers[6], numbers[7:10], numbers[10:]
+    normal, round_ = points - np.clip(points, low, high), (scale > 0.0) & (radius >= 0.0)
+    away = scale * (points - center)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        beyond = np.maximum(1.0 - radius / np.sqrt((away * away).sum(axis=-1, keepdims=True)), 0.0)
+        normal = normal + np.where(round_, scale * away * np.nan_to_num(beyond), 0.0)
+        normal = np.nan_to_num(normal / np.sqrt((normal * normal).sum(axis=-1, keepdims=True)))
+        ends = np.where(normal > 0.0, normal * high, np.where(normal < 0.0, normal * low, 0.0))
+        spread = np.where(round_, normal / scale, 0.0)
+    flat = np.where(round_, normal * center, ends).sum(axis=-1)
+    return normal, flat + max(radius, 0.0) * np.sqrt((spread * spread).sum(axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +74,7 @@ class Cylinder(ReadOnly):
 
     Raises
     ------
-    FleetError
+    CorridorError
         If a number is none, the radius is not positive, or ``low`` is not below ``high``.
     """
 
@@ -56,7 +88,9 @@ class Cylinder(ReadOnly):
         radius = _numbers(self.radius, (), "the radius of a cylinder", "a positive number [m]", 0.0)
         ends = numbers((self.low, self.high))
         if ends is None or ends.shape != (2,) or not ends[0] < ends[1]:
-            raise FleetError(f"a cylinder runs from {shown(self.low)} to {shown(self.high)}: give low below high [m]")
+            raise CorridorError(
+                f"a cylinder runs from {shown(self.low)} to {shown(self.high)}: give low below high [m]"
+            )
         object.__setattr__(self, "radius", float(radius))
         object.__setattr__(self, "low", float(ends[0]))
         object.__setattr__(self, "high", float(ends[1]))
@@ -80,7 +114,7 @@ class Ellipsoid(ReadOnly):
 
     Raises
     ------
-    FleetError
+    CorridorError
         If a number is none, or a half-axis is not positive.
     """
 
@@ -110,7 +144,7 @@ class Cuboid(ReadOnly):
 
     Raises
     ------
-    FleetError
+    CorridorError
         If a lower bound is not below its upper one.
     """
 
@@ -120,7 +154,7 @@ class Cuboid(ReadOnly):
     def __post_init__(self) -> None:
         low, high = numbers(self.lower), numbers(self.upper)
         if low is None or high is None or low.shape != (3,) or high.shape != (3,) or not (low < high).all():
-            raise FleetError(
+            raise CorridorError(
                 f"a cuboid runs from {shown(self.lower)} to {shown(self.upper)}: give two corners of three numbers, "
                 "the lower below the upper [m]"
             )
@@ -132,6 +166,30 @@ class Cuboid(ReadOnly):
         return np.array([*(0.0,) * 6, -1.0, *self.lower, *self.upper])
 
 
+NAMED: dict[str, tuple[Callable[[Any], Obstacle], str, int]] = {
+    "cylinder": (lambda n: Cylinder(n[:2], n[2], *n[3:]), "x, y, radius and, if it has ends, low and high", 3),
+    "ellipsoid": (lambda n: Ellipsoid(n[:3], n[3:]), "x, y, z and three half-axes", 6),
+    "cuboid": (lambda n: Cuboid(n[:3], n[3:]), "x, y, z of one corner and of the opposite one", 6),
+}
+"""Obstacles by the names that files have for them, from plain numbers; which these are, and the least count."""
+
+
+def named_obstacle(kind: str, values: Sequence[float]) -> Obstacle:
+    """Return an obstacle from its name and its numbers [m].
+
+    Raises
+    ------
+    CorridorError
+        If there is none of that name, or it takes other numbers.
+    """
+    if kind not in NAMED:
+        raise CorridorError(f"no obstacle is called {shown(kind)}: choose one of {', '.join(NAMED)}")
+    make, what, least = NAMED[kind]
+    if len(values) not in (least, least if least == 6 else 5):
+        raise CorridorError(f"a {kind} has {len(values)} numbers: give {what} [m]")
+    return make(values)
+
+
 def as_obstacles(avoid: Any) -> tuple[Obstacle, ...]:
     """Return the argument ``avoid`` as obstacles: one, several or none."""
     if avoid is None:
@@ -139,7 +197,7 @@ def as_obstacles(avoid: Any) -> tuple[Obstacle, ...]:
     given = tuple(avoid) if isinstance(avoid, Sequence) else (avoid,)
     for obstacle in given:
         if not isinstance(obstacle, Obstacle):
-            raise FleetError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids")
+            raise CorridorError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids")
     return given
 
 
@@ -153,5 +211,5 @@ def _numbers(
     array = numbers(value)
     allowed = shapes if shapes and isinstance(shapes[0], tuple) else (shapes,)
     if array is None or array.shape not in allowed or not (bounded(array) & (array > above)).all():
-        raise FleetError(f"{what} is {shown(value)}: give {give}")
+        raise CorridorError(f"{what} is {shown(value)}: give {give}")
     return array

@@ -1,0 +1,267 @@
+"""Plans around obstacles: a joint search of one vehicle finds ways around, and planes turn each way into a corridor.
+
+What keeps out is not convex, and a plan is. Each leg is cut, each part of it gets one plane between it and each
+obstacle, and the plan within these planes is an ordinary one, proved as all are. Planes from that plan give a better
+one, until it hardly gains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields, replace
+from functools import partial
+from math import ceil
+from time import monotonic
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import check_durations
+from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.constraint import Faces, Walls
+from minsnap.corridors.keep_out import Obstacle, clearance_of, supporting_planes
+from minsnap.errors import CorridorError, InfeasibleError, SolverError, TimingError, UnprovedError
+from minsnap.native.fleet_border import FleetArrays, clearances
+from minsnap.native.joint_fleet import KINDS, ORDERS, FleetSearch, Settings
+from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.allocate import plan_timed
+from minsnap.time_allocation.timing import Timed, Timing
+from minsnap.trajectory.trajectory import Trajectory
+
+PARTS, LEAST_PARTS, MOST_PARTS = 16, 4, 64
+"""Parts into which all legs are cut at first; each leg at least, and at most where ways wind."""
+
+SAMPLES = 17
+"""Points of each part by which planes are chosen."""
+
+BENDS = (0.0, 0.25, -0.25, 0.5, -0.5)
+"""How far the first guesses bend aside, in lengths of their legs."""
+
+ROUNDS, GAIN = 8, 1e-3
+"""Most plans of one way, and the share below which another one gains too little."""
+
+FINEST = 1e-9
+"""How far the proof of a clearance and the truth may lie apart [m]."""
+
+Finish = Callable[[Trajectory], Trajectory]
+
+
+def plan_around(
+    task: Task, timing: Timing, finish: Finish, instants: int | None, obstacles: Sequence[Obstacle]
+) -> Timed:
+    """Choose durations and solve, out of all obstacles at every instant.
+
+    Raises
+    ------
+    CorridorError
+        If a waypoint is inside an obstacle.
+    UnprovedError
+        If no way around was found.
+    """
+    _refuse_inside(task, obstacles)
+    first = plan_timed(task, timing, finish, instants)
+    depth, instant, which = deepest(first.trajectory, obstacles)
+    if depth >= 0.0:
+        return first
+    ends = None if timing.time_limit is None else monotonic() + timing.time_limit
+    best: tuple[float, Timed] | None = None
+    for parts in _parts(task):
+        attempt = partial(_attempt, task, timing, finish, instants, obstacles, parts)
+        for way in _ways(task, first.trajectory, obstacles, parts):
+            found = attempt(way)
+            best = found if best is None or (found is not None and found[0] < best[0]) else best
+            if best is not None and ends is not None and monotonic() > ends:
+                return best[1]
+        if best is not None:
+            return _improved(best, attempt, ends)
+    raise UnprovedError(
+        f"no way around the obstacles was found; without them the path is {-depth:.3g} m inside obstacle {which} at "
+        f"{instant:.4g} s: give a waypoint beside it, more room, or more time"
+    )
+
+
+def deepest(curve: Trajectory, obstacles: Sequence[Obstacle]) -> tuple[float, float, int]:
+    """Return the least clearance of a curve, proved [m], its instant and the obstacle."""
+    arrays = FleetArrays([_in_space(curve.control_points)], [curve.breaks])
+    values, instants, which = clearances(arrays, np.stack([each.numbers() for each in obstacles]), FINEST, 1)
+    return float(values[0]), float(instants[0]), int(which[0])
+
+
+def _in_space(points: FloatArray) -> FloatArray:
+    """Return points with a height of zero, where they have none."""
+    lacking = 3 - points.shape[-1]
+    return np.concatenate((points, np.zeros((*points.shape[:-1], lacking))), axis=-1) if lacking else points
+
+
+def _refuse_inside(task: Task, obstacles: Sequence[Obstacle]) -> None:
+    for index in np.flatnonzero((task.lower == task.upper).all(axis=1)):
+        point = task.waypoints[index]
+        for which, obstacle in enumerate(obstacles):
+            depth = -clearance_of(obstacle, _in_space(point))
+            if depth > EXACT:
+                raise CorridorError(f"waypoint {index}, {point}, is {depth:.3g} m inside obstacle {which}: move it")
+
+
+def _parts(task: Task) -> Iterator[int]:
+    parts = max(LEAST_PARTS, ceil(PARTS / task.legs))
+    while parts <= MOST_PARTS:
+        yield parts
+        parts *= 2
+
+
+def _improved(
+    best: tuple[float, Timed], attempt: Callable[[Trajectory], tuple[float, Timed] | None], ends: float | None
+) -> Timed:
+    for _ in range(ROUNDS):
+        found = None if ends is not None and monotonic() > ends else attempt(best[1].trajectory)
+        if found is None or found[0] >= best[0]:
+            break
+        gain, best = best[0] - found[0], found
+        if gain < GAIN * best[0]:
+            break
+    return best[1]
+
+
+def _attempt(
+    task: Task,
+    timing: Timing,
+    finish: Finish,
+    instants: int | None,
+    obstacles: Sequence[Obstacle],
+    parts: int,
+    way: Trajectory,
+) -> tuple[float, Timed] | None:
+    """Return the plan on one side of planes along a way, after what it costs; None if there is none."""
+    planes = _planes(way, parts * task.legs, obstacles, task)
+    if planes is None:
+        return None
+    cut = _cut(task, way, parts).with_walls([planes])
+    if timing.durations is not None:
+        each = check_durations(timing.durations, task.legs)
+        timing = replace(timing, durations=np.repeat(each / parts, parts))
+    try:
+        found = plan_timed(cut, timing, lambda curve: curve.with_yaw(finish(_joined(curve, parts)).yaw), instants)
+    except (InfeasibleError, SolverError, TimingError):
+        return None
+    found = replace(found, trajectory=_joined(found.trajectory, parts))
+    if deepest(found.trajectory, obstacles)[0] < -EXACT:
+        return None
+    return _price(found, timing), found
+
+
+def _price(found: Timed, timing: Timing) -> float:
+    if timing.time_weight is not None:
+        return found.cost + timing.time_weight * found.trajectory.duration
+    timed = timing.durations is not None or timing.total_time is not None
+    return found.cost if timed else found.trajectory.duration
+
+
+def _joined(curve: Trajectory, parts: int) -> Trajectory:
+    """Return a curve whose parts belong to one leg again."""
+    return replace(curve, pieces=curve.pieces * parts)
+
+
+def _planes(way: Trajectory, count: int, obstacles: Sequence[Obstacle], task: Task) -> Faces | None:
+    """Return one plane for each part and obstacle, between them; None if there is none that lies between."""
+    share, breaks = np.linspace(0.0, 1.0, SAMPLES), way.breaks[:: len(way.durations) // count]
+    points = _in_space(way(breaks[:-1, None] + np.diff(breaks)[:, None] * share))
+    normals, heights = [], []
+    for obstacle in obstacles:
+        normal, height = supporting_planes(obstacle, points)
+        least = (np.einsum("pid,pkd->pik", normal, points) - height[:, :, None]).min(axis=2)
+        least[~normal.any(axis=2)] = -np.inf
+        chosen = least.argmax(axis=1)[:, None]
+        if (np.take_along_axis(least, chosen, axis=1) < -EXACT).any():
+            return None
+        normals.append(np.take_along_axis(normal, chosen[:, :, None], axis=1)[:, 0])
+        heights.append(np.take_along_axis(height, chosen, axis=1)[:, 0])
+    normal, lower = np.concatenate(normals)[:, : task.dim], np.concatenate(heights)
+    leg = np.tile(np.arange(count), len(obstacles))
+    upper, width = np.full(len(leg), np.inf), np.full(len(leg), task.length)
+    return Faces(leg, normal, np.zeros(normal.shape), lower, upper, width, name="obstacle")
+
+
+def _cut(task: Task, way: Trajectory, parts: int) -> Task:
+    """Return a task each of whose legs is cut at instants of a way, where it passes anywhere."""
+    points = np.array(way(way.breaks[:: len(way.durations) // (parts * task.legs)]))
+    reach = np.full(points.shape, float(np.ptp(points, axis=0).max() + task.length))
+    lower, upper = -reach, reach.copy()
+    points[::parts], lower[::parts], upper[::parts] = task.waypoints, task.lower, task.upper
+    return replace(
+        task,
+        waypoints=points,
+        lower=lower,
+        upper=upper,
+        pins={knot * parts: state for knot, state in task.pins.items()},
+        regions={knot * parts: region for knot, region in task.regions.items()},
+        walls=[_of_parts(wall, parts) for wall in task.walls],
+        explained=False,
+    )
+
+
+def _of_parts(wall: Walls, parts: int) -> Walls:
+    """Return a wall on every part of its leg."""
+    row = np.repeat(np.arange(len(wall.leg)), parts)
+    changed = {
+        entry.name: getattr(wall, entry.name)[row]
+        for entry in fields(wall)
+        if isinstance(getattr(wall, entry.name), np.ndarray)
+    }
+    changed["leg"] = changed["leg"] * parts + np.tile(np.arange(parts), len(wall.leg))
+    return replace(wall, **changed)
+
+
+def _ways(task: Task, curve: Trajectory, obstacles: Sequence[Obstacle], parts: int) -> Iterator[Trajectory]:
+    """Find ways around obstacles from a curve that is not clear of them, each from another guess."""
+    pieces = parts * task.legs * task.pieces
+    durations = np.repeat(np.diff(curve.leg_breaks) / (parts * task.pieces), parts * task.pieces)
+    knots = np.concatenate(([0.0], np.cumsum(durations)))
+    h, time = curve.duration / pieces, curve.duration
+    scale = np.array([1.0, h, h * h, h * h * h])
+    data = np.stack([_in_space(curve(np.minimum(knots, time), order)) for order in range(ORDERS)], axis=1)
+    free = np.ones((1, pieces + 1, ORDERS, 3))
+    free[0, [0, -1]] = 0.0
+    free[0, :: parts * task.pieces, 0, : task.dim] = task.upper > task.lower
+    free[..., task.dim :] = 0.0
+    numbers = np.stack([each.numbers() for each in obstacles])
+    limits, length = np.full((1, ORDERS, KINDS), np.inf), 0.05 * task.length
+    known = np.array([1e-9]), limits, _bounds(task, pieces), free, durations / time, numbers
+    for bend in BENDS:
+        guess = np.ascontiguousarray(_bent(data, task, bend)[None] * scale[:, None])
+        search = FleetSearch(*known, 12, 1.0, length, 1)
+        search.run(guess, time, task.length / time**2, Settings(iterations=200), lambda: False)
+        yield _curve(guess[0] / scale[:, None], durations, task)
+
+
+def _bounds(task: Task, pieces: int) -> FloatArray:
+    """Return the box of each piece, shape (1, pieces, 2, 3), from walls along the axes [m]."""
+    bounds = np.empty((task.legs, 2, 3))
+    bounds[:, 0], bounds[:, 1] = -np.inf, np.inf
+    for wall in task.walls:
+        if not isinstance(wall, Faces) or wall.order:
+            continue
+        for row in np.flatnonzero((wall.normal != 0.0).sum(axis=1) == 1):
+            leg, axis = wall.leg[row], int(np.flatnonzero(wall.normal[row])[0])
+            ends = wall.anchor[row, axis] + np.array([wall.lower[row], wall.upper[row]]) / wall.normal[row, axis]
+            bounds[leg, 0, axis] = max(bounds[leg, 0, axis], ends.min())
+            bounds[leg, 1, axis] = min(bounds[leg, 1, axis], ends.max())
+    return np.repeat(bounds, pieces // task.legs, axis=0)[None]
+
+
+def _bent(data: FloatArray, task: Task, bend: float) -> FloatArray:
+    """Return the derivatives at knots of a curve that is moved aside between waypoints."""
+    moved, each = data.copy(), (len(data) - 1) // task.legs
+    share = np.arange(each + 1) / each
+    for leg in range(task.legs):
+        way = _in_space(task.waypoints[leg + 1] - task.waypoints[leg])
+        aside = np.array([way[1], -way[0], 0.0]) if way[:2].any() else np.array([way[2], 0.0, 0.0])
+        moved[leg * each : (leg + 1) * each + 1, 0] += bend * np.outer(16.0 * (share * (1.0 - share)) ** 2, aside)
+    return moved
+
+
+def _curve(data: FloatArray, durations: FloatArray, task: Task) -> Trajectory:
+    from scipy.interpolate import BPoly
+
+    breaks = np.concatenate(([0.0], np.cumsum(durations)))
+    found = BPoly.from_derivatives(breaks, data[:, :, : task.dim])
+    return Trajectory(found.c.transpose(1, 0, 2), durations, pieces=len(durations) // task.legs)

@@ -1,0 +1,133 @@
+"""Plans around obstacles: clear of them at every instant, with everything else that a plan keeps."""
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Cuboid, Cylinder, Ellipsoid, Gate, Limits, Room
+from minsnap.cli import main
+from minsnap.corridors.keep_out import clearance_of, supporting_planes
+from minsnap.files.request_yaml import read_request, write_request
+
+ACROSS = [(0.0, 0.0, 1.0), (6.0, 0.0, 1.0)]
+LIMITS = Limits(speed=2.0, acceleration=4.0)
+PILLAR = Cylinder((3.0, 0.1), 0.5)
+
+
+def nearest(curve, obstacles):
+    """Return the least clearance at many instants."""
+    points = curve(np.linspace(0.0, curve.duration, 4001))
+    points = np.concatenate((points, np.zeros((len(points), 3 - curve.dim))), axis=1)
+    return min(clearance_of(obstacle, point) for obstacle in obstacles for point in points)
+
+
+SCENES = {
+    "limits": {"limits": LIMITS, "avoid": PILLAR},
+    "in the middle": {"limits": LIMITS, "avoid": Cylinder((3.0, 0.0), 0.5)},
+    "a total time": {"total_time": 5.0, "avoid": PILLAR},
+    "durations": {"durations": [5.0], "avoid": Cylinder((3.0, 0.1), 0.5, high=1.2)},
+    "a sphere": {"limits": LIMITS, "avoid": Ellipsoid((3.0, 0.0, 1.0), 0.5)},
+    "a box in a room": {
+        "limits": LIMITS,
+        "corridor": Room((-1, -1.5, 0), (7, 1.5, 3)),
+        "avoid": Cuboid((2, -1, -1), (4, 1, 9)),
+    },
+    "a tube": {"limits": LIMITS, "corridor": 0.8, "avoid": [PILLAR]},
+    "three": {"limits": LIMITS, "avoid": [Cylinder((x, y), 0.5) for x, y in ((1.5, 0.1), (3.0, -0.3), (4.5, 0.2))]},
+    "a moving start": {"limits": LIMITS, "start": {"velocity": (1.0, 0.0, 0.0)}, "avoid": PILLAR},
+    "a lap": {
+        "waypoints": [(0, 0, 1), (4, 0, 1), (2, 3, 1), (0, 0, 1)],
+        "limits": LIMITS,
+        "closed": True,
+        "avoid": Cylinder((2.0, -0.6), 0.4),
+    },  # fmt: skip
+    "along": {"limits": LIMITS, "avoid": PILLAR, "yaw": "velocity"},
+    "the plane": {"waypoints": [(0.0, 0.0), (6.0, 0.0)], "limits": LIMITS, "avoid": PILLAR},
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_plans_keep_out_and_keep_everything_else(name):
+    asked = {"waypoints": ACROSS} | SCENES[name]
+    avoid = asked["avoid"] if isinstance(asked["avoid"], list) else [asked["avoid"]]
+    assert nearest(minsnap.plan(**asked | {"avoid": None}), avoid) < -0.1  # in the way
+    curve = minsnap.plan(**asked)
+    assert nearest(curve, avoid) >= -1e-9
+    assert curve.dim == 2 or minsnap.certify_fleet([curve], avoid=avoid).ok
+    assert minsnap.certify(curve, asked["waypoints"], asked.get("corridor"), asked.get("limits")).ok
+    assert curve.legs == len(asked["waypoints"]) - 1
+    for name in asked.keys() & {"total_time", "durations"}:
+        assert curve.duration == pytest.approx(np.sum(asked[name]))
+
+
+def test_gates_are_passed_on_the_way():
+    course = [(0.0, 0.0, 1.0), Gate((3.0, 0.0, 1.0), (1.0, 0.0, 0.0), 1.0), (6.0, 2.0, 1.0)]
+    avoid = [Cylinder((1.5, 0.0), 0.4), Cylinder((4.5, 0.8), 0.4)]
+    curve = minsnap.plan(course, limits=LIMITS, avoid=avoid)
+    assert nearest(curve, avoid) >= -1e-9
+    assert minsnap.certify(curve, course, limits=LIMITS).ok
+
+
+def test_what_is_not_in_the_way_changes_nothing():
+    far = minsnap.plan(ACROSS, limits=LIMITS, avoid=Cylinder((3.0, 2.0), 0.5))
+    assert (far.control_points == minsnap.plan(ACROSS, limits=LIMITS).control_points).all()
+
+
+def test_a_way_around_is_little_longer_than_the_bound():
+    curve = minsnap.plan(ACROSS, limits=LIMITS, avoid=PILLAR)
+    assert 3.5 <= curve.duration <= 3.5 * 1.05  # 6 m at 2 m/s, and 0.5 s of acceleration
+
+
+@pytest.mark.parametrize(
+    ("avoid", "error", "words"),
+    [
+        (Cylinder((6.0, 0.1), 0.5), minsnap.CorridorError, "waypoint 1, .* is 0.4 m inside obstacle 0"),
+        (Cuboid((2, -9, -9), (4, 9, 9)), minsnap.UnprovedError, "1 m inside obstacle 0"),
+        ("a pillar", minsnap.CorridorError, "give cylinders"),
+    ],
+)
+def test_what_cannot_be_is_said_in_a_sentence(avoid, error, words):
+    with pytest.raises(error, match=words):
+        minsnap.plan(ACROSS, limits=LIMITS, corridor=Room((-1, -2, 0), (7, 2, 2)), avoid=avoid)
+
+
+@pytest.mark.parametrize("obstacle", [PILLAR, Cylinder((0, 0), 1.0, -0.5, 0.5), Ellipsoid((0, 0, 1), (1, 2, 0.5)),
+                                      Cuboid((-1, -1, 0), (1, 2, 1))])  # fmt: skip
+def test_supporting_planes_leave_the_obstacle_on_one_side(obstacle):
+    rng = np.random.default_rng(5)
+    points = rng.uniform(-4.0, 4.0, (2000, 3))
+    clear = np.array([clearance_of(obstacle, point) for point in points])
+    normal, height = supporting_planes(obstacle, points)
+    outside, inside = clear > 1e-9, points[clear <= 0.0]
+    above = np.einsum("ij,ij->i", normal, points) - height
+    assert len(inside) > 10
+    assert (above[outside] > 0.0).all()
+    assert (normal[outside] @ inside.T <= height[outside, None] + 1e-9).all()
+    assert not normal[~outside].any()
+
+
+def test_files_and_the_command_line_say_what_to_avoid(tmp_path):
+    (tmp_path / "asked.yaml").write_text(
+        "waypoints: [[0, 0, 1], [6, 0, 1]]\ntotal_time: 5\navoid:\n- cylinder: [3, 0.1, 0.5]\n"
+        "- cuboid: [2, 2, 0, 3, 3, 1]\n- ellipsoid: [1, 3, 1, 0.2, 0.2, 0.2]\n"
+    )
+    request = read_request(tmp_path / "asked.yaml")
+    write_request(request, tmp_path / "again.yaml")
+    assert read_request(tmp_path / "again.yaml") == request
+    curve = minsnap.plan(**request.arguments())
+    assert nearest(curve, request.obstacles) >= -1e-9
+    (tmp_path / "asked.csv").write_text("x,y,z\n0,0,1\n6,0,1\n")
+    files = [str(tmp_path / name) for name in ("asked.csv", "out.csv")]
+    with pytest.raises(SystemExit) as left:
+        main(["plan", files[0], "--time", "5", "--avoid", "3,0.1,0.5", "-o", files[1]])
+    assert not left.value.code
+    assert np.abs(minsnap.read_csv(tmp_path / "out.csv").position[:, 1]).max() > 0.35
+
+
+@pytest.mark.parametrize(
+    "said", ["{cone: [1, 2, 3]}", "{cylinder: [1, 2]}", "[1, 2, 3]", "{cuboid: [1, a, 2, 3, 4, 5]}"]
+)
+def test_malformed_obstacles_in_files_are_refused(tmp_path, said):
+    (tmp_path / "asked.yaml").write_text(f"waypoints: [[0, 0, 1], [6, 0, 1]]\ntotal_time: 5\navoid: [{said}]\n")
+    with pytest.raises(minsnap.InputError):
+        read_request(tmp_path / "asked.yaml").arguments()
