@@ -28,6 +28,12 @@ def preflight(
     ] = None,
     frame: options.ReadFrame = None,
     autopilot: Annotated[str, typer.Option("--autopilot", help="auto, px4 or ardupilot.")] = "auto",
+    events: Annotated[
+        Path | None,
+        typer.Option(
+            "--events", metavar="FILE", help="all_events.json of the vehicle's build of PX4: texts of checks."
+        ),
+    ] = None,
     wait: Annotated[float, typer.Option("--wait", metavar="S", help="For the vehicle's heartbeat.")] = 30.0,
     json: options.Json = False,
 ) -> int:
@@ -40,6 +46,7 @@ def preflight(
     from minsnap.flight.mavlink.autopilot import get_autopilot
     from minsnap.flight.mavlink.link import open_link
     from minsnap.flight.mavlink.parameters import Parameters
+    from minsnap.flight.mavlink.px4_events import TEXTS, read_events
     from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.setpoints import vehicle_frame
     from minsnap.flight.mavlink.vehicle_check import check_vehicle
@@ -47,7 +54,7 @@ def preflight(
     samples = None if file is None else read_csv(file, frame)
     axes = "ned" if file is None else vehicle_frame(frame_of(file, frame))
     wanted, clock = _assignments(change or []), Clock()
-    link = open_link(connect, clock)
+    link = open_link(connect, clock, events=TEXTS if events is None else read_events(events))
     try:
         stack = get_autopilot(autopilot, link.wait_for_vehicle(wait))
         if stack.name == "generic":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from minsnap.errors import FileError, LinkError
 from minsnap.flight.mavlink.connection import open_transport
 from minsnap.flight.mavlink.dialect import Message, load_dialect
 from minsnap.flight.mavlink.link_transport import LinkTransport, Peer
+from minsnap.flight.mavlink.px4_events import TEXTS
 from minsnap.flight.mavlink.schedule import Clock
 from minsnap.flight.mavlink.vehicle_state import VehicleState
 
@@ -35,6 +36,8 @@ class Link:
         Our own ids; the component defaults to an onboard computer.
     signing_key : bytes or None
         32 bytes: sign what is sent, and refuse what is not signed with the same key.
+    events : mapping of int to str
+        Texts of PX4's events (:func:`~minsnap.flight.mavlink.px4_events.read_events`).
 
     Attributes
     ----------
@@ -56,9 +59,10 @@ class Link:
         source_system: int = 245,
         source_component: int = 191,
         signing_key: bytes | None = None,
+        events: Mapping[int, str] = TEXTS,
     ) -> None:
         self._dialect = load_dialect()
-        self._transport, self._clock, self._wanted = transport, clock, system
+        self._transport, self._clock, self._wanted, self._events = transport, clock, system, events
         self.address = transport.address
         self.vehicle = VehicleState()
         self.ignored: Counter[tuple[int, int]] = Counter()
@@ -164,7 +168,7 @@ class Link:
         if chosen == (0, 0) or sender != chosen:
             self.ignored[sender] += 1
             return False
-        self.vehicle = self.vehicle.told(message, self._clock.now())
+        self.vehicle = self.vehicle.told(message, self._clock.now(), self._events)
         return True
 
     def _is_suitable(self, message: Message, system: int) -> bool:
@@ -224,6 +228,7 @@ def open_link(
     system: int | None = None,
     source_system: int = 245,
     signing_key: bytes | str | os.PathLike[str] | None = None,
+    events: Mapping[int, str] = TEXTS,
 ) -> Link:
     """Open a connection string as a link; see :func:`~minsnap.flight.mavlink.link_transport.open_transport`.
 
@@ -231,10 +236,14 @@ def open_link(
     ----------
     signing_key : bytes, path or None
         The key, or the file that holds it (:func:`read_signing_key`).
+    events : mapping of int to str
+        Texts of PX4's events.
     """
     key = signing_key if isinstance(signing_key, bytes) or signing_key is None else read_signing_key(signing_key)
     load_dialect()
-    return Link(open_transport(connection, baud), clock or Clock(), system, source_system, signing_key=key)
+    return Link(
+        open_transport(connection, baud), clock or Clock(), system, source_system, signing_key=key, events=events
+    )
 
 
 def read_signing_key(path: str | os.PathLike[str]) -> bytes:

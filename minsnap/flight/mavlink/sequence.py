@@ -265,8 +265,9 @@ class Sequence:
     def _missing(self, at: Conditions) -> str:
         """Return what a start with arming still waits for."""
         if at.vehicle.refusal is not None:
+            failed = "".join(f"; {check}" for check in at.vehicle.arming.failed)
             reasons = "".join(f'; it says "{text}"' for text in at.vehicle.warnings)
-            return f"it refused {at.vehicle.refusal}{reasons}"
+            return f"it refused {at.vehicle.refusal}{failed}{reasons}"
         if not self._autopilot.follows(at.vehicle):
             return f"it is not in {self._autopilot.mode}"
         return self.waits_for(at.vehicle) or "it is not armed"

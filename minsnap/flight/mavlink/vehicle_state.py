@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from minsnap.flight.mavlink.dialect import Message
+from minsnap.flight.mavlink.px4_events import TEXTS, ArmingReport
 
 Vector = tuple[float, float, float]
 
@@ -43,7 +45,8 @@ _COMMANDS = {176: "change the mode", 400: "arm", 22: "take off", 21: "land", 20:
 _RESULTS = {1: "temporarily rejected", 2: "denied", 3: "unsupported", 4: "failed", 5: "in progress", 6: "cancelled"}
 _WARNING = 4  # MAV_SEVERITY_WARNING: its number and smaller ones
 _KEPT = 3  # warnings that are kept
-_ACCEPTED, _IN_PROGRESS, _INTERVAL = 0, 5, 511  # a refused MAV_CMD_SET_MESSAGE_INTERVAL may be ignored
+_ACCEPTED, _IN_PROGRESS = 0, 5
+_ASIDE = (511, 401)  # a refused MAV_CMD_SET_MESSAGE_INTERVAL or MAV_CMD_RUN_PREARM_CHECKS may be ignored
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,8 @@ class VehicleState:
         Time between its last two heartbeats [s]; infinite before two have come.
     warnings : tuple of str
         The last different texts of it that warn or worse (STATUSTEXT), the newest last.
+    arming : ArmingReport
+        Which of PX4's checks keep it from arming (EVENT).
     """
 
     system: int = 0
@@ -85,6 +90,7 @@ class VehicleState:
     refusal: Refusal | None = None
     beat: float = math.inf
     warnings: tuple[str, ...] = ()
+    arming: ArmingReport = ArmingReport()
 
     @property
     def height(self) -> float | None:
@@ -113,8 +119,8 @@ class VehicleState:
             return -1
         return (self.custom_mode >> 16) & 0xFF if self.autopilot == PX4 else self.custom_mode
 
-    def told(self, message: Message, now: float) -> VehicleState:
-        """Return the state after this message of the vehicle."""
+    def told(self, message: Message, now: float, events: Mapping[int, str] = TEXTS) -> VehicleState:
+        """Return the state after this message of the vehicle; ``events`` are texts of PX4's events."""
         kind = message.get_type()
         if kind == "HEARTBEAT":
             modes = {"base_mode": message.base_mode, "custom_mode": message.custom_mode}
@@ -125,10 +131,12 @@ class VehicleState:
             velocity = (float(message.vx), float(message.vy), float(message.vz))
             if all(map(math.isfinite, position)):
                 return replace(self, heard=now, position=position, velocity=velocity, positioned=now)
-        if kind == "COMMAND_ACK" and message.command != _INTERVAL and message.result != _IN_PROGRESS:
+        if kind == "COMMAND_ACK" and message.command not in _ASIDE and message.result != _IN_PROGRESS:
             return replace(self, heard=now, refusal=self._refusal(message))
         if kind == "STATUSTEXT" and message.severity <= _WARNING:
             return replace(self, heard=now, warnings=self._warned(message))
+        if kind == "EVENT":
+            return replace(self, heard=now, arming=self.arming.told(message, events))
         return replace(self, heard=now)
 
     def _warned(self, message: Message) -> tuple[str, ...]:

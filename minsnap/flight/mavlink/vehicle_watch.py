@@ -11,15 +11,15 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.files.frames import map_vectors
-from minsnap.flight.mavlink.autopilot import Autopilot
+from minsnap.flight.mavlink.autopilot import Autopilot, command
 from minsnap.flight.mavlink.dialect import Message
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.preflight import Finding
 from minsnap.flight.mavlink.schedule import Clock
 from minsnap.trajectory.samples import Samples
 
-LISTEN = 3.0
-"""How long the vehicle is listened to [s]."""
+LISTEN, ANSWERED = 3.0, 1.0
+"""How long the vehicle is listened to, and after its arming checks were asked for [s]."""
 
 LOW_BATTERY = 30
 """Charge below which a flight is not begun with confidence [%]."""
@@ -85,8 +85,11 @@ class VehicleWatch:
         self._said[message.get_type()] = message
 
     def listen(self) -> None:
-        """Listen until :data:`LISTEN` have passed since the beginning."""
-        for message in self._link.pump(self._began + LISTEN):
+        """Ask for the arming checks, and listen until :data:`LISTEN` have passed since the beginning."""
+        vehicle = self._link.vehicle
+        if not vehicle.armed:
+            self._link.send(command(vehicle, "MAV_CMD_RUN_PREARM_CHECKS"))
+        for message in self._link.pump(max(self._began + LISTEN, self._clock.now() + ANSWERED)):
             self.take(message)
 
     def findings(self, autopilot: Autopilot, samples: Samples | None) -> list[Finding]:
@@ -119,7 +122,9 @@ class VehicleWatch:
         return Finding((), "estimate", problem, "SYS_STATUS", grave=True)
 
     def _arming(self) -> Finding:
-        system = self._said.get("SYS_STATUS")
+        system, failed = self._said.get("SYS_STATUS"), self._link.vehicle.arming.failed
+        if failed:
+            return Finding((), "arming checks", f"it is not ready to arm: {', '.join(failed)}", "EVENT")
         if system is None:
             return Finding((), "arming checks", None)
         ill = system.onboard_control_sensors_present & system.onboard_control_sensors_enabled

@@ -5,6 +5,7 @@ import pytest
 from clocks import SharedClock
 from flying import PATH, START
 from px4_parameters import PX4
+from px4_reports import event, report
 from standin import PointMass, StandIn, mavlink
 
 from minsnap.flight.mavlink.autopilot import AUTOPILOTS
@@ -77,3 +78,9 @@ def test_tilt_counts_what_is_really_commanded():
     most = np.arctan2(np.hypot(pull[:, 0], pull[:, 1]), 9.80665 + pull[:, 2]).max()
     assert sent.tilt == pytest.approx(most, abs=1e-3) and sent.tilt > plain.tilt + 0.1
     assert sent.acceleration == plain.acceleration
+
+
+def test_the_checks_that_fail_are_named_by_its_events():
+    failed = report(event("check_modes_local_pos"))
+    found = checked(telemetry=[estimate(GOOD), system(), *failed])
+    assert found["arming checks"].problem == "it is not ready to arm: no valid local position"
