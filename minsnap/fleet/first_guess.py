@@ -6,10 +6,12 @@ duration h of a piece, so that they are lengths and do not change when all of ti
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.fleet.fleet_task import FleetTask, knot_shares, waypoint_knots
+from minsnap.fleet.fleet_task import FleetTask, knot_shares
 from minsnap.trajectory.path import Path
 
 RAMP = 0.15
@@ -67,11 +69,12 @@ def straight(starts: FloatArray, goals: FloatArray, pieces: int) -> FloatArray:
 
 def guess(task: FleetTask, pieces: int, seed: int) -> FloatArray:
     """Return first curves: the seed chooses how they bend, the first one by what the fleet looks like."""
-    curves = np.concatenate([_through(points, pieces) for points in task.waypoints])
+    curves = np.concatenate([_through(task, vehicle, pieces) for vehicle in range(len(task))])
     flat = bool(np.ptp(np.concatenate((task.starts, task.goals))[:, 2]) <= 0.2 * np.ptp(task.starts[:, :2]))
     bends = flat if seed % 2 == 0 else not flat
     offsets = _offsets(task, bends, seed)
-    offsets[[len(points) > 2 for points in task.waypoints]] = 0.0  # these are pinned on their way
+    pinned = [len(points) > 2 or task.holds_of(i).any() for i, points in enumerate(task.waypoints)]
+    offsets[pinned] = 0.0  # these are where they are on their way
     return np.asarray(curves + bump(pieces)[None, :, :, None] * offsets[:, None, None, :])
 
 
@@ -88,18 +91,24 @@ def _offsets(task: FleetTask, bends: bool, seed: int) -> FloatArray:
     return np.asarray(right + 0.02 * task.length * noise)
 
 
-def _through(points: FloatArray, pieces: int) -> FloatArray:
+def _through(task: FleetTask, vehicle: int, pieces: int) -> FloatArray:
     """Return curves of one vehicle, (1, pieces + 1, 4, 3), through its waypoints at knots of their own."""
-    if len(points) == 2:
+    points, knots = task.waypoints[vehicle], task.knots_of(vehicle, pieces)
+    if len(points) == 2 and not task.holds_of(vehicle).any():
         return straight(points[:1], points[1:], pieces)
     from minsnap.planning.planner import plan
 
-    knots = waypoint_knots(points, pieces)
-    instants = knot_shares(pieces) * pieces
-    curve = plan(points, durations=np.diff(instants[knots]))
-    instants = np.minimum(instants, curve.duration)
-    data = np.stack([curve(instants, order) for order in range(4)], axis=1)
-    data[knots, 0] = points
+    instants, data = knot_shares(pieces) * pieces, np.zeros((pieces + 1, 4, 3))
+    ends = np.unique([0, *np.flatnonzero(knots[:, 1] > knots[:, 0]), len(points) - 1])
+    for one, two in pairwise(ends.tolist()):  # from rest to rest
+        first, last, here = knots[one, 1], knots[two, 0], knots[one : two + 1].copy()
+        here[0, 0], here[-1, 1] = first, last
+        curve = plan(points[one : two + 1], durations=np.diff(instants[here[:, 0]]))
+        passed = np.minimum(instants[first : last + 1] - instants[first], curve.duration)
+        data[first : last + 1] = np.stack([curve(passed, order) for order in range(4)], axis=1)
+    for (arrives, leaves), point in zip(knots, points, strict=True):
+        data[arrives : leaves + 1, 0] = point
+        data[arrives : leaves + 1, 1:] *= leaves == arrives
     return data[None]
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, numbers
 from minsnap.basics.checks import check_state, check_waypoints
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
@@ -17,7 +17,7 @@ from minsnap.corridors.room import Room, as_room
 from minsnap.errors import FleetError, WaypointError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_limits import limits_of
-from minsnap.fleet.fleet_task import FleetTask, waypoint_knots
+from minsnap.fleet.fleet_task import FleetTask
 from minsnap.fleet.separation import as_separation
 from minsnap.trajectory.path import Path
 
@@ -26,7 +26,15 @@ MOST_VEHICLES = 10_000
 
 
 def check_task(
-    waypoints: Any, limits: Any, separation: Any, room: Any, avoid: Any, start: Any, fixed: Any, corridors: Any = None
+    waypoints: Any,
+    limits: Any,
+    separation: Any,
+    room: Any,
+    avoid: Any,
+    start: Any,
+    fixed: Any,
+    corridors: Any,
+    holds: Any,
 ) -> FleetTask:
     """Return what is asked, or raise FleetError in one sentence."""
     points = _checked_waypoints(waypoints)
@@ -46,6 +54,7 @@ def check_task(
         as_obstacles(avoid),
         flying,
         _checked_corridors(corridors, points),
+        _checked_holds(holds, points),
     )
     _refuse_near(task, [each[0] for each in (*points, *(curve(0.0)[None] for curve in flying))], "starts")
     _refuse_near(task, [each[-1] for each in points], "goals")
@@ -98,6 +107,20 @@ def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[
     return given
 
 
+def _checked_holds(holds: Any, points: tuple[FloatArray, ...]) -> tuple[FloatArray | None, ...]:
+    if holds is None:
+        return ()
+    given = tuple(holds) if isinstance(holds, Sequence) else ()
+    if len(given) != len(points):
+        raise FleetError(f"holds must be a list of {len(points)}, of each vehicle seconds at its waypoints, or None")
+    checked = [None if each is None else numbers(each) for each in given]
+    for vehicle, (own, way) in enumerate(zip(checked, points, strict=True)):
+        if given[vehicle] is not None and (own is None or own.shape != way.shape[:1] or not (own >= 0.0).all()):
+            text = f"the holds of vehicle {vehicle} are {shown(given[vehicle])}"
+            raise FleetError(f"{text}: give {len(way)} numbers of 0 or more [s], one a waypoint", vehicle=vehicle)
+    return tuple(checked)
+
+
 def _refuse_near(task: FleetTask, points: list[FloatArray], what: str) -> None:
     """Refuse the first pair of starts or goals that are nearer than their separation."""
     if task.separation is None:
@@ -118,9 +141,10 @@ def _refuse_near(task: FleetTask, points: list[FloatArray], what: str) -> None:
 def refuse_meetings(task: FleetTask, pieces: int) -> None:
     """Refuse the first two vehicles whose waypoints are passed at one instant, nearer than their separation."""
     passed: dict[int, list[tuple[int, int]]] = {}
-    for vehicle, points in enumerate(task.waypoints):
-        for index, knot in enumerate(waypoint_knots(points, pieces)[1:-1], 1):
-            passed.setdefault(knot, []).append((vehicle, index))
+    for vehicle in range(len(task)):
+        for index, (arrives, leaves) in enumerate(task.knots_of(vehicle, pieces)[1:-1].tolist(), 1):
+            for knot in range(arrives, leaves + 1):
+                passed.setdefault(knot, []).append((vehicle, index))
     if task.separation is None:
         return
     scale = np.array([1.0, 1.0, 1.0 / task.separation.downwash])

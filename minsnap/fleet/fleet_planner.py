@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from math import ceil
 from time import monotonic
 from typing import Any
 
@@ -25,7 +26,7 @@ from minsnap.fleet.fleet_task import FleetTask, way_of
 from minsnap.fleet.one_curve import PIECES, one_curve
 from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation
-from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown
+from minsnap.fleet.time_search import COARSE, FINE, FIRST, LAST, WARM, Certified, TimeSearch, TimeTried, flown
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.planned_yaw import Yaw, asked_heading
 from minsnap.trajectory.path import Path
@@ -36,6 +37,9 @@ GUESSES = 4
 
 BELOW_ALONE = 0.9995
 """Least time that is tried, over that of the slowest vehicle alone: shorter ones are hardly ever reached."""
+
+LONGER, NEARER = (1.25, 1.6, 2.0), (0.9, 0.75, 0.5)
+"""Shares of the time, and of the separation, that are tried where nothing was found, to say what would do."""
 
 Told = Callable[[float, float], None]
 
@@ -51,6 +55,7 @@ def plan_fleet(
     start: Sequence[Mapping[str, npt.ArrayLike] | None] | None = None,
     fixed: Sequence[Path] | Fleet | None = None,
     corridors: Sequence[Boxes | None] | None = None,
+    holds: Sequence[npt.ArrayLike | None] | None = None,
     yaw: Yaw | Sequence[Yaw] = None,
     names: Sequence[str] | None = None,
     polish: float = 0.0,
@@ -86,6 +91,9 @@ def plan_fleet(
         Vehicles that fly as they do; they come last in the fleet.
     corridors : sequence of Boxes or None, optional
         Of each vehicle: a box for each leg between its waypoints.
+    holds : sequence of array_like, shape (n_i,), or None, optional
+        Of each vehicle: how long it rests at each of its waypoints, at least [s]. ``(2, 0)`` starts two seconds late,
+        ``(0, 1)`` has arrived a second before the end.
     yaw : float, "velocity", callable or sequence of these, optional
         Of all vehicles, or of each.
     names : sequence of str, optional
@@ -115,10 +123,11 @@ def plan_fleet(
     UnprovedError
         If no fleet was found; that there is none is not proved.
     """
-    task = check_task(waypoints, limits, separation, room, avoid, start, fixed, corridors)
+    task = check_task(waypoints, limits, separation, room, avoid, start, fixed, corridors, holds)
     check_seed(seed)
     _check_numbers(polish, time_limit)
     _check_time(task, total_time)
+    task = task if total_time is None else replace(task, total_time=float(total_time))
     count = _pieces_of(task, pieces)
     refuse_meetings(task, count)
     workers, deadline = processors(threads), None if time_limit is None else monotonic() + float(time_limit)
@@ -155,7 +164,7 @@ def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: in
         return _timed(search, float(total_time), seed)
     curves = search.open(range(seed, seed + GUESSES), max(bound, 1e-3))
     if curves is None or search.best is None:
-        raise _not_found(search, "")
+        raise _not_found(search, "", seed)
     search.alone = _alone(search)
     least = max(bound, BELOW_ALONE * search.alone)
     search.shorten(curves, COARSE, WARM, 0.93, 0.01, least)
@@ -187,6 +196,7 @@ def _lone_task(task: FleetTask, vehicle: int) -> FleetTask:
         task.avoid,
         (),
         task.corridors[vehicle : vehicle + 1],
+        task.holds[vehicle : vehicle + 1],
     )
 
 
@@ -201,7 +211,7 @@ def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
             return search.least_snap(time) or search.best
         if search.stopped():
             break
-    raise _not_found(search, f" in {time:g} s")
+    raise _not_found(search, f" in {time:g} s", seed)
 
 
 def _headed(task: FleetTask, curves: list[Trajectory], yaw: Any) -> list[Trajectory]:
@@ -232,7 +242,9 @@ def _pieces_of(task: FleetTask, pieces: Any) -> int:
         usual = (
             6 if len(task) >= 150 else 8 if length < 20.0 * task.length else 10 if length < 40.0 * task.length else 12
         )
-        return max(usual, 4 * legs if legs > 1 else 0)
+        usual = max(usual, 4 * legs if legs > 1 else 0)
+        waits = [float(task.holds_of(i).sum()) / max(task.bounds.max(), 1e-12) for i in range(len(task))]
+        return min(ceil(usual / max(1.0 - max(waits), 0.25)) + 2 * (max(waits) > 0.0), 200)
     if not is_whole(pieces) or not 2 <= pieces <= 200 or pieces < legs:
         raise FleetError(f"pieces is {shown(pieces)}: give 'auto' or a whole number from {max(2, legs)} to 200")
     return int(pieces)
@@ -262,8 +274,8 @@ def _check_time(task: FleetTask, total_time: Any) -> None:
         )
 
 
-def _not_found(search: TimeSearch, when: str) -> UnprovedError:
-    """Say what was reached in the longest time that was tried, and which pair presses."""
+def _not_found(search: TimeSearch, when: str, seed: int) -> UnprovedError:
+    """Say what was reached in the longest time that was tried, which pair presses, and what more or less would do."""
     tried = search.nearest
     if tried is None:
         return UnprovedError("no fleet was found, as the search ended before it began: give a longer time_limit")
@@ -275,7 +287,31 @@ def _not_found(search: TimeSearch, when: str) -> UnprovedError:
         text += f"{found.instant:.4g} s, {found.nearest[0].share:.0%} of their separation"
     elif tried.outcome.over_by > 0.0:
         text += f": in {tried.time:.4g} s limits or walls were exceeded by {tried.outcome.over_by:.1%}"
-    return UnprovedError(f"{text}; give more time, more room, less separation, more pieces, or another seed")
+    did = [] if search.stopped() else [*_longer(search, tried, seed), *_nearer(search, tried, seed)]
+    advice = "give more time, more room, less separation, more pieces, or another seed"
+    return UnprovedError(f"{text}; {' and '.join(did) + ': ' if did else ''}{advice}")
+
+
+def _longer(search: TimeSearch, tried: TimeTried, seed: int) -> list[str]:
+    """Return which time did, if one of a few longer ones does."""
+    for more in LONGER:
+        if _does(search, search.task, more * tried.time, seed):
+            return [f"{more * tried.time:.4g} s did"]
+    return []
+
+
+def _nearer(search: TimeSearch, tried: TimeTried, seed: int) -> list[str]:
+    """Return which share of the separation did in the same time, if one of a few does."""
+    apart = search.task.separation
+    for share in NEARER if apart is not None else ():
+        if _does(search, replace(search.task, separation=apart.scaled(share)), tried.time, seed):
+            return [f"{share:.0%} of the separation did"]
+    return []
+
+
+def _does(search: TimeSearch, task: FleetTask, time: float, seed: int) -> bool:
+    other = TimeSearch(task, search.pieces, search.threads, search.stopped)
+    return other.attempt(other.search_of(FINE), other.opening(seed, time), time, FIRST).certified is not None
 
 
 def _line(line: ProgressLine) -> Told:

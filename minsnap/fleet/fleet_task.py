@@ -13,6 +13,7 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.room import Room
+from minsnap.errors import FleetError
 from minsnap.fleet.separation import Separation
 from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import KINDS, ORDERS
@@ -46,6 +47,10 @@ class FleetTask:
         Vehicles that fly as they do.
     corridors : tuple of Boxes or None
         Of each vehicle that is planned; empty for none.
+    holds : tuple of ndarray, shape (n_i,), or None
+        Of each vehicle: how long it rests at its waypoints at least [s]; empty for none.
+    total_time : float or None
+        Of all [s].
     """
 
     waypoints: tuple[FloatArray, ...]
@@ -56,6 +61,8 @@ class FleetTask:
     avoid: tuple[Obstacle, ...]
     fixed: tuple[Path, ...]
     corridors: tuple[Boxes | None, ...] = ()
+    holds: tuple[FloatArray | None, ...] = ()
+    total_time: float | None = None
 
     def __len__(self) -> int:
         return len(self.waypoints)
@@ -74,6 +81,11 @@ class FleetTask:
     def free_time(self) -> bool:
         """Whether curves can be slowed down as a whole: nobody moves at the start, and nobody flies as he does."""
         return not self.fixed and not any(any(each.any() for each in state.values()) for state in self.states)
+
+    def holds_of(self, vehicle: int) -> FloatArray:
+        """Return how long a vehicle rests at its waypoints at least, shape (n_i,) [s]."""
+        own = self.holds[vehicle] if self.holds else None
+        return np.zeros(len(self.waypoints[vehicle])) if own is None else own
 
     @property
     def through(self) -> bool:
@@ -112,8 +124,32 @@ class FleetTask:
 
     def legs_of(self, vehicle: int, pieces: int) -> IntArray:
         """Return the leg of each piece of a vehicle, shape (pieces,)."""
-        knots = waypoint_knots(self.waypoints[vehicle], pieces)
+        knots = self.knots_of(vehicle, pieces)[:, 0]
+        knots[-1] = pieces
         return np.asarray(np.repeat(np.arange(len(knots) - 1), np.diff(knots)))
+
+    def knots_of(self, vehicle: int, pieces: int) -> IntArray:
+        """Return the knots at which a vehicle arrives at each waypoint and leaves it, shape (n_i, 2).
+
+        Arrivals go by the length of the way, and each leg has at least one piece. Holds last as long as is asked in the
+        least time that the fleet can take, and longer in longer ones.
+        """
+        points, holds = self.waypoints[vehicle], self.holds_of(vehicle)
+        holds = holds / max(self.total_time or float(self.bounds.max()), 1e-12) if holds.any() else holds
+        steps = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+        way = np.concatenate(([0.0], np.cumsum(steps))) / max(way_of(points), 1e-12) * (1.0 - holds.sum())
+        instants, knots = knot_shares(pieces), [(0, int(np.searchsorted(knot_shares(pieces), holds[0] - 1e-12)))]
+        for index in range(1, len(points)):
+            least, most = knots[-1][1] + 1, pieces - (len(points) - 1 - index)
+            arrives = min(max(int(np.argmin(np.abs(instants - way[index] - holds[:index].sum()))), least), most)
+            leaves = int(np.searchsorted(instants, instants[arrives] + holds[index] - 1e-12))
+            knots.append((arrives, leaves))
+        last = int(np.searchsorted(instants, 1.0 - holds[-1] + 1e-12, side="right")) - 1
+        knots[-1] = (last, pieces)
+        found = np.array(knots)
+        if (found[1:, 0] <= found[:-1, 1]).any():
+            raise FleetError(f"the holds of vehicle {vehicle} leave too few pieces to fly: give pieces={2 * pieces}")
+        return found
 
     @cached_property
     def limit_table(self) -> FloatArray:
@@ -131,7 +167,8 @@ class FleetTask:
         ways = [*np.abs(steps).sum(axis=0), np.sqrt((steps * steps).sum(axis=1)).sum()]
         ways.append(np.sqrt((steps[:, :2] ** 2).sum(axis=1)).sum())
         both = zip(ways, table[0], table[1], strict=True)
-        return max(_trapezoid(float(way), float(v), float(a) if at_rest else inf) for way, v, a in both)
+        flying = max(_trapezoid(float(way), float(v), float(a) if at_rest else inf) for way, v, a in both)
+        return flying + float(self.holds_of(vehicle).sum())
 
     @cached_property
     def bounds(self) -> FloatArray:
@@ -148,18 +185,6 @@ def knot_shares(pieces: int) -> FloatArray:
     """Return the instants of knots in units of the flight time: pieces are shorter at the ends, where speeds change."""
     x = np.arange(pieces + 1) / pieces
     return np.asarray((1.0 - CROWDED) * x + CROWDED * x * x * (3.0 - 2.0 * x))
-
-
-def waypoint_knots(points: FloatArray, pieces: int) -> list[int]:
-    """Return the knot of each waypoint: by the length of the way, each leg at least one piece."""
-    steps = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-    share = np.concatenate(([0.0], np.cumsum(steps))) / max(way_of(points), 1e-12)
-    instants, knots = knot_shares(pieces), [0]
-    for index in range(1, len(points)):
-        least, most = knots[-1] + 1, pieces - (len(points) - 1 - index)
-        knots.append(min(max(int(np.argmin(np.abs(instants - share[index]))), least), most))
-    knots[-1] = pieces
-    return knots
 
 
 def table_of(limits: Limits) -> FloatArray:

@@ -23,6 +23,8 @@ def one_curve(
     task: FleetTask, total_time: float | None, polish: float, pieces: int
 ) -> tuple[list[Trajectory], str] | None:
     """Return the trajectories of a fleet that one curve decides, and by which method; None for another fleet."""
+    if any(task.holds_of(vehicle).any() for vehicle in range(len(task))):
+        return None
     if len(task) + len(task.fixed) == 1:
         return [_single(task, total_time, polish, pieces)], "single"
     lines = _straight(task, total_time, polish, pieces)

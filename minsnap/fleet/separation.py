@@ -67,6 +67,12 @@ class Separation(ReadOnly):
             raise FleetError(f"the separation has {len(self.radii)} radii for {vehicles} vehicles: give one for each")
         return self.radii
 
+    def scaled(self, share: float) -> Separation:
+        """Return the same with so many times the distance."""
+        if self.radii is None:
+            return Separation((self.distance or 0.0) * share, self.downwash)
+        return Separation(downwash=self.downwash, radii=self.radii * share)
+
     def between(self, one: int, two: int) -> float:
         """Return how far two vehicles are to be apart [m]."""
         return self.distance if self.radii is None else float(self.radii[one] + self.radii[two])  # type: ignore[return-value]

@@ -19,7 +19,7 @@ from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.first_guess import frozen, guess, powers
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.fleet.fleet_limits import extent_of
-from minsnap.fleet.fleet_task import FleetTask, knot_shares, waypoint_knots
+from minsnap.fleet.fleet_task import FleetTask, knot_shares
 from minsnap.limits.kinds import KIND
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
 from minsnap.trajectory.trajectory import Trajectory
@@ -104,8 +104,9 @@ class TimeSearch:
     def _free(self) -> FloatArray:
         free = np.zeros((len(self.task) + len(self.task.fixed), self.pieces + 1, 4, 3))
         free[: len(self.task), 1:-1] = 1.0
-        for vehicle, points in enumerate(self.task.waypoints):
-            free[vehicle, waypoint_knots(points, self.pieces), 0] = 0.0
+        for vehicle in range(len(self.task)):
+            for arrives, leaves in self.task.knots_of(vehicle, self.pieces):
+                free[vehicle, arrives : leaves + 1, : 1 if leaves == arrives else None] = 0.0
         return free
 
     @property

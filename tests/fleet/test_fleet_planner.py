@@ -270,3 +270,29 @@ def test_bad_input_is_one_sentence(change, error, sentence):
     with pytest.raises(error, match=sentence) as caught:
         minsnap.plan_fleet(**asked)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("total_time", [None, 12.0])
+def test_vehicles_start_late_rest_on_their_way_and_arrive_early_as_asked(total_time):
+    ways = [*antipodal(3), [(-2.0, -3.0, 1.0), (0.0, -3.0, 1.0), (2.0, -3.0, 1.0)]]
+    holds = [(2.0, 0.0), None, (0.0, 1.5), (0.5, 1.0, 0.0)]
+    fleet = minsnap.plan_fleet(ways, AXIS, APART, total_time=total_time, holds=holds)
+    assert minsnap.certify_fleet(fleet, limits=AXIS).ok
+    assert total_time is None or fleet.duration == pytest.approx(total_time)
+    for curve, way, own in zip(fleet, ways, holds, strict=True):
+        places = curve(np.linspace(0.0, fleet.duration, 4001))
+        for point, asked in zip(way, own or (0.0,) * len(way), strict=True):
+            there = np.abs(places - point).max(axis=1) <= 1e-9
+            assert there.sum() * fleet.duration / 4000 >= asked
+    assert fleet.duration <= 12.001
+
+
+def test_what_is_not_found_says_what_pressed_and_what_would_do():
+    with pytest.raises(UnprovedError, match=r"vehicles 0 and 1 came as near as 0\.\d+ m .*; 90% of the separation did"):
+        minsnap.plan_fleet([LINE, LINE[::-1]], AXIS, APART, room=((-1.0, -0.135, 0.9), (5.0, 0.135, 1.1)))
+
+
+@pytest.mark.parametrize("holds", [[(1.0, -1.0)], [(1.0,)], [None, None], "1"])
+def test_malformed_holds_are_one_sentence(holds):
+    with pytest.raises(FleetError, match="holds"):
+        minsnap.plan_fleet([LINE], AXIS, APART, holds=holds)
