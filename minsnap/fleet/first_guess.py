@@ -73,7 +73,7 @@ def guess(task: FleetTask, pieces: int, seed: int) -> FloatArray:
     flat = bool(np.ptp(np.concatenate((task.starts, task.goals))[:, 2]) <= 0.2 * np.ptp(task.starts[:, :2]))
     bends = flat if seed % 2 == 0 else not flat
     offsets = _offsets(task, bends, seed)
-    pinned = [len(points) > 2 or task.holds_of(i).any() for i, points in enumerate(task.waypoints)]
+    pinned = [len(points) > 2 or bool(task.holds_of(i).any()) for i, points in enumerate(task.waypoints)]
     offsets[pinned] = 0.0  # these are where they are on their way
     return np.asarray(curves + bump(pieces)[None, :, :, None] * offsets[:, None, None, :])
 

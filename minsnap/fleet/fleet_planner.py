@@ -243,8 +243,8 @@ def _pieces_of(task: FleetTask, pieces: Any) -> int:
             6 if len(task) >= 150 else 8 if length < 20.0 * task.length else 10 if length < 40.0 * task.length else 12
         )
         usual = max(usual, 4 * legs if legs > 1 else 0)
-        waits = [float(task.holds_of(i).sum()) / max(task.bounds.max(), 1e-12) for i in range(len(task))]
-        return min(ceil(usual / max(1.0 - max(waits), 0.25)) + 2 * (max(waits) > 0.0), 200)
+        waiting = max(float(task.holds_of(i).sum()) for i in range(len(task))) / max(float(task.bounds.max()), 1e-12)
+        return usual if waiting == 0.0 else ceil(usual / max(1.0 - waiting, 0.25)) + 2
     if not is_whole(pieces) or not 2 <= pieces <= 200 or pieces < legs:
         raise FleetError(f"pieces is {shown(pieces)}: give 'auto' or a whole number from {max(2, legs)} to 200")
     return int(pieces)
@@ -303,8 +303,8 @@ def _longer(search: TimeSearch, tried: TimeTried, seed: int) -> list[str]:
 def _nearer(search: TimeSearch, tried: TimeTried, seed: int) -> list[str]:
     """Return which share of the separation did in the same time, if one of a few does."""
     apart = search.task.separation
-    for share in NEARER if apart is not None else ():
-        if _does(search, replace(search.task, separation=apart.scaled(share)), tried.time, seed):
+    for share in NEARER:
+        if apart and _does(search, replace(search.task, separation=apart.scaled(share)), tried.time, seed):
             return [f"{share:.0%} of the separation did"]
     return []
 
