@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Callable, Sequence
 from ctypes import POINTER, Structure, byref, c_double, c_int64, c_void_p
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -25,15 +26,22 @@ class _Group(Structure):
     ]
 
 
+class _Limit(Structure):
+    """``MomentaryLimit``."""
+
+    _fields_ = [("kind", c_int64), ("parameters", c_void_p)]
+
+
 class _Request(Structure):
     """``ShortestRequest``."""
 
     _fields_ = [
-        *((name, c_int64) for name in ("half", "dim", "legs", "closed", "groups", "divisions", "moving")),
+        *((name, c_int64) for name in ("half", "dim", "legs", "closed", "groups", "limits", "divisions", "moving")),
         ("parts", c_void_p),
-        *((name, c_double) for name in ("worthwhile", "inwards")),
+        *((name, c_double) for name in ("worthwhile", "inwards", "tightened")),
         *((name, c_void_p) for name in ("pinned", "free", "lengths", "norms")),
         ("cones", POINTER(_Group)),
+        ("momentary", POINTER(_Limit)),
         ("poll", _Poll),
     ]
 
@@ -80,6 +88,27 @@ class ConeSets:
     at_knots: bool = False
 
 
+class InstantKind(IntEnum):
+    """Limits on several derivatives: ``LimitKind`` of ``src/shortest_time/instant_limits.hpp``."""
+
+    LEAST_THRUST = 0
+    MOST_THRUST = 1
+    TILT = 2
+    BODY_RATE = 3
+    UNSPUN_ROTORS = 4
+    YAWED_ROTORS = 5
+    HEADING_RATE = 6
+    LOOK_RATE = 7
+
+
+@dataclass(frozen=True)
+class InstantLimit:
+    """A limit on several derivatives at an instant, on every leg, and the numbers that its functions take."""
+
+    kind: InstantKind
+    parameters: tuple[float, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class ShortestQuestion:
     """What is searched for.
@@ -94,14 +123,15 @@ class ShortestQuestion:
     norms : tuple of float
         Speed, acceleration, jerk and snap that a motion in any direction may reach; infinite where free.
     sets : sequence of ConeSets
+    limits : sequence of InstantLimit
     parts : tuple of int
         Into how many each piece is divided, one time after another.
     closed, moving : bool
-        Whether it is a lap, and whether pinned derivatives forbid to scale time.
+        Whether it is a lap, and whether time may not be scaled to keep the limits.
     worthwhile : float
         Relative gain of a division below which no further one is tried.
-    inwards : float
-        Share of its width by which a wall is moved inwards.
+    inwards, tightened : float
+        Shares of their widths by which walls are moved inwards, and limits.
     """
 
     pinned: FloatArray
@@ -109,11 +139,13 @@ class ShortestQuestion:
     lengths: FloatArray
     norms: tuple[float, ...]
     sets: Sequence[ConeSets]
+    limits: Sequence[InstantLimit]
     parts: tuple[int, ...]
     closed: bool
     moving: bool
     worthwhile: float
     inwards: float
+    tightened: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,15 +228,19 @@ def _request(question: ShortestQuestion, poll: object) -> tuple[_Request, list[o
         for one in question.sets
     ]
     table = (_Group * len(groups))(*groups)
-    held.append(table)
+    limits = (_Limit * len(question.limits))(
+        *(_Limit(one.kind, at(one.parameters, np.float64)) for one in question.limits)
+    )
+    held += [table, limits]
     waypoints, half, dim = question.pinned.shape
     request = _Request(
-        *(half, dim, waypoints - 1, question.closed, len(groups), len(question.parts), question.moving),
+        *(half, dim, waypoints - 1, question.closed, len(groups), len(limits), len(question.parts), question.moving),
         at(question.parts, np.int64),
-        *(question.worthwhile, question.inwards),
+        *(question.worthwhile, question.inwards, question.tightened),
         *(at(question.pinned, np.float64), at(question.free, np.int64)),
         *(at(question.lengths, np.float64), at(question.norms, np.float64)),
         table,
+        limits,
         poll,
     )
     return request, held
@@ -220,7 +256,7 @@ def _check_layout() -> None:
         return
     own = [
         number
-        for struct in (_Group, _Request, _Answer)
+        for struct in (_Group, _Limit, _Request, _Answer)
         for number in (ctypes.sizeof(struct), *(getattr(struct, field[0]).offset for field in struct._fields_))
     ]
     found = np.zeros(len(own) + 1, dtype=np.int64)

@@ -17,16 +17,19 @@ from minsnap.corridors.constraint import Cones, Walls
 from minsnap.corridors.regions import KnotRegion
 from minsnap.limits.compliance import KEPT, largest_use
 from minsnap.limits.kinds import KIND
-from minsnap.limits.limits import Limits
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.library import core
 from minsnap.native.shortest_time import ConeSets, ShortestFound, ShortestQuestion, search_shortest
 from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits
+from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
+from minsnap.time_allocation.instant_limits import instant_limits
 from minsnap.time_allocation.time_stretch import nearby_factor, touching_factor
 from minsnap.time_allocation.timing import Finish
 from minsnap.trajectory.cut_pieces import LONGEST_PIECE
+from minsnap.trajectory.heading import ConstantHeading, Heading
+from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 DIVISIONS = (3, 2)
@@ -35,8 +38,11 @@ DIVISIONS = (3, 2)
 WORTHWHILE = 0.08
 """Relative gain by which pieces are divided once more: that gains about a sixteenth of it, here half a percent."""
 
-INWARDS = (2e-4, 2e-3)
-"""Shares of their widths by which walls are moved inwards, one after the other."""
+INWARD, INWARDS = 2e-4, 10.0
+"""Share of their widths by which walls are moved inwards, and factor on it where a curve is outside."""
+
+TRIES, SEEN, ENOUGH = 3, 0.05, 2.0
+"""How often is searched, the excess of a limit beyond which the search has not seen it, and how far it is tightened."""
 
 FAR = 1e-3
 """Share by which the certified curve may be slower than the one found; beyond, the search did not see a limit."""
@@ -44,10 +50,25 @@ FAR = 1e-3
 GRAIN = 2.0**32
 """Factors on time are rounded up to its fractions, so that the last bits of exact extrema do not decide a plan."""
 
+DIRECTED = 0.05
+"""Share of the weight below which thrust is taken to have no direction: there a small change turns it by any angle."""
+
 ORDERS = 4
 """Highest derivative that walls may bound."""
 
-MEASURED = ("norm", "horizontal", "upwards", "downwards", "vertical", "thrust", "least_thrust", "tilt")
+MEASURED = (
+    "norm",
+    "horizontal",
+    "upwards",
+    "downwards",
+    "vertical",
+    "thrust",
+    "least_thrust",
+    "tilt",
+    "body_rate",
+    "yaw_rate",
+    "rotors",
+)
 """What the limits may measure that the native search knows."""
 
 BOUNDING = ("acceleration", "max_thrust")
@@ -60,7 +81,7 @@ ENDING = ("speed", "jerk", "snap", *BOUNDING)
 def serves(task: Task, limits: Limits) -> bool:
     """Whether the native search knows everything that a task and its limits ask for."""
     given = limits.given()
-    known = type(limits) is Limits and all(KIND[name].measure in MEASURED for name in given)
+    known = all(KIND[name].measure in MEASURED for name in given)
     bounded = any(name in given for name in (ENDING if limits.min_thrust is None else BOUNDING))
     plain = (
         task.half == 4
@@ -90,26 +111,47 @@ def interior_search(
     poll : callable
         Called with the total time before every iteration [s]; True ends the search.
     """
-    question = asked(task, limits, refine)
-    for inwards in INWARDS:
-        found = search_shortest(replace(question, inwards=inwards), poll)
+    heading = _heading(task, limits, finish)
+    if limits.yaw_rate is not None and not isinstance(heading, LookAtHeading | ConstantHeading):
+        return None
+    question = asked(task, limits, refine, heading)
+    for _ in range(TRIES):
+        found = search_shortest(question, poll)
         if found is None or not found.durations.max() <= LONGEST_PIECE:
             return None
         solved = _solved(task, found, 1.0)
-        if solved.inside or found.stopped:
-            return _within(task, limits, finish, found, solved)
+        if not solved.inside:
+            question = replace(question, inwards=INWARDS * question.inwards)
+            continue
+        kept, excess = _within(task, limits, finish, found, solved)
+        if kept is not None or found.stopped or excess > SEEN:
+            return kept
+        question = replace(question, tightened=question.tightened + ENOUGH * excess)
     return None
 
 
-def _within(task: Task, limits: Limits, finish: Finish, found: ShortestFound, solved: SolvedTask) -> SolvedTask | None:
-    """Fly the same path at the speed at which the most used limit is just kept, if that is about the one found."""
-    if not solved.inside:
-        return None
-    if not task.still:
-        return solved if largest_use(limits, finish(solved.trajectory)) <= 1.0 + KEPT else None
+def _within(
+    task: Task, limits: Limits, finish: Finish, found: ShortestFound, solved: SolvedTask
+) -> tuple[SolvedTask | None, float]:
+    """Fly the same path at the speed at which the most used limit is just kept, if that is about the one found.
+
+    Returns
+    -------
+    solved : SolvedTask or None
+    excess : float
+        Of the most used limit, relative.
+    """
     curve = finish(solved.trajectory)
+    if not _scales(task, limits):
+        excess = largest_use(limits, curve) - 1.0
+        return (solved if excess <= KEPT else None), excess
     factor = float(np.ceil(_slowdown(limits, curve) * GRAIN)) / GRAIN
-    return _solved(task, found, factor) if factor <= 1.0 + FAR or found.stopped else None
+    return (_solved(task, found, factor) if factor <= 1.0 + FAR or found.stopped else None), factor - 1.0
+
+
+def _scales(task: Task, limits: Limits) -> bool:
+    """Whether every curve keeps the limits that is flown slowly enough: a slow thrust may turn faster in free fall."""
+    return task.still and limits.body_rate is None and not isinstance(limits, VehicleLimits)
 
 
 def _slowdown(limits: Limits, curve: Trajectory) -> float:
@@ -135,7 +177,19 @@ def _solved(task: Task, found: ShortestFound, factor: float) -> SolvedTask:
     return SolvedTask(task, durations, units, optimum)
 
 
-def asked(task: Task, limits: Limits, refine: bool) -> ShortestQuestion:
+def _heading(task: Task, limits: Limits, finish: Finish) -> Heading | None:
+    """Heading of any curve of the task, where limits depend on it: of that along the straight legs."""
+    if not isinstance(limits, VehicleLimits) and limits.yaw_rate is None:
+        return None
+    ends = (
+        np.repeat(task.waypoints[:-1, None], task.half, axis=1),
+        np.repeat(task.waypoints[1:, None], task.half, axis=1),
+    )
+    times = stop_and_go_times(guessed_lengths(task), limits)
+    return finish(Trajectory(np.concatenate(ends, axis=1), times)).yaw
+
+
+def asked(task: Task, limits: Limits, refine: bool, heading: Heading | None = None) -> ShortestQuestion:
     """Return the question in the form of the native search."""
     coarse = replace(task, pieces=1)
     pinned = np.zeros((task.legs + 1, task.half, task.dim))
@@ -148,13 +202,27 @@ def asked(task: Task, limits: Limits, refine: bool) -> ShortestQuestion:
     sets += [one for waypoint, region in _regions(task).items() for one in _region_sets(task, waypoint, region)]
     parts = DIVISIONS if refine else () if task.pieces == 1 else (task.pieces,)
     lengths = guessed_lengths(task)
-    given = pinned, coarse.free[:, : task.half], lengths, norm_limits(limits), [one for one in sets if len(one.place)]
-    return ShortestQuestion(*given, parts, task.closed, not task.still, WORTHWHILE, INWARDS[0])
+    norms = norm_limits(limits)
+    typical = float(lengths.mean()), float((lengths / stop_and_go_times(lengths, limits)).mean())
+    kinds = [one for one in sets if len(one.place)], instant_limits(limits, heading, typical)
+    return ShortestQuestion(
+        pinned,
+        coarse.free[:, : task.half],
+        lengths,
+        norms,
+        *kinds,
+        parts,
+        task.closed,
+        not _scales(task, limits),
+        WORTHWHILE,
+        INWARD,
+    )
 
 
 def _walls(task: Task, limits: Limits) -> list[Walls]:
     """Walls of the corridor and of the limits, but for a least thrust, whose wall is stricter than the limit."""
-    return [*task.walls, *(wall for wall in limits.walls(task.waypoints) if wall.name != "min_thrust")]
+    other = ("min_thrust", "max_thrust", "tilt") if limits.medium.drags else ("min_thrust",)
+    return [*task.walls, *(wall for wall in limits.walls(task.waypoints) if wall.name not in other)]
 
 
 def _sets(cones: Cones) -> ConeSets:
@@ -163,12 +231,15 @@ def _sets(cones: Cones) -> ConeSets:
 
 def _least_thrust(task: Task, limits: Limits) -> list[ConeSets]:
     """Accelerations no nearer to free fall than the least thrust."""
-    if limits.min_thrust is None:
+    directed = limits.body_rate is not None and limits.min_thrust is None
+    least = DIRECTED if directed else limits.min_thrust
+    if least is None or limits.medium.drags:
         return []
-    legs, radius = task.legs, np.full(task.legs, limits.min_thrust * limits.gravity)
+    legs, radius = task.legs, np.full(task.legs, least * limits.gravity)
+    width = np.full(task.legs, limits.gravity) if directed else radius
     fall = np.tile((0.0, 0.0, -limits.gravity), (legs, 1))
     matrix, slope = np.tile(np.eye(3), (legs, 1, 1)), np.zeros((legs, 3))
-    return [ConeSets(np.arange(legs), matrix, fall, slope, radius, radius, 2, outside=True)]
+    return [ConeSets(np.arange(legs), matrix, fall, slope, radius, width, 2, outside=True)]
 
 
 def _regions(task: Task) -> dict[int, KnotRegion]:

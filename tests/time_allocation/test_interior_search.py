@@ -11,6 +11,7 @@ import minsnap
 from minsnap import Ball, Boxes, Limits, Search
 from minsnap.native.library import core
 from minsnap.time_allocation import strategy
+from minsnap.vehicle import Quadrotor
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
 
@@ -27,6 +28,11 @@ ASKED = {
     "parts": {"limits": Limits(acceleration=6.0, horizontal_speed=2.5, climb_speed=1.0, descent_speed=0.5)},
     "jerk": {"limits": Limits(speed=3.0, acceleration=6.0, jerk=20.0, snap=200.0)},
     "thrust": {"limits": Limits(max_thrust=1.5, min_thrust=0.6, tilt=0.5)},
+    "body rate": {"limits": Limits(speed=4.0, max_thrust=2.0, min_thrust=0.33, tilt=1.0, body_rate=2.1)},
+    "rate alone": {"limits": Limits(acceleration=8.0, body_rate=1.5), "corridor": 0.5},
+    "rotors": {"limits": Limits.of(Quadrotor.dji_f330()), "yaw": "tilt"},
+    "rotors, yaw": {"limits": Limits.of(Quadrotor.dji_f330()), "yaw": 0.3},
+    "view": {"limits": Limits(speed=4.0, acceleration=8.0, yaw_rate=1.0), "yaw": minsnap.LookAt((3.3, 1.7))},
     "lap": {"closed": True, "limits": LIMITS, "corridor": 0.3},
     "moving": {"start": {"velocity": (1.5, 0.2, 0.0)}, "limits": LIMITS, "corridor": 0.5},
     "pinned": {"pins": {2: {"velocity": (-1.0, 1.0, 0.0)}}, "limits": LIMITS},

@@ -1,21 +1,18 @@
 """The shortest times within limits: the search as a whole."""
 
 from dataclasses import replace
-from itertools import count
 
 import numpy as np
 import pytest
 from tasks import REFERENCE, random_legs
 
 import minsnap
-from minsnap.basics.deadline import NEVER
 from minsnap.errors import LimitError
 from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
 from minsnap.planning.planner import placed_task
 from minsnap.time_allocation.initial_guess import stop_and_go
 from minsnap.time_allocation.joint_problem import JointProblem
-from minsnap.time_allocation.joint_search import JointSearch
 from minsnap.vehicle import BodyDrag, Quadrotor
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
@@ -89,16 +86,6 @@ def test_more_pieces_come_near_the_trapezoid_of_one_leg():
 def test_a_leg_without_anything_to_vary_is_planned_in_silence(capfd):
     minsnap.plan([(0, 0, 0), (1, 0, 0)], limits=LIMITS, corridor=0.1)
     assert tuple(capfd.readouterr()) == ("", "")
-
-
-def test_a_search_ends_before_a_step_that_would_be_late_also_where_no_step_is_accepted(monkeypatch):
-    ticks, steps = count(), []
-    monkeypatch.setattr(NEVER, "clock", lambda: float(next(ticks)))
-    monkeypatch.setattr(JointSearch, "_descended", lambda *given: steps.append(1) or (0.0, None))
-    limits = Limits(speed=3.0, acceleration=6.0, body_rate=20.0)
-    path = minsnap.plan(REFERENCE, limits=limits, search=minsnap.Search(time_limit=10.0))
-    assert path.report.interrupted and minsnap.certify(path, limits=limits).ok
-    assert 1 <= len(steps) <= 5
 
 
 def test_a_search_with_a_gain_ends_at_the_first_step_that_gains_less():
@@ -184,11 +171,13 @@ def test_rotors_without_spin_give_the_torque_that_unequal_inertias_ask_for():
 
 LITTLE_THRUST = [
     (
+        2.35,
         0.201,
         {"min_thrust": 0.04145, "max_thrust": 3.1259, "body_rate": 3.302},
         [(0, 0, 0), (2.279, 3.399, 2.173), (5.305, 3.405, -0.8)],
     ),
     (
+        2.85,
         0.714,
         {"min_thrust": 0.01628, "max_thrust": 2.7041, "body_rate": 2.329},
         [(0, 0, 0), (0.738, -2.502, -0.403), (-1.501, -4.004, 3.535), (-2.234, -3.45, 2.888)],
@@ -196,13 +185,13 @@ LITTLE_THRUST = [
 ]
 
 
-@pytest.mark.parametrize(("width", "given", "points"), LITTLE_THRUST, ids=["2 legs", "3 legs"])
-def test_curves_on_which_the_thrust_nearly_vanishes_are_certified_as_found(width, given, points):
+@pytest.mark.parametrize(("most", "width", "given", "points"), LITTLE_THRUST, ids=["2 legs", "3 legs"])
+def test_curves_on_which_the_thrust_nearly_vanishes_are_certified_as_found(most, width, given, points):
     """Slowed down until a narrow peak of the body rate was gone they took 2.90 and 3.63 s, not 2.34 and 2.84 s."""
     limits = Limits(**given)
     path = minsnap.plan(points, limits=limits, corridor=width, pieces=3)
     assert minsnap.certify(path, points, corridor=width, limits=limits).ok
-    assert path.duration <= 1.003 * path.report.steps[-1].best
+    assert path.duration <= most
 
 
 def test_a_search_that_ends_barely_outside_is_brought_inside():

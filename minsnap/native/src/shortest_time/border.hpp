@@ -17,18 +17,25 @@ struct ConeGroup {
     const double *width;      // (count,) by which an excess is judged
 };
 
+// A limit on several derivatives at an instant, on every leg: a `LimitKind` of `instant_limits.hpp` and its parameters.
+struct MomentaryLimit {
+    std::int64_t kind;
+    const double *parameters;
+};
+
 struct ShortestRequest {
-    std::int64_t half, dim, legs, closed, groups;
+    std::int64_t half, dim, legs, closed, groups, limits;
     std::int64_t divisions;      // how many numbers stand in `parts`
-    std::int64_t moving;         // whether pinned derivatives forbid to scale time
+    std::int64_t moving;         // whether time may not be scaled to keep the limits
     const std::int64_t *parts;   // pieces into which pieces are divided, one time after another
     double worthwhile;           // relative gain of a division below which no further one is tried
-    double inwards;              // share of its width by which a wall is moved inwards
+    double inwards, tightened;   // shares of their widths by which walls are moved inwards, and limits
     const double *pinned;        // (legs + 1, half, dim) derivatives at waypoints, positions nominal where they are free [m/s^order]
     const std::int64_t *free;    // (legs + 1, half, dim) 1 where free
     const double *lengths;       // (legs,) of the legs, none very short [m]
     const double *norms;         // (4,) speed, acceleration, jerk, snap that a motion in any direction may reach; infinite where free
     const ConeGroup *cones;      // (groups,)
+    const MomentaryLimit *momentary;  // (limits,)
     std::int64_t (*poll)(double, std::int64_t);  // called with the total time [s] and the iteration; not 0 ends the search
 };
 

@@ -123,20 +123,27 @@ public:
         return StageEnd::stuck;
     }
 
+    // Largest value of a row as the chain is.
+    double largest() const {
+        double most = -1.0;
+        for (int j = 0; j < rows.count; ++j) most = std::max(most, value_[j]);
+        return most;
+    }
+
     // Largest excess of walls and of limits at true peaks, in widths.
     void excess(double inwards, double &wall, double &limit) {
         wall = limit = -1.0;
         PieceEnds<S> piece;
         for (int i = 0; i < chain.pieces; ++i) {
             chain.ends(i, piece);
-            each_peak(rows, chain, i, piece, value_.data(), Settings::near, [&](const Condition<S::dim> &condition, int row, int, double rise) {
-                const double value = value_[row] - rows.margin[row] + rise;
-                if (condition.order == 0)
+            each_peak(rows, chain, i, piece, value_.data(), [&](const Peak &peak) {
+                const double value = value_[peak.row] - rows.margin[peak.row] + peak.rise;
+                if (peak.wall)
                     wall = std::max(wall, value - rows.wall_margin - inwards);
                 else
                     limit = std::max(limit, value - rows.limit_margin);
             });
-            for (int row = rows.first[i] + S::instants * rows.legs.count(i / chain.per_leg); row < rows.first[i + 1]; ++row)
+            for (int row = rows.first[i] + rows.sampled(i / chain.per_leg); row < rows.first[i + 1]; ++row)
                 wall = std::max(wall, value_[row] - rows.wall_margin - inwards);
         }
     }
@@ -265,9 +272,9 @@ private:
         PieceEnds<S> piece;
         for (int i = 0; i < chain.pieces; ++i) {
             chain.ends(i, piece);
-            each_peak(rows, chain, i, piece, value_.data(), Settings::near, [&](const Condition<S::dim> &, int row, int beside, double rise) {
-                frozen_[row] = std::max(frozen_[row], rise);
-                frozen_[beside] = std::max(frozen_[beside], rise);
+            each_peak(rows, chain, i, piece, value_.data(), [&](const Peak &peak) {
+                frozen_[peak.row] = std::max(frozen_[peak.row], peak.rise);
+                frozen_[peak.beside] = std::max(frozen_[peak.beside], peak.rise);
             });
         }
         double growth = 0.0;

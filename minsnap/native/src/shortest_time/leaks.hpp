@@ -47,50 +47,102 @@ private:
     };
 };
 
-// Call found(row, beside, rise) for every sampled peak of a piece that lies near its bound: the two rows, and by how much the curve rises over the
-// first (0 where the sample is the peak). `value` holds the rows of the piece with their margins.
+// A sampled peak of a piece that lies near its bound: its row and that beside it, and by how much the curve rises over the first (0 where the sample
+// is the peak).
+struct Peak {
+    int row, beside;
+    double rise;
+    bool wall;
+};
+
+// Call found(peak) for every one. `value` holds the rows of the piece with their margins.
 template <class S, class Found>
-inline void each_peak(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece, const double *value, double near,
-                      Found &&found) {
-    constexpr int count = S::instants, newton_steps = 4;
-    constexpr double spacing = 1.0 / (count - 1);
-    const PieceCurve<S> curve(piece);
-    const int leg = i / chain.per_leg;
-    const Condition<S::dim> *condition = rows.legs.begin(leg);
-    int row = rows.first[i];
-    for (int k = 0; k < rows.legs.count(leg); ++k, ++condition, row += count) {
-        const int q = condition->order;
-        const auto sample = [&](int g) { return value[row + g] - rows.margin[row + g]; };
+class Peaks {
+public:
+    Peaks(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece, const double *value, Found &found)
+        : rows_(rows), piece_(piece), curve_(piece), value_(value), found_(found), row_(rows.first[i]) {
+        const int leg = i / chain.per_leg;
+        const Condition<S::dim> *condition = rows.legs.begin(leg);
+        for (int k = 0; k < rows.legs.count(leg); ++k, ++condition) {
+            const int q = condition->order;
+            each(q == 0, [&](double s) {
+                double x[S::dim], y[S::dim];
+                curve_.at(q, s, piece_.inverse[q], x);
+                return condition->at(x, y);
+            });
+        }
+        for (int k = 0; k < rows.limit_count; ++k)
+            for (int f = 0; f < rows.limits[k].functions; ++f)
+                each(false, [&](double s) { return limited(rows.limits[k], f, s); });
+    }
+
+private:
+    static constexpr int count = S::instants;
+
+    double limited(const InstantLimit &limit, int function, double s) const {
+        double u[InstantLimit::most_inputs], out[InstantLimit::most_functions], x[S::dim];
+        for (int q = limit.low; q <= limit.high; ++q) {
+            curve_.at(q, s, piece_.inverse[q], x);
+            for (int c = 0; c < limit.axes; ++c) u[(q - limit.low) * limit.axes + c] = x[c < S::dim ? c : 0];
+        }
+        limit.at(u, out);
+        return out[function];
+    }
+
+    template <class Curve>
+    void each(bool wall, Curve &&curve) {
+        const auto sample = [&](int g) { return value_[row_ + g] - rows_.margin[row_ + g]; };
         for (int g = 0; g < count; ++g) {
             const double here = sample(g);
-            if (here < -near || (g > 0 && sample(g - 1) > here) || (g + 1 < count && sample(g + 1) > here)) continue;
-            const double center = Instants<S::half, S::instants>::place(g);
-            const double low = g > 0 ? center - spacing : 0.0, high = g + 1 < count ? center + spacing : 1.0;
-            double s = center, x[S::dim], first[S::dim], second[S::dim], y[S::dim], base = 0.0, best = 0.0, place = center;
-            for (int n = 0; n <= newton_steps; ++n) {
-                curve.at(q, s, piece.inverse[q], x);
-                curve.at(q + 1, s, piece.inverse[q], first);
-                curve.at(q + 2, s, piece.inverse[q], second);
-                const double now = condition->at(x, y);
-                if (n == 0) base = now;
-                if (now - base > best) {
-                    best = now - base;
-                    place = s;
-                }
-                double slope = 0.0, bend = condition->bend(first);
-                for (int c = 0; c < S::dim; ++c) {
-                    slope += y[c] * first[c];
-                    bend += y[c] * second[c];
-                }
-                double moved = bend < 0.0 ? s - slope / bend : slope > 0.0 ? s + 0.5 * spacing : s - 0.5 * spacing;
-                moved = moved < low ? low : moved > high ? high : moved;
-                if (moved == s) break;
-                s = moved;
-            }
-            const int beside = place > center ? g + 1 : place < center ? g - 1 : g;
-            found(*condition, row + g, row + beside, best);
+            if (here < -ShortestSettings::near || (g > 0 && sample(g - 1) > here) || (g + 1 < count && sample(g + 1) > here)) continue;
+            rise(g, wall, curve);
         }
+        row_ += count;
     }
+
+    // Parabolas through three points around the peak.
+    template <class Curve>
+    void rise(int g, bool wall, Curve &&curve) {
+        constexpr int parabolas = 6;
+        constexpr double spacing = 1.0 / (count - 1), apart = 1e-3 * spacing;
+        const double center = Instants<S::half, S::instants>::place(g), base = curve(center);
+        double x[3] = {g > 0 ? center - spacing : center, center, g + 1 < count ? center + spacing : center};
+        if (g == 0) x[1] = 0.5 * spacing;
+        if (g + 1 == count) x[1] = 1.0 - 0.5 * spacing;
+        double y[3] = {g == 0 ? base : curve(x[0]), g == 0 || g + 1 == count ? curve(x[1]) : base, g + 1 == count ? base : curve(x[2])};
+        double best = std::max(0.0, y[1] - base), place = best > 0.0 ? x[1] : center;
+        for (int n = 0; n < parabolas; ++n) {
+            const double left = (y[1] - y[0]) / (x[1] - x[0]), right = (y[2] - y[1]) / (x[2] - x[1]), bend = right - left;
+            double s = bend < 0.0 ? 0.5 * (x[0] + x[1]) - 0.5 * left * (x[2] - x[0]) / bend : y[0] > y[2] ? x[0] : x[2];
+            if (!(s > x[0] + apart && s < x[2] - apart) || std::abs(s - x[1]) < apart) s = x[1] - x[0] > x[2] - x[1] ? x[1] - 0.5 * (x[1] - x[0]) : x[1] + 0.5 * (x[2] - x[1]);
+            const double now = curve(s);
+            if (now - base > best) {
+                best = now - base;
+                place = s;
+            }
+            const bool later = s > x[1];
+            if (now > y[1]) {
+                const int end = later ? 0 : 2;
+                x[end] = x[1], y[end] = y[1];
+                x[1] = s, y[1] = now;
+            } else {
+                x[later ? 2 : 0] = s, y[later ? 2 : 0] = now;
+            }
+        }
+        found_(Peak{row_ + g, row_ + (place > center ? g + 1 : place < center ? g - 1 : g), best, wall});
+    }
+
+    const Rows<S> &rows_;
+    const PieceEnds<S> &piece_;
+    const PieceCurve<S> curve_;
+    const double *value_;
+    Found &found_;
+    int row_;
+};
+
+template <class S, class Found>
+inline void each_peak(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece, const double *value, Found &&found) {
+    Peaks<S, Found>(rows, chain, i, piece, value, found);
 }
 
 }  // namespace minsnap

@@ -23,6 +23,8 @@ struct PieceModel {
     double blocks[S::pairs][S::packed];  // in the ends, for every pair of axes
     double cross[S::whole], own;         // of ends and duration; of the duration
     double gradient[S::whole], force[S::whole], own_gradient;  // force: weighted as the Hessians are
+    double dense[S::whole][S::whole];  // lower triangle in the ends, by end derivative, then by axis: of limits on several derivatives
+    bool dense_used = false;
 
     void clear() {
         for (auto &block : blocks)
@@ -44,6 +46,7 @@ struct PieceModel {
                 add_condition(*condition, jet[q], row, weights, bend, slope, pull);
             put(rows.instants, q, piece.inverse[q], jet[q], bend, slope, pull);
         }
+        add_limits(rows, chain, i, piece, jet, weights, row);
         rows.knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int a, const double *x) { add_knot(at_knot, a, x, piece, row++, weights); });
     }
 
@@ -69,6 +72,60 @@ struct PieceModel {
     }
 
 private:
+    // Add all limits on several derivatives, which tie them to each other.
+    void add_limits(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece, const typename Rows<S>::Jets &jet,
+                    const RowWeights &weights, int &row) {
+        dense_used = rows.limit_count > 0;
+        if (!dense_used) return;
+        for (auto &line : dense)
+            for (double &entry : line) entry = 0.0;
+        for (int k = 0; k < rows.limit_count; ++k) {
+            const InstantLimit &limit = rows.limits[k];
+            for (int g = 0; g < count_at; ++g) {
+                if ((g == 0 && rows.pinned(chain, i, 0, limit)) || (g + 1 == count_at && rows.pinned(chain, i, 1, limit))) continue;
+                double u[InstantLimit::most_inputs];
+                InstantTerms terms;
+                rows.inputs(limit, jet, g, u);
+                limit.gather(u, weights.hessian + row + g, weights.outer + row + g, weights.gradient + row + g, count_at, terms);
+                put(rows.instants, limit, g, piece, u, terms);
+            }
+            row += limit.functions * count_at;
+        }
+    }
+
+    // Bring the terms of a limit at one instant to the ends.
+    void put(const Instants<S::half, S::instants> &instants, const InstantLimit &limit, int g, const PieceEnds<S> &piece, const double *u, const InstantTerms &terms) {
+        const int count = limit.inputs();
+        double factor[condition_orders][S::ends], turn[InstantLimit::most_inputs];
+        for (int q = limit.low; q <= limit.high; ++q)
+            for (int a = 0; a < S::ends; ++a) factor[q][a] = instants.by_instant[q][g][a] * piece.inverse[q];
+        for (int n = 0; n < count; ++n) {
+            const int q = limit.order(n);
+            double sum = q * terms.pull[n];
+            for (int m = 0; m < count; ++m) sum += terms.bend[n][m] * limit.order(m) * u[m];
+            turn[n] = -sum;
+            own_gradient -= q * u[n] * terms.slope[n];
+            own += q * u[n] * sum;
+        }
+        for (int n = 0; n < count; ++n) {
+            const int q = limit.order(n), c = n % limit.axes;
+            double line[S::whole] = {};
+            for (int m = 0; m < count; ++m) {
+                const double bend = terms.bend[n][m], *beside = factor[limit.order(m)];
+                const int d = m % limit.axes;
+                for (int b = 0; b < S::ends; ++b) line[b * S::dim + d] += bend * beside[b];
+            }
+            for (int a = 0; a < S::ends; ++a) {
+                const int r = a * S::dim + c;
+                const double share = factor[q][a];
+                for (int s = 0; s <= r; ++s) dense[r][s] += share * line[s];
+                gradient[r] += share * terms.slope[n];
+                force[r] += share * terms.pull[n];
+                cross[r] += share * turn[n];
+            }
+        }
+    }
+
     static void add_condition(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], int row, const RowWeights &weights,
                               double (&bend)[S::pairs][count_at], double (&slope)[S::dim][count_at], double (&pull)[S::dim][count_at]) {
         const double *hessian = weights.hessian + row, *outer = weights.outer + row, *gradient = weights.gradient + row;

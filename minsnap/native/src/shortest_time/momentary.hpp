@@ -13,6 +13,7 @@
 #include "arithmetic/dual.hpp"
 
 namespace minsnap {
+inline namespace joint {
 
 enum class Kind : std::int64_t {
     wall = 0,
@@ -234,4 +235,5 @@ inline void momentary(Kind kind, const double *p, const Space<Real> *x, Real *ou
     }
 }
 
+}  // namespace joint
 }  // namespace minsnap

@@ -121,6 +121,9 @@ private:
                     for (int d = 0; d < S::dim; ++d)
                         whole[r][b * S::dim + d] = model.blocks[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c][a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a];
             }
+        if (model.dense_used)
+            for (int r = 0; r < S::whole; ++r)
+                for (int s = 0; s < S::whole; ++s) whole[r][s] += r < s ? model.dense[s][r] : model.dense[r][s];
         for (int m = 0; m < 3; ++m)
             for (int r = 0; r < S::whole; ++r) {
                 if (rate[m][r] == 0.0) continue;

@@ -5,6 +5,7 @@
 
 #include "shortest_time/chain.hpp"
 #include "shortest_time/conditions.hpp"
+#include "shortest_time/instant_limits.hpp"
 
 namespace minsnap {
 
@@ -17,6 +18,8 @@ public:
 
     const Instants<S::half, S::instants> &instants;
     ConditionTable<S::dim> legs, knots;
+    Buffer<InstantLimit> limits;  // on all legs
+    int limit_count = 0;
     Buffer<std::int32_t> first;  // row of every piece, and their number
     Buffer<double> margin;       // (rows,) added to the value: frozen between changes of the barrier
     int count = 0, regular = 0;  // rows, and those not of knots
@@ -24,12 +27,19 @@ public:
 
     explicit Rows(const Instants<S::half, S::instants> &tables) : instants(tables) {}
 
+    [[nodiscard]] bool build(const ShortestRequest &request) {
+        limit_count = static_cast<int>(request.limits);
+        if (!limits.allocate(limit_count)) return false;
+        for (int k = 0; k < limit_count; ++k) limits[k] = InstantLimit(request.momentary[k]);
+        return legs.build(request, false) && knots.build(request, true);
+    }
+
     [[nodiscard]] bool lay_out(const Chain<S> &chain) {
         if (!first.allocate(chain.pieces + 1)) return false;
         count = regular = 0;
         for (int i = 0; i < chain.pieces; ++i) {
             first[i] = count;
-            const int most = count_at * legs.count(i / chain.per_leg);
+            const int most = sampled(i / chain.per_leg);
             regular += most;
             count += most;
             for (int right = 0; right < 2; ++right) count += knot_count(chain, i, right);
@@ -38,6 +48,13 @@ public:
         if (!margin.allocate(count)) return false;
         for (int j = 0; j < count; ++j) margin[j] = 0.0;
         return true;
+    }
+
+    // Rows of a piece at instants.
+    int sampled(int leg) const {
+        int functions = legs.count(leg);
+        for (int k = 0; k < limit_count; ++k) functions += limits[k].functions;
+        return functions * count_at;
     }
 
     // Conditions of the knot at one side of a piece: every knot belongs to the piece after it, the last one of an open chain to the one before.
@@ -81,6 +98,7 @@ public:
             for (int g = 0; g < count_at; ++g) value[g] += condition->constant + moved + margins[g];
             silence(chain, i, condition->order, value, -1.0);
         }
+        limit_values(chain, i, jet, value, margins);
         knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int, const double *x) {
             double gradient[S::dim];
             *value++ = at_knot.at(x, gradient) + wall_margin;
@@ -103,6 +121,7 @@ public:
                 for (int g = 0; g < count_at; ++g) slope[g] += gradient[c][g] * (moved[q][c][g] - q * own * jet[q][c][g]);
             silence(chain, i, q, slope, 0.0);
         }
+        limit_slopes(chain, i, jet, moved, own, slope);
         knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int a, const double *x) {
             double gradient[S::dim], sum = 0.0;
             at_knot.at(x, gradient);
@@ -110,6 +129,12 @@ public:
                 sum += gradient[c] * (changed[a * S::dim + c] * piece.inverse[at_knot.order] - at_knot.order * own * x[c]);
             *slope++ = sum;
         });
+    }
+
+    // What a limit depends on at an instant.
+    static void inputs(const InstantLimit &limit, const Jets &jet, int g, double *u) {
+        for (int q = limit.low; q <= limit.high; ++q)
+            for (int c = 0; c < limit.axes; ++c) *u++ = jet[q][c][g];
     }
 
     // Gradients of a condition at all instants.
@@ -141,6 +166,49 @@ public:
                 action(condition, a, x);
             }
         }
+    }
+
+    // What limits on several derivatives add to the values of a piece, and to their change along a step; both move the pointers on.
+    void limit_values(const Chain<S> &chain, int i, const Jets &jet, double *&value, const double *margins) const {
+        for (int k = 0; k < limit_count; ++k) {
+            const InstantLimit &limit = limits[k];
+            for (int g = 0; g < count_at; ++g) {
+                double u[InstantLimit::most_inputs], out[InstantLimit::most_functions];
+                inputs(limit, jet, g, u);
+                limit.at(u, out);
+                for (int f = 0; f < limit.functions; ++f) value[f * count_at + g] = out[f] + limit_margin + margins[f * count_at + g];
+            }
+            for (int f = 0; f < limit.functions; ++f, value += count_at, margins += count_at) silence(chain, i, limit, value, -1.0);
+        }
+    }
+    void limit_slopes(const Chain<S> &chain, int i, const Jets &jet, const Jets &moved, double own, double *&slope) const {
+        for (int k = 0; k < limit_count; ++k) {
+            const InstantLimit &limit = limits[k];
+            for (int g = 0; g < count_at; ++g) {
+                double u[InstantLimit::most_inputs], step[InstantLimit::most_inputs];
+                Dual<1> along[InstantLimit::most_inputs], out[InstantLimit::most_functions];
+                inputs(limit, jet, g, u);
+                inputs(limit, moved, g, step);
+                for (int n = 0; n < limit.inputs(); ++n) {
+                    along[n].value = u[n];
+                    along[n].slope[0] = step[n] - limit.order(n) * own * u[n];
+                }
+                limit.at(along, out);
+                for (int f = 0; f < limit.functions; ++f) slope[f * count_at + g] = out[f].slope[0];
+            }
+            for (int f = 0; f < limit.functions; ++f, slope += count_at) silence(chain, i, limit, slope, 0.0);
+        }
+    }
+
+    void silence(const Chain<S> &chain, int i, const InstantLimit &limit, double *numbers, double quiet) const {
+        for (int right = 0; right < 2; ++right)
+            if (pinned(chain, i, right, limit)) numbers[right ? count_at - 1 : 0] = quiet;
+    }
+    // Whether all that a limit depends on is pinned at one end of a piece.
+    bool pinned(const Chain<S> &chain, int i, int right, const InstantLimit &limit) const {
+        bool found = limit.high < S::half && (i + right) % chain.per_leg == 0;
+        for (int q = limit.low; found && q <= limit.high; ++q) found = !chain.course.any_free((i + right) / chain.per_leg, q);
+        return found;
     }
 
     // What is pinned whole at the end of a piece cannot change: its rows say nothing.

@@ -52,6 +52,10 @@ Status checked(const ShortestRequest &request) {
         for (std::int64_t row = 0; row < group.count; ++row)
             if (group.leg[row] < 0 || group.leg[row] >= request.legs + (group.at_knots != 0 ? 1 : 0)) return Status::bad_size;
     }
+    for (std::int64_t k = 0; k < request.limits; ++k) {
+        if (!InstantLimit::known(request.momentary[k], request.dim)) return Status::unsupported;
+        rows += InstantLimit::most_functions * request.legs;
+    }
     if (rows * (pieces / request.legs) * ShortestSettings::more_instants > most_rows) return Status::bad_size;
     return Status::done;
 }
@@ -76,12 +80,12 @@ MINSNAP_EXPORT std::int32_t minsnap_shortest_layout(std::int64_t *found, std::in
     const std::size_t layout[] = {
         sizeof(ConeGroup), offsetof(ConeGroup, count), offsetof(ConeGroup, rows), offsetof(ConeGroup, order), offsetof(ConeGroup, outside),
         offsetof(ConeGroup, at_knots), offsetof(ConeGroup, leg), offsetof(ConeGroup, matrix), offsetof(ConeGroup, anchor),
-        offsetof(ConeGroup, slope), offsetof(ConeGroup, radius), offsetof(ConeGroup, width),
+        offsetof(ConeGroup, slope), offsetof(ConeGroup, radius), offsetof(ConeGroup, width), sizeof(MomentaryLimit), offsetof(MomentaryLimit, kind), offsetof(MomentaryLimit, parameters),
         sizeof(ShortestRequest), offsetof(ShortestRequest, half), offsetof(ShortestRequest, dim), offsetof(ShortestRequest, legs),
-        offsetof(ShortestRequest, closed), offsetof(ShortestRequest, groups), offsetof(ShortestRequest, divisions),
+        offsetof(ShortestRequest, closed), offsetof(ShortestRequest, groups), offsetof(ShortestRequest, limits), offsetof(ShortestRequest, divisions),
         offsetof(ShortestRequest, moving), offsetof(ShortestRequest, parts), offsetof(ShortestRequest, worthwhile),
-        offsetof(ShortestRequest, inwards), offsetof(ShortestRequest, pinned), offsetof(ShortestRequest, free),
-        offsetof(ShortestRequest, lengths), offsetof(ShortestRequest, norms), offsetof(ShortestRequest, cones), offsetof(ShortestRequest, poll),
+        offsetof(ShortestRequest, inwards), offsetof(ShortestRequest, tightened), offsetof(ShortestRequest, pinned), offsetof(ShortestRequest, free),
+        offsetof(ShortestRequest, lengths), offsetof(ShortestRequest, norms), offsetof(ShortestRequest, cones), offsetof(ShortestRequest, momentary), offsetof(ShortestRequest, poll),
         sizeof(ShortestAnswer), offsetof(ShortestAnswer, pieces), offsetof(ShortestAnswer, iterations), offsetof(ShortestAnswer, total),
         offsetof(ShortestAnswer, wall), offsetof(ShortestAnswer, limit), offsetof(ShortestAnswer, durations), offsetof(ShortestAnswer, points),
         offsetof(ShortestAnswer, knots)};

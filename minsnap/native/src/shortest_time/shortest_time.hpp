@@ -19,7 +19,7 @@ public:
         for (std::int64_t k = 0; k < request_.divisions; ++k) most *= request_.parts[k];
         const int pieces = static_cast<int>(most);
         if (!point_.allocate(pieces) || !best_.allocate(pieces)) return Status::no_memory;
-        if (!point_.rows.legs.build(request_, false) || !point_.rows.knots.build(request_, true)) return Status::no_memory;
+        if (!point_.rows.build(request_)) return Status::no_memory;
         point_.poll = request_.poll;
         begin();
         return finished(stages(), answer);
@@ -43,6 +43,7 @@ private:
         for (int j = 0; j < (chain.pieces + 1) * S::knot; ++j) chain.w[j] = request_.pinned[j];
         chain.slow(Settings::slowed);
         point_.rows.wall_margin = 0.0;
+        point_.rows.limit_margin = request_.tightened;
         prepare();
     }
 
@@ -65,6 +66,11 @@ private:
         double former = 0.0;
         const bool whole = request_.divisions == 0 || request_.divisions > 1;
         if (!point_.begin(Settings::first_gap)) return StageEnd::no_memory;
+        for (int k = 0; k < Settings::slowings && point_.rows.limit_count > 0 && point_.largest() > 0.0; ++k) {
+            point_.chain.slow(Settings::slowed);
+            prepare();
+            if (!point_.begin(Settings::first_gap)) return StageEnd::no_memory;
+        }
         StageEnd end = point_.run(whole ? Settings::last_gap : Settings::coarse_gap);
         for (std::int64_t k = 0; k < request_.divisions && end != StageEnd::stopped; ++k) {
             const double now = point_.chain.total();
@@ -88,7 +94,8 @@ private:
         point_.chain.slow(Settings::eased);
         if (!point_.begin(Settings::divided_gap)) return StageEnd::no_memory;
         const StageEnd again = point_.run(Settings::last_gap);
-        if (again == StageEnd::stopped || again == StageEnd::no_memory || point_.chain.total() <= as_good * before) return again;
+        const bool ended = again == StageEnd::stopped || again == StageEnd::no_memory;
+        if (ended || (again == StageEnd::converged && point_.chain.total() <= as_good * before)) return again;
         point_.chain.copy(best_);
         return point_.begin(Settings::last_gap) ? end : StageEnd::no_memory;
     }

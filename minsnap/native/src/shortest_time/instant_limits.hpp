@@ -1,0 +1,324 @@
+// Limits that depend on several derivatives at an instant: body rate, rotors' thrusts, thrust and tilt with drag, turns of the velocity and of a view.
+//
+// The thrust axis lies along f = a + g e_z + (linear + quadratic |v|) v / m where the drag is the same along the body's two lateral axes
+// (M. Faessler, A. Franchi and D. Scaramuzza, RA-L 2018); rates and torques follow as from D. Mellinger and V. Kumar, ICRA 2011. Each limit is one or
+// more functions that must not be positive, written once for plain numbers and for numbers with derivatives. They are squared where a norm would
+// have a kink. What does not depend on directions is a function of the products of f and its derivatives with each other: six numbers, not nine.
+#pragma once
+
+#include "arithmetic/curved.hpp"
+#include "shortest_time/border.hpp"
+
+namespace minsnap {
+
+enum class LimitKind : std::int64_t {
+    least_thrust = 0,
+    most_thrust = 1,
+    tilt = 2,
+    body_rate = 3,
+    unspun_rotors = 4,
+    yawed_rotors = 5,
+    heading_rate = 6,
+    look_rate = 7,
+};
+
+constexpr double tiny_share = 1e-12;  // of the square of a norm that counts as large, so that its root is smooth
+
+// Gravity, and drag per mass: linear and quadratic across, and by how much more along the thrust.
+struct Medium {
+    static constexpr int values = 5;
+    double gravity, linear, quadratic, more_linear, more_quadratic;
+    explicit Medium(const double *p) : gravity(p[0]), linear(p[1]), quadratic(p[2]), more_linear(p[3]), more_quadratic(p[4]) {}
+    bool drag() const { return linear != 0.0 || quadratic != 0.0 || more_linear != 0.0 || more_quadratic != 0.0; }
+    double floor() const { return tiny_share * gravity * gravity; }
+};
+
+// What the thrust must be, and its derivatives, from velocity, acceleration, jerk and snap.
+template <class Real>
+struct Lift {
+    Space<Real> force, change, bend;
+    Real speed;
+
+    Lift(const Medium &m, const Space<Real> *x, int derivatives) : force(x[1]) {
+        force.z = force.z + m.gravity;
+        if (derivatives > 0) change = x[2];
+        if (derivatives > 1) bend = x[3];
+        if (!m.drag()) return;
+        speed = norm(x[0], m.floor());
+        const Real first = inner(x[0], x[1]) / speed, share = m.quadratic * speed + m.linear;
+        force = force + share * x[0];
+        if (derivatives > 0) change = change + (m.quadratic * first) * x[0] + share * x[1];
+        if (derivatives < 2) return;
+        const Real second = (inner(x[1], x[1]) + inner(x[0], x[2]) - first * first) / speed;
+        bend = bend + (m.quadratic * second) * x[0] + (2.0 * (m.quadratic * first)) * x[1] + share * x[2];
+    }
+
+    // By how much the thrust per mass along the axis, of length `size`, is more than that.
+    Real more(const Medium &m, const Real &size, const Space<Real> &velocity) const {
+        return m.drag() ? (m.more_quadratic * speed + m.more_linear) * (inner(force, velocity) / size) : Real(0.0);
+    }
+};
+
+// Parameters: medium, ratio.
+template <class Real>
+inline void least_thrust(const double *p, const Space<Real> *x, Real *out) {
+    const Medium m(p);
+    const Lift<Real> f(m, x, 0);
+    const Real size = norm(f.force, m.floor());
+    out[0] = (-1.0 / m.gravity) * (size + f.more(m, size, x[0])) + p[Medium::values];
+}
+
+// Parameters: medium, ratio.
+template <class Real>
+inline void most_thrust(const double *p, const Space<Real> *x, Real *out) {
+    const Medium m(p);
+    const Lift<Real> f(m, x, 0);
+    const Real size = norm(f.force, m.floor());
+    out[0] = (1.0 / (p[Medium::values] * m.gravity)) * (size + f.more(m, size, x[0])) - 1.0;
+}
+
+// Parameters: medium, tangent of the limit.
+template <class Real>
+inline void tilt(const double *p, const Space<Real> *x, Real *out) {
+    const Medium m(p);
+    const Lift<Real> f(m, x, 0);
+    const double upright = 0.5 / (m.gravity * m.gravity), across = upright / (p[Medium::values] * p[Medium::values]);
+    out[0] = across * (f.force.x * f.force.x + f.force.y * f.force.y) - upright * (f.force.z * f.force.z);
+    out[1] = (-1.0 / m.gravity) * f.force.z;
+}
+
+// Products of f and its derivatives: f.f, f.f', f'.f', f.f'', f'.f'', f''.f''.
+template <class Real>
+inline void products_of(const Lift<Real> &f, int derivatives, Real *products) {
+    products[0] = inner(f.force, f.force);
+    products[1] = inner(f.force, f.change);
+    products[2] = inner(f.change, f.change);
+    if (derivatives < 2) return;
+    products[3] = inner(f.force, f.bend);
+    products[4] = inner(f.change, f.bend);
+    products[5] = inner(f.bend, f.bend);
+}
+
+// Parameters: medium, limit. From the first three products.
+template <class Real>
+inline void body_rate(const double *p, const Real *products, Real *out) {
+    const double limit = p[Medium::values];
+    const Real force = products[0] + Medium(p).floor();
+    const Real across = products[2] - products[1] * (products[1] / force);
+    out[0] = (0.5 / (limit * limit)) * (across / force) - 0.5;
+}
+
+// Parameters: medium, mass, least and most thrust of a rotor, its most thrust for an angular acceleration and for a rate of one.
+// The rotor with most to do has at most the mean thrust, its share of the torque, and that of unequal inertias.
+template <class Real>
+inline void unspun_rotors(const double *p, const Real *products, const Real &more, Real *out) {
+    const double *rest = p + Medium::values;
+    constexpr double rounded = 3e-4;  // thrust by which the norm of the torque is rounded at its tip
+    const double mass = rest[0], least = rest[1], most = rest[2], share = rest[3] / most;
+    const Real force = products[0] + Medium(p).floor(), pull = products[1] / force;
+    const Real across = products[2] - products[1] * pull, mixed = products[4] - products[3] * pull;
+    const Real turn = (products[5] - products[3] * (products[3] / force)) - 4.0 * (pull * (mixed - pull * across));
+    const Real mean = (0.25 * mass / most) * (root(force) + more), gyration = (rest[4] / most) * (across / force);
+    const Real push = root((share * share) * (turn / force) + rounded * rounded) + gyration;
+    out[0] = (mean + push) - 1.0;
+    out[1] = (push - mean) + least / most;
+}
+
+// Parameters: medium, mass, least, most, cosine and sine of the yaw, inertia (9), inverse mixer (16).
+template <class Real>
+inline void yawed_rotors(const double *p, const Space<Real> *x, Real *out) {
+    const Medium m(p);
+    const double *rest = p + Medium::values, *inertia = rest + 5, *mixer = rest + 14;
+    const double least = rest[1], most = rest[2];
+    const Lift<Real> f(m, x, 2);
+    const Space<Real> heading{Real(rest[3]), Real(rest[4]), Real(0.0)};
+    const Real size = norm(f.force, m.floor());
+    const Space<Real> up = (Real(1.0) / size) * f.force;
+    const Space<Real> lateral = cross(f.force, heading);
+    const Space<Real> left = (Real(1.0) / norm(lateral, m.floor())) * lateral, ahead = cross(left, up);
+    const Real forward = inner(ahead, heading), upward = inner(up, heading), pull = inner(up, f.change) / size;
+    const Space<Real> rate{-1.0 * (inner(left, f.change) / size), inner(ahead, f.change) / size, Real(0.0)};
+    const Real spin = rate.x * upward / forward;
+    const Real p_rate = spin * rate.y - 2.0 * (rate.x * pull) - inner(left, f.bend) / size;
+    const Real q_rate = inner(ahead, f.bend) / size - spin * rate.x - 2.0 * (rate.y * pull);
+    const Real r_rate = (rate.x * rate.y * forward + spin * rate.y * upward + p_rate * upward) / forward;
+    const Real turn[3] = {p_rate, q_rate, r_rate}, rates[3] = {rate.x, rate.y, spin};
+    Real wrench[4] = {rest[0] * (size + f.more(m, size, x[0])), Real(0.0), Real(0.0), Real(0.0)}, momentum[3];
+    for (int i = 0; i < 3; ++i) {
+        momentum[i] = inertia[3 * i] * rates[0] + inertia[3 * i + 1] * rates[1] + inertia[3 * i + 2] * rates[2];
+        wrench[i + 1] = inertia[3 * i] * turn[0] + inertia[3 * i + 1] * turn[1] + inertia[3 * i + 2] * turn[2];
+    }
+    for (int i = 0; i < 3; ++i) {
+        const int a = (i + 1) % 3, b = (i + 2) % 3;
+        wrench[i + 1] = wrench[i + 1] + (rates[a] * momentum[b] - rates[b] * momentum[a]);
+    }
+    for (int i = 0; i < 4; ++i) {
+        Real thrust = mixer[4 * i] * wrench[0];
+        for (int j = 1; j < 4; ++j) thrust = thrust + mixer[4 * i + j] * wrench[j];
+        out[i] = (1.0 / most) * (thrust - most);
+        out[i + 4] = (-1.0 / most) * (thrust - least);
+    }
+}
+
+// Parameters: limit, typical speed, speed below which the heading is held, allowance there. From horizontal velocity and acceleration.
+template <class Real>
+inline void heading_rate(const double *p, const Real *x, Real *out) {
+    const double limit = p[0], typical = p[1], held = p[2], room = p[3], unit = 1.0 / (limit * typical * typical);
+    const Real turn = unit * (x[0] * x[3] - x[1] * x[2]), square = (1.0 / (typical * typical)) * (x[0] * x[0] + x[1] * x[1]);
+    Real allowed = square;
+    const double bound = held * held / (typical * typical);
+    if (value_of(square) < bound) {
+        const Real share = (-1.0 / bound) * square + 1.0;
+        allowed = allowed + (room * held / typical) * (share * share);
+    }
+    out[0] = 0.5 * (turn * turn) - 0.5 * (allowed * allowed);
+}
+
+// Parameters: limit, the point that is looked at, a length that counts as large. From horizontal position and velocity.
+template <class Real>
+inline void look_rate(const double *p, const Real *x, Real *out) {
+    const double limit = p[0];
+    const Real east = x[0] - p[1], north = x[1] - p[2];
+    const Real square = (east * east + north * north) + tiny_share * p[3] * p[3];
+    const Real turn = (1.0 / limit) * ((east * x[3] - north * x[2]) / square);
+    out[0] = 0.5 * (turn * turn) - 0.5;
+}
+
+// Weighted sums over the functions of a limit at an instant: of gradients, of gradients weighted as Hessians are, and of Hessians with the outer products.
+struct InstantTerms {
+    static constexpr int most = 12;
+    double slope[most], pull[most], bend[most][most];
+};
+
+struct InstantLimit {
+    static constexpr int most_functions = 8, most_inputs = InstantTerms::most;
+
+    LimitKind kind;
+    const double *parameters;
+    int low, high, axes, functions, products = 0;  // first and last derivative, coordinates of each; products that it is a function of, 0 for none
+
+    explicit InstantLimit(const MomentaryLimit &asked) : kind(static_cast<LimitKind>(asked.kind)), parameters(asked.parameters) {
+        const bool turns = kind == LimitKind::heading_rate || kind == LimitKind::look_rate;
+        const bool drag = !turns && Medium(parameters).drag();
+        axes = turns ? 2 : 3;
+        functions = kind == LimitKind::tilt ? 2 : kind == LimitKind::unspun_rotors ? 2 : kind == LimitKind::yawed_rotors ? 8 : 1;
+        low = kind == LimitKind::look_rate ? 0 : 1;
+        high = kind == LimitKind::look_rate ? 1 : kind == LimitKind::body_rate ? 3 : rotors() ? 4 : 2;
+        if (!drag && (kind == LimitKind::body_rate || kind == LimitKind::unspun_rotors)) {
+            low = 2;
+            products = kind == LimitKind::body_rate ? 3 : 6;
+        }
+    }
+
+    static bool known(const MomentaryLimit &asked, std::int64_t dim) {
+        const bool turns = asked.kind == static_cast<std::int64_t>(LimitKind::heading_rate) || asked.kind == static_cast<std::int64_t>(LimitKind::look_rate);
+        return asked.kind >= 0 && asked.kind <= static_cast<std::int64_t>(LimitKind::look_rate) && dim >= (turns ? 2 : 3);
+    }
+
+    bool rotors() const { return kind == LimitKind::unspun_rotors || kind == LimitKind::yawed_rotors; }
+    int inputs() const { return (high - low + 1) * axes; }
+    int order(int input) const { return low + input / axes; }
+
+    // All functions from the derivatives, by order, then by axis.
+    template <class Real>
+    void at(const Real *u, Real *out) const {
+        if (kind == LimitKind::heading_rate) return heading_rate(parameters, u, out);
+        if (kind == LimitKind::look_rate) return look_rate(parameters, u, out);
+        Space<Real> x[4];
+        for (int q = low; q <= high; ++q) x[q - 1] = {u[(q - low) * 3], u[(q - low) * 3 + 1], u[(q - low) * 3 + 2]};
+        switch (kind) {
+            case LimitKind::least_thrust: return least_thrust(parameters, x, out);
+            case LimitKind::most_thrust: return most_thrust(parameters, x, out);
+            case LimitKind::tilt: return tilt(parameters, x, out);
+            case LimitKind::yawed_rotors: return yawed_rotors(parameters, x, out);
+            default: break;
+        }
+        const Medium m(parameters);
+        const Lift<Real> f(m, x, high - 2);
+        Real found[6];
+        products_of(f, high - 2, found);
+        of_products(found, m.drag() ? f.more(m, root(found[0] + m.floor()), x[0]) : Real(0.0), out);
+    }
+
+    // Add up for weights of the functions, `stride` apart.
+    void gather(const double *u, const double *hessian, const double *outer, const double *gradient, int stride, InstantTerms &terms) const {
+        const auto whole = [this](const auto *x, auto *out) { at(x, out); };
+        if (products > 0) return gather_products(u, hessian, outer, gradient, stride, terms);
+        switch (inputs()) {
+            case 4: return sum<4>(whole, u, hessian, outer, gradient, stride, terms);
+            case 6: return sum<6>(whole, u, hessian, outer, gradient, stride, terms);
+            case 9: return sum<9>(whole, u, hessian, outer, gradient, stride, terms);
+            default: return sum<12>(whole, u, hessian, outer, gradient, stride, terms);
+        }
+    }
+
+private:
+    template <class Real>
+    void of_products(const Real *found, const Real &more, Real *out) const {
+        if (kind == LimitKind::body_rate) return body_rate(parameters, found, out);
+        unspun_rotors(parameters, found, more, out);
+    }
+
+    template <int n, class Function>
+    void sum(const Function &function, const double *u, const double *hessian, const double *outer, const double *gradient, int stride,
+             InstantTerms &terms) const {
+        Curved<n> x[n], out[most_functions];
+        for (int i = 0; i < n; ++i) x[i] = Curved<n>::unknown(u[i], i);
+        function(x, out);
+        for (int i = 0; i < n; ++i) {
+            terms.slope[i] = terms.pull[i] = 0.0;
+            for (int j = 0; j < n; ++j) terms.bend[i][j] = 0.0;
+        }
+        for (int k = 0; k < functions; ++k) {
+            const double bent = hessian[k * stride], crossed = outer[k * stride], sloped = gradient[k * stride];
+            for (int i = 0, t = 0; i < n; ++i) {
+                terms.slope[i] += sloped * out[k].slope[i];
+                terms.pull[i] += bent * out[k].slope[i];
+                for (int j = 0; j <= i; ++j, ++t) terms.bend[i][j] += bent * out[k].bend[t] + crossed * out[k].slope[i] * out[k].slope[j];
+            }
+        }
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < i; ++j) terms.bend[j][i] = terms.bend[i][j];
+    }
+
+    // The same by the products of f and its derivatives, of which the derivatives are the vectors themselves.
+    void gather_products(const double *u, const double *hessian, const double *outer, const double *gradient, int stride, InstantTerms &terms) const {
+        const int vectors = products == 3 ? 2 : 3, n = 3 * vectors;
+        double f[9], found[6], turn[6][9] = {}, half[6][9] = {};
+        for (int i = 0; i < n; ++i) f[i] = u[i] + (i == 2 ? parameters[0] : 0.0);
+        for (int b = 0, t = 0; b < vectors; ++b)
+            for (int a = 0; a <= b; ++a, ++t) {
+                found[t] = f[3 * a] * f[3 * b] + f[3 * a + 1] * f[3 * b + 1] + f[3 * a + 2] * f[3 * b + 2];
+                for (int c = 0; c < 3; ++c) {
+                    turn[t][3 * a + c] += f[3 * b + c];
+                    turn[t][3 * b + c] += f[3 * a + c];
+                }
+            }
+        InstantTerms own;
+        const auto function = [this](const auto *x, auto *out) { of_products(x, decltype(x[0] * x[0])(0.0), out); };
+        if (products == 3)
+            sum<3>(function, found, hessian, outer, gradient, stride, own);
+        else
+            sum<6>(function, found, hessian, outer, gradient, stride, own);
+        for (int t = 0; t < products; ++t)
+            for (int o = 0; o < products; ++o)
+                for (int i = 0; i < n; ++i) half[t][i] += own.bend[t][o] * turn[o][i];
+        for (int i = 0; i < n; ++i) {
+            terms.slope[i] = terms.pull[i] = 0.0;
+            for (int j = 0; j < n; ++j) terms.bend[i][j] = 0.0;
+            for (int t = 0; t < products; ++t) {
+                terms.slope[i] += own.slope[t] * turn[t][i];
+                terms.pull[i] += own.pull[t] * turn[t][i];
+                for (int j = 0; j < n; ++j) terms.bend[i][j] += turn[t][i] * half[t][j];
+            }
+        }
+        for (int b = 0, t = 0; b < vectors; ++b)
+            for (int a = 0; a <= b; ++a, ++t)
+                for (int c = 0; c < 3; ++c) {
+                    terms.bend[3 * a + c][3 * b + c] += own.pull[t];
+                    terms.bend[3 * b + c][3 * a + c] += own.pull[t];
+                }
+    }
+};
+
+}  // namespace minsnap
