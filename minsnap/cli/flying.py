@@ -6,19 +6,21 @@ import os
 import select
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from minsnap.errors import InputError
+from minsnap.errors import FlightError, InputError
 
 if TYPE_CHECKING:
     from minsnap.cli.companion import Listening
+    from minsnap.fleet.common_clock import Fleet
     from minsnap.flight.mavlink.link import Link
     from minsnap.flight.mavlink.schedule import Clock
     from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
-    from minsnap.flight.mavlink.streaming import Streamer
     from minsnap.trajectory.samples import Samples
     from minsnap.trajectory.trajectory import Trajectory
 
@@ -61,15 +63,82 @@ def fly(
             _check(link, clock, source, settings)
         with Companion(callable(settings.trigger), listening) as beside:
             streamer = beside.streamer = Streamer(table, link, settings, clock, beside.event, beside.status)
-            with _stopped_by_signals(streamer):
+            with _stopped_by_signals(streamer.stop):
                 return streamer.run()
     finally:
         link.close()
 
 
+def fly_fleet(
+    folder: Path, connect: str, settings: StreamOptions, key: Path | None, preflight: bool
+) -> dict[str, StreamReport | FlightError]:
+    """Fly a fleet from files, each vehicle over its own link; Ctrl-C stops all and holds."""
+    from minsnap.cli.companion import Companion
+    from minsnap.flight.mavlink.link import open_link
+    from minsnap.flight.mavlink.offboard import prepare
+    from minsnap.flight.mavlink.schedule import Clock
+    from minsnap.flight.mavlink.stream_together import stream_together
+    from minsnap.shows.fleet_files import read_fleet
+
+    fleet, clock = read_fleet(folder), Clock()
+    names = [fleet.name(vehicle) for vehicle in range(len(fleet))]
+    addresses = links_of(connect, len(fleet))
+    if preflight:
+        _check_apart(fleet)
+    each = [replace(settings, log=_log_of(settings.log, name)) for name in names]
+    tables = [prepare(curve, how) for curve, how in zip(fleet, each, strict=True)]
+    links: list[Link] = []
+    try:
+        for address, curve in zip(addresses, fleet, strict=True):
+            links.append(open_link(address, clock, signing_key=key))
+            if preflight:
+                _check(links[-1], clock, curve, settings)
+        with Companion(callable(settings.trigger)) as beside:
+            one_by_one = threading.Lock()
+
+            def told(text: str) -> None:
+                with one_by_one:
+                    beside.event(text)
+
+            how = (tables, links, each, names, clock, told)
+            with _stopped_by_signals() as stops:
+                return dict(zip(names, stream_together(*how, begun=stops.append), strict=True))
+    finally:
+        for link in links:
+            link.close()
+
+
+def links_of(connect: str, count: int) -> list[str]:
+    """Return the link of each vehicle: a list with commas, or one whose port counts up, by a ``+`` at its end."""
+    if connect.endswith("+"):
+        kind, _, port = connect[:-1].rpartition(":")
+        if not port.isdecimal():
+            raise InputError(f"--connect {connect} ends in no port that could count up")
+        return [f"{kind}:{int(port) + vehicle}" for vehicle in range(count)]
+    links = connect.split(",")
+    if len(links) != count:
+        raise InputError(f"{len(links)} links for {count} vehicles: give one each, with commas, or udpin:HOST:PORT+")
+    return links
+
+
+def _check_apart(fleet: Fleet) -> None:
+    """Refuse a fleet whose vehicles do not keep the separation that its files ask for."""
+    from minsnap.fleet.fleet_certificate import certify_fleet
+
+    if fleet.separation is None:
+        print("preflight: the files do not say how far apart the vehicles must be", file=sys.stderr)
+        return
+    found = certify_fleet(fleet, fleet.separation)
+    if not found.ok:
+        raise FlightError(f"not flown: two vehicles come within {found.least_distance:.3f} m; nothing was sent")
+
+
+def _log_of(log: str | os.PathLike[str] | None, name: str) -> Path | None:
+    return None if log is None else Path(log).with_name(f"{Path(log).stem}-{name}{Path(log).suffix}")
+
+
 def _check(link: Link, clock: Clock, source: Path | Samples | Trajectory, settings: StreamOptions) -> None:
     """Say what of a vehicle does not fit the flight; refuse it if something must end it."""
-    from minsnap.errors import FlightError
     from minsnap.flight.mavlink.autopilot import get_autopilot
     from minsnap.flight.mavlink.offboard import sampled
     from minsnap.flight.mavlink.setpoints import vehicle_frame
@@ -99,15 +168,17 @@ def one_of(option: str, value: str, choices: tuple[str, ...]) -> str:
 
 
 @contextmanager
-def _stopped_by_signals(streamer: Streamer) -> Iterator[None]:
-    """Convert Ctrl-C and SIGTERM to a stop that holds."""
+def _stopped_by_signals(*stop: Callable[[], None]) -> Iterator[list[Callable[[], None]]]:
+    """Convert Ctrl-C and SIGTERM to a stop that holds; yield what is called then, to which more can be added."""
+    stops = list(stop)
 
-    def stop(*_: Any) -> None:
-        streamer.stop()
+    def stop_all(*_: Any) -> None:
+        for each in stops:
+            each()
 
-    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, stop_all) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        yield stops
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -11,9 +11,9 @@ import typer
 
 from minsnap.cli import options
 from minsnap.cli.app import app
-from minsnap.cli.flying import flight_summary, fly, one_of, trigger_of
+from minsnap.cli.flying import flight_summary, fly, fly_fleet, one_of, trigger_of
 from minsnap.cli.vehicles import vehicle_of
-from minsnap.errors import InputError
+from minsnap.errors import FlightError, InputError
 
 if TYPE_CHECKING:
     from minsnap.cli.companion import Listening
@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 @app.command()
 def stream(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="Setpoint CSV or a file of polynomials; with --listen a course.")
+        Path,
+        typer.Argument(
+            metavar="FILE", help="Setpoint CSV or a file of polynomials; a folder of a fleet; with --listen a course."
+        ),
     ],
     connect: options.Connect,
     rate: Annotated[float | None, typer.Option("--rate", metavar="HZ", help="The file's own unless given.")] = None,
@@ -118,6 +121,11 @@ def stream(
         stays=listen,
         fastest=0.0 if heard is None else heard.limits.speed or 0.0,
     )
+    if file.is_dir() or file.suffix.lower() == ".skyc":
+        found = fly_fleet(file, connect, settings, signing_key, preflight)
+        for name, one in found.items():
+            print(f"{name}: {one if isinstance(one, FlightError) else flight_summary(one).splitlines()[0]}")
+        return 0 if all(not isinstance(one, FlightError) and one.completed for one in found.values()) else 1
     source = file if heard is None else heard.flown
     report = fly(source, connect, settings, system, signing_key, preflight, heard)
     print(flight_summary(report), file=sys.stderr if listen else sys.stdout)

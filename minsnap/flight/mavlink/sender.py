@@ -204,11 +204,22 @@ class ThreadedSender(SetpointSender):
         return self._left
 
 
-def open_sender(link: Link, clock: Clock, rate: float, max_gap: float, encode: Encoder) -> SetpointSender:
-    """Return the sender for a link: a thread of its own on real time, where the native core and the link allow it."""
+def open_sender(
+    link: Link,
+    clock: Clock,
+    rate: float,
+    max_gap: float,
+    encode: Encoder,
+    aligned: Callable[[float], float] | None = None,
+) -> SetpointSender:
+    """Return the sender for a link: a thread of its own on real time, where the native core and the link allow it.
+
+    ``aligned`` moves the instant of its first slot later.
+    """
+    aligned = aligned or float
     if type(clock) is Clock:
-        start = clock.now() + 1.0 / rate + SETTING_UP
+        start = aligned(clock.now() + 1.0 / rate + SETTING_UP)
         threaded = ThreadedSender.open(link, rate, start, max_gap, encode)
         if threaded is not None:
             return threaded
-    return DirectSender(link, clock, rate, clock.now(), encode)
+    return DirectSender(link, clock, rate, aligned(clock.now()), encode)

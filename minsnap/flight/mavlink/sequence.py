@@ -52,6 +52,8 @@ class Conditions:
         How often the user has asked to stop.
     gap : float
         Time since the slot before this was served [s].
+    begin : int or None
+        Slot of the first setpoint of the flight, where several flights begin together; None: the one that is served.
     """
 
     slot: int
@@ -60,6 +62,7 @@ class Conditions:
     triggered: bool = True
     stops: int = 0
     gap: float = 0.0
+    begin: int | None = None
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,8 @@ class Sequence:
     ----------
     setpoint : Setpoint
         What is sent now.
+    ready : bool
+        Whether the flight waits for nothing but its trigger.
     led : bool
         Whether the vehicle has followed this stream.
     planned : tuple of 3
@@ -144,7 +149,7 @@ class Sequence:
         self._height, self._on_abort, self._give_up = height, on_abort, give_up
         self.phase = Phase.PRESTREAM
         self.reason: str | None = None
-        self.completed = self.aborted = self.gave_up = self.led = False
+        self.completed = self.aborted = self.gave_up = self.led = self.ready = False
         self._lost_at: float | None = None
         self._asked_to_arm = -math.inf
         self.offset: Vector = (0.0, 0.0, 0.0)
@@ -257,10 +262,11 @@ class Sequence:
 
     def _consider_start(self, at: Conditions) -> None:
         """Begin the flight when all conditions hold."""
-        if self._arm and at.now > self._arm_deadline:
+        self.ready = self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at)
+        if self._arm and at.now > self._arm_deadline and not self.ready:
             self.abort(f"the vehicle was not armed, in its mode and at the start in time: {self._missing(at)}", at)
-        elif at.triggered and self.entered and self._autopilot.follows(at.vehicle) and self._is_there(at):
-            self.phase, self._first_slot = Phase.FLYING, at.slot
+        elif at.triggered and self.ready:
+            self.phase, self._first_slot = Phase.FLYING, at.slot if at.begin is None else at.begin
 
     def _missing(self, at: Conditions) -> str:
         """Return what a start with arming still waits for."""

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import math
 import threading
+from dataclasses import replace
 
 from minsnap.errors import FlightError, LinkError
 from minsnap.flight.mavlink.autopilot import Autopilot, get_autopilot, rate_request
 from minsnap.flight.mavlink.changing_table import ChangingTable
+from minsnap.flight.mavlink.common_flight import CommonFlight
 from minsnap.flight.mavlink.dialect import Message
 from minsnap.flight.mavlink.link import Link
 from minsnap.flight.mavlink.observer import EventCallback, StatusCallback, StreamObserver
@@ -50,6 +52,9 @@ class Streamer:
     on_status : callable, optional
         Given a :class:`~minsnap.flight.mavlink.stream_options.StreamStatus` after every slot. An exception in a
         callback stops the flight like a broken rule and is raised at the end.
+    common : (CommonFlight, int), optional
+        What it tells the other flights of a fleet, and which of them it is
+        (:mod:`minsnap.flight.mavlink.common_flight`).
     """
 
     def __init__(
@@ -60,11 +65,12 @@ class Streamer:
         clock: Clock,
         on_event: EventCallback | None = None,
         on_status: StatusCallback | None = None,
+        common: tuple[CommonFlight, int] | None = None,
     ) -> None:
         options.check_rate(table.rate)
         self._first, self._rules = table, options.rules
         self._table = ChangingTable(table, options.feed_forward, options.stays)
-        self._link, self._options, self._clock = link, options, clock
+        self._link, self._options, self._clock, self._common = link, options, clock, common
         self._changing = threading.Lock()
         self._observer = StreamObserver(self._table, options, clock.now(), on_event, on_status)
         self._stops = 0
@@ -255,7 +261,9 @@ class Streamer:
         if self._table.note:
             self._say(self._table.note)
         self._say(f"streaming the start at {self._table.rate:g} Hz")
-        self._sender = open_sender(self._link, self._clock, self._table.rate, self._rules.max_gap, self._message)
+        aligned = None if self._common is None else self._common[0].aligned
+        how = (self._link, self._clock, self._table.rate, self._rules.max_gap, self._message)
+        self._sender = open_sender(*how, aligned)
         try:
             while not self._is_over(self._sequence):
                 pass
@@ -286,6 +294,7 @@ class Streamer:
         conditions = self._conditions(sequence, self._sender.late(self._clock.now()))
         with self._changing:
             step = sequence.step(conditions)
+        self._tell_the_others(sequence)
         if step is None:
             self._observer.announce(conditions.now, sequence)
             self._say_what_is_left(conditions)
@@ -298,6 +307,11 @@ class Streamer:
         self._say_how_it_sends()
         self._remind(conditions, sequence)
         return False
+
+    def _tell_the_others(self, sequence: Sequence) -> None:
+        if self._common is not None:
+            stopped = None if sequence.completed else sequence.reason
+            self._common[0].tell(self._common[1], sequence.ready, stopped)
 
     @staticmethod
     def _foreseen(sequence: Sequence, step: SetpointStep) -> Foreseer:
@@ -363,10 +377,23 @@ class Streamer:
     def _conditions(self, sequence: Sequence, late: float = 0.0) -> Conditions:
         now = self._clock.now()
         slot = self._sender.decisions.take(now)
+        if self._common is not None:
+            return self._together(
+                sequence, self._common[0], Conditions(slot, now, self._link.vehicle, False, self._stops, late)
+            )
         trigger = self._options.trigger
         if not self._triggered and callable(trigger) and sequence.phase is Phase.READY:
             self._triggered = bool(trigger())
         return Conditions(slot, now, self._link.vehicle, self._triggered, self._stops, late)
+
+    def _together(self, sequence: Sequence, common: CommonFlight, at: Conditions) -> Conditions:
+        """Return the conditions of a flight that begins with others, stopped where one of them is."""
+        if common.reason is not None and sequence.phase in (Phase.PRESTREAM, Phase.READY, Phase.FLYING):
+            sequence.abort(common.reason, at)
+        if common.begin is None:
+            return at
+        begin = round((common.begin - self._sender.departures.start) * self._table.rate)
+        return replace(at, begin=begin, triggered=at.slot >= begin)
 
     def _fail(self, error: Exception, sequence: Sequence) -> None:
         """Stop and hold after an exception of this program; use neither callbacks nor log from now on."""

@@ -1,0 +1,116 @@
+"""Two stand-in autopilots on one clock: they begin at the same instant, and what stops one stops both."""
+
+import threading
+
+import pytest
+from clocks import SharedClock, enter, leave
+from flying import START, excursion, patient_rules
+from standin import POSCTL, PointMass, StandIn
+
+from minsnap.cli.flying import links_of
+from minsnap.errors import FlightError, InputError
+from minsnap.flight.mavlink.link import open_link
+from minsnap.flight.mavlink.offboard import prepare
+from minsnap.flight.mavlink.stream_options import StreamOptions
+from minsnap.flight.mavlink.stream_together import stream_together
+from minsnap.flight.mavlink.streaming import Streamer
+
+PATHS = excursion(5.0, reach=2.0), excursion(7.0, reach=2.0)
+
+
+class Pair:
+    """Both vehicles at the start, and their flight in threads that share the clock."""
+
+    def __init__(self, monkeypatch):
+        self.clock, self.said, self.found = SharedClock(), [], None
+        fly = Streamer.run
+
+        def run(streamer):
+            try:
+                return fly(streamer)
+            finally:
+                leave(self.clock)
+
+        monkeypatch.setattr(Streamer, "run", run)
+        self.vehicles = [StandIn(clock=self.clock, body=PointMass(START)) for _ in PATHS]
+        options = [StreamOptions(trigger="now", rules=patient_rules()) for _ in PATHS]
+        self.links = [open_link(f"udpout:127.0.0.1:{vehicle.port}", self.clock) for vehicle in self.vehicles]
+        tables = [prepare(path, option) for path, option in zip(PATHS, options, strict=True)]
+        how = (tables, self.links, options, ("first", "second"), self.clock, self.said.append)
+        self.thread = threading.Thread(target=lambda: setattr(self, "found", stream_together(*how, begun=self.begun)))
+
+    def begun(self, stop):
+        self.stop = stop
+
+    def __enter__(self):
+        for vehicle in self.vehicles:
+            vehicle.__enter__()
+            enter(self.clock)
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        for _ in range(2):
+            self.stop()
+        self.join()
+        for link in self.links:
+            link.close()
+        for vehicle in self.vehicles:
+            vehicle.__exit__()
+
+    def join(self):
+        while self.thread.is_alive():
+            self.clock.wait(self.clock.now() + 0.01)
+
+    def both_enter(self):
+        self.vehicles[0].enter()
+        self.vehicles[1].until(lambda v: len(v.setpoints) > 60)
+        assert not any("flying" in text for text in self.said), "the first waits for the second"
+        self.vehicles[1].enter()
+        self.vehicles[1].until(lambda v: all(f"{name}: flying" in self.said for name in ("first", "second")))
+
+    def leave(self):
+        for vehicle in self.vehicles:
+            vehicle.enter(POSCTL)
+        self.join()
+        return self.found
+
+
+def test_they_begin_in_the_same_slot_and_end_each_at_its_end(monkeypatch):
+    with Pair(monkeypatch) as pair:
+        pair.both_enter()
+        pair.vehicles[1].until(lambda v: {"first: holding the end", "second: holding the end"} <= set(pair.said))
+        begins = [vehicle.setpoints for vehicle in pair.vehicles]
+        found = pair.leave()
+    assert [report.completed for report in found] == [True, True]
+    first = [next(t for t, m in one if m.vy) for one in begins]
+    assert first[0] == pytest.approx(first[1], abs=0.021), "the stand-ins look every hundredth of a second"
+
+
+def test_what_stops_one_stops_the_other_where_it_is(monkeypatch):
+    with Pair(monkeypatch) as pair:
+        pair.both_enter()
+        pair.vehicles[0].until(lambda v: any(m.vy for _, m in v.setpoints))
+        pair.vehicles[0].enter(POSCTL)
+        pair.vehicles[1].until(
+            lambda v: any(text.startswith("second: stopped: first has stopped") for text in pair.said)
+        )
+        held = pair.vehicles[1].setpoints[-1][1]
+        found = pair.leave()
+    assert all(isinstance(one, FlightError) for one in found)
+    assert "the vehicle left OFFBOARD" in str(found[1]) and (held.vx, held.vy, held.vz) == (0.0, 0.0, 0.0)
+
+
+def test_each_vehicle_has_its_link():
+    assert links_of("udpin:127.0.0.1:14540+", 2) == ["udpin:127.0.0.1:14540", "udpin:127.0.0.1:14541"]
+    assert links_of("tcp:a:1,serial:/dev/x:57600", 2) == ["tcp:a:1", "serial:/dev/x:57600"]
+    for wrong, why in (("udpin:0", "1 links for 2 vehicles"), ("serial:/dev/x+", "no port that could count up")):
+        with pytest.raises(InputError, match=why):
+            links_of(wrong, 2)
+
+
+def test_one_rate_for_all():
+    options = [StreamOptions(trigger="now"), StreamOptions(trigger="now", rate=50.0)]
+    tables = [prepare(path, option) for path, option in zip(PATHS, options, strict=True)]
+    with pytest.raises(InputError, match="one rate"):
+        stream_together(tables, [], options, ("a", "b"), SharedClock())
