@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 
 import minsnap
-from minsnap.corridors.constraint import Faces
+from minsnap.corridors.constraint import Walls
 from minsnap.limits.limits import Limits
 from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.extrema import maximum
@@ -98,7 +98,7 @@ class PolygonLimits(Limits):
         legs = len(waypoints) - 1
         zeros = np.zeros((legs, 3))
         return [
-            Faces(np.arange(legs), zeros + normal, zeros, *_bounds(limit, legs), order, name)
+            Walls.planes(np.arange(legs), zeros + normal, zeros, *_bounds(limit, legs), order, name)
             for order, (name, limit) in enumerate(self.given().items(), start=1)
             for normal in self.normals()
         ]

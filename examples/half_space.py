@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import minsnap
-from minsnap.corridors.constraint import Faces
+from minsnap.corridors.constraint import Walls
 from minsnap.plot import save_figure, styled
 
 
@@ -29,7 +29,7 @@ class BeforeWall:
         normal = np.tile(self.normal, (len(legs), 1))
         length = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
         below, offset = np.full(len(legs), -np.inf), np.full(len(legs), self.offset)
-        return [Faces(legs, normal, np.zeros(normal.shape), below, offset, length, name="leaning wall")]
+        return [Walls.planes(legs, normal, np.zeros(normal.shape), below, offset, length, name="leaning wall")]
 
 
 WAYPOINTS = [(0, 0, 1), (3, 2.5, 1), (5, 2.5, 1), (8, 0, 1)]

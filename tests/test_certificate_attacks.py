@@ -8,9 +8,9 @@ from scipy.interpolate import PPoly
 
 import minsnap
 from minsnap.certificate import continuity
-from minsnap.corridors.constraint import Balls, Faces
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.exact_margins import margin_holds
-from minsnap.corridors.margins import Margin, nearest_wall
+from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import MinsnapError
 from minsnap.native.library import core, using
 from minsnap.polynomials.rationals import derivative, is_never_negative
@@ -66,7 +66,7 @@ def test_margins_to_slanted_cylinders_and_cones_far_away_are_proved(growth):
         line = Trajectory(random.normal(size=3) * 1e6 + random.normal(size=(1, 3, 3)), [1.0])
         anchor = line.control_points[0, 0] + random.normal(size=3) + number % 2 * 130.0 * growth * along
         across = 0.999 * (np.eye(3) - np.outer(along, along))
-        wall = Balls([0], [across], [anchor], [3.0], slope=[growth * along] if growth else None)
+        wall = Walls.balls([0], [across], [anchor], [3.0], slope=[growth * along] if growth else None)
         with using("python"):
             assert margin_holds(line, wall, nearest_wall(line, [wall]).value)
 
@@ -91,7 +91,7 @@ def test_a_claim_that_is_too_good_is_not_verified(choice):
 @CORES
 def test_the_other_half_of_a_double_cone_is_outside(choice):
     line = Trajectory([[[0.0, 0.0, -1.0], [0.0, 0.0, -2.0]]], [1.0])
-    cone = Balls([0], [[[1.0, 0, 0], [0, 1.0, 0]]], [[0.0, 0, 0]], [0.5], slope=[[0.0, 0.0, 1.0]])
+    cone = Walls.balls([0], [[[1.0, 0, 0], [0, 1.0, 0]]], [[0.0, 0, 0]], [0.5], slope=[[0.0, 0.0, 1.0]])
     with using(choice):
         assert nearest_wall(line, [cone]).value <= -1.0
 
@@ -100,13 +100,13 @@ def test_the_other_half_of_a_double_cone_is_outside(choice):
 def test_a_margin_outside_of_a_cone_is_proved_near_its_apex(margin, holds):
     """The radius is a millimetre there, and 0.1 m from the axis the margin is -0.0099."""
     line = Trajectory([[[0.05, 0.0, -0.499], [0.1, 0.0, -0.499]]], [1.0])
-    cone = Balls([0], [[[1.0, 0, 0], [0, 1.0, 0]]], [[0.0, 0, 0]], [0.5], slope=[[0.0, 0.0, 1.0]])
+    cone = Walls.balls([0], [[[1.0, 0, 0], [0, 1.0, 0]]], [[0.0, 0, 0]], [0.5], slope=[[0.0, 0.0, 1.0]])
     assert margin_holds(line, cone, margin) is holds
 
 
 def test_an_infinite_margin_is_proved_only_where_there_are_no_walls():
     line = Trajectory([[[0.0, 0.0], [1.0, 0.0]]], [1.0])
-    walls = [Faces([0], [[1.0, 0.0]], [[0.0, 0.0]], [-np.inf], [upper], [1.0]) for upper in (np.inf, 9.0)]
+    walls = [Walls.planes([0], [[1.0, 0.0]], [[0.0, 0.0]], [-np.inf], [upper], [1.0]) for upper in (np.inf, 9.0)]
     assert [margin_holds(line, wall, np.inf) for wall in walls] == [True, False]
 
 
@@ -118,7 +118,7 @@ def test_a_distance_to_a_cone_is_verified_and_nothing_above_it(choice, width):
     class Cone:
         def walls(self, waypoints):
             sides = np.eye(2, 3)[None]
-            return [Balls([0], sides, np.zeros((1, 3)), [0.5], slope=[[0.0, 0.0, 0.4]])]
+            return [Walls.balls([0], sides, np.zeros((1, 3)), [0.5], slope=[[0.0, 0.0, 0.4]])]
 
     curve = Trajectory([[[0.1 * width, 0.2 * width, 1.0], [0.1, -0.3, 2.0], [0.2, 0.1, 1.0]]], [1.0])
     with using(choice):
@@ -242,10 +242,10 @@ def test_limits_hold_from_the_first_instant_unless_told(choice):
 
 @CORES
 def test_walls_at_infinity_leave_any_margin(choice):
-    nowhere = Faces([0], [[1.0, 0.0]], [[0.0, 0.0]], [-np.inf], [np.inf], [1.0], name="fence")
+    nowhere = Walls.planes([0], [[1.0, 0.0]], [[0.0, 0.0]], [-np.inf], [np.inf], [1.0], name="fence")
     with using(choice):
         nearest = nearest_wall(Trajectory([[[0.0, 0.0], [1.0, 0.0]]], [1.0]), [nowhere])
-    assert nearest == Margin(np.inf, 0, 0.0, "fence")
+    assert nearest is None
 
 
 @CORES

@@ -1,7 +1,6 @@
 from .boxes import Boxes as Boxes
-from .constraint import Balls as Balls
 from .constraint import Constraint as Constraint
-from .constraint import Faces as Faces
+from .constraint import Walls as Walls
 from .gate_passages import GatePassage as GatePassage
 from .gate_passages import gate_passages as gate_passages
 from .gates import Ball as Ball

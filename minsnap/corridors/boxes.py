@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, ReadOnly, bounded, numbers
 from minsnap.basics.checks import SIZE
-from minsnap.corridors.constraint import Faces, Walls, leg_scales
+from minsnap.corridors.constraint import Walls, leg_scales
 from minsnap.errors import CorridorError
 
 AXES = "xyz"
@@ -75,7 +75,7 @@ class Boxes(ReadOnly):
         return (low + high) / 2.0, low, high
 
 
-def box_faces(lower: FloatArray, upper: FloatArray, scale: FloatArray, name: str) -> Faces:
+def box_faces(lower: FloatArray, upper: FloatArray, scale: FloatArray, name: str) -> Walls:
     """Return two planes for each leg and axis, none where both bounds are infinite.
 
     Parameters
@@ -90,7 +90,7 @@ def box_faces(lower: FloatArray, upper: FloatArray, scale: FloatArray, name: str
     low, high = lower[leg, axis], upper[leg, axis]
     normal = np.eye(lower.shape[1])[axis]
     width = np.where(np.isfinite(high - low), (high - low) / 2.0, scale[leg])
-    return Faces(leg, normal, np.zeros(normal.shape), low, high, width, name=name)
+    return Walls.planes(leg, normal, np.zeros(normal.shape), low, high, width, name=name)
 
 
 def check_bounds(lower: npt.ArrayLike, upper: npt.ArrayLike, what: str, ndim: int) -> tuple[FloatArray, FloatArray]:

@@ -1,23 +1,24 @@
 r"""Walls: the convex sets that a derivative of the curve must stay in, per leg.
 
-A constraint is anything with a method ``walls(waypoints)`` that returns a list of :class:`Faces` (pairs of parallel
-planes) and :class:`Balls` (balls, cylinders and cones). Both are cases of one form, the cone
+A constraint is anything with a method ``walls(waypoints)`` that returns a list of :class:`Walls`. All have one form,
+the cone
 
 .. math:: \|A\,(r^{(p)}(t) - a)\|_2 \le \rho + s^\top (r^{(p)}(t) - a),
 
-whose matrix has no rows for a plane and whose slope is zero for a ball. All uses of a wall in the library are computed
-from that form, :class:`Cones`: rows of the QP (a plane, or the tangent plane at an instant), membership of points,
-exact margins over all instants, and the drawing, because both sides are polynomials on every piece.
+whose matrix has no rows for a plane (:meth:`Walls.planes`) and whose slope is zero for a ball (:meth:`Walls.balls`).
+All uses of a wall in the library are computed from it: rows of the QP (a plane, or the tangent plane at an instant),
+membership of points, exact margins over all instants, and the drawing, because both sides are polynomials on every
+piece.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from functools import cached_property
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
 from minsnap.basics.tolerances import EXACT
@@ -27,8 +28,8 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class Cones(ReadOnly):
-    """The common form of m walls: norm of A x <= radius + slope . x, with x the derivative minus the anchor.
+class Walls(ReadOnly):
+    """m walls of one kind: norm of A x <= radius + slope . x, with x the derivative minus the anchor.
 
     Parameters
     ----------
@@ -51,8 +52,103 @@ class Cones(ReadOnly):
     slope: FloatArray
     radius: FloatArray
     width: FloatArray
-    order: int
-    name: str
+    order: int = 0
+    name: str = "corridor"
+
+    @classmethod
+    def planes(
+        cls,
+        leg: npt.ArrayLike,
+        normal: npt.ArrayLike,
+        anchor: npt.ArrayLike,
+        lower: npt.ArrayLike,
+        upper: npt.ArrayLike,
+        width: npt.ArrayLike,
+        order: int = 0,
+        name: str = "corridor",
+    ) -> Walls:
+        """Return pairs of parallel planes, each on one leg: lower <= normal @ (derivative - anchor) <= upper.
+
+        Parameters
+        ----------
+        leg : array_like of int, shape (m,)
+            Which leg each pair belongs to.
+        normal : array_like, shape (m, dim)
+            Not necessarily of unit length.
+        anchor : array_like, shape (m, dim)
+            Point from which the bounds are measured; zero for derivatives.
+        lower, upper : array_like, shape (m,)
+            Bounds along the normal; infinite where there is none.
+        width : array_like, shape (m,)
+            Length by which an excess is judged, such as half the distance of the planes; positive.
+        order : int
+            Derivative that is bounded: 0 position, 1 velocity, …
+        name : str
+            What messages call it.
+
+        Raises
+        ------
+        CorridorError
+            If an array holds anything but numbers.
+        """
+        arrays = {"leg": leg, "normal": normal, "anchor": anchor, "lower": lower, "upper": upper, "width": width}
+        legs, normal, anchor, lower, upper, width = _numbers(name, arrays)
+        above, below = np.flatnonzero(np.isfinite(upper)), np.flatnonzero(np.isfinite(lower))
+        row = np.concatenate((above, below))
+        slope = np.concatenate((-normal[above], normal[below]))
+        radius = np.concatenate((upper[above], -lower[below]))
+        matrix = np.zeros((len(row), 0, normal.shape[1]))
+        found = cls(legs[row].astype(np.intp), matrix, anchor[row], slope, radius, width[row], order, name)
+        for array in (found.leg, found.anchor, slope, radius, found.width):
+            array.flags.writeable = False
+        return found
+
+    @classmethod
+    def balls(
+        cls,
+        leg: npt.ArrayLike,
+        matrix: npt.ArrayLike,
+        anchor: npt.ArrayLike,
+        radius: npt.ArrayLike,
+        order: int = 0,
+        name: str = "corridor",
+        slope: npt.ArrayLike | None = None,
+    ) -> Walls:
+        """Return balls, cylinders, disks or cones, each on one leg; an excess is judged by the radius.
+
+        Parameters
+        ----------
+        leg : array_like of int, shape (m,)
+            Which leg each belongs to.
+        matrix : array_like, shape (m, q, dim)
+            A: the identity for a ball, a projection for a cylinder, diag(r / a) with the least semi-axis r for an
+            ellipsoid of semi-axes a. No singular value above 1, so that a margin is at most the distance in metres.
+        anchor : array_like, shape (m, dim)
+            Center, or a point inside a cone, not its apex; zero for derivatives.
+        radius : array_like, shape (m,)
+            Positive.
+        order : int
+            Derivative that is bounded: 0 position, 1 velocity, …
+        name : str
+            What messages call it.
+        slope : array_like, shape (m, dim), optional
+            By which the radius grows: a cone; a ball has none. The sign of a cone's margin is exact; its size is off by
+            up to the ratio of the radius at that place to ``radius``.
+
+        Raises
+        ------
+        CorridorError
+            If an array holds anything but numbers.
+        """
+        arrays = {"leg": leg, "matrix": matrix, "anchor": anchor, "radius": radius}
+        legs, matrix, anchor, radius = _numbers(name, arrays)
+        (grows,) = (np.zeros(anchor.shape),) if slope is None else _numbers(name, {"slope": slope})
+        return cls(_whole(legs), matrix, anchor, grows, radius, radius, order, name)
+
+    @property
+    def cones(self) -> Walls:
+        """Itself."""
+        return self
 
     @property
     def flat(self) -> bool:
@@ -129,101 +225,6 @@ class Cones(ReadOnly):
         return derivative(points, durations, self.order).minus(self.anchor[row][:, None, :]), row, piece
 
 
-@dataclass(frozen=True, eq=False)
-class Faces(ReadOnly):
-    """Pairs of parallel planes, each on one leg: lower <= normal @ (derivative - anchor) <= upper.
-
-    Parameters
-    ----------
-    leg : array_like of int, shape (m,)
-        Which leg each belongs to.
-    normal : array_like, shape (m, dim)
-        Not necessarily of unit length.
-    anchor : array_like, shape (m, dim)
-        Point from which the bounds are measured; zero for derivatives.
-    lower, upper : array_like, shape (m,)
-        Bounds along the normal; infinite where there is none.
-    width : array_like, shape (m,)
-        Length by which an excess is judged, such as half the distance of the planes; positive.
-    order : int
-        Derivative that is bounded: 0 position, 1 velocity, …
-    name : str
-        What messages call it.
-    """
-
-    leg: IntArray
-    normal: FloatArray
-    anchor: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    width: FloatArray
-    order: int = 0
-    name: str = "corridor"
-
-    def __post_init__(self) -> None:
-        _own(self)
-
-    @cached_property
-    def cones(self) -> Cones:
-        """Each finite plane, upper ones first."""
-        above, below = np.flatnonzero(np.isfinite(self.upper)), np.flatnonzero(np.isfinite(self.lower))
-        row = np.concatenate((above, below))
-        slope = np.concatenate((-self.normal[above], self.normal[below]))
-        radius = np.concatenate((self.upper[above], -self.lower[below]))
-        matrix = np.zeros((len(row), 0, self.normal.shape[1]))
-        return Cones(self.leg[row], matrix, self.anchor[row], slope, radius, self.width[row], self.order, self.name)
-
-
-@dataclass(frozen=True, eq=False)
-class Balls(ReadOnly):
-    """Balls, cylinders, disks or cones, each on one leg.
-
-    Parameters
-    ----------
-    leg : array_like of int, shape (m,)
-        Which leg each belongs to.
-    matrix : array_like, shape (m, q, dim)
-        A: the identity for a ball, a projection for a cylinder, diag(r / a) with the least semi-axis r for an ellipsoid
-        of semi-axes a. No singular value above 1, so that a margin is at most the distance in metres.
-    anchor : array_like, shape (m, dim)
-        Center, or a point inside a cone, not its apex; zero for derivatives.
-    radius : array_like, shape (m,)
-        Positive.
-    order : int
-        Derivative that is bounded: 0 position, 1 velocity, …
-    name : str
-        What messages call it.
-    slope : array_like, shape (m, dim), optional
-        By which the radius grows: a cone; a ball has none. The sign of a cone's margin is exact; its size is off by up
-        to the ratio of the radius at that place to ``radius``.
-    """
-
-    leg: IntArray
-    matrix: FloatArray
-    anchor: FloatArray
-    radius: FloatArray
-    order: int = 0
-    name: str = "corridor"
-    slope: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        _own(self)
-
-    @property
-    def width(self) -> FloatArray:
-        """Length by which an excess is scaled: the radius."""
-        return self.radius
-
-    @cached_property
-    def cones(self) -> Cones:
-        """The same walls with a slope, zero if there was none."""
-        slope = np.zeros(self.anchor.shape) if self.slope is None else self.slope
-        return Cones(self.leg, self.matrix, self.anchor, slope, self.radius, self.radius, self.order, self.name)
-
-
-Walls = Faces | Balls
-
-
 class Constraint(Protocol):
     """Protocol of a constraint: keeps a derivative of the curve inside convex sets, per leg."""
 
@@ -245,15 +246,15 @@ def leg_scales(waypoints: FloatArray) -> FloatArray:
     return lengths
 
 
-def _own(walls: Any) -> None:
-    for entry in fields(walls):
-        value = getattr(walls, entry.name)
-        if entry.name in ("order", "name") or value is None:
-            continue
-        array = numbers(value)
+def _numbers(name: str, arrays: dict[str, npt.ArrayLike]) -> list[FloatArray]:
+    """Return arrays as numbers, or raise CorridorError."""
+    found = []
+    for what, values in arrays.items():
+        array = numbers(values)
         if array is None or np.isnan(array).any():
-            raise CorridorError(f"the {entry.name} of a wall of the {walls.name} is not a number")
-        object.__setattr__(walls, entry.name, _whole(array) if entry.name == "leg" else array)
+            raise CorridorError(f"the {what} of a wall of the {name} is not a number")
+        found.append(array)
+    return found
 
 
 def _whole(array: FloatArray) -> IntArray:

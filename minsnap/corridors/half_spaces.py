@@ -12,7 +12,7 @@ from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, boun
 from minsnap.basics.checks import is_whole
 from minsnap.basics.messages import shown
 from minsnap.corridors.boxes import as_numbers, check_dim
-from minsnap.corridors.constraint import Faces, Walls, leg_scales
+from minsnap.corridors.constraint import Walls, leg_scales
 from minsnap.errors import CorridorError
 
 
@@ -109,6 +109,6 @@ def of_unit_length(normal: FloatArray, offset: FloatArray) -> tuple[FloatArray, 
     return normal / lengths[:, None], offset / lengths
 
 
-def one_sided(leg: IntArray, normal: FloatArray, upper: FloatArray, width: FloatArray, order: int, name: str) -> Faces:
-    """Return the planes normal . derivative <= upper, each on one leg; arrays as of ``Faces``."""
-    return Faces(leg, normal, np.zeros(normal.shape), np.full(len(leg), -np.inf), upper, width, order, name)
+def one_sided(leg: IntArray, normal: FloatArray, upper: FloatArray, width: FloatArray, order: int, name: str) -> Walls:
+    """Return the planes normal . derivative <= upper, each on one leg; arrays as of ``Walls.planes``."""
+    return Walls.planes(leg, normal, np.zeros(normal.shape), np.full(len(leg), -np.inf), upper, width, order, name)

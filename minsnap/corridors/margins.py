@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.corridors.constraint import Cones, Faces, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.native import proved_extrema as native
 from minsnap.polynomials.enclosures import UNIT
 from minsnap.polynomials.extrema import maxima, maximum
@@ -48,46 +48,63 @@ def margin_to(traj: Trajectory, wall: Walls) -> Margin:
     found = _native_excess(traj, wall)
     if found is not None:
         return _margin(traj, wall, found)
-    cones = wall.cones
-    slacks, row, piece, where = (_flat_slacks if cones.flat else _round_slacks)(traj, cones)
+    slacks, row, piece, where = (_flat_slacks if wall.flat else _round_slacks)(traj, wall)
     if not len(row):
         return Margin(np.inf, 0, 0.0, wall.name)
     which = int(np.argmin(slacks))
     instant = _instant(traj, int(piece[which]), float(where[which]))
-    return Margin(float(slacks[which]), int(cones.leg[row[which]]), instant, wall.name)
+    return Margin(float(slacks[which]), int(wall.leg[row[which]]), instant, wall.name)
 
 
 def _native_excess(traj: Trajectory, wall: Walls) -> native.Extremum | None:
     curve = traj.control_points, traj.durations, traj.pieces, wall.leg
-    if isinstance(wall, Faces):
-        return native.face_excess(*curve, (wall.normal, wall.anchor, wall.lower, wall.upper), wall.order)
-    if wall.slope is None:
+    if wall.flat:
+        half = len(wall.leg) // 2
+        if _opposite(wall, half):
+            planes = wall.slope[half:], wall.anchor[half:], -wall.radius[half:], wall.radius[:half]
+            return native.face_excess(*curve[:3], wall.leg[half:], planes, wall.order)
+        far = np.full(len(wall.leg), np.inf)
+        return native.face_excess(*curve, (wall.slope, wall.anchor, -wall.radius, far), wall.order)
+    if not wall.slope.any():
         return native.ball_excess(*curve, (wall.matrix, wall.anchor, wall.radius), wall.order)
     return None
+
+
+def _opposite(wall: Walls, half: int) -> bool:
+    """Whether planes are pairs, upper ones first: an extremum of each pair says both."""
+    first, second = slice(half), slice(half, None)
+    return len(wall.leg) == 2 * half and all(
+        np.array_equal(*pair)
+        for pair in (
+            (wall.leg[first], wall.leg[second]),
+            (wall.slope[first], -wall.slope[second]),
+            (wall.anchor[first], wall.anchor[second]),
+        )
+    )
 
 
 Slacks = tuple[FloatArray, IntArray, IntArray, FloatArray]
 """Least slacks, and of each the wall, the piece, and where on [0, 1] it is."""
 
 
-def _flat_slacks(traj: Trajectory, cones: Cones) -> Slacks:
+def _flat_slacks(traj: Trajectory, wall: Walls) -> Slacks:
     """Least distance to all planes; one entry, or none."""
-    excess, row, piece = cones.excess(traj)
+    excess, row, piece = wall.excess(traj)
     if not len(row):
         return np.zeros(0), row, piece, np.zeros(0)
     bound, which, s = maximum(excess.points, excess.errors)
     return np.array([0.0 - bound]), row[[which]], piece[[which]], np.array([s])
 
 
-def _round_slacks(traj: Trajectory, cones: Cones) -> Slacks:
-    """Least distances to balls, radius - norm, or to cones, radius - sqrt(max(radius^2 + excess, 0))."""
-    ball = not cones.slope.any()
-    polynomials, row, piece = cones.squares(traj) if ball else cones.excess(traj)
+def _round_slacks(traj: Trajectory, wall: Walls) -> Slacks:
+    """Least distances to balls, radius - norm, or to wall, radius - sqrt(max(radius^2 + excess, 0))."""
+    ball = not wall.slope.any()
+    polynomials, row, piece = wall.squares(traj) if ball else wall.excess(traj)
     highest = maxima(polynomials.points, polynomials.errors)
-    radius = cones.radius[row]
+    radius = wall.radius[row]
     slacks = _ball_slacks(radius, highest.bounds) if ball else _cone_slacks(radius, highest.bounds)
     if not ball:  # the opposite nappe of the cone has the same squares
-        reach = cones.reach(traj)
+        reach = wall.reach(traj)
         slacks = np.minimum(slacks, -maxima(-reach.points, reach.errors).bounds)
     return slacks, row, piece, highest.where
 

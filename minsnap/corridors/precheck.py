@@ -10,7 +10,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import DERIVATIVES, point_text
 from minsnap.basics.tolerances import ROUNDING
-from minsnap.corridors.constraint import Cones, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import Placement
 from minsnap.errors import CorridorError, WaypointError
 
@@ -28,10 +28,9 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> Non
     WaypointError
         If a pinned derivative is.
     """
-    cones = [wall.cones for wall in walls]
-    places = [wall for wall in cones if wall.order == 0]
+    places = [wall for wall in walls if wall.order == 0]
     outside = [_check_points(placement, wall) for wall in places]
-    for wall in cones:
+    for wall in walls:
         if wall.order:
             _check_pins(pins, wall)
     for waypoint in sorted({waypoint for found in outside for waypoint in found.tolist()}):
@@ -41,7 +40,7 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> Non
         _check_crossing(placement, planes, waypoint)
 
 
-def _check_points(placement: Placement, wall: Cones) -> IntArray:
+def _check_points(placement: Placement, wall: Walls) -> IntArray:
     """Refuse waypoints that are outside a wall with their boxes; return free ones that are outside without."""
     doubtful = []
     ends = wall.leg[:, None] + np.array([0, 1])
@@ -58,7 +57,7 @@ def _check_points(placement: Placement, wall: Cones) -> IntArray:
     return np.concatenate(doubtful)
 
 
-def _refuse(placement: Placement, wall: Cones, waypoint: int, row: int, excess: float) -> None:
+def _refuse(placement: Placement, wall: Walls, waypoint: int, row: int, excess: float) -> None:
     what, place = placement.name(waypoint), f"the {wall.name} of leg {wall.leg[row]}"
     on_it = excess <= ROUNDING * (1.0 + float(np.abs(placement.points[waypoint]).max()))
     raise CorridorError(
@@ -70,7 +69,7 @@ def _refuse(placement: Placement, wall: Cones, waypoint: int, row: int, excess: 
     )
 
 
-def _check_pins(pins: Pins, wall: Cones) -> None:
+def _check_pins(pins: Pins, wall: Walls) -> None:
     for waypoint, state in pins.items():
         value = state.get(wall.order)
         if value is None or not value.any():
@@ -86,7 +85,7 @@ def _check_pins(pins: Pins, wall: Cones) -> None:
             )
 
 
-def _check_box(placement: Placement, walls: Sequence[Cones], waypoint: int) -> None:
+def _check_box(placement: Placement, walls: Sequence[Walls], waypoint: int) -> None:
     """Raise unless the box around a waypoint has a point inside all planes and each ball of its legs."""
     low, high = (placement.points[waypoint] + side[waypoint] for side in (placement.lower, placement.upper))
     for wall in walls:
@@ -103,11 +102,11 @@ def _check_box(placement: Placement, walls: Sequence[Cones], waypoint: int) -> N
         )
 
 
-def _rows_at(wall: Cones, waypoint: int) -> IntArray:
+def _rows_at(wall: Walls, waypoint: int) -> IntArray:
     return np.flatnonzero((wall.leg == waypoint) | (wall.leg == waypoint - 1))
 
 
-def _box_to_ball(balls: Cones, row: int, low: FloatArray, high: FloatArray) -> float:
+def _box_to_ball(balls: Walls, row: int, low: FloatArray, high: FloatArray) -> float:
     """Least excess over a ball within a box [m]."""
     from scipy.optimize import lsq_linear
 
@@ -120,7 +119,7 @@ def _box_to_ball(balls: Cones, row: int, low: FloatArray, high: FloatArray) -> f
     return float(np.linalg.norm(matrix @ (point - anchor)) - balls.radius[row])
 
 
-def _planes_at(planes: Sequence[Cones], legs: Sequence[int], dim: int) -> tuple[FloatArray, FloatArray]:
+def _planes_at(planes: Sequence[Walls], legs: Sequence[int], dim: int) -> tuple[FloatArray, FloatArray]:
     """Half-spaces normal . x <= bound that hold on some legs: (m, dim) and (m,)."""
     normals, bounds = [np.zeros((0, dim))], [np.zeros(0)]
     for wall in planes:
@@ -130,7 +129,7 @@ def _planes_at(planes: Sequence[Cones], legs: Sequence[int], dim: int) -> tuple[
     return np.concatenate(normals), np.concatenate(bounds)
 
 
-def _meets(placement: Placement, planes: Sequence[Cones], waypoint: int) -> bool:
+def _meets(placement: Placement, planes: Sequence[Walls], waypoint: int) -> bool:
     """Whether some point of a waypoint's box, ball or gate is inside all planes of its legs."""
     from scipy.optimize import linprog
 
@@ -162,7 +161,7 @@ def _distance(normals: FloatArray, bounds: FloatArray) -> float:
     return float(np.linalg.norm(residual[:-1] / residual[-1])) if abs(residual[-1]) > ROUNDING else np.inf
 
 
-def _check_crossing(placement: Placement, planes: Sequence[Cones], waypoint: int) -> None:
+def _check_crossing(placement: Placement, planes: Sequence[Walls], waypoint: int) -> None:
     """Raise if the corridor after a gate is wholly behind it, or the corridor before it wholly beyond it.
 
     The gate in which a closed lap begins and ends is its first waypoint and its last one.
@@ -180,7 +179,7 @@ def _check_crossing(placement: Placement, planes: Sequence[Cones], waypoint: int
             )
 
 
-def _reach(planes: Sequence[Cones], leg: int, direction: FloatArray, point: FloatArray) -> float:
+def _reach(planes: Sequence[Walls], leg: int, direction: FloatArray, point: FloatArray) -> float:
     """Distance from a point along a direction to a leg's planes [m]; infinite if none is in the way."""
     from scipy.optimize import linprog
 

@@ -12,7 +12,7 @@ from minsnap.basics.arrays import SMALLEST, FloatArray, IntArray, ReadOnly, boun
 from minsnap.basics.checks import beyond
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
-from minsnap.corridors.constraint import Balls, Constraint, Faces, Walls
+from minsnap.corridors.constraint import Constraint, Walls
 from minsnap.errors import CorridorError
 
 
@@ -84,7 +84,7 @@ class Tube(ReadOnly):
         widths = self._of_legs(*projections.shape[:2])
         leg, axis = across(projections)
         width = widths[leg, axis]
-        return [Faces(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
+        return [Walls.planes(leg, projections[leg, axis], waypoints[leg], -width, width, width)]
 
     def _of_legs(self, legs: int, dim: int) -> FloatArray:
         widths = self.half_width
@@ -126,7 +126,7 @@ class RoundTube(ReadOnly):
             raise CorridorError(
                 f"the corridor has radii of shape {self.radius.shape} for {legs} legs: give one, or one per leg"
             )
-        return [Balls(np.arange(legs), projections, waypoints[:-1], np.broadcast_to(self.radius, legs))]
+        return [Walls.balls(np.arange(legs), projections, waypoints[:-1], np.broadcast_to(self.radius, legs))]
 
 
 def as_constraints(corridor: npt.ArrayLike | Constraint | Sequence[Constraint] | None) -> list[Constraint]:

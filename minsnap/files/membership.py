@@ -75,7 +75,7 @@ def leg_margins(position: FloatArray, waypoints: FloatArray, corridor: Any) -> F
     margins = np.full((len(waypoints) - 1, len(position)), np.inf)
     for wall in walls_of(as_constraints(corridor), waypoints):
         if wall.order == 0:
-            np.minimum.at(margins, wall.cones.leg, wall.cones.slack(position[None]))
+            np.minimum.at(margins, wall.leg, wall.slack(position[None]))
     return margins
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT, ROUNDING
-from minsnap.corridors.constraint import Balls, Faces, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.native.proved_extrema import maximum
 from minsnap.polynomials.bernstein import differentiate, elevate, multiply, squared_norm
 from minsnap.polynomials.ratios import largest_ratio
@@ -232,19 +232,19 @@ def _largest_component(points: FloatArray, sign: int) -> Found:
 
 def _ball(
     extent: Extent, matrix: FloatArray, radius: float, order: int, name: str, anchor: Any = None, slope: Any = None
-) -> Balls:
+) -> Walls:
     legs = extent.legs
     anchors = np.broadcast_to(np.zeros(extent.dim) if anchor is None else np.array(anchor), (legs, extent.dim))
     slopes = None if slope is None else np.broadcast_to(np.array(slope), (legs, extent.dim))
     matrices = np.broadcast_to(matrix, (legs, *matrix.shape))
-    return Balls(np.arange(legs), matrices, anchors, np.full(legs, radius), order, name, slopes)
+    return Walls.balls(np.arange(legs), matrices, anchors, np.full(legs, radius), order, name, slopes)
 
 
-def _faces(extent: Extent, normal: FloatArray, bounds: tuple[float, float], order: int, name: str) -> Faces:
+def _faces(extent: Extent, normal: FloatArray, bounds: tuple[float, float], order: int, name: str) -> Walls:
     zeros = np.zeros((extent.legs, extent.dim))
     width = min(abs(bound) for bound in bounds if np.isfinite(bound))
     lower, upper, widths = (np.full(extent.legs, value) for value in (*bounds, width))
-    return Faces(np.arange(extent.legs), zeros + normal, zeros, lower, upper, widths, order, name)
+    return Walls.planes(np.arange(extent.legs), zeros + normal, zeros, lower, upper, widths, order, name)
 
 
 def _there(values: FloatArray | None) -> FloatArray:

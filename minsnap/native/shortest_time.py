@@ -62,7 +62,7 @@ _LAYOUT = Entry("minsnap_shortest_layout", c_void_p, c_int64)
 
 @dataclass(frozen=True, eq=False)
 class ConeSets:
-    """Sets that a derivative stays in: norm of A (x - a) <= radius + slope . (x - a), in the form of ``Cones``.
+    """Sets that a derivative stays in: norm of A (x - a) <= radius + slope . (x - a), in the form of ``Walls``.
 
     Parameters
     ----------

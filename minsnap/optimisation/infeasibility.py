@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.constraint import Balls, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.contradiction import find_contradiction
 from minsnap.optimisation.elastic import Elastic, Give, Relaxed
@@ -97,10 +97,7 @@ def _room(task: Task, durations: FloatArray, problem: Problem, found: Relaxed) -
 
 def _widened(wall: Walls, share: FloatArray) -> Walls:
     """Return walls that are wider by a share of the width of each."""
-    more = share * wall.width
-    if isinstance(wall, Balls):
-        return replace(wall, radius=wall.radius + more)
-    return replace(wall, lower=wall.lower - more, upper=wall.upper + more)
+    return replace(wall, radius=wall.radius + share * wall.width)
 
 
 def _sufficient(width: float, everywhere: bool, others: Mapping[int, float], tried: bool) -> str:

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.corridors.constraint import Cones
+from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.problem import Task
 
 
-def knot_walls(task: Task) -> list[Cones]:
+def knot_walls(task: Task) -> list[Walls]:
     """Return the walls at waypoints that may vary; ``leg`` is the waypoint, and they are measured from it."""
     if not task.held.any():
         return []
@@ -40,7 +40,7 @@ def ends_of_pieces(task: Task, waypoint: IntArray) -> tuple[IntArray, IntArray]:
     return knot - end, end
 
 
-def _boxes(task: Task) -> Cones:
+def _boxes(task: Task) -> Walls:
     """Two planes for each coordinate that may vary within bounds, upper ones first."""
     waypoint, axis = np.nonzero(task.upper > task.lower)
     if task.closed:
@@ -50,10 +50,10 @@ def _boxes(task: Task) -> Cones:
     return _planes(task, np.tile(waypoint, 2), np.vstack((normal, -normal)), np.concatenate((upper, -lower)), width)
 
 
-def _balls(task: Task, radii: dict[int, float]) -> Cones:
+def _balls(task: Task, radii: dict[int, float]) -> Walls:
     waypoint, radius = np.array(list(radii), dtype=np.intp), np.array(list(radii.values()))
     matrix, still = np.tile(np.eye(task.dim), (len(radius), 1, 1)), np.zeros((len(radius), task.dim))
-    return Cones(waypoint, matrix, task.waypoints[waypoint], still, radius, radius, 0, "waypoint")
+    return Walls(waypoint, matrix, task.waypoints[waypoint], still, radius, radius, 0, "waypoint")
 
 
 def _planes(
@@ -63,8 +63,8 @@ def _planes(
     bound: FloatArray,
     width: FloatArray,
     order: int = 0,
-) -> Cones:
+) -> Walls:
     """Planes on the offset from a waypoint, or on a derivative there."""
     at, normals = np.asarray(waypoint, dtype=np.intp), np.asarray(normal).reshape(-1, task.dim)
     anchor = np.zeros(normals.shape) if order else task.waypoints[at]
-    return Cones(at, np.zeros((len(at), 0, task.dim)), anchor, -normals, bound, width, order, "waypoint")
+    return Walls(at, np.zeros((len(at), 0, task.dim)), anchor, -normals, bound, width, order, "waypoint")

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.corridors.constraint import Cones
+from minsnap.corridors.constraint import Walls
 from minsnap.native.corridor import WallArrays
 from minsnap.optimisation.knot_walls import ends_of_pieces, knot_walls
 from minsnap.optimisation.problem import Task
@@ -16,14 +16,14 @@ from minsnap.optimisation.problem import Task
 
 def native_walls(task: Task) -> WallArrays:
     """Walls of a task in the order of ``compile_walls``, then slanted planes of gates, in which waypoints must lie."""
-    blocks = [_arrays(walls.cones, *walls.cones.on_pieces(task.pieces)) for walls in task.walls]
+    blocks = [_arrays(walls, *walls.on_pieces(task.pieces)) for walls in task.walls]
     for walls in knot_walls(task):
         piece, end = ends_of_pieces(task, walls.leg)
         blocks.append(_arrays(walls, np.arange(len(piece)), piece, end))
     return _joined([*blocks, *_gate_planes(task)] or [_nothing(task.dim)])
 
 
-def _arrays(cones: Cones, row: IntArray, piece: IntArray, when: IntArray | None = None) -> WallArrays:
+def _arrays(cones: Walls, row: IntArray, piece: IntArray, when: IntArray | None = None) -> WallArrays:
     """Wall ``row[i]`` of some planes or balls on piece ``piece[i]``."""
     matrix = None if cones.flat else _square(cones.matrix)[row]
     when = np.full(len(row), -1) if when is None else when

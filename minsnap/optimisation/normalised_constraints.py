@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
-from minsnap.corridors.constraint import Cones
+from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.constraint_blocks import Block, FlatWalls, Spheres
 from minsnap.optimisation.knot_walls import ends_of_pieces, knot_walls
 from minsnap.optimisation.problem import Task
@@ -115,7 +115,7 @@ def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
     return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
 
 
-def _on_pieces(cones: Cones, problem: Problem, units: Units, pieces: int) -> Block:
+def _on_pieces(cones: Walls, problem: Problem, units: Units, pieces: int) -> Block:
     """Walls of legs on all their pieces; a plane that a nominal knot lies on, but for rounding, goes through it."""
     row, piece = cones.on_pieces(pieces)
     unit, anchor = units.of_order(cones.order), cones.anchor[row]
@@ -127,7 +127,7 @@ def _on_pieces(cones: Cones, problem: Problem, units: Units, pieces: int) -> Blo
     return replace(block, bound=np.where(np.abs(block.bound - farther) <= ROUNDING * block.width, farther, block.bound))
 
 
-def _at_knots(cones: Cones, task: Task, problem: Problem) -> Block:
+def _at_knots(cones: Walls, task: Task, problem: Problem) -> Block:
     """Walls of waypoints where these begin or end a piece; those of derivatives go through zero, in normal units."""
     piece, end = ends_of_pieces(task, cones.leg)
     origin = np.where((end == 1)[:, None] & (cones.order == 0), -problem.steps[piece], 0.0)
@@ -136,7 +136,7 @@ def _at_knots(cones: Cones, task: Task, problem: Problem) -> Block:
 
 
 def _block(
-    cones: Cones, row: IntArray, piece: IntArray, origin: FloatArray, unit: float, s: FloatArray | None = None
+    cones: Walls, row: IntArray, piece: IntArray, origin: FloatArray, unit: float, s: FloatArray | None = None
 ) -> Block:
     """Wall ``row[i]`` on piece ``piece[i]``, whose control points are relative to ``origin[i]`` from its anchor."""
     slope, width = cones.slope[row], cones.width[row] / unit

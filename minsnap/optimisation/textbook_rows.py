@@ -97,7 +97,7 @@ def join(rows: RowCollector, durations: FloatArray, continuity: int, closed: boo
 
 def sample_planes(rows: RowCollector, walls: Walls, durations: FloatArray, instants: FloatArray) -> None:
     """Keep a leg inside its planes at the instants s, shape (m,)."""
-    planes = walls.cones
+    planes = walls
     if not planes.flat:
         raise CorridorError(f"the {walls.name} is round and has no linear rows: use plan, or a Tube")
     bounds = planes.radius - (planes.slope * planes.anchor).sum(axis=1)

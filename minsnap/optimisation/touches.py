@@ -35,7 +35,7 @@ def touched_walls(waypoints: FloatArray, pinned: BoolArray, walls: Sequence[Wall
         the wall, 1 above it), waypoint and axis.
     """
     touched = np.zeros((2, 2, *waypoints.shape), dtype=bool)
-    for cones in (wall.cones for wall in walls if wall.order == 0 and wall.cones.flat):
+    for cones in (wall for wall in walls if wall.order == 0 and wall.flat):
         ends = cones.leg[:, None] + np.array([0, 1])
         near = cones.slack(waypoints[ends]) <= ROUNDING * cones.width[:, None]
         if not near.any():

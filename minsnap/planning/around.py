@@ -18,7 +18,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_durations
 from minsnap.basics.tolerances import EXACT
-from minsnap.corridors.constraint import Faces, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.keep_out import Obstacle, clearance_of, supporting_planes
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, TimingError, UnprovedError
 from minsnap.native.fleet_border import FleetArrays, clearances
@@ -161,7 +161,7 @@ def _joined(curve: Trajectory, parts: int) -> Trajectory:
     return replace(curve, pieces=curve.pieces * parts)
 
 
-def _planes(way: Trajectory, count: int, obstacles: Sequence[Obstacle], task: Task) -> Faces | None:
+def _planes(way: Trajectory, count: int, obstacles: Sequence[Obstacle], task: Task) -> Walls | None:
     """Return one plane for each part and obstacle, between them; None if there is none that lies between."""
     share, breaks = np.linspace(0.0, 1.0, SAMPLES), way.breaks[:: len(way.durations) // count]
     points = _in_space(way(breaks[:-1, None] + np.diff(breaks)[:, None] * share))
@@ -178,7 +178,7 @@ def _planes(way: Trajectory, count: int, obstacles: Sequence[Obstacle], task: Ta
     normal, lower = np.concatenate(normals)[:, : task.dim], np.concatenate(heights)
     leg = np.tile(np.arange(count), len(obstacles))
     upper, width = np.full(len(leg), np.inf), np.full(len(leg), task.length)
-    return Faces(leg, normal, np.zeros(normal.shape), lower, upper, width, name="obstacle")
+    return Walls.planes(leg, normal, np.zeros(normal.shape), lower, upper, width, name="obstacle")
 
 
 def _cut(task: Task, way: Trajectory, parts: int) -> Task:
@@ -238,13 +238,13 @@ def _bounds(task: Task, pieces: int) -> FloatArray:
     bounds = np.empty((task.legs, 2, 3))
     bounds[:, 0], bounds[:, 1] = -np.inf, np.inf
     for wall in task.walls:
-        if not isinstance(wall, Faces) or wall.order:
+        if wall.order or not wall.flat:
             continue
-        for row in np.flatnonzero((wall.normal != 0.0).sum(axis=1) == 1):
-            leg, axis = wall.leg[row], int(np.flatnonzero(wall.normal[row])[0])
-            ends = wall.anchor[row, axis] + np.array([wall.lower[row], wall.upper[row]]) / wall.normal[row, axis]
-            bounds[leg, 0, axis] = max(bounds[leg, 0, axis], ends.min())
-            bounds[leg, 1, axis] = min(bounds[leg, 1, axis], ends.max())
+        for row in np.flatnonzero((wall.slope != 0.0).sum(axis=1) == 1):
+            leg, axis = wall.leg[row], int(np.flatnonzero(wall.slope[row])[0])
+            slope = wall.slope[row, axis]
+            end, place = int(slope < 0.0), wall.anchor[row, axis] - wall.radius[row] / slope
+            bounds[leg, end, axis] = (min if end else max)(bounds[leg, end, axis], place)
     return np.repeat(bounds, pieces // task.legs, axis=0)[None]
 
 

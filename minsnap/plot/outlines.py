@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.constraint import Cones, walls_of
+from minsnap.corridors.constraint import Walls, walls_of
 from minsnap.corridors.half_spaces import of_unit_length
 from minsnap.corridors.linear_programmes import bounding_boxes, inner_balls
 from minsnap.corridors.tubes import as_constraints
@@ -38,7 +38,7 @@ def leg_bodies(corridor: Corridor, waypoints: FloatArray) -> list[FloatArray]:
     list of ndarray, shape (corners, dim)
         [m].
     """
-    walls = [wall.cones for wall in walls_of(as_constraints(corridor), waypoints) if wall.order == 0]
+    walls = [wall for wall in walls_of(as_constraints(corridor), waypoints) if wall.order == 0]
     bodies: dict[bytes, FloatArray] = {}
     for leg in range(len(waypoints) - 1):
         corners = _body(walls, leg, waypoints)
@@ -60,7 +60,7 @@ def facets(corners: FloatArray) -> FloatArray:
     return np.asarray(corners[ConvexHull(corners).simplices])
 
 
-def _body(walls: Sequence[Cones], leg: int, waypoints: FloatArray) -> FloatArray:
+def _body(walls: Sequence[Walls], leg: int, waypoints: FloatArray) -> FloatArray:
     start, end = waypoints[leg], waypoints[leg + 1]
     blocks = [_half_spaces(wall, leg) for wall in walls]
     ends = [_ends(start, end) for block in blocks if _is_tube(block, end - start)][:1]
@@ -68,7 +68,7 @@ def _body(walls: Sequence[Cones], leg: int, waypoints: FloatArray) -> FloatArray
     return _polytope(np.vstack([rows, _far(rows, waypoints)]), (start + end) / 2.0)
 
 
-def _half_spaces(cones: Cones, leg: int) -> FloatArray:
+def _half_spaces(cones: Walls, leg: int) -> FloatArray:
     """Rows (normal, offset) with normal . r + offset <= 0 of a leg's planes, and of planes tangent to what is round."""
     parts = [np.zeros((0, cones.anchor.shape[1] + 1))]
     for i in np.flatnonzero(cones.leg == leg):

@@ -8,10 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.constraint import Balls, Faces, Walls
+from minsnap.corridors.constraint import Walls
 
 SHARE = 1.0 - 1e-6
 """Of the room that a waypoint has: what is taken of it at most."""
+
+MOST = 0.9
+"""Of the radius of a ball: what is taken of it at most."""
 
 
 def moved_inwards(walls: Sequence[Walls], points: FloatArray, clearance: float) -> list[Walls]:
@@ -30,20 +33,7 @@ def moved_inwards(walls: Sequence[Walls], points: FloatArray, clearance: float) 
 
 def _moved(wall: Walls, points: FloatArray, clearance: float) -> Walls:
     ends = np.stack((points[wall.leg], points[wall.leg + 1]), axis=1)
-    if isinstance(wall, Faces):
-        height = np.einsum("md,mkd->mk", wall.normal, ends - wall.anchor[:, None])
-        size = clearance * np.linalg.norm(wall.normal, axis=1)
-        above = _room((wall.upper[:, None] - height).min(axis=1), size)
-        below = _room((height - wall.lower[:, None]).min(axis=1), size)
-        return replace(wall, lower=wall.lower + below, upper=wall.upper - above)
-    return _shrunk(wall, ends, clearance)
-
-
-def _shrunk(wall: Balls, ends: FloatArray, clearance: float) -> Balls:
-    slack = wall.cones.slack(ends).min(axis=1)
-    inwards = np.minimum(_room(slack, np.full(len(slack), clearance)), 0.9 * wall.radius)
-    return replace(wall, radius=wall.radius - inwards)
-
-
-def _room(slack: FloatArray, clearance: FloatArray) -> FloatArray:
-    return np.minimum(SHARE * np.maximum(slack, 0.0), clearance)
+    slack = wall.slack(ends).min(axis=1)
+    size = clearance * np.linalg.norm(wall.slope, axis=1) if wall.flat else np.full(len(slack), clearance)
+    inwards = np.minimum(SHARE * np.maximum(slack, 0.0), size)
+    return replace(wall, radius=wall.radius - (inwards if wall.flat else np.minimum(inwards, MOST * wall.radius)))

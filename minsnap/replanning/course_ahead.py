@@ -117,10 +117,10 @@ def start_outside(walls: Sequence[Walls], start: FloatArray) -> tuple[float, str
     """Distance by which a position is outside the walls of leg 0, negative inside, and the name of the nearest one."""
     worst, name = -np.inf, ""
     for wall in walls:
-        cones, own = wall.cones, np.flatnonzero(wall.cones.leg == 0)
-        if cones.order == 0 and len(own):
-            excess = float(-cones.slack(start[None, None, :])[own].min())
-            worst, name = (excess, cones.name) if excess > worst else (worst, name)
+        own = np.flatnonzero(wall.leg == 0)
+        if wall.order == 0 and len(own):
+            excess = float(-wall.slack(start[None, None, :])[own].min())
+            worst, name = (excess, wall.name) if excess > worst else (worst, name)
     return worst, name
 
 

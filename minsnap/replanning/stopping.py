@@ -15,7 +15,7 @@ import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
-from minsnap.corridors.constraint import Faces, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.limits.compliance import keeps, kept_from
 from minsnap.limits.limits import Limits
@@ -161,17 +161,17 @@ def _caps(task: Task, legs: int) -> list[Walls]:
     for leg in range(legs):
         along = task.waypoints[leg + 1] - task.waypoints[leg]
         along = along / np.linalg.norm(along)
-        widths = [wall.cones.width[wall.cones.leg == leg].min() for wall in task.walls if _runs_along(wall, leg, along)]
+        widths = [wall.width[wall.leg == leg].min() for wall in task.walls if _runs_along(wall, leg, along)]
         if widths:
             far = np.array([min(widths)])
-            found.append(Faces(np.array([leg]), along[None], task.waypoints[[leg + 1]], -np.inf + far, far, far))
+            found.append(Walls.planes(np.array([leg]), along[None], task.waypoints[[leg + 1]], -np.inf + far, far, far))
     return found
 
 
 def _runs_along(wall: Walls, leg: int, along: FloatArray) -> bool:
-    cones, own = wall.cones, wall.cones.leg == leg
-    parts = np.concatenate(((cones.slope[own] @ along).ravel(), (cones.matrix[own] @ along).ravel()))
-    return cones.order == 0 and bool(own.any()) and bool((np.abs(parts) <= ACROSS).all())
+    own = wall.leg == leg
+    parts = np.concatenate(((wall.slope[own] @ along).ravel(), (wall.matrix[own] @ along).ravel()))
+    return wall.order == 0 and bool(own.any()) and bool((np.abs(parts) <= ACROSS).all())
 
 
 def _family(

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.corridors.constraint import Cones, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.regions import KnotRegion
 from minsnap.limits.compliance import KEPT, largest_use
 from minsnap.limits.kinds import KIND
@@ -225,7 +225,7 @@ def _walls(task: Task, limits: Limits) -> list[Walls]:
     return [*task.walls, *(wall for wall in limits.walls(task.waypoints) if wall.name not in other)]
 
 
-def _sets(cones: Cones) -> ConeSets:
+def _sets(cones: Walls) -> ConeSets:
     return ConeSets(cones.leg, cones.matrix, cones.anchor, cones.slope, cones.radius, cones.width, cones.order)
 
 

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.corridors.constraint import Cones, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.native.joint_steps import WALL as WALL_KIND
 from minsnap.native.joint_steps import ConditionBlock
 from minsnap.optimisation.units import Units
@@ -96,7 +96,7 @@ class Block(Protocol):
         ...
 
     def linearised(self, x: Derivatives, index: IntArray) -> Linearised:
-        """Cones of the conditions ``index`` (n,) around derivatives (n, dim)."""
+        """Walls of the conditions ``index`` (n,) around derivatives (n, dim)."""
         ...
 
     def condition_block(self) -> ConditionBlock | None:
@@ -149,7 +149,7 @@ class WallBlock:
         return ConditionBlock(WALL_KIND, orders, self.size, *weights, self.piece, values)
 
     def linearised(self, x: Derivatives, index: IntArray) -> Linearised:
-        """Cones of 1 + q components."""
+        """Walls of 1 + q components."""
         p, offset = self.order, self.offset[index]
         return Linearised(self._parts(x, index), {p: self.rows[index]}, p * offset, p * (p - 1) * offset)
 
@@ -174,7 +174,7 @@ def wall_blocks(walls: Sequence[Walls], units: Units, per_leg: int, pieces: int)
     return [_on_pieces(wall.cones, units, per_leg, pieces) for wall in walls if len(wall.cones.leg)]
 
 
-def _on_pieces(cones: Cones, units: Units, per_leg: int, pieces: int) -> WallBlock:
+def _on_pieces(cones: Walls, units: Units, per_leg: int, pieces: int) -> WallBlock:
     row, piece = cones.on_pieces(per_leg)
     rows, offset = cones.in_widths(row, units.origin)
     return WallBlock(cones.order, piece, rows * units.of_order(cones.order), offset, pieces, cones.name)

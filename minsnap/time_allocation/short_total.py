@@ -84,7 +84,7 @@ def _slowest(bounded: Task) -> dict[int, tuple[float, PressedRow]]:
     """Return by leg the time [s] that the straight way takes within the wall that allows least, and that wall."""
     best: dict[int, tuple[float, PressedRow]] = {}
     steps = np.diff(bounded.waypoints, axis=0)
-    for cones in (wall.cones for wall in bounded.walls if wall.order == 1):
+    for cones in (wall for wall in bounded.walls if wall.order == 1):
         for row, leg in enumerate(cones.leg.tolist()):
             along = cones.matrix[row] @ steps[leg]
             length = float(np.linalg.norm(along))

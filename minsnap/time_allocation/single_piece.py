@@ -16,7 +16,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
-from minsnap.corridors.constraint import Cones, Walls
+from minsnap.corridors.constraint import Walls
 from minsnap.polynomials.bernstein import ends_gram, ends_to_points
 from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_natively, solve_programme
 from minsnap.time_allocation.joint_layout import end_basis
@@ -65,7 +65,7 @@ def conditions_of(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[
     return [condition for condition in found if len(condition.rows)]
 
 
-def _condition(cones: Cones, leg: int, origin: FloatArray) -> Condition:
+def _condition(cones: Walls, leg: int, origin: FloatArray) -> Condition:
     rows, offset = cones.in_widths(np.flatnonzero(cones.leg == leg), origin)
     return Condition(cones.order, rows, offset, cones.name)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.corridors.constraint import Balls, Faces
+from minsnap.corridors.constraint import Walls
 from minsnap.vehicle import Quadrotor
 
 CORNERS = [(0, 0, 1), (2, 0, 1), (2, 1, 1)]
@@ -27,8 +27,8 @@ VALUES = {
     "polytopes": lambda: minsnap.Polytopes([(np.vstack([np.eye(2), -np.eye(2)]), np.ones(4))] * 2),
     "room": lambda: minsnap.Room((0, 0), (1, 1)),
     "half-spaces": lambda: minsnap.HalfSpaces((1, 0), 2.0),
-    "faces": lambda: Faces([0], [[1.0, 0.0]], [[0.0, 0.0]], [-1.0], [1.0], [1.0]),
-    "balls": lambda: Balls([0], np.eye(2)[None], [[0.0, 0.0]], [1.0]),
+    "faces": lambda: Walls.planes([0], [[1.0, 0.0]], [[0.0, 0.0]], [-1.0], [1.0], [1.0]),
+    "balls": lambda: Walls.balls([0], np.eye(2)[None], [[0.0, 0.0]], [1.0]),
     "vehicle": Quadrotor.dji_f330,
 }
 WAYS = {"pickle": lambda value: pickle.loads(pickle.dumps(value)), "copy": copy.copy, "deepcopy": copy.deepcopy}

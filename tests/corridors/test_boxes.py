@@ -141,4 +141,4 @@ def test_boxes_that_do_not_overlap_are_told_with_both_their_ranges():
 
 
 def test_excess_is_judged_by_half_of_a_side():
-    assert Boxes([(0, 0)], [(2, 6)]).walls(np.array([(0, 0), (1, 1)]))[0].width.tolist() == [1.0, 3.0]
+    assert Boxes([(0, 0)], [(2, 6)]).walls(np.array([(0, 0), (1, 1)]))[0].width.tolist() == [1.0, 3.0] * 2

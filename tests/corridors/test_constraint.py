@@ -5,7 +5,7 @@ import pytest
 
 import minsnap
 from minsnap.cli.app import exit_status
-from minsnap.corridors.constraint import Balls, Faces, leg_scales
+from minsnap.corridors.constraint import Walls, leg_scales
 from minsnap.errors import CorridorError
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -28,7 +28,7 @@ def test_faces_are_distances_to_planes(order, pieces):
     leg = np.array([0, 2, 2])
     normal, anchor = RANDOM.normal(size=(2, 3, 3))
     lower, upper = np.array([-1.0, -np.inf, 0.5]), np.array([np.inf, 2.0, 3.0])
-    faces = Faces(leg, normal, anchor, lower, upper, np.ones(3), order)
+    faces = Walls.planes(leg, normal, anchor, lower, upper, np.ones(3), order)
     planes = faces.cones
     outside, row, piece = planes.excess(traj)
     sides = [(1, upper[1], 1.0), (2, upper[2], 1.0), (0, lower[0], -1.0), (2, lower[2], -1.0)]
@@ -49,7 +49,7 @@ def test_faces_are_distances_to_planes(order, pieces):
 def test_balls_and_cones_are_differences_of_squares(order, slope):
     traj = random_trajectory()
     matrix, anchor = RANDOM.normal(size=(2, 2, 3)), RANDOM.normal(size=(2, 3))
-    balls = Balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope)
+    balls = Walls.balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope)
     excess, row, piece = balls.cones.excess(traj)
     s = np.linspace(0.01, 0.99, 7)
     found = Trajectory(excess.points[:, :, None], np.ones(len(row)))
@@ -62,18 +62,18 @@ def test_balls_and_cones_are_differences_of_squares(order, slope):
 
 def test_what_is_not_a_number_is_refused():
     with pytest.raises(CorridorError, match="the lower of a wall of the fence is not a number"):
-        Faces([0], [[1.0, 0.0]], [[0.0, 0.0]], [np.nan], [1.0], [1.0], name="fence")
+        Walls.planes([0], [[1.0, 0.0]], [[0.0, 0.0]], [np.nan], [1.0], [1.0], name="fence")
     with pytest.raises(CorridorError, match="the radius of a wall of the corridor is not a number"):
-        Balls([0], np.eye(2)[None], [[0.0, 0.0]], [np.nan])
+        Walls.balls([0], np.eye(2)[None], [[0.0, 0.0]], [np.nan])
 
 
 def test_walls_cannot_be_changed():
     upper = np.array([1.0])
-    faces = Faces([0], [[1.0, 0.0]], [[0.0, 0.0]], [-1.0], upper, [1.0])
+    faces = Walls.planes([0], [[1.0, 0.0]], [[0.0, 0.0]], [-1.0], upper, [1.0])
     upper[0] = 5.0
-    assert faces.upper[0] == 1.0
+    assert faces.radius[0] == 1.0
     with pytest.raises(ValueError, match="read-only"):
-        faces.upper[0] = 5.0
+        faces.radius[0] = 5.0
 
 
 class SlowCorner:
@@ -86,7 +86,7 @@ class SlowCorner:
         legs, dim = len(waypoints) - 1, waypoints.shape[1]
         leg, normal = np.repeat(np.arange(legs), dim), np.tile(np.eye(dim), (legs, 1))
         bound = np.full(legs * dim, self.speed)
-        return [Faces(leg, normal, np.zeros(normal.shape), -bound, bound, bound, order=1, name="speed")]
+        return [Walls.planes(leg, normal, np.zeros(normal.shape), -bound, bound, bound, order=1, name="speed")]
 
 
 def test_a_bound_on_a_derivative_holds_at_every_instant():
@@ -128,8 +128,8 @@ def test_walls_in_their_widths_have_the_same_slack_from_any_origin(order):
     matrix, anchor, slope = random.normal(size=(2, 2, 3)), random.normal(size=(2, 3)), random.normal(size=(2, 3)) / 4.0
     origin, row = random.normal(size=3), np.array([1, 0])
     values = random.normal(size=(10, 3))
-    faces = Faces([0, 1], anchor, 2.0 * slope, [-np.inf, -np.inf], [1.5, 2.0], [0.5, 3.0], order)
-    for walls in (Balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope).cones, faces.cones):
+    faces = Walls.planes([0, 1], anchor, 2.0 * slope, [-np.inf, -np.inf], [1.5, 2.0], [0.5, 3.0], order)
+    for walls in (Walls.balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope).cones, faces.cones):
         rows, offset = walls.in_widths(row, origin)
         found = (values - (origin if order == 0 else 0.0)) @ rows.transpose(0, 2, 1) + offset[:, None]
         slack = found[..., 0] - np.linalg.norm(found[..., 1:], axis=2)

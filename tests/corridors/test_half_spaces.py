@@ -55,7 +55,7 @@ def test_rows_that_are_no_half_spaces_are_refused(normal, offset, message):
 
 def test_a_short_normal_has_a_direction():
     wall = HalfSpaces((0, SMALLEST, 0), SMALLEST).walls(np.array(POINTS))[0]
-    assert wall.normal == pytest.approx(np.array([(0, 1, 0)] * 2)) and wall.upper == pytest.approx([1.0, 1.0])
+    assert wall.slope == pytest.approx(np.array([(0, -1, 0)] * 2)) and wall.radius == pytest.approx([1.0, 1.0])
 
 
 def test_half_spaces_have_the_coordinates_of_the_waypoints():

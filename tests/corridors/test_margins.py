@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.corridors.constraint import Faces
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import Margin, _ball_slacks, _cone_slacks, margin_to
 from minsnap.native.library import core, using
 
@@ -46,6 +46,6 @@ def test_a_distance_to_a_cone_is_the_lower_end():
 @pytest.mark.parametrize("choice", ("python", *(("native",) if core().library is not None else ())))
 def test_planes_that_bound_nothing_are_infinitely_far_at_the_beginning(choice):
     path = minsnap.plan([(0, 0), (1, 0), (2, 1)], [1.0, 1.0])
-    unbounded = Faces([1], [[0.0, 1.0]], [[0.0, 0.0]], [-np.inf], [np.inf], [1.0])
+    unbounded = Walls.planes([1], [[0.0, 1.0]], [[0.0, 0.0]], [-np.inf], [np.inf], [1.0])
     with using(choice):
         assert margin_to(path, unbounded) == Margin(np.inf, 0, 0.0, "corridor")

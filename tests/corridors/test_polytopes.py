@@ -44,7 +44,7 @@ def test_rows_need_not_be_normalised():
     scaled, plain = Polytopes(rows), Polytopes([(SIDES, np.array([1.0, 2, 3, 1, 1, 1]))])
     points = np.array([(0, 0, 0), (0.5, 1, 1)])
     first, second = scaled.walls(points)[0], plain.walls(points)[0]
-    assert np.allclose(first.normal, second.normal) and np.allclose(first.upper, second.upper)
+    assert np.allclose(first.slope, second.slope) and np.allclose(first.radius, second.radius)
 
 
 def test_excess_is_judged_by_the_inner_ball():

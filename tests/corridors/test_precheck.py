@@ -8,7 +8,7 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, HalfSpaces, Polytopes, RoundTube
-from minsnap.corridors.constraint import Balls, Faces
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.precheck import _box_to_ball, _distance, _planes_at
 from minsnap.errors import CorridorError, WaypointError
 
@@ -24,14 +24,14 @@ class SpeedBox:
         leg, axes = np.arange(len(waypoints) - 1), waypoints.shape[1]
         normal, leg = np.tile(np.eye(axes), (len(leg), 1)), np.repeat(leg, axes)
         bound = np.broadcast_to(self.size, len(waypoints) - 1)[leg]
-        return [Faces(leg, normal, 0 * normal, -bound, bound, bound, order=1, name="speed limit")]
+        return [Walls.planes(leg, normal, 0 * normal, -bound, bound, bound, order=1, name="speed limit")]
 
 
 class Ball:
     def walls(self, waypoints):
         legs, dim = len(waypoints) - 1, waypoints.shape[1]
         identity = np.broadcast_to(np.eye(dim), (legs, dim, dim))
-        return [Balls(np.arange(legs), identity, np.zeros((legs, dim)), np.ones(legs), name="ball")]
+        return [Walls.balls(np.arange(legs), identity, np.zeros((legs, dim)), np.ones(legs), name="ball")]
 
 
 @contextmanager
@@ -133,7 +133,7 @@ class Cone:
     def walls(self, waypoints):
         legs = len(waypoints) - 1
         matrix, slope = np.tile([[1.0, 0.0]], (legs, 1, 1)), np.tile((0.0, 0.5), (legs, 1))
-        return [Balls(np.arange(legs), matrix, np.zeros((legs, 2)), np.full(legs, 0.5), slope=slope)]
+        return [Walls.balls(np.arange(legs), matrix, np.zeros((legs, 2)), np.full(legs, 0.5), slope=slope)]
 
 
 @pytest.mark.parametrize(
@@ -149,14 +149,14 @@ def test_the_nearest_point_of_a_box_to_a_ball_is_its_middle_clipped(seed):
     random = np.random.default_rng(seed)
     middle, low, size = random.normal(size=(3, 3)) * [[3.0], [1.0], [1.0]]
     high = low + np.abs(size) * (random.random(3) > 0.3)
-    ball = Balls([0], np.eye(3)[None], middle[None], [0.5]).cones
+    ball = Walls.balls([0], np.eye(3)[None], middle[None], [0.5]).cones
     expected = np.linalg.norm(np.clip(middle, low, high) - middle) - 0.5
     assert _box_to_ball(ball, 0, low, high) == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_box_flat_in_one_coordinate_is_near_a_slanted_ellipse():
     matrix, middle = np.array([[1.0, 0.7], [0.0, 2.0]]), np.array([0.4, -0.3])
-    ellipse = Balls([0], matrix[None], middle[None], [0.5]).cones
+    ellipse = Walls.balls([0], matrix[None], middle[None], [0.5]).cones
     line = np.stack((np.full(100_001, 1.5), np.linspace(-2.0, 2.0, 100_001)), axis=1)
     expected = np.linalg.norm((line - middle) @ matrix.T, axis=1).min() - 0.5
     assert _box_to_ball(ellipse, 0, line[0], line[-1]) == pytest.approx(expected, abs=1e-8)
@@ -165,7 +165,7 @@ def test_a_box_flat_in_one_coordinate_is_near_a_slanted_ellipse():
 def test_planes_of_a_leg_hold_where_their_slack_is_positive():
     random = np.random.default_rng(0)
     normal, anchor, points = random.normal(size=(3, 2)), random.normal(size=(3, 2)), random.normal(size=(50, 2)) * 3.0
-    walls = Faces([0, 1, 1], normal, anchor, [-1.0, -0.5, -2.0], [1.0, 0.7, np.inf], np.ones(3)).cones
+    walls = Walls.planes([0, 1, 1], normal, anchor, [-1.0, -0.5, -2.0], [1.0, 0.7, np.inf], np.ones(3)).cones
     for leg in (0, 1):
         normals, bounds = _planes_at([walls], (leg,), 2)
         slack = walls.slack(points[None])[walls.leg == leg]
@@ -206,7 +206,7 @@ class BallOfLeg:
         self.leg = leg
 
     def walls(self, waypoints):
-        return [Balls([self.leg], np.eye(2)[None], np.zeros((1, 2)), np.ones(1), name="ball")]
+        return [Walls.balls([self.leg], np.eye(2)[None], np.zeros((1, 2)), np.ones(1), name="ball")]
 
 
 @pytest.mark.parametrize("leg", (0, 1))

@@ -57,9 +57,9 @@ def test_every_leg_and_axis_has_its_own_half_width():
 
 def test_along_an_axis_a_tube_leaves_that_axis_alone():
     walls = minsnap.Tube(0.3).walls(np.array(RECTANGLE, float))[0]
-    assert len(walls.leg) == 8
+    assert len(walls.leg) == 16
     for leg, axes in enumerate([(1, 2), (0, 2), (1, 2), (0, 2)]):
-        assert (np.abs(walls.normal[walls.leg == leg]).argmax(axis=1) == axes).all()
+        assert (np.abs(walls.slope[walls.leg == leg]).argmax(axis=1) == 2 * axes).all()
 
 
 @pytest.mark.parametrize("width", (0.05, 0.3, 1.0))
@@ -139,4 +139,4 @@ def test_a_tube_owns_its_widths():
 
 @pytest.mark.parametrize(("slope", "planes"), ((0.9e-12, 2), (1.1e-12, 3)))
 def test_a_leg_is_along_an_axis_to_a_trillionth(slope, planes):
-    assert len(minsnap.Tube(0.3).walls(np.array([(0, 0, 0), (1, slope, 0)]))[0].leg) == planes
+    assert len(minsnap.Tube(0.3).walls(np.array([(0, 0, 0), (1, slope, 0)]))[0].leg) == 2 * planes

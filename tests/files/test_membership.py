@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from minsnap.corridors.constraint import Balls
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.tubes import RoundTube, Tube
 from minsnap.errors import WaypointError
 from minsnap.files.membership import check_membership, leg_margins
@@ -74,7 +74,7 @@ class Funnel:
         legs = len(waypoints) - 1
         across = np.broadcast_to(np.eye(2, 3), (legs, 2, 3))
         anchor, slope = np.tile((1.0, 2.0, 0.0), (legs, 1)), np.tile((0.0, 0.0, 0.5), (legs, 1))
-        return [Balls(np.arange(legs), across, anchor, np.full(legs, 0.2), slope=slope)]
+        return [Walls.balls(np.arange(legs), across, anchor, np.full(legs, 0.2), slope=slope)]
 
 
 def test_a_cone_is_wider_where_it_is_farther_from_its_tip():

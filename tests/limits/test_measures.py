@@ -21,7 +21,7 @@ def test_a_thrust_of_a_trillionth_of_the_weight_has_no_direction(thrust, turning
 def test_walls_of_the_tilt_begin_a_billionth_of_gravity_above_free_fall():
     """At free fall itself the tilt is that of no vector."""
     up, _ = MEASURES["tilt"].walls(Extent(1, 3), 0.5, "tilt", 2, "euclidean", 9.81)
-    assert 0.9e-9 < up.lower[0] / 9.81 + 1.0 < 1.1e-9
+    assert 0.9e-9 < -up.radius[0] / 9.81 + 1.0 < 1.1e-9
 
 
 @pytest.mark.parametrize(("vertical", "tilt"), ((0.0, np.pi / 2.0), (-1e-9, np.pi), (1.0, np.pi / 4.0)))

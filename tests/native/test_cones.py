@@ -1,4 +1,4 @@
-"""Cones in the native core, of the tilt and of a corridor: plans equal to those of the Python core, and their proof."""
+"""Walls in the native core, of the tilt and of a corridor: plans equal to those of the Python core, and their proof."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from helpers.tasks import REFERENCE, many_legs, random_legs
 import minsnap
 from minsnap import Limits
 from minsnap.basics.arrays import GRAVITY
-from minsnap.corridors.constraint import Balls
+from minsnap.corridors.constraint import Walls
 from minsnap.corridors.exact_margins import margin_holds
 from minsnap.native import library
 from minsnap.native.corridor import WallArrays, walls_kept
@@ -27,7 +27,7 @@ class Funnels:
         along = steps / np.linalg.norm(steps, axis=1)[:, None]
         across = np.eye(waypoints.shape[1]) - along[:, :, None] * along[:, None, :]
         middle, legs = (waypoints[1:] + waypoints[:-1]) / 2.0, len(steps)
-        return [Balls(np.arange(legs), across, middle, np.full(legs, self.radius), slope=self.growth * along)]
+        return [Walls.balls(np.arange(legs), across, middle, np.full(legs, self.radius), slope=self.growth * along)]
 
 
 def both_plans(points, **asked):
@@ -103,13 +103,13 @@ def test_the_proof_of_a_cone_is_true_in_exact_numbers(seed):
     for share, inside in ((1.0 - 1e-6, False), (1.0 + 1e-6, True)):
         radius = np.array([reach * share])
         assert kept(curve, cone, radius) is inside
-        exact = Balls([0], cone.matrix[:1], cone.anchor[:1], radius, slope=cone.slope[:1])
+        exact = Walls.balls([0], cone.matrix[:1], cone.anchor[:1], radius, slope=cone.slope[:1])
         assert margin_holds(curve, exact, 0.0) is inside
 
 
 def test_a_curve_in_the_opposite_half_of_a_cone_is_outside():
     line = minsnap.plan([(-3.0, 0.0), (-2.0, 0.0)], durations=[1.0])
-    cone = Balls([0], [[[0.0, 1.0]]], [[0.0, 0.0]], [1.0], slope=[[1.0, 0.0]])
+    cone = Walls.balls([0], [[[0.0, 1.0]]], [[0.0, 0.0]], [1.0], slope=[[1.0, 0.0]])
     assert not kept(line, cone, np.array([1.0]))
     assert kept(line, cone, np.array([3.1]))
 

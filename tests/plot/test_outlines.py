@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from minsnap import Boxes, HalfSpaces, Polytopes, Room, RoundTube, Tube
-from minsnap.corridors.constraint import Balls
+from minsnap.corridors.constraint import Walls
 from minsnap.plot.outlines import leg_bodies
 
 LINE = np.array([(0.0, 0, 1), (4, 0, 1)])
@@ -45,7 +45,7 @@ class Funnel:
     def walls(self, waypoints):
         legs = len(waypoints) - 1
         across, slope = np.broadcast_to(np.eye(2, 3), (legs, 2, 3)), np.tile((0.0, 0.0, 0.5), (legs, 1))
-        return [Balls(np.arange(legs), across, np.zeros((legs, 3)), np.full(legs, 0.2), slope=slope)]
+        return [Walls.balls(np.arange(legs), across, np.zeros((legs, 3)), np.full(legs, 0.2), slope=slope)]
 
 
 def test_a_cone_is_drawn_wider_where_it_is_farther_from_its_tip():
@@ -65,7 +65,7 @@ def test_a_round_tube_ends_at_its_waypoints_and_is_cut_by_a_room():
 class Ball:
     def walls(self, waypoints):
         legs = len(waypoints) - 1
-        return [Balls(np.arange(legs), np.tile(np.eye(3), (legs, 1, 1)), np.tile((2.0, 0, 1), (legs, 1)), [3.0])]
+        return [Walls.balls(np.arange(legs), np.tile(np.eye(3), (legs, 1, 1)), np.tile((2.0, 0, 1), (legs, 1)), [3.0])]
 
 
 def test_a_ball_is_drawn_around_its_center():

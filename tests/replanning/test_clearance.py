@@ -14,8 +14,9 @@ BOXES = Boxes([(-1, -0.1, 0), (2, -1, 0)], [(4, 1, 2), (7, 1, 2)])
 
 def test_faces_move_by_the_clearance_or_by_the_room_of_a_waypoint():
     (inner,) = moved_inwards(BOXES.walls(POINTS), POINTS, 0.3)
-    assert inner.lower.reshape(2, 3)[0] == pytest.approx([-0.7, -0.0, 0.3], abs=1e-5)
-    assert inner.upper.reshape(2, 3) == pytest.approx(np.array([(3.7, 0.7, 1.7), (6.7, 0.7, 1.7)]), abs=1e-5)
+    upper, lower = inner.radius.reshape(2, 2, 3)
+    assert -lower[0] == pytest.approx([-0.7, -0.0, 0.3], abs=1e-5)
+    assert upper == pytest.approx(np.array([(3.7, 0.7, 1.7), (6.7, 0.7, 1.7)]), abs=1e-5)
 
 
 def test_round_tubes_shrink():

@@ -28,7 +28,7 @@ def test_corners_of_a_prism_touch_the_walls_of_the_tube():
     start, end = np.array([0.0, 0.0, 1.0]), np.array([3.0, 2.0, 1.5])
     walls = Tube(np.array(0.3)).walls(np.array([start, end]))[0]
     for vertex in tube_prism(start, end, 0.3)[0]:
-        offsets = np.abs(np.sum(walls.normal * (vertex - walls.anchor), axis=1))
+        offsets = np.abs(np.sum(walls.slope * (vertex - walls.anchor), axis=1))
         assert offsets.max() == pytest.approx(0.3)
 
 

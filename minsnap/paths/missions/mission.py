@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_kind
-from minsnap.corridors.constraint import Cones, Constraint, walls_of
+from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
@@ -130,7 +130,7 @@ class _Flown:
 
     curve: Trajectory
     names: tuple[tuple[str, float], ...]
-    walls: Sequence[Cones] = ()
+    walls: Sequence[Walls] = ()
 
     def slower(self, factor: float) -> _Flown:
         """Return the same flown more slowly; a hold is kept as long as it is."""
@@ -240,10 +240,10 @@ def _section(
     return _Flown(curve, tuple(kept), _walls(asked.get("corridor", ()), asked["waypoints"]))
 
 
-def _walls(corridor: Sequence[Constraint], places: Any) -> list[Cones]:
+def _walls(corridor: Sequence[Constraint], places: Any) -> list[Walls]:
     """Return the walls that positions stay inside, for waypoints and gates."""
     points = np.array([place.center if isinstance(place, Gate) else place for place in places])
-    return [wall.cones for wall in walls_of(corridor, points) if wall.order == 0]
+    return [wall for wall in walls_of(corridor, points) if wall.order == 0]
 
 
 def _corridor(joined: Trajectory, flown: Sequence[_Flown]) -> tuple[HalfSpaces, ...]:
