@@ -18,7 +18,7 @@ import viser
 import websockets
 import zstandard
 
-from minsnap.files.plan_request import SceneRequest
+from minsnap.files.plan_request import PlanRequest
 from minsnap.studio import Studio
 
 LEGS = 10
@@ -36,13 +36,13 @@ def course() -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in (np.cumsum(steps, axis=0) + [0.0, 0.0, 5.0]).tolist())
 
 
-def scenes() -> dict[str, SceneRequest]:
+def scenes() -> dict[str, PlanRequest]:
     points = course()
     tube = (0.3,) * LEGS
     limits = (("speed", 3.0), ("acceleration", 6.0))
     return {
-        "total time, corridor": SceneRequest(points, total_time=30.0, corridor=tube),
-        "limits, corridor": SceneRequest(points, limits=limits, corridor=tube),
+        "total time, corridor": PlanRequest(points, total_time=30.0, corridor=tube),
+        "limits, corridor": PlanRequest(points, limits=limits, corridor=tube),
     }
 
 

@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from minsnap.cli.app import app
+from minsnap.errors import InputError
+
+if TYPE_CHECKING:
+    from minsnap.fleet.common_clock import Fleet
+    from minsnap.studio.browser_page import Page
 
 
 @app.command()
 def studio(
     file: Annotated[
-        Path | None, typer.Argument(metavar="[FILE]", help="Scene: YAML, waypoints in CSV, or a QGroundControl .plan.")
+        Path | None,
+        typer.Argument(metavar="[FILE]", help="Scene (YAML, CSV, .plan), show, or fleet (folder, .skyc)."),
     ] = None,
     port: Annotated[int, typer.Option("--port", metavar="N", min=0, max=65535, help="0: any that is free.")] = 8080,
     host: Annotated[str, typer.Option("--host", metavar="ADDRESS", help="Address to listen on.")] = "127.0.0.1",
@@ -24,6 +32,10 @@ def studio(
         Path | None, typer.Option("--obstacles", metavar="FILE", help="Grid or points to show: .npz or x,y,z CSV.")
     ] = None,
     folder: Annotated[Path, typer.Option("--folder", metavar="DIR", help="Where files are saved.")] = Path("."),
+    separation: Annotated[
+        float | None, typer.Option("--separation", metavar="M", help="Of a fleet: pairs that come near are red [m].")
+    ] = None,
+    downwash: Annotated[float, typer.Option("--downwash", help="Heights are divided by it.")] = 1.0,
 ) -> None:
     """Draw, drag and fly plans in the browser; on this machine only, unless --host says otherwise.
 
@@ -31,16 +43,11 @@ def studio(
     """
     import webbrowser
 
-    from minsnap.studio.documents import example_scene, open_scene
-    from minsnap.studio.obstacles import read_obstacles
-    from minsnap.studio.studio import Studio
-
-    request = example_scene() if file is None else open_scene(file)
-    seen = None if obstacles is None else read_obstacles(obstacles)
+    fleet = None if file is None else _fleet(file, separation, downwash)
     ended = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: ended.set())
-    page = Studio(request, str(folder), host, port, obstacles=seen)
+    page = _page(file, folder, host, port, obstacles) if fleet is None else _fleet_page(fleet, host, port)
     try:
         print(f"studio: {page.url}  (Ctrl-C ends it)", flush=True)
         if not no_browser:
@@ -49,3 +56,36 @@ def studio(
             pass
     finally:
         page.close()
+
+
+def _page(file: Path | None, folder: Path, host: str, port: int, obstacles: Path | None) -> Page:
+    from minsnap.studio.documents import example_scene, open_scene
+    from minsnap.studio.obstacles import read_obstacles
+    from minsnap.studio.studio import Studio
+
+    request = example_scene() if file is None else open_scene(file)
+    return Studio(request, str(folder), host, port, obstacles=None if obstacles is None else read_obstacles(obstacles))
+
+
+def _fleet_page(fleet: Fleet, host: str, port: int) -> Page:
+    from minsnap.studio.fleet_studio import FleetStudio
+
+    return FleetStudio(fleet, host, port)
+
+
+def _fleet(file: Path, separation: float | None, downwash: float) -> Fleet | None:
+    """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned; None for a scene."""
+    from minsnap.fleet.separation import Separation
+    from minsnap.shows.fleet_files import is_fleet, read_fleet
+    from minsnap.shows.show import fly
+    from minsnap.shows.show_yaml import is_show, read_show
+
+    if is_fleet(file):
+        fleet = read_fleet(file)
+    elif is_show(file):
+        fleet = fly(read_show(file), None, lambda line: print(f"minsnap: {line}", file=sys.stderr)).fleet
+    elif separation is not None:
+        raise InputError(f"{file} is one vehicle: --separation is for a fleet")
+    else:
+        return None
+    return fleet if separation is None else replace(fleet, separation=Separation(separation, downwash))

@@ -25,6 +25,14 @@ ACT_KEYS = ("name", "formation", "hold", "colour", "fade", "shift", "turn")
 KINDS: dict[str, Callable[..., FloatArray]] = {"grid": grid, "circle": circle, "text": text, "mesh": mesh}
 
 
+def is_show(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is YAML that has acts."""
+    if Path(path).suffix.lower() not in (".yaml", ".yml"):
+        return False
+    said = load_yaml(path)
+    return isinstance(said, dict) and "acts" in said
+
+
 def read_show(path: str | os.PathLike[str]) -> Show:
     """Read a show.
 

@@ -77,8 +77,7 @@ class Charts:
     """
 
     def __init__(self, gui: Any) -> None:
-        t = np.linspace(0.0, 1.0, 8)
-        self._handles = [self._add(gui, chart, t) for chart in CHARTS]
+        self._handles = [time_chart(gui, chart.title, chart.names) for chart in CHARTS]
         self._profiles: Profiles | None = None
         self._bounds: list[tuple[float, float, float, float]] = []
 
@@ -99,12 +98,14 @@ class Charts:
         for chart, handle, bounds in zip(CHARTS, self._handles, self._bounds, strict=True):
             handle.data = data_with_cursor(self._profiles.t, chart.curves(self._profiles), bounds, now)
 
-    def _add(self, gui: Any, chart: Chart, t: FloatArray) -> Any:
-        curves = [{"label": name, "stroke": LINES[i], "width": 2} for i, name in enumerate(chart.names)]
-        limits = [{"label": name, "stroke": LIMIT, "width": 1.5, "dash": (6, 4)} for name in ("least", "most")]
-        series = ({"label": "t [s]"}, *curves, *limits, {"label": "now", "stroke": CURSOR, "width": 1.5})
-        still: dict[str, Any] = {"legend": {"show": False}, "height": HEIGHT, "title": chart.title}
-        return gui.add_uplot((t,) + (np.zeros(8),) * (len(series) - 1), series, **still)
+
+def time_chart(gui: Any, title: str, names: tuple[str, ...], height: int = HEIGHT) -> Any:
+    """Add an empty plot against time: curves of these names, both limits and the cursor."""
+    curves = [{"label": name, "stroke": LINES[i], "width": 2} for i, name in enumerate(names)]
+    limits = [{"label": name, "stroke": LIMIT, "width": 1.5, "dash": (6, 4)} for name in ("least", "most")]
+    series = ({"label": "t [s]"}, *curves, *limits, {"label": "now", "stroke": CURSOR, "width": 1.5})
+    still: dict[str, Any] = {"legend": {"show": False}, "height": height, "title": title}
+    return gui.add_uplot((np.linspace(0.0, 1.0, 8),) + (np.zeros(8),) * (len(series) - 1), series, **still)
 
 
 def data_with_cursor(

@@ -113,7 +113,7 @@ def open_upload(name: str, content: bytes, folder: WorkingFolder) -> PlanRequest
     ending = Path(name).suffix.lower()
     if ending not in ENDINGS:
         raise FileError(f"a file that ends in {ending[:20]!r} cannot be opened: it must end in {', '.join(ENDINGS)}")
-    with folder.scratch(ending) as path:
+    with folder.scratch(ending, Path(name).name) as path:
         path.write_bytes(content)
         return open_scene(path)
 

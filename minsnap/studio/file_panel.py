@@ -65,10 +65,11 @@ class FilePanel:
     def _open(self, name: str, content: bytes) -> None:
         request = open_upload(name, content, self._folder)
         self._editor.edit(lambda before: request)
+        self._editor.frame()
 
     def _load(self, name: str, content: bytes) -> None:
         ending = next((known for known in OBSTACLE_ENDINGS if name.lower().endswith(known)), ".npz")
-        with self._folder.scratch(ending) as path:
+        with self._folder.scratch(ending, name) as path:
             path.write_bytes(content)
             self._obstacles(read_obstacles(path))
 

@@ -36,19 +36,29 @@ class GroundView:
         self._server = server
         server.scene.world_axes.visible = False
         self._labels: list[Any] = []
-        self._frame = ""
+        self._axes: tuple[Any, ...] = ()
         self._place: tuple[float, tuple[float, ...]] = (0.0, ())
 
     def show(self, frame: str, points: FloatArray) -> None:
         """Draw the ground under the waypoints, shape (n, 3) [m], and the axes of a frame."""
         center, size = points.mean(axis=0), float(np.ceil(2.0 * np.ptp(points, axis=0)[:2].max() + 8.0))
         middle = (float(np.round(center[0])), float(np.round(center[1])), 0.0)
-        cells = {"cell_size": 1.0, "section_size": 5.0, "cell_color": (222, 226, 230), "section_color": (173, 181, 189)}
+        cell = 1.0 if size < 100.0 else 10.0
+        cells = {
+            "cell_size": cell,
+            "section_size": 5.0 * cell,
+            "fade_distance": 4.0 * size,
+            "cell_color": (222, 226, 230),
+            "section_color": (173, 181, 189),
+        }
         if self._place != (size, middle):
             self._place = size, middle
             self._server.scene.add_grid("/ground", size, size, position=middle, shadow_opacity=0.0, **cells)
-        if frame != self._frame:
-            self._show_axes(frame)
+        length = float(np.clip(0.2 * np.ptp(points, axis=0).max(), 1.0, 20.0))
+        place = (frame, length, float(center[0]), float(points[:, 1].min() - 1.2 * length))
+        if place != self._axes:
+            self._axes = place
+            self._show_axes(frame, length, np.array([*place[2:], 0.0]))
 
     def show_obstacles(self, obstacles: Obstacles) -> None:
         """Draw occupied cells and points."""
@@ -60,15 +70,19 @@ class GroundView:
             how = {"point_size": obstacles.point_size, "point_shape": "rounded"}
             self._server.scene.add_point_cloud("/obstacles/points", obstacles.points, OBSTACLE, **how)
 
-    def _show_axes(self, frame: str) -> None:
+    def _show_axes(self, frame: str, length: float, corner: FloatArray) -> None:
+        """Draw the axes beside the scene, where their names cover nothing of it."""
         for label in self._labels:
             label.remove()
-        directions = get_frame(frame).matrix
-        ends = np.stack([np.zeros((3, 3)), directions], axis=1)
+        directions = length * get_frame(frame).matrix
+        ends = np.stack([np.zeros((3, 3)), directions], axis=1) + corner
         colours = np.repeat(np.array(COLOURS, dtype=np.uint8)[:, None], 2, axis=1)
         how = {"thickness": 4.0, "thickness_units": "screen"}
         self._server.scene.add_line_segments("/axes", ends, colours, **how)
         add = self._server.scene.add_label
         names = AXES[get_frame(frame).name]
-        self._labels = [add(f"/axes/{i}", f"{name} [m]", position=1.1 * directions[i]) for i, name in enumerate(names)]
-        self._frame = frame
+        places = corner + 1.15 * directions
+        self._labels = [
+            add(f"/axes/{i}", name, position=place, anchor="center-center", font_screen_scale=0.9)
+            for i, (name, place) in enumerate(zip(names, places, strict=True))
+        ]

@@ -30,6 +30,9 @@ class Editor(Protocol):
     def redo(self) -> None:
         """Do it again."""
 
+    def frame(self) -> None:
+        """See the whole scene."""
+
     def later(self, act: Callable[[], None]) -> None:
         """Do something that takes long, without keeping the page waiting; what is refused is shown."""
 
@@ -60,6 +63,15 @@ def when_clicked(button: Any, act: Callable[[Any], None]) -> Any:
     return button
 
 
+def when_triggered(command: Any, act: Callable[[], None]) -> None:
+    """Call ``act`` when the key of a command is pressed."""
+
+    async def triggered(event: Any) -> None:
+        act()
+
+    command.on_trigger(triggered)
+
+
 def follow(handle: Any, value: Any) -> None:
     """Give an input the value of the document; a slider is made longer if it has to be."""
     if handle.value == value:
@@ -76,7 +88,8 @@ def follow(handle: Any, value: Any) -> None:
 def sentence(text: str, kind: str = "note") -> str:
     """Return text as HTML in which nothing is evaluated: in red for ``"refusal"``, grey for ``"note"``."""
     colour = {"refusal": "#c92a2a", "good": "#2b8a3e"}.get(kind, "#868e96")
-    return f'<div style="color:{colour};font-size:0.85em;padding:0 0.8em 0.3em">{escape(text)}</div>'
+    style = f"color:{colour};font-size:0.85em;padding:0 0.8em 0.3em;overflow-wrap:anywhere"
+    return f'<div style="{style}">{escape(text)}</div>'
 
 
 def table(rows: Sequence[tuple[str, str]]) -> str:

@@ -61,6 +61,13 @@ def stop_server(server: viser.ViserServer) -> None:
         server.stop()
 
 
+def fold(client: Any, panel: Any) -> None:
+    """Fold a panel in one browser; viser folds only panels of one browser there, or in all."""
+    handle = client.gui.main_panel
+    handle._placement_uuid = panel._placement_uuid
+    handle.minimize()
+
+
 def check_free(host: str, port: int) -> None:
     """Raise LinkError unless this address can be listened on; viser would take the next port silently."""
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from math import ceil
 from time import monotonic
 from typing import Any
 
@@ -22,16 +23,18 @@ class Player:
         Where its inputs are added, in the present container.
     moved : callable
         Called with the time [s] when it has changed.
+    label : str
+        Of the box that lets it run.
     """
 
-    def __init__(self, gui: Any, moved: Callable[[float], None]) -> None:
+    def __init__(self, gui: Any, moved: Callable[[float], None], label: str = "Fly along the plan") -> None:
         self._moved = moved
         self.now, self._duration = 0.0, 1.0
         self._slider = gui.add_slider("Time [s]", min=0.0, max=1.0, step=0.01, initial_value=0.0)
         when_changed(self._slider, self._set)
         self._flying = threading.Event()
         self._closed = threading.Event()
-        when_changed(gui.add_checkbox("Fly along the plan", False), self._fly)
+        self._box = when_changed(gui.add_checkbox(label, False), self._fly)
         self._thread = threading.Thread(target=self._run, name="studio clock", daemon=True)
         self._thread.start()
 
@@ -39,15 +42,21 @@ class Player:
         """Take up the duration of another plan [s]; the time stays where it is, or at the end."""
         self._duration = duration
         self.now = min(self.now, duration)
-        if self._slider.max != duration:
-            if self._slider.value > duration:
-                self._slider.value = self.now
-            self._slider.max = duration
+        most = ceil(100.0 * duration) / 100.0
+        if self._slider.max != most:
+            if self._slider.value > most:
+                self._slider.value = round(self.now, 2)
+            self._slider.max = most
 
     def seek(self, now: float) -> None:
         """Go to a time [s]."""
         self._set(min(max(now, 0.0), self._duration))
         follow(self._slider, round(self.now, 2))
+
+    def switch(self) -> None:
+        """Fly, or stop."""
+        self._box.value = not self._box.value
+        self._fly(self._box.value)
 
     def close(self) -> None:
         """End the thread."""

@@ -9,12 +9,13 @@ from typing import Any
 from minsnap.files.plan_request import PlanRequest
 from minsnap.studio.edits import delete_waypoint, insert_waypoint, move_in_order, move_waypoint
 from minsnap.studio.page_inputs import Editor, follow, when_changed
+from minsnap.studio.waypoint_view import WaypointView
 from minsnap.studio.workbench import BenchState
 
 HEADINGS = ("fixed", "per waypoint", "velocity", "tilt")
 """Ways to give the heading."""
 
-ORDER = ("Add after", "Delete", "Earlier", "Later")
+ORDER = ("Add", "Delete", "↑", "↓")
 """What can be done with a waypoint."""
 
 
@@ -27,16 +28,19 @@ class RoutePanel:
         Where it is added, in the present container.
     editor : Editor
         What inputs edit.
+    view : WaypointView
+        Where the chosen waypoint is marked, and can be clicked.
     """
 
-    def __init__(self, gui: Any, editor: Editor) -> None:
-        self._gui, self._editor = gui, editor
+    def __init__(self, gui: Any, editor: Editor, view: WaypointView) -> None:
+        self._gui, self._editor, self._view = gui, editor, view
+        view.when_clicked(self.choose)
         self._folder = gui.add_folder("Waypoints [m]")
         self._rows: list[Any] = []
-        self._chosen = gui.add_number("Waypoint", 0, min=0, step=1)
+        self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), view.choose)
         self._order = gui.add_button_group("Order", ORDER)
         self._order.on_click(self._reorder)
-        self._closed = when_changed(gui.add_checkbox("Closed lap, at speed", False), self._set_closed)
+        self._closed = when_changed(gui.add_checkbox("Closed lap", False), self._set_closed)
         self._heading = when_changed(gui.add_dropdown("Heading", HEADINGS), self._set_heading)
         self._angle = when_changed(gui.add_number("Angle [degrees]", 0.0, step=1.0), self._set_angle)
         self._angles = gui.add_folder("Headings [degrees]", visible=False)
@@ -46,6 +50,7 @@ class RoutePanel:
         """Show the waypoints and the heading of the document."""
         request = state.request
         self._show_rows(request)
+        self.choose(int(self._chosen.value))
         follow(self._closed, request.closed)
         follow(self._heading, _heading(request))
         self._angle.visible = _heading(request) == "fixed"
@@ -79,6 +84,17 @@ class RoutePanel:
             ORDER[3]: lambda request: move_in_order(request, _within(request, index), 1),
         }[what]
         self._editor.edit(change)
+        self.choose(index + {ORDER[0]: 1, ORDER[2]: -1, ORDER[3]: 1}.get(what, 0))
+
+    def choose(self, index: int) -> None:
+        """Choose the waypoint that buttons and keys act on."""
+        follow(self._chosen, min(max(index, 0), len(self._rows) - 1))
+        self._view.choose(int(self._chosen.value))
+
+    def delete(self) -> None:
+        """Delete the chosen waypoint."""
+        index = int(self._chosen.value)
+        self._editor.edit(lambda request: delete_waypoint(request, _within(request, index)))
 
     def _set_closed(self, wanted: bool) -> None:
         self._editor.edit(lambda request: request.as_lap() if wanted else replace(request, closed=False))

@@ -14,6 +14,9 @@ import numpy.typing as npt
 from minsnap.certificate import certify
 from minsnap.errors import InputError
 from minsnap.files.plan_request import PlanRequest
+from minsnap.fleet.common_clock import Fleet
+from minsnap.studio.browser_page import Page
+from minsnap.studio.fleet_studio import FleetStudio
 from minsnap.studio.obstacles import cloud, grid
 from minsnap.studio.page_server import LOOPBACK
 from minsnap.studio.plan_stages import PlannedScene
@@ -23,7 +26,7 @@ from minsnap.trajectory.trajectory import Trajectory
 
 
 def show(
-    traj: Trajectory,
+    traj: Trajectory | Fleet,
     *,
     waypoints: npt.ArrayLike | None = None,
     corridor: Any = None,
@@ -40,7 +43,7 @@ def show(
     port: int = 0,
     browser: bool = True,
     block: bool | None = None,
-) -> Studio:
+) -> Studio | FleetStudio:
     """Open a plan in the studio: a page in the browser where it can be seen, edited and saved.
 
     The plan is shown as it is; after an edit the scene is planned again with its waypoints, durations and walls.
@@ -48,8 +51,8 @@ def show(
 
     Parameters
     ----------
-    traj : Trajectory
-        In space.
+    traj : Trajectory or Fleet
+        In space. A fleet is shown and played; it takes ``host``, ``port``, ``browser`` and ``block`` alone.
     waypoints : array_like, shape (legs + 1, 3), optional
         Its own unless given [m].
     corridor : float, array_like of shape (legs,), Tube, Boxes, Room, or sequence of these, optional
@@ -80,7 +83,7 @@ def show(
 
     Returns
     -------
-    Studio
+    Studio or FleetStudio
         With ``url``, ``request`` and ``trajectory`` as they are edited, and ``close()``.
 
     Raises
@@ -92,15 +95,20 @@ def show(
     ImportError
         If viser is not there.
     """
+    block = not _is_interactive() if block is None else block
+    if isinstance(traj, Fleet):
+        page = FleetStudio(traj, host, port)
+        _present(page, browser, block)
+        return page
     if not isinstance(traj, Trajectory):
-        raise InputError(f"the studio shows a Trajectory, not {type(traj).__name__}")
+        raise InputError(f"the studio shows a Trajectory or a Fleet, not {type(traj).__name__}")
     request = _scene(scene_of(traj, waypoints, corridor, limits, room), yaw, vehicle)
     certificate = certify(traj, waypoints=request.waypoints, corridor=request.walls, limits=request.bounds)
     planned = PlannedScene(request, traj, certificate, True, 0.0)
     seen = cloud(points) if points is not None else None
     seen = grid(occupancy, resolution, origin) if occupancy is not None else seen
     studio = Studio(request, os.fspath(folder), host, port, planned, seen)
-    _present(studio, browser, not _is_interactive() if block is None else block)
+    _present(studio, browser, block)
     return studio
 
 
@@ -114,7 +122,7 @@ def _scene(request: PlanRequest, yaw: Any, vehicle: str) -> PlanRequest:
     return replace(request, yaw=float(angles) if angles.ndim == 0 else tuple(angles.tolist()))
 
 
-def _present(studio: Studio, browser: bool, block: bool) -> None:
+def _present(studio: Page, browser: bool, block: bool) -> None:
     print(f"studio: {studio.url}", flush=True)
     if browser:
         webbrowser.open(studio.url)

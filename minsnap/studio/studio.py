@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import threading
-import traceback
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from minsnap.errors import MinsnapError
+from minsnap.basics.arrays import FloatArray
 from minsnap.files.plan_request import PlanRequest, named_vehicle
+from minsnap.studio.browser_page import Page, several
 from minsnap.studio.charts import Charts
 from minsnap.studio.corridor_panel import CorridorPanel
 from minsnap.studio.file_panel import FilePanel
 from minsnap.studio.ground_view import GroundView
 from minsnap.studio.obstacles import Obstacles
 from minsnap.studio.page_inputs import Change
-from minsnap.studio.page_server import LOOPBACK, PORT, start_server, stop_server
+from minsnap.studio.page_server import LOOPBACK, PORT
 from minsnap.studio.path_view import PathView
 from minsnap.studio.plan_drawing import pose_at, profiles_of
 from minsnap.studio.plan_stages import PlannedScene
@@ -36,7 +34,7 @@ from minsnap.studio.working_folder import WorkingFolder
 from minsnap.trajectory.trajectory import Trajectory
 
 
-class Studio:
+class Studio(Page):
     """A page that shows and edits a scene, for every browser that opens its address.
 
     Parameters
@@ -70,15 +68,11 @@ class Studio:
         obstacles: Obstacles | None = None,
     ) -> None:
         self._folder = folder if isinstance(folder, WorkingFolder) else WorkingFolder(folder)
-        self._server: Any = start_server(host, port)
-        self.url = f"http://{host}:{self._server.get_port()}"
-        self._closed = threading.Event()
-        self._lock = threading.RLock()
+        super().__init__(host, port)
         self._bench: Workbench | None = None
         self._shown: BenchState = BenchState(request, planned)
         self._profiled: tuple[Any, ...] = ()
         self._build()
-        self._look_at(np.array(request.waypoints))
         if obstacles is not None:
             self._ground.show_obstacles(obstacles)
         self._bench = Workbench(request, self._show, planned)
@@ -98,15 +92,6 @@ class Studio:
         """Where files are saved."""
         return self._folder.path
 
-    @property
-    def now(self) -> float:
-        """The time of the vehicle and of the cursors [s]."""
-        return self._player.now
-
-    def seek(self, now: float) -> None:
-        """Show the vehicle and the cursors at an instant [s]."""
-        self._player.seek(now)
-
     def edit(self, change: Change, subject: str = "", held: bool = False) -> None:
         """Change the scene; what is refused is shown on the page."""
         self.attempt(lambda: self._working.edit(change, subject, held))
@@ -123,41 +108,20 @@ class Studio:
         """Do the edit again that was taken back last."""
         self._working.redo()
 
-    def attempt(self, act: Callable[[], None]) -> None:
-        """Do something; show on the page why it is refused."""
-        said = ""
-        try:
-            act()
-        except (MinsnapError, OSError, ImportError) as error:
-            said = f"{error}"
-        except Exception:
-            traceback.print_exc()
-            said = "this failed in an unexpected way: the terminal says more"
-        with self._lock:
-            if not self._closed.is_set():
-                self._status.say(said)
-
-    def later(self, act: Callable[[], None]) -> None:
-        """Do something in a thread of its own; show on the page why it is refused."""
-        threading.Thread(target=self.attempt, args=(act,), name="studio task", daemon=True).start()
-
     def wait(self, timeout: float = 30.0) -> bool:
         """Wait until the scene is planned or refused; return whether that is so within this time [s]."""
         return self._working.wait(timeout)
 
-    def wait_until_closed(self, timeout: float | None = None) -> bool:
-        """Wait until the studio is closed; return whether it is."""
-        return self._closed.wait(timeout)
+    def say(self, text: str) -> None:
+        """Show a sentence about what was asked for last; nothing where it is empty."""
+        self._status.say(text)
 
-    def close(self) -> None:
-        """End the page and the planning."""
-        with self._lock:  # what is being shown comes to its end, and nothing is shown from now on
-            if self._closed.is_set():
-                return
-            self._closed.set()
-        self._player.close()
+    def _end(self) -> None:
         self._working.close()
-        stop_server(self._server)
+
+    def _seen(self) -> FloatArray:
+        points = np.array(self.request.waypoints)
+        return points if self.trajectory is None else np.vstack([points, several(self.trajectory)])
 
     @property
     def _working(self) -> Workbench:
@@ -166,17 +130,13 @@ class Studio:
 
     def _build(self) -> None:
         server, gui = self._server, self._server.gui
-        gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
-        gui.set_panel_label("minsnap studio: plans in a corridor")
-        gui.main_panel.dock_right()
-        server.scene.configure_default_lights(cast_shadow=False)
         self._ground, self._path = GroundView(server), PathView(server)
         self._walls, self._waypoints = WallView(server, self), WaypointView(server, self)
         self._vehicle = VehicleView(server)
         self._status, self._player = StatusPanel(gui, self), Player(gui, self._point_at)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Route"):
-            self._route = RoutePanel(gui, self)
+            self._route = RoutePanel(gui, self, self._waypoints)
         with tabs.add_tab("Corridor"):
             self._corridor = CorridorPanel(gui, self, self._walls)
         with tabs.add_tab("Time"):
@@ -185,22 +145,16 @@ class Studio:
             self._flying = VehiclePanel(gui, self, self._path, lambda: self._shown)
         with tabs.add_tab("Files"):
             FilePanel(gui, self, self._folder, lambda: self._shown, self._ground.show_obstacles)
-        self._build_plots(gui)
-
-    def _build_plots(self, gui: Any) -> None:
         panel = gui.add_panel()
         with panel.add_tab("Plots"):
-            self._legend = SpeedLegend(gui)
-            self._charts = Charts(gui)
-        panel.dock_left()
-        panel.set_width(330)
-
-    def _look_at(self, points: Any) -> None:
-        """Place the camera of browsers to come so that all waypoints are seen."""
-        center, size = points.mean(axis=0), max(float(np.ptp(points, axis=0).max()), 2.0)
-        camera = self._server.initial_camera
-        camera.look_at = center
-        camera.position = center + size * np.array([-0.45, -1.15, 0.9])
+            self._legend, self._charts = SpeedLegend(gui), Charts(gui)
+        self._open(
+            panel,
+            ("Undo", "Z", "cmd/ctrl", self.undo),
+            ("Redo", "Y", "cmd/ctrl", self.redo),
+            ("Redo (Shift)", "Z", "cmd/ctrl+shift", self.redo),
+            ("Delete the waypoint", "delete", None, self._route.delete),
+        )
 
     def _show(self, state: BenchState) -> None:
         """Show a state on every page; called with one state at a time."""

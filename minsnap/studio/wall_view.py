@@ -41,10 +41,10 @@ class WallView:
         self._dragged: set[tuple[int, int]] = set()
         self._chosen = NO_FACES
         self._request: PlanRequest | None = None
-        self._warning = server.scene.add_label("/plan/refusal", "", visible=False)
+        self._warning = server.scene.add_label("/plan/refusal", "", visible=False, anchor="bottom-center")
 
     def show(self, state: BenchState) -> None:
-        """Draw the walls of the document; the leg that cannot be planned is red, with the reason beside it."""
+        """Draw the walls of the document; the leg that cannot be planned is red, and says so."""
         self._show_tubes(state)
         self._show_boxes(state)
         with self._lock:
@@ -54,7 +54,7 @@ class WallView:
         if self._warning.visible and state.leg is not None:
             ends = np.array(state.request.waypoints)[state.leg : state.leg + 2]
             self._warning.position = ends.mean(axis=0)
-            self._warning.text = _in_lines(state.refusal)
+            self._warning.text = f"leg {state.leg} cannot be planned"
 
     def choose(self, which: str) -> None:
         """Give the room, a box or nothing faces to drag."""
@@ -167,9 +167,3 @@ def _tube(state: BenchState, leg: int) -> Any:
     if start == end or leg >= len(widths) or not 0.0 < widths[leg] < np.inf:
         return None
     return start, end, widths[leg], bool(state.refusal) and state.leg == leg
-
-
-def _in_lines(text: str, width: int = 60) -> str:
-    import textwrap
-
-    return "\n".join(textwrap.wrap(text, width))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,11 @@ from minsnap.studio.edits import move_waypoint
 from minsnap.studio.page_inputs import Editor
 from minsnap.studio.workbench import BenchState
 
-BALL = (40, 40, 40)
-"""Colour of a waypoint."""
+BALL, CHOSEN = (40, 40, 40), (247, 103, 7)
+"""Colours of a waypoint, and of the chosen one."""
+
+TOGETHER = 0.02
+"""Waypoints nearer than this share of the extent have one label with all their numbers."""
 
 
 class WaypointView:
@@ -31,6 +34,10 @@ class WaypointView:
         self._server, self._editor = server, editor
         self._lock = threading.RLock()
         self._gizmos: list[Any] = []
+        self._balls: list[Any] = []
+        self._labels: list[Any] = []
+        self._chosen = 0
+        self._clicked: Callable[[int], None] = self.choose
         self._dragged: set[int] = set()
         self._points: Sequence[tuple[float, ...]] = ()
 
@@ -39,11 +46,28 @@ class WaypointView:
         with self._lock:
             points = self._points = state.request.waypoints
             while len(self._gizmos) > len(points):
-                self._gizmos.pop().remove()
+                self._gizmos.pop().remove()  # and with it its ball and its label
+                self._balls.pop()
+                self._labels.pop()
                 self._dragged.discard(len(self._gizmos))
             while len(self._gizmos) < len(points):
                 self._gizmos.append(self._gizmo(len(self._gizmos), points))
             self._place()
+            for label, text in zip(self._labels, numbers(points), strict=True):
+                label.text, label.visible = text, bool(text)
+            self.choose(self._chosen)
+
+    def choose(self, index: int) -> None:
+        """Mark the chosen waypoint."""
+        with self._lock:
+            self._chosen = index
+            for i, ball in enumerate(self._balls):
+                if ball.color != (CHOSEN if i == index else BALL):
+                    ball.color, ball.scale = (CHOSEN, 2.0) if i == index else (BALL, 1.0)
+
+    def when_clicked(self, act: Callable[[int], None]) -> None:
+        """Call ``act`` with the number of a waypoint that is clicked."""
+        self._clicked = act
 
     def _place(self) -> None:
         """Move the gizmos to where the document has them, but for those that a hand holds."""
@@ -56,8 +80,14 @@ class WaypointView:
         size = 0.1 * float(np.clip(np.ptp(np.array(points), axis=0).max(), 1.0, 10.0))
         how = {"disable_rotations": True, "depth_test": False, "scale": size, "line_width": 3.0}
         gizmo = scene.add_transform_controls(name, position=points[index], **how)
-        scene.add_icosphere(f"{name}/ball", radius=0.08 * size, color=BALL)
-        scene.add_label(f"{name}/number", str(index), anchor="bottom-left", font_screen_scale=0.9)
+        ball = scene.add_icosphere(f"{name}/ball", radius=0.09 * size, color=BALL, cast_shadow=False)
+        self._balls.append(ball)
+        self._labels.append(scene.add_label(f"{name}/number", str(index), anchor="bottom-left", font_screen_scale=0.9))
+
+        async def clicked(event: Any) -> None:
+            self._clicked(index)
+
+        ball.on_click(clicked)
 
         async def moved(event: Any) -> None:
             if event.phase == "start":
@@ -73,3 +103,12 @@ class WaypointView:
 
         gizmo.on_update(moved)
         return gizmo
+
+
+def numbers(points: Sequence[tuple[float, ...]]) -> list[str]:
+    """Return the label of each waypoint: all numbers at its place at the first one, nothing at the others."""
+    places = np.array(points)
+    near = TOGETHER * max(float(np.ptp(places, axis=0).max()), 1e-9)
+    together = np.linalg.norm(places[:, None] - places, axis=2) <= near
+    first = together.argmax(axis=1)
+    return [", ".join(map(str, np.flatnonzero(first == i))) if first[i] == i else "" for i in range(len(places))]

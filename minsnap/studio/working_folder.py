@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from minsnap.errors import FileError
+from minsnap.errors import FileError, MinsnapError
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}")
 """Names of files: letters, digits, blanks, dots, dashes; no separators, no leading dot."""
@@ -61,8 +61,10 @@ class WorkingFolder:
         return target
 
     @contextmanager
-    def scratch(self, ending: str) -> Iterator[Path]:
+    def scratch(self, ending: str, name: str = "") -> Iterator[Path]:
         """Yield the path of a file with that ending, in a folder of its own inside, which is removed afterwards.
+
+        Errors say the name that the user knows instead.
 
         Raises
         ------
@@ -73,5 +75,10 @@ class WorkingFolder:
             folder = TemporaryDirectory(prefix=".studio-", dir=self.path)
         except OSError as error:
             raise FileError(f"the working folder {self.path} cannot be written: {error.strerror}") from error
-        with folder as name:
-            yield Path(name) / f"file{ending}"
+        with folder as place:
+            path = Path(place) / (name if NAME.fullmatch(name) else f"file{ending}")
+            try:
+                yield path
+            except MinsnapError as error:
+                error.args = (f"{error}".replace(f"{path}", name or path.name), *error.args[1:])
+                raise

@@ -78,6 +78,12 @@ def test_what_cannot_be_opened_is_refused_and_nothing_stays(tmp_path, name, text
     assert not list(tmp_path.iterdir())
 
 
+def test_what_is_wrong_with_an_upload_is_said_by_its_name(tmp_path):
+    for text in ("x,y,z\n0,0,1\n3,a,1\n", "x,y,z\n" + "".join(f"{i},0,1\n" for i in range(300))):
+        with pytest.raises(FileError, match=r"^my course\.csv"):
+            documents.open_upload("my course.csv", text.encode(), WorkingFolder(tmp_path))
+
+
 def test_an_upload_is_the_scene_that_was_saved(tmp_path):
     scene = with_boxes(EXAMPLE, True)
     documents.save_as("request (YAML)", None, scene, tmp_path / "a.yaml")

@@ -3,6 +3,7 @@
 import asyncio
 import time
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -120,6 +121,33 @@ def test_walls_waypoints_and_rows_follow_edits_of_every_kind(studio):
     assert sorted(studio._walls._boxes) == ["box 0", "box 1", "box 2", "room"]
     assert np.array_equal([row.value for row in studio._route._rows], studio.request.waypoints)
     assert len(studio._corridor._rows) == studio.request.legs
+
+
+def press(studio, label):
+    """Do what the key of a command does."""
+    commands = studio._server.gui._command_handle_from_uuid.values()
+    (act,) = next(command for command in commands if command.label == label)._impl.trigger_cb
+    asyncio.run(act(None))
+
+
+def test_a_new_waypoint_is_chosen_and_keys_delete_undo_and_redo(studio):
+    studio._route.choose(1)
+    asyncio.run(studio._route._reorder(SimpleNamespace(client_id=1, target=SimpleNamespace(value="Add"))))
+    assert len(studio.request.waypoints) == 6
+    assert studio._route._chosen.value == 2 == studio._waypoints._chosen
+    press(studio, "Delete the waypoint")
+    assert studio.request.waypoints == EXAMPLE.waypoints
+    press(studio, "Undo")
+    assert len(studio.request.waypoints) == 6
+    press(studio, "Redo")
+    assert studio.request.waypoints == EXAMPLE.waypoints
+    studio._route.choose(99)
+    assert studio._route._chosen.value == len(EXAMPLE.waypoints) - 1
+
+
+def test_waypoints_at_one_place_have_one_label(studio):
+    assert [label.text for label in studio._waypoints._labels] == ["0, 4", "1", "2", "3", ""]
+    assert [label.visible for label in studio._waypoints._labels] == [True] * 4 + [False]
 
 
 def test_an_unexpected_name_or_message_does_no_harm(studio):

@@ -46,6 +46,13 @@ def test_scratch_files_are_inside_and_go(folder):
     assert os.listdir(folder.path) == []
 
 
+def test_errors_say_the_name_that_the_user_knows(folder):
+    for name in ("my course.csv", "../../../my course?.csv"):
+        with pytest.raises(FileError) as refused, folder.scratch(".csv", name) as path:
+            raise FileError(f"{path}, line 3: 'a' is no number")
+        assert str(refused.value) == f"{name}, line 3: 'a' is no number"
+
+
 def test_a_folder_must_exist(tmp_path):
     with pytest.raises(FileError, match="no folder"):
         WorkingFolder(tmp_path / "nowhere")

@@ -1,0 +1,140 @@
+"""What every page of a studio has: a server, a clock, cameras that see the scene, keys, and an end."""
+
+from __future__ import annotations
+
+import threading
+import traceback
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.errors import MinsnapError
+from minsnap.studio.camera import frame, framing, keep_framed
+from minsnap.studio.page_inputs import when_triggered
+from minsnap.studio.page_server import fold, start_server, stop_server
+from minsnap.studio.player import Player
+
+PLOTS = 280
+"""Width of the panel of plots [pixels]."""
+
+NARROW = 1100
+"""Width of a window below which it opens with that panel folded, such as that of a tablet [pixels]."""
+
+Key = tuple[str, str, str | None, Callable[[], None]]
+"""What a key does, its name, its modifier, and the function that does it."""
+
+
+class Page:
+    """A page for every browser that opens its address.
+
+    Parameters
+    ----------
+    host, port
+        Address to listen on; port 0 is any that is free.
+
+    Raises
+    ------
+    LinkError
+        If it cannot listen there.
+    ImportError
+        If viser is not there.
+    """
+
+    _player: Player
+
+    def __init__(self, host: str, port: int) -> None:
+        self._server: Any = start_server(host, port)
+        self.url = f"http://{host}:{self._server.get_port()}"
+        self._closed = threading.Event()
+        self._lock = threading.RLock()
+        gui = self._server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
+        gui.set_panel_label("minsnap studio")
+        gui.main_panel.dock_right()
+        self._server.scene.configure_default_lights(cast_shadow=False)
+
+    @property
+    def now(self) -> float:
+        """The time of the vehicles and of the cursors [s]."""
+        return self._player.now
+
+    def seek(self, now: float) -> None:
+        """Show the vehicles and the cursors at an instant [s]."""
+        self._player.seek(now)
+
+    def frame(self) -> None:
+        """Let the cameras of all browsers see the whole scene."""
+        for client in self._server.get_clients().values():
+            frame(client, self._seen())
+
+    def say(self, text: str) -> None:
+        """Show a sentence about what was asked for last; nothing where it is empty."""
+        raise NotImplementedError
+
+    def attempt(self, act: Callable[[], None]) -> None:
+        """Do something; show on the page why it is refused."""
+        said = ""
+        try:
+            act()
+        except (MinsnapError, OSError, ImportError) as error:
+            said = f"{error}"
+        except Exception:
+            traceback.print_exc()
+            said = "this failed in an unexpected way: the terminal says more"
+        with self._lock:
+            if not self._closed.is_set():
+                self.say(said)
+
+    def later(self, act: Callable[[], None]) -> None:
+        """Do something in a thread of its own; show on the page why it is refused."""
+        threading.Thread(target=self.attempt, args=(act,), name="studio task", daemon=True).start()
+
+    def wait_until_closed(self, timeout: float | None = None) -> bool:
+        """Wait until the studio is closed; return whether it is."""
+        return self._closed.wait(timeout)
+
+    def close(self) -> None:
+        """End the page."""
+        with self._lock:  # what is being shown comes to its end, and nothing is shown from now on
+            if self._closed.is_set():
+                return
+            self._closed.set()
+        self._player.close()
+        self._end()
+        stop_server(self._server)
+
+    def _end(self) -> None:
+        """End what else runs."""
+
+    def _seen(self) -> FloatArray:
+        """Return what a camera is to see, shape (n, 3) [m]."""
+        raise NotImplementedError
+
+    def _open(self, plots: Any, *keys: Key) -> None:
+        """Dock the panel of plots, frame the scene in every browser that opens, and give keys their meaning."""
+        plots.dock_left()
+        plots.set_width(PLOTS)
+        camera = self._server.initial_camera
+        camera.position, camera.look_at = framing(self._seen(), camera.fov, 1.0)
+
+        async def opened(client: Any) -> None:
+            if client.camera.image_width < NARROW:
+                fold(client, plots)
+            keep_framed(client, self._seen)
+
+        self._server.on_client_connect(opened)
+        common: tuple[Key, ...] = (
+            ("Fly or stop", "space", None, self._player.switch),
+            ("See the whole scene", "F", None, self.frame),
+        )
+        for label, key, modifier, act in (*keys, *common):
+            command = self._server.gui.add_command(label, hotkey=key, modifier=modifier)
+            when_triggered(command, partial(self.attempt, act))
+
+
+def several(curve: Any, count: int = 50) -> FloatArray:
+    """Return places along a curve, or along those of a fleet, shape (n, 3) [m]."""
+    return np.asarray(curve(np.linspace(0.0, curve.duration, count))).reshape(-1, 3)

@@ -1,0 +1,176 @@
+"""The page of a fleet: all vehicles on one clock, those that come near each other highlighted, and what is proved."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.errors import FleetError
+from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
+from minsnap.plot.fleet_figures import INSTANTS, least_distances, near_pairs
+from minsnap.studio.browser_page import Page, several
+from minsnap.studio.charts import data_with_cursor, round_up, time_chart
+from minsnap.studio.ground_view import GroundView
+from minsnap.studio.page_inputs import sentence, table
+from minsnap.studio.page_server import LOOPBACK, PORT
+from minsnap.studio.plan_drawing import pieces_of, speed_colours
+from minsnap.studio.player import Player
+
+VEHICLE, NEAR = (31, 42, 68), (224, 49, 49)
+"""Colours of vehicles, and of those that are near another."""
+
+FADED = 0.6
+"""How much of the colour of time the paths have; the rest is white."""
+
+LISTED = 6
+"""Pairs that are named while they are near."""
+
+_TIPS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 0.5], [0, 0, -0.5]], dtype=np.float32)
+_SIDES = np.array([[i, (i + 1) % 4, 4] for i in range(4)] + [[(i + 1) % 4, i, 5] for i in range(4)])
+
+
+class FleetStudio(Page):
+    """A page that shows and plays a fleet.
+
+    Parameters
+    ----------
+    fleet : Fleet
+        In space; pairs nearer than 1.25 times its ``separation`` are highlighted.
+    host, port
+        Address to listen on; port 0 is any that is free.
+
+    Raises
+    ------
+    FleetError
+        If the fleet is plane.
+    LinkError
+        If it cannot listen there.
+    ImportError
+        If viser is not there.
+    """
+
+    def __init__(self, fleet: Fleet, host: str = LOOPBACK, port: int = PORT) -> None:
+        if fleet.dim != 3:
+            raise FleetError(f"the studio shows fleets in space: this one has {fleet.dim} coordinates")
+        self.fleet = fleet
+        self.certificate = certify_fleet(fleet, fleet.separation)
+        self._places = several(fleet)
+        super().__init__(host, port)
+        self._build()
+        self._show(0.0)
+
+    def say(self, text: str) -> None:
+        """Show a sentence about what was asked for last; nothing where it is empty."""
+        self._message.content = sentence(text, "refusal")
+
+    def _seen(self) -> FloatArray:
+        return self._places
+
+    def _build(self) -> None:
+        server, gui = self._server, self._server.gui
+        GroundView(server).show("enu", self._places)
+        self._draw_paths(server.scene)
+        self._draw_vehicles(server.scene)
+        gui.add_html(table(facts(self.certificate)) + verdict(self.certificate))
+        self._message = gui.add_html("")
+        self._player = Player(gui, self._show, "Fly")
+        self._player.show(self.fleet.duration)
+        self._told = gui.add_html("")
+        panel = gui.add_panel()
+        with panel.add_tab("Plots"):
+            self._build_chart(gui)
+        self._open(panel)
+
+    def _draw_paths(self, scene: Any) -> None:
+        """Draw the paths, coloured by time."""
+        t = np.linspace(0.0, self.fleet.duration, 80)
+        points = np.concatenate([pieces_of(curve) for curve in self.fleet(t)])
+        colours = FADED * speed_colours(t / self.fleet.duration) + (1.0 - FADED) * 255.0
+        pairs = np.stack([colours[:-1], colours[1:]], axis=1).round().astype(np.uint8)
+        lines = {"thickness": 1.0, "thickness_units": "screen"}
+        scene.add_line_segments("/fleet/paths", points, np.tile(pairs, (len(self.fleet), 1, 1)), **lines)
+
+    def _draw_vehicles(self, scene: Any) -> None:
+        apart, extent = self.fleet.separation, float(np.ptp(self._places, axis=0).max())
+        size = max(0.01 * extent, 0.0 if apart is None else 0.4 * float(apart.radii_of(len(self.fleet)).min()))
+        count = len(self.fleet)
+        turned = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+        how: dict[str, Any] = {"flat_shading": True, "cast_shadow": False, "receive_shadow": False, "lod": "off"}
+        add, places = scene.add_batched_meshes_simple, np.zeros((count, 3))
+        self._vehicles = add(
+            "/fleet/vehicles", size * _TIPS, _SIDES, turned, places, batched_colors=np.tile(VEHICLE, (count, 1)), **how
+        )
+        lines: dict[str, Any] = {"thickness": 4.0, "thickness_units": "screen", "visible": False}
+        self._lines = scene.add_line_segments("/fleet/near", np.zeros((1, 2, 3)), NEAR, **lines)
+
+    def _build_chart(self, gui: Any) -> None:
+        """Plot the least distance of any two against time, with what is asked."""
+        pair, apart = self.certificate.pair, self.fleet.separation
+        self._chart = None
+        if pair is None or apart is None:
+            return
+        self._t = np.linspace(0.0, self.fleet.duration, INSTANTS)
+        self._least = least_distances(self.fleet, apart, self._t)
+        asked, high = apart.between(*pair), round_up(1.05 * float(self._least.max()))
+        self._edges = (0.0, high, asked, -high)
+        self._chart = time_chart(gui, "least distance [m]", ("nearest pair",), height=220)
+        self._chart.scales = {"x": {"time": False, "range": (0.0, self.fleet.duration)}, "y": {"range": (0.0, high)}}
+
+    def _show(self, now: float) -> None:
+        """Show the fleet at an instant [s]."""
+        with self._lock:
+            if self._closed.is_set():
+                return
+            places = self.fleet(now)
+            apart = self.fleet.separation
+            near = np.zeros((0, 2), dtype=np.intp) if apart is None else near_pairs(places, apart)
+            colours = np.tile(np.array(VEHICLE, dtype=np.uint8), (len(places), 1))
+            colours[near.reshape(-1)] = NEAR
+            with self._server.atomic():
+                self._vehicles.batched_positions = places.astype(np.float32)
+                if not np.array_equal(self._vehicles.batched_colors, colours):
+                    self._vehicles.batched_colors = colours
+                self._lines.visible = bool(len(near))
+                if len(near):
+                    self._lines.points = places[near].astype(np.float32)
+                self._tell(places, near)
+                if self._chart is not None:
+                    self._chart.data = data_with_cursor(self._t, self._least[None], self._edges, now)
+
+    def _tell(self, places: FloatArray, near: IntArray) -> None:
+        """Name the pairs that are near, with their distances, heights divided by the downwash."""
+        apart = self.fleet.separation
+        flat = places / (1.0, 1.0, 1.0 if apart is None else apart.downwash)
+        lengths = np.linalg.norm(flat[near[:, 0]] - flat[near[:, 1]], axis=1)
+        rows = [
+            (f"{self.fleet.name(int(near[i, 0]))} and {self.fleet.name(int(near[i, 1]))}", f"{lengths[i]:.2f} m")
+            for i in lengths.argsort()[:LISTED]
+        ]
+        more = [("pairs that are near", str(len(near)))] if self.fleet.separation is not None else []
+        content = table(more + rows)
+        if self._told.content != content:
+            self._told.content = content
+
+
+def facts(held: FleetCertificate) -> list[tuple[str, str]]:
+    """Return names and values of what is proved of a fleet."""
+    fleet = held.fleet
+    rows = [("vehicles", str(len(fleet))), ("duration", f"{fleet.duration:.2f} s")]
+    if held.pair is not None and held.least_distance is not None and held.instant is not None:
+        rows.append(("least distance", f"{held.least_distance:.4f} m at {held.instant:.2f} s"))
+        rows.append(("of", " and ".join(fleet.name(vehicle) for vehicle in held.pair)))
+        if held.separation is not None:
+            rows.append(("asked", f"{held.separation.between(*held.pair):g} m"))
+    return rows
+
+
+def verdict(held: FleetCertificate) -> str:
+    """Return as HTML whether all vehicles are apart."""
+    if held.separation is None:
+        return sentence("no separation is given: minsnap studio FLEET --separation M says which pairs come near")
+    if held.ok:
+        return sentence("certified at every instant", "good")
+    return sentence("two vehicles come nearer than asked", "refusal")
