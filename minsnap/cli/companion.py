@@ -69,6 +69,7 @@ class Listening:
         try:
             made.bind((host or "127.0.0.1", int(number)))
         except (OSError, ValueError, OverflowError) as error:
+            made.close()
             raise InputError(f"cannot listen for orders on {self.port}: {error}") from None
         return made
 

@@ -36,6 +36,10 @@ def compare(
     ] = False,
     max_delay: Annotated[float, typer.Option("--max-delay", metavar="S", help="Longest delay looked for [s].")] = 2.0,
     lead: options.FlownLead = None,
+    sent: Annotated[
+        list[Path] | None,
+        typer.Option("--sent", metavar="FILE", help="What was sent for REFERENCE, as tune wrote it; once a flight."),
+    ] = None,
     frame: options.ReadFrame = None,
     waypoints: Annotated[
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints of the corridor, as for plan.")
@@ -58,7 +62,7 @@ def compare(
     if (waypoints is None) != (corridor is None):
         raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
     check_figure(plot, view)
-    found = _compared(reference, flights, frame, align, max_delay, lead)
+    found = _compared(reference, flights, frame, align, max_delay, lead, sent or [])
     kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in found.items()}
     if plot is not None:
         from minsnap.flight.tracking.comparison_plot import plot_comparison
@@ -75,7 +79,13 @@ def compare(
 
 
 def _compared(
-    reference: Path, paths: list[Path], frame: str | None, align: bool, max_delay: float, lead: float | None
+    reference: Path,
+    paths: list[Path],
+    frame: str | None,
+    align: bool,
+    max_delay: float,
+    lead: float | None,
+    sent: list[Path],
 ) -> dict[str, ComparedFlight]:
     """Read and compare all files; damage in a log is reported on standard error."""
     from minsnap.files.convert import read_samples
@@ -86,8 +96,13 @@ def _compared(
         warnings.simplefilter("always")
         wanted = load_reference(reference, frame) if _is_flight(reference) else read_samples(reference, frame)
         wanted = wanted if lead is None else replace(wanted, lead=lead)
-        for path in paths:
-            flights = _flights(wanted, path, reference, frame, align, max_delay)
+        if sent and len(sent) != len(paths):
+            raise InputError(
+                f"--sent is given {len(sent)} times for {len(paths)} flights: once a flight, in their order"
+            )
+        for index, path in enumerate(paths):
+            commanded = read_samples(sent[index], frame) if sent else None
+            flights = _flights(wanted, commanded, path, reference, frame, align, max_delay)
             for number, one in enumerate(flights, 1):
                 found[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
     for warning in caught:
@@ -96,7 +111,13 @@ def _compared(
 
 
 def _flights(
-    wanted: Samples, path: Path, reference: Path, frame: str | None, align: bool, max_delay: float
+    wanted: Samples,
+    sent: Samples | None,
+    path: Path,
+    reference: Path,
+    frame: str | None,
+    align: bool,
+    max_delay: float,
 ) -> list[ComparedFlight]:
     """Return the flights of a file: those of a log at its own setpoints, the only one of a table of samples."""
     from minsnap.files.flights import load_flight, load_log
@@ -106,7 +127,8 @@ def _flights(
 
     log = None if path == reference else load_log(path)
     if log is not None and log.reference is not None and log.flight is not None:
-        return compare_in_log(wanted, log.reference, log.flight, max_delay)
+        planned = None if sent is None else wanted
+        return compare_in_log(sent or wanted, log.reference, log.flight, max_delay, planned)
     _refuse_unknown_clock(path, log, align)
     flight = load_flight(path, frame)
     comparison = compare_samples(wanted, flight, align=align, max_delay=max_delay)

@@ -1,9 +1,14 @@
 """The command that corrects setpoints by what a flight missed, from the flight's log."""
 
+import json
+
+import pytest
 from flown_logs import Measured, ulog_of
 
 import minsnap
+from minsnap.files.logs.ulog_writer import write_ulog
 from minsnap.flight import CascadeController, compare, simulate
+from minsnap.flight.tracking.simulated_log import simulated_log
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor
 
@@ -27,8 +32,15 @@ def test_the_next_flight_misses_the_plan_by_half(call, tmp_path):
     assert "this flight missed the plan by" in done.stdout
     assert "<h2>Legs</h2>" in (tmp_path / "page.html").read_text()
     second = flown(minsnap.read_csv(tmp_path / "next.csv"))
+    write_ulog(simulated_log(VEHICLE, second, minsnap.read_csv(tmp_path / "next.csv")), tmp_path / "2.ulg")
+    both = json.loads(
+        call("compare", "plan.csv", "1.ulg", "2.ulg", "--sent", "plan.csv", "--sent", "next.csv", "--json").stdout
+    )
     errors = [compare(plan, Samples(each.t, each.position)).rmse_3d for each in (first, second)]
     assert errors[1] < 0.5 * errors[0]
+    assert [both[name]["rmse_3d"] for name in ("1.ulg", "2.ulg")] == pytest.approx(errors, abs=0.02)
+    once = call("compare", "plan.csv", "1.ulg", "2.ulg", "--sent", "next.csv")
+    assert once.returncode == 2 and "--sent is given 1 times for 2 flights" in once.stderr
     checked = call("check", "next.csv")
     assert checked.returncode == 0
     wrong = call("tune", "plan.csv", "next.csv", "-o", "x.csv")

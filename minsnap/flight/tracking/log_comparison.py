@@ -69,6 +69,7 @@ def compare_in_log(
     setpoints: Samples,
     flown: Samples,
     max_delay: float = MAX_DELAY,
+    planned: Samples | None = None,
 ) -> list[ComparedFlight]:
     """Find every flight of a file in a log and compare it with the file.
 
@@ -81,6 +82,8 @@ def compare_in_log(
         What the log says was asked for, and where the vehicle was, in the same world axes and on the log's clock.
     max_delay : float
         Longest delay that is looked for [s].
+    planned : Samples, optional
+        What the file was sent for, at the same instants, if it is not the plan itself: corrected by ``tune``.
 
     Raises
     ------
@@ -88,9 +91,9 @@ def compare_in_log(
         If the log's setpoints nowhere follow the file, or positions are missing there.
     """
     compared, lead = [], setpoints.lead or reference.lead
-    reference = replace(reference, lead=0.0)
+    reference, planned = replace(reference, lead=0.0), None if planned is None else replace(planned, lead=0.0)
     for found in find_flights(reference, setpoints):
         place = replace(found, start=found.start + lead / found.rate, lead=lead)
-        there, flight = place.moved(reference), place.in_time_of_file(flown, reference.duration)
+        there, flight = place.moved(planned or reference), place.in_time_of_file(flown, reference.duration)
         compared.append(ComparedFlight(compare(there, flight, max_delay=max_delay), there, flight, place))
     return compared
