@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import Planning
+from minsnap.cli.planning import QUICK, Planning, gain, standing
 from minsnap.cli.vehicles import vehicle_of
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
     from minsnap.paths.missions.course import Course
     from minsnap.paths.missions.mission import Mission
+    from minsnap.trajectory.trajectory import Trajectory
 
 
 def course_of(file: Path) -> Course:
@@ -30,8 +32,6 @@ def course_of(file: Path) -> Course:
 
 def fly_course(course: Course, planning: Planning, destination: Destination) -> None:
     """Plan a course and deliver it."""
-    from minsnap.corridors.gate_passages import gate_passages
-    from minsnap.corridors.gates import Gate
     from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.missions.mission import plan_mission
 
@@ -43,13 +43,32 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     asked = plan_arguments({"yaw": course.yaw} | named | destination.search)
     chosen = {"limits": asked.pop("limits", None), "yaw": asked.pop("yaw", None), "tube": asked.pop("corridor", None)}
     flown = course.changed(**{name: value for name, value in chosen.items() if value is not None})
+    began = perf_counter()
     mission = plan_mission(flown, **asked)
+    took = 1e3 * (perf_counter() - began)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
-    view, further = destination.view or "xy", {"parts": parts} | _other_vehicle(mission, destination)
-    gates = [stop.place for stop in course.stops if isinstance(stop.place, Gate)]
-    further |= {"gates": [asdict(passed) for passed in gate_passages(mission.trajectory, gates)]} if gates else {}
+    further: dict[str, Any] = {"parts": parts} | _other_vehicle(mission, destination)
+    further |= _beside(flown, asked, mission, took)
+    further |= {"gates": [asdict(passed) for passed in mission.gate_passages()]}
     how: dict[str, Any] = {"limits": mission.limits, "further": further}
-    destination.deliver(mission.trajectory, mission.corridor or None, **how, draw=lambda: _figure(mission, view))
+    destination.deliver(mission.trajectory, mission.corridor or None, **how, draw=lambda: _figure(mission, destination))
+
+
+def _beside(course: Course, asked: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
+    """Return how long the course would last with more pieces, and a flying lap from a standing start."""
+    from minsnap.files.plan_arguments import plan_arguments
+    from minsnap.paths.missions.mission import plan_mission
+
+    quiet = {name: value for name, value in asked.items() if name not in ("search", "progress")}
+    lap = course.changed(closed=False, laps=1, stops=(*course.stops, *course.stops[:1]))
+
+    def again(**changes: Any) -> Trajectory:
+        return plan_mission(course, **quiet, **plan_arguments(changes)).trajectory
+
+    found = {} if quiet.keys() & {"pieces", "continuity"} else gain(again, mission.trajectory, took)
+    if not course.closed or took > QUICK:
+        return found
+    return found | standing(lambda: plan_mission(lap, **quiet).trajectory, mission.trajectory)
 
 
 def _other_vehicle(mission: Mission, destination: Destination) -> dict[str, str]:
@@ -65,7 +84,7 @@ def _other_vehicle(mission: Mission, destination: Destination) -> dict[str, str]
     return {"note": f"the course is planned for {course.name}, and the feed-forward offsets the drag of {offset.name}"}
 
 
-def _figure(mission: Mission, view: str) -> Any:
+def _figure(mission: Mission, wanted: Destination) -> Any:
     from minsnap.plot.mission_figure import plot_mission
 
-    return plot_mission(mission, view=view)
+    return plot_mission(mission, view=wanted.view or "xy", colour_by=wanted.colour_by)

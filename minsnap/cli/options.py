@@ -54,6 +54,9 @@ FlightReport = Annotated[
     Path | None,
     typer.Option("--report", metavar="FILE", help="HTML page: maps, error against time, legs, lag, wind."),
 ]
+ColourBy = Annotated[
+    str | None, typer.Option("--colour-by", metavar="speed", help="Draw the path in the colours of its speed.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
 NoClobber = Annotated[bool, typer.Option("--no-clobber", help="Refuse to replace a file that is there.")]
 

@@ -38,8 +38,8 @@ class Destination:
     ----------
     output, plot : path or None
         File of the path, in the format of its ending ("-": setpoints to standard output), and figure.
-    view : str or None
-        Of the figure, as :func:`minsnap.plot.plot_path` takes it.
+    view, colour_by : str or None
+        Of the figure, as :func:`minsnap.plot.plot_path` takes them.
     rate : float
         Setpoints a second [Hz].
     frame : str
@@ -68,6 +68,7 @@ class Destination:
     output: options.Output = None
     plot: options.Plot = None
     view: options.View = None
+    colour_by: options.ColourBy = None
     rate: options.Rate = 20.0
     frame: options.Frame = "enu"
     json: options.Json = False
@@ -84,7 +85,7 @@ class Destination:
 
         get_frame(self.frame)
         sample_times(1.0, self.rate)
-        check_figure(self.plot, self.view)
+        check_figure(self.plot, self.view, self.colour_by)
         for file in (self.output, self.plot):
             if file is not None and file != STANDARD_OUTPUT:
                 check_destination(file, clobber=not self.no_clobber)
@@ -214,7 +215,7 @@ class Destination:
     def _draw(self, path: Path, **drawing: Any) -> None:
         from minsnap.plot.figures import plot_overview
 
-        self._save(plot_overview(path, view=self.view or "xy", **drawing))
+        self._save(plot_overview(path, view=self.view or "xy", colour_by=self.colour_by, **drawing))
 
     def _save(self, figure: Figure) -> None:
         from minsnap.plot.figures import save_figure
@@ -223,7 +224,7 @@ class Destination:
             save_figure(figure, self.plot, clobber=not self.no_clobber)
 
 
-def check_figure(plot: FilePath | None, view: str | None) -> None:
+def check_figure(plot: FilePath | None, view: str | None, colour_by: str | None = None) -> None:
     """Check the name and the view of a figure before anything is computed.
 
     Raises
@@ -233,6 +234,8 @@ def check_figure(plot: FilePath | None, view: str | None) -> None:
     InputError
         If the view is unknown, or there is no figure to show it.
     """
+    if colour_by is not None and (plot is None or colour_by != "speed"):
+        raise InputError(f"--colour-by {colour_by}: give speed, with --plot FILE")
     if view is not None:
         from minsnap.plot.geometry import check_view
 

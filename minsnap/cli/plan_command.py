@@ -12,7 +12,7 @@ from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.missions import course_of, fly_course
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import Planning, altitudes_of, finer
+from minsnap.cli.planning import Planning, altitudes_of, finer, standing
 from minsnap.errors import FrameError, InputError
 
 if TYPE_CHECKING:
@@ -75,6 +75,8 @@ def plan(
     path = plan_path(**plan_arguments(asked | destination.search))
     one = planning.pieces is None and found.pieces == 1
     further = finer(plan_path, asked | {"pieces": None} | destination.search, path) if one else {}
+    if asked.get("closed") and searched:
+        further |= standing(lambda: plan_path(**plan_arguments(asked | {"closed": False})), path)
     how: dict[str, Any] = {"limits": asked.get("limits"), "origin": _home(file), "further": further}
     destination.deliver(path, found.walls, found.waypoints, **how)
 
@@ -108,8 +110,9 @@ def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: boo
     from minsnap.files.request_yaml import is_request
     from minsnap.paths.missions.course_file import is_course, read_course
 
-    described = file.suffix.lower() in (".yaml", ".yml") and not is_request(file) and is_course(file)
-    if not (described or laps is not None or takeoff or land):
+    wanted = laps is not None or takeoff or land
+    described = file.suffix.lower() in (".yaml", ".yml") and not is_request(file) and is_course(file, wanted)
+    if not (described or wanted):
         return None
     course = read_course(file) if described else course_of(file)
     asked = {"closed": closed, "laps": laps, "takeoff": takeoff, "land": land}

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from minsnap.cli import options
+from minsnap.cli.summary import STANDING
 from minsnap.errors import InputError, MinsnapError, TimingError
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
+    from minsnap.trajectory.path import Path
     from minsnap.trajectory.trajectory import Trajectory
 
 Center = Annotated[tuple[float, float], typer.Option("--center", metavar="X Y", help="Center [m].")]
@@ -94,27 +96,44 @@ def altitudes_of(given: Any, points: Any) -> dict[str, Any]:
     return {"room": ordinary_room(points)}
 
 
-def finer(plan: Callable[..., Trajectory], named: dict[str, Any], path: Trajectory) -> dict[str, Any]:
-    """Return how long the flight would last with ``--pieces auto``, where one polynomial per leg was searched for.
+def finer(plan: Callable[..., Path], named: dict[str, Any], path: Trajectory) -> dict[str, Any]:
+    """Return how long a plan would last with ``--pieces auto``, where one polynomial per leg was searched for.
 
-    Nothing where times, pieces or a split are given, or where the search took more than ``QUICK``; it is given as long
-    again, and no less than ``LEAST``.
+    Nothing where times, pieces or a split are given, no limits are, or the search took more than ``QUICK``.
     """
     report, chosen = path.report, {"total_time", "durations", "time_weight", "time_limit", "split", "continuity"}
     given = chosen & options.given(**named).keys()
-    if given or named.get("limits") is None or named.get("pieces") is not None:
-        return {}
-    if report is None or report.interrupted or report.milliseconds > QUICK:
+    searched = named.get("limits") is not None and named.get("pieces") is None and not given
+    if not searched or report is None or report.interrupted:
         return {}
     from minsnap.files.plan_arguments import plan_arguments
 
-    again = {"pieces": "auto", "progress": None, "time_limit": max(LEAST, report.milliseconds / 1e3)}
+    return gain(lambda **again: plan(**plan_arguments(named | again)), path, report.milliseconds)
+
+
+def gain(plan: Callable[..., Path], path: Path, milliseconds: float) -> dict[str, Any]:
+    """Return the same for what a function plans again with other arguments, where the search took so long.
+
+    It is given as long again, and no less than ``LEAST``.
+    """
+    if milliseconds > QUICK:
+        return {}
     try:
-        shorter = plan(**plan_arguments(named | again)).duration
+        again = plan(pieces="auto", progress=None, time_limit=max(LEAST, milliseconds / 1e3))
     except MinsnapError:
         return {}
-    gain = 1.0 - shorter / path.duration
-    return {"pieces_auto": shorter, "pieces_auto_gain": gain} if gain >= WORTH else {}
+    share = 1.0 - again.duration / path.duration
+    return {"pieces_auto": again.duration, "pieces_auto_gain": share} if share >= WORTH else {}
+
+
+def standing(plan: Callable[[], Path], path: Trajectory) -> dict[str, Any]:
+    """Return how long a lap that begins at speed lasts from a standing start, as another plan finds it."""
+    if float(sum(part**2 for part in path(0.0, 1))) <= STANDING**2:
+        return {}
+    try:
+        return {"standing": plan().duration}
+    except MinsnapError:
+        return {}
 
 
 @dataclass(frozen=True)

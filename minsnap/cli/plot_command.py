@@ -21,6 +21,7 @@ def plot(
         typer.Option("--output", "-o", metavar="FILE", help="PNG, SVG or PDF; an animation: .gif, .mp4."),
     ],
     view: options.View = None,
+    colour_by: options.ColourBy = None,
     frame: options.ReadFrame = None,
     waypoints: Annotated[
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints to draw too, as for plan.")
@@ -61,6 +62,8 @@ def plot(
     drawn: dict[str, Any] = {"corridor": options.parse_corridor(corridor), "waypoints": points}
     drawn |= {"view": view or "xy", "title": title or file.name}
     if moving:
+        if colour_by is not None:
+            raise InputError("--colour-by is of a figure: an animation has one colour")
         animate_path(samples, output, **how, **drawn)
     else:
-        save_figure(plot_overview(samples, **drawn), output, clobber=not no_clobber)
+        save_figure(plot_overview(samples, colour_by=colour_by, **drawn), output, clobber=not no_clobber)

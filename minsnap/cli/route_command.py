@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +13,7 @@ from minsnap.cli import options
 from minsnap.cli.app import app
 from minsnap.cli.groups import grouped
 from minsnap.cli.output import Destination
-from minsnap.cli.planning import TimingOptions
+from minsnap.cli.planning import TimingOptions, finer
 from minsnap.cli.points import PointCommand, parse_point, point_option
 from minsnap.errors import InputError
 
@@ -72,12 +73,17 @@ def route(
     from minsnap.paths.routes.plan_route import plan_through
 
     ends = parse_point("--start", start), parse_point("--goal", goal)
-    asked = reading.arguments() | plan_arguments(timing.arguments() | destination.search)
-    found = plan_through(_source(map_file, reading.transpose), *ends, **asked)
-    figures = {"obstacle_distance": found.distance, "obstacle_instant": found.approach.instant}
+    asked = reading.arguments() | timing.arguments() | destination.search
+    found = plan_through(_source(map_file, reading.transpose), *ends, **plan_arguments(asked))
+    shorter = finer(
+        partial(plan_through, _source(map_file, reading.transpose), *ends),
+        asked | {"limits": found.limits},
+        found.trajectory,
+    )
+    figures = shorter | {"obstacle_distance": found.distance, "obstacle_instant": found.approach.instant}
     figures["altitude"] = 0.0 if found.dim == 2 else None
     how: dict[str, Any] = {"corridor": found.corridor, "limits": found.limits, "further": figures}
-    destination.deliver(found.trajectory, **how, draw=lambda: _figure(found, map_file, destination.view or "xy"))
+    destination.deliver(found.trajectory, **how, draw=lambda: _figure(found, map_file, destination))
 
 
 def _source(file: Path, transpose: bool) -> Any:
@@ -91,7 +97,7 @@ def _source(file: Path, transpose: bool) -> Any:
     return cells.swapaxes(0, 1) if cells.ndim > 1 else cells
 
 
-def _figure(found: Route, file: Path, view: str) -> Any:
+def _figure(found: Route, file: Path, wanted: Destination) -> Any:
     from minsnap.plot.route_figure import plot_route
 
-    return plot_route(found, view=view, title=file.name)
+    return plot_route(found, view=wanted.view or "xy", colour_by=wanted.colour_by, title=file.name)

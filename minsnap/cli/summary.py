@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _LINES = (
     ("duration", "duration", "{:.6g} s"),
     ("start", "start", "{}"),
+    ("standing", "from standing", "{:.6g} s, from rest to rest"),
     ("legs", "legs", "{}"),
     ("cost", "cost", "{:.6g}"),
     ("max_speed", "max speed", "{:.4g} m/s"),
@@ -49,7 +50,7 @@ BINDING = 0.999
 STANDING = 1e-6
 """Speed up to which a path begins at rest [m/s]."""
 
-_LIMITS_AFTER = 7
+_LIMITS_AFTER = 8
 """Limits stand below the greatest speed, acceleration and jerk."""
 
 

@@ -45,6 +45,7 @@ def plot_overview(
     waypoints: Waypoints | None = None,
     tolerance: Any = None,
     limits: Any = None,
+    colour_by: str | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw a path, and its position, derivatives, heading and use of limits against time.
@@ -57,7 +58,7 @@ def plot_overview(
         dim 2 or 3.
     figure : matplotlib Figure, optional
         Where to draw; a new one, that no window shows, unless given.
-    view, corridor, waypoints, tolerance
+    view, corridor, waypoints, tolerance, colour_by
         As :func:`plot_path` takes them.
     limits
         As :func:`plot_profiles` takes them.
@@ -74,7 +75,7 @@ def plot_overview(
     side = view == "xy" and _climbs(samples)
     drawn = _figure(samples, view, side, len(rows)) if figure is None else figure
     left, right = np.asarray(drawn.subfigures(1, 2, width_ratios=(drawn.get_figwidth() - PROFILES, PROFILES)))
-    how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}
+    how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance, "colour_by": colour_by}
     _draw_place(left, path, view, side, how)
     stack = right.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
     _draw_against_time(stack, rows, path, limits)

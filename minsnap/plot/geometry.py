@@ -91,7 +91,9 @@ def plot_path(
         if isinstance(tolerance, Ball):
             draw_balls(axes, points, tolerance, gates, chosen)
     finish_place(axes, chosen, samples.dim)
-    if len(chosen) == 3:
+    if colour_by is not None and len(chosen) == 2:
+        axes.legend(loc="best", fontsize="small")  # the scale of colours stands beside
+    elif len(chosen) == 3:
         axes.legend(loc="upper left", handlelength=1.8)  # a corner that the box in perspective leaves free
     else:
         legend_beside(axes)

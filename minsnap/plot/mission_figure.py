@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from minsnap.corridors.gates import Ball
@@ -16,7 +17,12 @@ if TYPE_CHECKING:
 
 @styled
 def plot_mission(
-    mission: Mission, figure: Figure | None = None, *, view: str = "xy", title: str | None = None
+    mission: Mission,
+    figure: Figure | None = None,
+    *,
+    view: str = "xy",
+    colour_by: str | None = None,
+    title: str | None = None,
 ) -> Figure:
     """Draw a mission, its waypoints and gates numbered in the order of the flight, beside its profiles.
 
@@ -25,8 +31,9 @@ def plot_mission(
     mission : Mission
     figure : matplotlib Figure, optional
         Where to draw; a new one, that no window shows, unless given.
-    view : str
-        As :func:`plot_path` takes it; numbers are written where it is ``"xy"``.
+    view, colour_by
+        As :func:`plot_path` takes them; numbers, and when and how fast gates are passed, are written where the view is
+        ``"xy"``.
     title : str, optional
         Written above; the course's name and the duration unless given.
 
@@ -38,21 +45,34 @@ def plot_mission(
     balls = Ball([stop.ball for stop in stops]) if any(stop.ball for stop in stops) else None
     how: dict[str, Any] = {"waypoints": mission.course.points or None, "tolerance": balls, "limits": mission.limits}
     name = title or f"{mission.course.name}: {mission.trajectory.duration:.2f} s"
-    drawn = plot_overview(mission.trajectory, figure, view=view, title=name, **how)
+    drawn = plot_overview(mission.trajectory, figure, view=view, colour_by=colour_by, title=name, **how)
     place, profiles = drawn.subfigs
     if view == "xy":
         _number(place.axes[0], mission)
+    _mark_gates(profiles.axes, mission)
     for axes in profiles.axes:
         for part in mission.parts[1:]:
             axes.axvline(part.start, color="#000000", linewidth=0.8, linestyle=":")
     return drawn
 
 
+def _mark_gates(stack: Sequence[Axes], mission: Mission) -> None:
+    """Mark when each gate is passed, with its number above the first of the curves against time."""
+    for passed in mission.gate_passages():
+        for ax in stack:
+            ax.axvline(passed.instant, color="#999999", linewidth=0.6)
+        above: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "fontsize": "x-small", "ha": "center"}
+        stack[0].annotate(str(passed.gate), (passed.instant, 1.02), **above)
+
+
 def _number(ax: Axes, mission: Mission) -> None:
-    """Write the number of each waypoint beside it, all numbers of a place that is passed again."""
+    """Write the number of each waypoint beside it, all of a place that is passed again, and how a gate is passed."""
     numbers: dict[tuple[float, float], list[str]] = {}
     for number, stop in enumerate(mission.course.stops):
         numbers.setdefault((float(stop.center[0]), float(stop.center[1])), []).append(str(number))
     style: dict[str, Any] = {"xytext": (6, 6), "textcoords": "offset points", "fontsize": "small", "fontweight": "bold"}
+    passages = {passed.gate: passed for passed in reversed(mission.gate_passages())}
     for place, here in numbers.items():
-        ax.annotate(", ".join(here), place, zorder=8, **style)
+        first = passages.get(int(here[0]))
+        how = "" if first is None else f"\n{first.instant:.2f} s, {first.speed:.1f} m/s"
+        ax.annotate(", ".join(here) + how, place, zorder=8, **style)

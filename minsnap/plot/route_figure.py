@@ -20,7 +20,14 @@ OCCUPIED = "#4d4d4d"
 
 
 @styled
-def plot_route(route: Route, figure: Figure | None = None, *, view: str = "xy", title: str | None = None) -> Figure:
+def plot_route(
+    route: Route,
+    figure: Figure | None = None,
+    *,
+    view: str = "xy",
+    colour_by: str | None = None,
+    title: str | None = None,
+) -> Figure:
     """Draw a route on its map, with position, derivatives and use of limits against time.
 
     From above, the occupied cells are drawn. Of a map in space they are those that are occupied at an altitude at which
@@ -31,8 +38,8 @@ def plot_route(route: Route, figure: Figure | None = None, *, view: str = "xy", 
     route : Route
     figure : matplotlib Figure, optional
         Where to draw; a new one, that no window shows, unless given.
-    view : str
-        As :func:`plot_path` takes it.
+    view, colour_by
+        As :func:`plot_path` takes them.
     title : str, optional
         Written above, with the least distance to an occupied cell.
 
@@ -43,7 +50,7 @@ def plot_route(route: Route, figure: Figure | None = None, *, view: str = "xy", 
     nearest = f"{route.distance:.3f} m from what is occupied" if np.isfinite(route.distance) else "nothing occupied"
     name = nearest if title is None else f"{title}: {nearest}"
     how: dict[str, Any] = {"corridor": route.corridor, "limits": route.limits, "title": name}
-    drawn = plot_overview(route.trajectory, figure, view=view, **how)
+    drawn = plot_overview(route.trajectory, figure, view=view, colour_by=colour_by, **how)
     if view == "xy":
         plane: Any = drawn.subfigs[0].axes[0]
         draw_cells(plane, route, dense_samples(route.trajectory).position)

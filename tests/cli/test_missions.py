@@ -23,6 +23,7 @@ def test_the_command_flies_a_course(call, write):
     done = call("plan", "course.yaml", "--land", "--max-speed", "2", "-o", "a.csv", "--plot", "a.png", "--json")
     assert done.returncode == 0, done.stderr
     said = json.loads(done.stdout)
+    assert 0.0 < said["pieces_auto"] < 0.99 * said["duration"] and said.get("standing") is None
     assert [part["name"] for part in said["parts"]] == ["take-off", "course", "hold", "landing"]
     assert said["max_speed"] <= 2.0 + 1e-6
     read = minsnap.read_csv("a.csv")
@@ -30,7 +31,7 @@ def test_the_command_flies_a_course(call, write):
     assert call("check", "a.csv").returncode == 0
 
 
-def test_gates_of_three_shapes_keep_their_margin_and_say_when_they_are_passed(call, write):
+def test_gates_of_three_shapes_keep_their_margin_and_say_when_they_are_passed(call, write, tmp_path):
     square = "{center: [0,0,1], heading_deg: 0, width: 1, height: 1, margin: 0.3}"
     rest = "{center: [4,3,1], heading_deg: 90, radius: 0.5}, {corners: [[-1,3,0.5],[-3,3,0.5],[-2,3,2.5]]}"
     write(f"closed: true\nmargin: 0.2\nlimits: {{speed: 5}}\ngates: [{square}, {rest}]\n")
@@ -38,8 +39,13 @@ def test_gates_of_three_shapes_keep_their_margin_and_say_when_they_are_passed(ca
     assert [passed["gate"] for passed in said["gates"]] == [0, 1, 2, 0]
     assert all(passed["clearance"] >= 0.2 - 1e-7 for passed in said["gates"])
     assert said["gates"][0]["clearance"] >= 0.3 - 1e-7 and said["start"].startswith("flying, at ")
-    text = call("plan", "course.yaml").stdout
-    assert "gate 2" in text and "m from its edge" in text
+    assert said["standing"] > 1.05 * said["duration"]
+    done = call("plan", "course.yaml", "--plot", "a.svg", "--colour-by", "speed")
+    assert "gate 2" in done.stdout and "m from its edge" in done.stdout and "from standing" in done.stdout
+    drawn = (tmp_path / "a.svg").read_text()
+    assert (
+        "speed [m/s]" in drawn and f"{said['gates'][1]['instant']:.2f} s, {said['gates'][1]['speed']:.1f} m/s" in drawn
+    )
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 
+import numpy as np
 import pytest
 
 import minsnap
@@ -166,6 +167,9 @@ def test_the_summary_says_how_much_shorter_more_polynomials_would_be(call, tmp_p
         assert plain["pieces_auto_gain"] == pytest.approx(1.0 - plain["pieces_auto"] / plain["duration"])
         assert chosen["pieces_auto"] is None
         assert "% shorter" in call(*command).stdout
+    np.save(tmp_path / "map.npy", np.zeros((40, 30), dtype=bool))
+    way = ("route", "map.npy", "--resolution", 0.2, "--start", 1, 1, "--goal", 7, 5)
+    assert figures(call(*way, "--json"))["pieces_auto_gain"] > 0.01
     for options in (("--time", 12), ("--pieces", 1), ("--pieces", 2)):
         assert figures(call("rect", *options, "--json"))["pieces_auto"] is None
 

@@ -27,6 +27,9 @@ MOST_TURNED = 2.0 * pi
 PLAIN = ("waypoints", "yaw", "durations")
 """Keys of a waypoint file, which is no course."""
 
+EITHER = ("limits",)
+"""Keys beside waypoints that say nothing of a course."""
+
 LENGTH = Key(NUMBER, "[m]")
 PASSED = {
     "ball": Key(NUMBER, "radius within which the point is passed [m]"),
@@ -91,10 +94,13 @@ COURSE = mapping(
 """The whole file."""
 
 
-def is_course(path: str | os.PathLike[str]) -> bool:
-    """Whether a YAML file describes a course: more than a list of waypoints with headings and durations."""
+def is_course(path: str | os.PathLike[str], wanted: bool = True) -> bool:
+    """Whether a YAML file describes a course: more than a list of waypoints with headings and durations.
+
+    Points with ``limits`` alone may be either, and are a course where one is wanted.
+    """
     said = load_yaml(path)
-    if isinstance(said, dict) and set(said) - set(PLAIN):
+    if isinstance(said, dict) and set(said) - set(PLAIN if wanted else (*PLAIN, *EITHER)):
         return True
     entries = said.get("waypoints") if isinstance(said, dict) else said
     mappings = [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []

@@ -11,6 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_kind
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
+from minsnap.corridors.gate_passages import GatePassage, gate_passages
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.tubes import Tube
@@ -75,6 +76,13 @@ class Mission:
     course: Course
     limits: Limits
     corridor: tuple[HalfSpaces, ...] = ()
+
+    def gate_passages(self) -> tuple[GatePassage, ...]:
+        """Return when, how fast and how far from its edges each gate is passed; by its number among the stops."""
+        gates = {number: stop.place for number, stop in enumerate(self.course.stops) if isinstance(stop.place, Gate)}
+        numbers = list(gates)
+        found = gate_passages(self.trajectory, gates.values())
+        return tuple(replace(passed, gate=numbers[passed.gate]) for passed in found)
 
 
 def plan_mission(course: Course, **planning: Any) -> Mission:

@@ -156,7 +156,8 @@ def test_what_is_no_course_is_refused(make, message):
 
 def test_the_figure_numbers_the_waypoints(yard):
     figure = minsnap.plot.plot_mission(yard)
-    assert [text.get_text() for text in figure.subfigs[0].axes[0].texts if text.get_text()] == ["0", "1", "2", "3"]
+    said = [text.get_text().split("\n")[0] for text in figure.subfigs[0].axes[0].texts if text.get_text()]
+    assert said == ["0", "1", "2", "3"]
     again = plan_mission(Course((*YARD[:1], *YARD[2:], *YARD[:1]), limits=LIMITS))
     figure = minsnap.plot.plot_mission(again)
     assert [text.get_text() for text in figure.subfigs[0].axes[0].texts if text.get_text()] == ["0, 3", "1", "2"]
