@@ -30,6 +30,12 @@ class MinsnapError(Exception):
                 raise TypeError(f"{type(self).__name__} declares no attribute {name!r}")
             setattr(self, name, value)
 
+    @property
+    def code(self) -> str:
+        """The heading of the page "When something is wrong" that says what to do, such as ``infeasible``."""
+        kind = next(kind for kind in type(self).__mro__ if kind.__module__ == __name__)
+        return kind.__name__.removesuffix("Error").lower()
+
 
 class InputError(MinsnapError, ValueError):
     """What was passed in cannot be used."""

@@ -7,6 +7,7 @@ import pytest
 
 import minsnap
 from minsnap import errors
+from minsnap.basics.deadline import LateError
 
 ALL = {name: value for name, value in vars(errors).items() if getattr(value, "__module__", "") == errors.__name__}
 PACKAGE = Path(minsnap.__file__).parent
@@ -28,6 +29,18 @@ def test_every_error_is_of_the_family():
     for name, value in ALL.items():
         assert getattr(minsnap.errors, name) is value
         assert issubclass(value, minsnap.MinsnapError) or issubclass(value, Warning)
+
+
+def test_every_error_has_a_heading_that_says_what_to_do():
+    page = (PACKAGE.parent / "docs" / "when_something_is_wrong.rst").read_text()
+    for kind in (value for value in ALL.values() if issubclass(value, minsnap.MinsnapError)):
+        code = kind("").code
+        assert f".. _wrong-{code}:\n" in page, kind
+        assert code == "minsnap" or f"\n{code}\n{'-' * len(code)}\n" in page
+
+
+def test_an_error_of_a_room_has_the_heading_of_its_family():
+    assert LateError("late").code == "solver"
 
 
 def test_every_attribute_that_an_error_is_given_is_declared_and_documented():

@@ -69,7 +69,8 @@ def _root(
 ) -> None:
     """Plan minimum-snap quadrotor trajectories, certified inside their corridor at every instant.
 
-    Exit status: 0 done, 1 the request cannot be met, 2 bad usage or bad input.
+    Exit status: 0 done, 1 the request cannot be met, 2 bad usage or bad input. The word in brackets after an error is
+    its heading in docs/when_something_is_wrong.rst, which says what to do.
     """
     if version:
         from minsnap.basics.version import __version__
@@ -152,7 +153,7 @@ def _leave(error: Exception) -> NoReturn:
         from minsnap.cli.words import in_options
 
         sentence = str(error) if isinstance(error, FileError) else in_options(str(error))  # columns and keys of a file
-        fail(sentence, exit_status(error))
+        fail(f"{sentence} [{error.code}]", exit_status(error))
     if isinstance(error, BrokenPipeError):
         _leave_pipe()
     if isinstance(error, OSError):

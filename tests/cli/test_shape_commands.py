@@ -94,7 +94,7 @@ def test_rect_without_a_time_is_flown_within_careful_limits_and_uses_one_in_full
 def test_contradicting_options_are_refused(call):
     run = call("rect", "--no-corridor", "--corridor", "0.3", "-o", "a.csv")
     assert (run.returncode, run.stdout) == (2, "")
-    assert run.stderr == "minsnap: --no-corridor and --corridor 0.3 were given: leave out one of them\n"
+    assert run.stderr == "minsnap: --no-corridor and --corridor 0.3 were given: leave out one of them [input]\n"
 
 
 def test_limits_asked_for_are_kept_and_told(call):
