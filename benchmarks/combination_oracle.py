@@ -156,11 +156,19 @@ class Judge:
         if any(np.abs(side - np.asarray(value, REAL)).max() > allowed for side in sides):
             self.wrong.append(f"derivative {order} at waypoint {waypoint} is not the one pinned")
 
-    def flight(self, limits, gravity, drag=(0.0, 0.0), instants=160):
-        """Judge thrust, tilt and body rate at many instants; drag per mass across and along the thrust [1/s]."""
+    def flight(self, limits, gravity, drag=(0.0, 0.0)):
+        """Judge thrust, tilt and body rate at many instants."""
+        found = self.flown(gravity, drag)
+        for name, limit in limits.items():
+            bound = -limit if name == "min_thrust" else limit
+            if name in found and not found[name] <= bound + 1e-8 * max(abs(limit), 1.0):
+                self.wrong.append(f"{name} reaches {abs(float(found[name])):.12g} over {limit:.12g}")
+
+    def flown(self, gravity, drag=(0.0, 0.0), instants=160):
+        """Return extremes at many instants, the least thrust negative; drag per mass across and along [1/s]."""
         s = np.linspace(0, 1, instants).astype(REAL)
         up = np.array([0, 0, gravity], REAL)
-        values = {p: self._values(p, s) for p in (1, 2, 3)}
+        values = {p: self.values(p, s) for p in (1, 2, 3)}
         lift = values[2] + up + REAL(drag[0]) * values[1]
         size = np.sqrt((lift * lift).sum(axis=-1))
         axis = lift / np.maximum(size, REAL(1e-30))[..., None]
@@ -169,13 +177,10 @@ class Judge:
         turn = slope - axis * (axis * slope).sum(axis=-1, keepdims=True)
         rate = np.sqrt((turn * turn).sum(axis=-1)) / np.maximum(size, REAL(1e-30))
         tilt = np.arctan2(np.hypot(axis[..., 0], axis[..., 1]), axis[..., 2])
-        found = {"max_thrust": thrust.max(), "min_thrust": -thrust.min(), "tilt": tilt.max(), "body_rate": rate.max()}
-        for name, limit in limits.items():
-            bound = -limit if name == "min_thrust" else limit
-            if name in found and not found[name] <= bound + 1e-8 * max(abs(limit), 1.0):
-                self.wrong.append(f"{name} reaches {abs(float(found[name])):.12g} over {limit:.12g}")
+        return {"max_thrust": thrust.max(), "min_thrust": -thrust.min(), "tilt": tilt.max(), "body_rate": rate.max()}
 
-    def _values(self, order, s):
+    def values(self, order, s):
+        """Return a derivative (pieces, m, dim) at shares s (m,) of every piece."""
         points = derived(self.points, self.durations, order)
         n = points.shape[1] - 1
         basis = np.stack([REAL(comb(n, j)) * s**j * (1 - s) ** (n - j) for j in range(n + 1)], axis=1)

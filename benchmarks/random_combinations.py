@@ -4,6 +4,8 @@
 
 draws every option of every question, plans, and lets ``combination_oracle.py`` judge what comes back.  A question that
 is wrong, ends in an error that is not the library's, or takes over two seconds of processor is printed by its seed.
+Options that exclude each other are not drawn together.  Whether limits and walls leave room is left to chance, but for
+``--planted``: there a curve is known that keeps everything, and to refuse is wrong.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import argparse
 import sys
 import warnings
 from collections import Counter
+from functools import partial
 from multiprocessing import Pool
 from pathlib import Path
 from time import process_time
@@ -22,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from combination_oracle import REAL, Judge
 
 import minsnap
-from minsnap import Ball, Boxes, Gate, HalfSpaces, Limits, RoundTube, Search, Tube
+from minsnap import Ball, Boxes, Gate, HalfSpaces, Limits, LookAt, RoundTube, Search, Tube
 from minsnap.vehicle import BodyDrag, Quadrotor
 
 SLOW = 2.0
@@ -40,6 +43,7 @@ def question(seed):
     dim = int(draw.choice([1, 2, 3, 3, 3, 4, 5]))
     degree = int(draw.choice([3, 5, 7, 7, 7, 9, 11]))
     half, legs = (degree + 1) // 2, int(draw.integers(1, 6))
+    legs = max(legs, 3) if dim > 3 else legs
     points = np.cumsum(draw.normal(size=(legs + 1, dim)) * np.exp(draw.normal() * 0.7), axis=0)
     closed = legs > 1 and chance(0.15)
     if closed:
@@ -97,14 +101,119 @@ def question(seed):
     elif heading == "knots":
         asked["yaw"] = draw.normal(size=legs + 1)
     elif heading == "look":
-        asked["yaw"] = minsnap.LookAt(draw.normal(size=3 if dim == 3 else 2) * 9.0)
+        asked["yaw"] = LookAt(draw.normal(size=3 if dim == 3 else 2) * 9.0)
     elif heading == "function":
         asked["yaw"] = np.sin
     elif heading != "none":
         asked["yaw"] = str(heading)
     if search:
         asked["search"] = Search(**search)
+    without_contradictions(asked, known)
     return asked, known
+
+
+def without_contradictions(asked, known):
+    """Change options that exclude each other, which ``plan`` refuses by an InputError."""
+    half, dim, yaw, search = known["half"], known["dim"], asked.get("yaw"), asked.get("search")
+    if "continuity" in asked:
+        single = asked["pieces"] == 1 and not {"waypoint_tolerance"} & set(asked)
+        single &= asked["waypoints"] is known["points"]
+        asked["continuity"] = max(asked["continuity"], half - 2 if single else half - 1)
+    if isinstance(yaw, np.ndarray):
+        yaw[-1] = yaw[0] if asked["closed"] else yaw[-1]
+    elif (dim not in (2, 3) and yaw == "tilt") or (dim == 1 and (yaw == "velocity" or isinstance(yaw, LookAt))):
+        del asked["yaw"]
+    elif asked["closed"] and yaw is np.sin:
+        del asked["yaw"]
+    if search is not None and {"start", "end", "pins"} & set(asked):
+        kept = {"time_limit": search.time_limit, "time_weight": search.time_weight}
+        asked["search"] = Search(**{name: value for name, value in kept.items() if value is not None})
+
+
+def planted(seed):
+    """Return the question of a seed with limits and walls changed such that a curve keeps all; None without a curve.
+
+    The curve is the plan of the same waypoints, states and continuity at given durations without limits and walls.
+    """
+    asked, known = question(seed)
+    draw, points, legs = np.random.default_rng([seed, 1]), known["points"], len(known["points"]) - 1
+    kept = {name: asked[name] for name in ("degree", "closed", "continuity", "start", "end", "pins") if name in asked}
+    pieces, lengths = (
+        1 if asked["pieces"] == "auto" else asked["pieces"],
+        np.linalg.norm(np.diff(points, axis=0), axis=1),
+    )
+    times = asked.get("durations", (lengths + 0.1) * np.exp(draw.normal() * 0.5 + 0.3 * draw.normal(size=legs)))
+    if kept.get("continuity", known["half"]) < known["half"] - 1:
+        del asked["continuity"], kept["continuity"]
+    curve = minsnap.plan(points, durations=times, pieces=pieces, **kept)
+    judge = Judge(curve.control_points, curve.durations, pieces)
+    s = np.linspace(0, 1, 400).astype(REAL)
+    values = {order: judge.values(order, s) for order in range(5)}
+    room = lambda share=0.1: float(1.001 + share * np.exp(draw.normal()))  # noqa: E731
+    if any(isinstance(one, Gate) for one in asked["waypoints"]):
+        asked["waypoints"], known["passed"] = points, [("point", None)] * (legs + 1)
+        asked.pop("waypoint_tolerance", None)
+    if "total_time" in asked:
+        asked["total_time"] = float(curve.duration)
+    if asked.get("limits") is not None:
+        asked["limits"], known["drag"] = room_for(asked["limits"], judge, values, room), (0.0, 0.0)
+        search = asked.pop("search", None)
+        if search is not None and search.time_weight is not None:
+            asked["search"] = Search(time_weight=search.time_weight)
+    told = []
+    for kind, size in known["walls"]:
+        by_leg = values[0].reshape(legs, -1, known["dim"])
+        along = np.diff(points, axis=0) / lengths[:, None]
+        offset = by_leg - points[:-1, None]
+        offset = offset - (offset * along[:, None]).sum(axis=-1, keepdims=True) * along[:, None]
+        if kind in ("tube", "round"):
+            far = np.abs(offset) if kind == "tube" else np.sqrt((offset * offset).sum(axis=-1))
+            width = np.array([float(far[leg].max()) * room() + 0.02 * lengths[leg] for leg in range(legs)])
+            told.append((kind, width))
+        elif kind == "boxes":
+            lower, upper = by_leg.min(axis=1).astype(float), by_leg.max(axis=1).astype(float)
+            margin = 0.02 * room() * (lengths[:, None] + upper - lower)
+            told.append((kind, (lower - margin, upper + margin)))
+        else:
+            normal, _, order = size
+            reach = values[order].reshape(-1, known["dim"]) @ normal
+            told.append((kind, (normal, float(reach.max() + (room() - 1.0) * np.abs(reach).max() + 1e-3), order)))
+    known["walls"] = told
+    if told:
+        make = {"tube": Tube, "round": RoundTube, "boxes": lambda both: Boxes(*both)}
+        half_space = lambda given: HalfSpaces(given[0], given[1], order=given[2])  # noqa: E731
+        asked["corridor"] = [make.get(kind, half_space)(size) for kind, size in told]
+    return asked, known
+
+
+def room_for(limits, judge, values, room):
+    """Return limits of the same kinds that a curve keeps."""
+    axis, bounds = limits.norm == "axis", {}
+    size = lambda vectors: float(np.abs(vectors).max() if axis else np.sqrt((vectors**2).sum(axis=-1)).max())  # noqa: E731
+    measures = {name: (lambda order=order: size(values[order])) for name, order in NORMS.items()}
+    measures |= {"horizontal_speed": lambda: size(values[1][..., :2])}
+    measures |= {"horizontal_acceleration": lambda: size(values[2][..., :2])}
+    measures |= {"climb_speed": lambda: float(values[1][..., 2].max())}
+    measures |= {"descent_speed": lambda: float(-values[1][..., 2].min())}
+    measures |= {"vertical_speed": lambda: float(np.abs(values[1][..., 2]).max())}
+    measures |= {"vertical_acceleration": lambda: float(np.abs(values[2][..., 2]).max())}
+    given = limits.given()
+    for name in measures:
+        if name in given:
+            bounds[name] = max(measures[name](), 1e-3) * room(0.3)
+    if {"max_thrust", "min_thrust", "tilt", "body_rate"} & set(given):
+        flown = judge.flown(9.81)
+        most = {name: max(float(flown[name]), 1e-3) * room(0.2) for name in ("tilt", "body_rate")}
+        most |= {
+            "max_thrust": float(flown["max_thrust"]) * room(0.2),
+            "min_thrust": -float(flown["min_thrust"]) / room(0.2),
+        }
+        fits = {"tilt": most["tilt"] < 1.4, "body_rate": most["body_rate"] < 40, "max_thrust": most["max_thrust"] < 9}
+        fits |= {"min_thrust": most["min_thrust"] > 0.01 and fits["tilt"]}
+        bounds |= {name: value for name, value in most.items() if name in given and fits[name]}
+    if not set(bounds) & set(NORMS):
+        bounds["speed"] = max(measures["speed"](), 1e-3) * room(0.3)
+    return Limits(**bounds, norm=limits.norm)
 
 
 def drawn_limits(draw, chance, dim, length):
@@ -265,9 +374,9 @@ def limited(judge, limits, drag):
         judge.flight(given, limits.gravity, drag)
 
 
-def outcome(seed):
+def outcome(seed, source=question):
     """Return what became of the question of a seed: its kind, a sentence, and processor time [s]."""
-    asked, known = question(seed)
+    asked, known = source(seed)
     began = process_time()
     try:
         with warnings.catch_warnings():
@@ -279,7 +388,7 @@ def outcome(seed):
     except minsnap.UnprovedError as error:
         kind, said = "unproved", str(error)
     except minsnap.InfeasibleError as error:
-        kind, said = ("proved" if error.verify() else "wrong"), str(error)
+        kind, said = ("proved" if error.verify() and source is question else "wrong"), str(error)
     except minsnap.InputError as error:
         kind, said = "refused", f"{type(error).__name__}: {error}"
     except minsnap.SolverError as error:
@@ -295,12 +404,14 @@ def main():
     parser.add_argument("count", type=int)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--planted", action="store_true", help="only questions of which a plan is known")
     parser.add_argument("--show", nargs="*", default=["wrong", "foreign"])
     chosen = parser.parse_args()
     kinds, times = Counter(), []
     seeds = range(chosen.seed, chosen.seed + chosen.count)
     with Pool(chosen.processes) as pool:
-        for seed, kind, said, seconds in pool.imap_unordered(outcome, seeds, chunksize=4):
+        asked = partial(outcome, source=planted if chosen.planted else question)
+        for seed, kind, said, seconds in pool.imap_unordered(asked, seeds, chunksize=4):
             kinds[kind] += 1
             times.append(seconds)
             if kind in chosen.show or ("slow" in chosen.show and seconds > SLOW):

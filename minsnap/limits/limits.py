@@ -193,6 +193,11 @@ class Limits:
                 found += measure.walls(extent, limit, name, kind.order, self.norm, self.gravity)
         return found
 
+    def necessary_walls(self, waypoints: FloatArray) -> Sequence[Walls]:
+        """Return the walls that every curve within the limits keeps: what they refuse is refused with proof."""
+        doubtful = ("max_thrust", "min_thrust", "tilt") if self.medium.drags else ("min_thrust",)
+        return [wall for wall in self.walls(waypoints) if wall.name not in doubtful]
+
 
 def check_limits(limits: Any) -> None:
     """Raise LimitError for what are no Limits."""

@@ -18,6 +18,7 @@ from minsnap.corridors.constraint import Constraint
 from minsnap.errors import InputError, MinsnapError
 from minsnap.limits.limits import Limits
 from minsnap.native.plan_batches import ManySlopes, many_gradients, many_optima, many_tubes
+from minsnap.native.quick_look import look_over
 from minsnap.native.status import Status
 from minsnap.optimisation.tube_report import TubeReports
 from minsnap.planning.problem_rows import (
@@ -159,6 +160,7 @@ def _solved_in_tubes(asked: ManyAsked, widths: FloatArray, gradients: bool) -> T
     found = many_tubes(*arrays, asked.workers, gradients, gap, asked.watch)
     if found is None:
         return _solved_one_by_one(asked, gradients)
+    look_over(*arrays, asked.workers, found.points, found.statuses)
     share = (perf_counter() - asked.began) / max(len(batch), 1)
     reports = TubeReports(share, found.figures, owned(batch.points), widths, batch.offsets)
     return _mended(asked, (found.points, found.breaks, found.statuses), reports, found.slopes)

@@ -14,7 +14,7 @@ from minsnap.errors import InfeasibleError, SolverError, TimingError
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
-from minsnap.time_allocation.refused_times import in_other_times, told
+from minsnap.time_allocation.refused_times import by_necessary_walls, in_other_times, told
 from minsnap.time_allocation.timing import (
     Finish,
     Run,
@@ -61,6 +61,10 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
     except (InfeasibleError, SolverError) as refused:
         if not task.explained:
             raise
+        again = by_necessary_walls(task, timing, finish, samples, refused)
+        if isinstance(again, Timed):
+            return looked_at(again, task, timing, samples)
+        refused = again
         found = in_other_times(task, timing, finish, samples, refused)
         if found is not None:
             return looked_at(found, task, timing, samples)

@@ -23,6 +23,7 @@ from minsnap.corridors.margins import margin_to
 from minsnap.corridors.passing import passing
 from minsnap.limits.compliance import KEPT, largest_use, use_from
 from minsnap.limits.limits import Limits
+from minsnap.native.quick_look import keeps
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.trajectory.trajectory import Trajectory
@@ -54,8 +55,7 @@ def fault(
     """
     return (
         _wrong_times(curve, times)
-        or _wrong_waypoints(task, curve)
-        or _wrong_knots(task, curve)
+        or (None if _seen_at_once(task, curve) else _wrong_waypoints(task, curve) or _wrong_knots(task, curve))
         or _left_walls(task.walls, curve, solved)
         or _broken_limits(limits, curve, limits_from)
     )
@@ -69,6 +69,18 @@ def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | N
     return (
         f"it takes {curve.duration:.9g} s, and other times were asked for" if apart > EXACT * curve.duration else None
     )
+
+
+def _seen_at_once(task: Task, curve: Trajectory) -> bool:
+    """Whether the native core sees waypoints that are fixed, rest at both ends and nowhere else, and every joint."""
+    if task.regions or task.closed or len(curve.durations) != task.legs * task.pieces or curve.dim != task.dim:
+        return False
+    highest = 0
+    for waypoint, state in task.pins.items():
+        if any(value.any() for value in state.values()) or (state and 0 < waypoint < task.legs):
+            return False
+        highest = max(highest, *state, 0)
+    return keeps(task.waypoints, curve.durations, curve.control_points, task.continuity, highest)
 
 
 def _wrong_waypoints(task: Task, curve: Trajectory) -> str | None:

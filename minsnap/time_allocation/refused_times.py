@@ -13,12 +13,13 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
+from minsnap.limits.compliance import keeps
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import distance_split
 from minsnap.time_allocation.longer_times import least_longer
 from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.timing import Finish, Run, Timed, Timing
+from minsnap.time_allocation.timing import Finish, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.within_limits import plans_for
 
 if TYPE_CHECKING:
@@ -49,6 +50,28 @@ def in_other_times(task: Task, timing: Timing, finish: Finish, samples: int | No
     slows = task.still and not any(wall.order for wall in task.walls)
     tried = (least_longer(attempt, durations, slows) for durations in _proportions(task, timing, refused))
     return next((found for found in tried if found is not None), None)
+
+
+def by_necessary_walls(
+    task: Task, timing: Timing, finish: Finish, samples: int | None, refused: Refused
+) -> Timed | Refused:
+    """Plan anew, or refuse, where a proof is by walls that are sufficient for a limit, but not necessary."""
+    limits, proof = timing.limits, refused.contradiction if isinstance(refused, InfeasibleError) else None
+    if limits is None or proof is None or len(getattr(proof, "durations", ())) != task.legs * task.pieces:
+        return refused
+    walls = limits.necessary_walls(task.waypoints)
+    if len(walls) == len(limits.walls(task.waypoints)):
+        return refused
+    try:
+        found = timed(solved_or_explained(task.with_walls(walls), proof.durations, samples), finish)
+    except LateError:
+        raise
+    except (InfeasibleError, SolverError) as other:
+        return other
+    mine = _asked_for(proof, task, timing)
+    if mine and keeps(limits, found.trajectory):
+        return found
+    return _unproved(refused) if isinstance(refused, InfeasibleError) else refused
 
 
 def _for_all_times(task: Task, timing: Timing, refused: Refused) -> bool:
@@ -89,7 +112,7 @@ def told(refused: Refused, task: Task, timing: Timing, plan: Callable[[Timing], 
         return refused
     if timing.total_time is not None and len(task.waypoints) == 2 and task.pieces == 1 and not asked:
         limits = timing.limits
-        bounded = task if limits is None else task.with_walls(limits.walls(task.waypoints))
+        bounded = task if limits is None else task.with_walls(limits.necessary_walls(task.waypoints))
         again = explain(bounded, np.array([timing.total]))
         refused, asked = (again, True) if isinstance(again, InfeasibleError) else (refused, False)
     factor = _stretch_tried(refused, task, timing, plan)

@@ -16,6 +16,7 @@ from minsnap.corridors.gates import Gate
 from minsnap.corridors.given_waypoints import is_transposed, warn_magnitude
 from minsnap.native.durations import SplitFound, best_split, best_tube_split
 from minsnap.native.free_optimum import resting_optimum
+from minsnap.native.quick_look import keeps
 from minsnap.native.tube import tube_optimum
 from minsnap.optimisation.tube_report import TubeReport
 from minsnap.trajectory.report import LinearSystem
@@ -31,6 +32,7 @@ def resting_plan(
 ) -> Trajectory | None:
     """Plan for given durations, or for a total time and the split of it that costs least; arguments as of ``plan``.
 
+    What comes back passed a last look of the native core at its control points: waypoints, rest, joints and tube.
     None where anything is unusual: the checks of ``plan`` name what is wrong, and the other ways solve the rest.
     """
     began = perf_counter()
@@ -93,7 +95,7 @@ def _in_tube(
     widths: FloatArray, points: FloatArray, times: FloatArray, half: int, history: FloatArray | None, began: float
 ) -> Trajectory | None:
     found = tube_optimum(points, times, widths, half)
-    if found is None:
+    if found is None or not keeps(points, times, found.points, half - 1, half - 1, widths):
         return None
     how = TubeReport(perf_counter() - began, found.figures, points, widths, history)
     return Trajectory.unchecked(control_points=found.points, durations=times, how=how)

@@ -6,7 +6,7 @@ from tasks import REFERENCE, random_legs
 
 import minsnap
 from minsnap.cli.app import exit_status
-from minsnap.errors import InfeasibleError, LimitError, TimingError, WaypointError
+from minsnap.errors import InfeasibleError, LimitError, TimingError, UnprovedError, WaypointError
 from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
 
@@ -130,12 +130,24 @@ def test_limits_that_are_no_walls_hold_in_every_mode(name, mode):
 
 
 @pytest.mark.parametrize("name", OTHERS)
-@pytest.mark.parametrize("mode", [{"total_time": 1.0}, {"durations": [0.5] * 4}])
+@pytest.mark.parametrize("mode", [{"total_time": 1.0}, {"durations": [0.7] * 4}])
 def test_limits_that_are_no_walls_are_never_exceeded_in_silence(name, mode):
-    """In 1.5 s a least thrust can be kept: a path so fast needs much of it everywhere."""
+    """A path faster than this keeps a least thrust: it needs much of it everywhere."""
     limits, options = OTHERS[name]
     with pytest.raises(InfeasibleError):
         minsnap.plan(POINTS, limits=limits, **plan_arguments(mode | options))
+
+
+def test_what_only_sufficient_walls_refuse_is_not_refused_with_proof():
+    """A least thrust is planned as a bound on its vertical part; a steep turn keeps it without."""
+    asked = {"limits": Limits(speed=20.0, min_thrust=0.9), "durations": [0.5] * 4}
+    check(minsnap.plan(POINTS, **asked), asked["limits"], POINTS)
+    with pytest.raises(UnprovedError) as refused:
+        minsnap.plan(POINTS, **asked | {"durations": [0.7] * 4})
+    assert not refused.value.verify()
+    with pytest.raises(InfeasibleError) as refused:
+        minsnap.plan(POINTS, **asked | {"limits": Limits(speed=5.0, min_thrust=0.9)})
+    assert refused.value.verify()
 
 
 @pytest.mark.parametrize("limits", [Limits(body_rate=1.0), Limits(min_thrust=0.8), Limits(max_thrust=1.4, tilt=0.4)])

@@ -7,8 +7,12 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, HalfSpaces, Limits, RoundTube, SolverError, Tube
+from minsnap.native.free_optimum import resting_optimum
+from minsnap.native.library import core
+from minsnap.native.quick_look import keeps
 from minsnap.optimisation.problem import Task
-from minsnap.time_allocation import allocate
+from minsnap.planning import plan_many as batches
+from minsnap.time_allocation import allocate, resting
 from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.timing import Timed
 
@@ -16,6 +20,7 @@ POINTS = np.array([(0, 0, 1), (4, 0, 1), (4, 3, 1), (0, 3, 1)], dtype=float)
 TIMES = [2.0, 1.5, 2.0]
 BOXES = Boxes(np.minimum(POINTS[:-1], POINTS[1:]) - 0.25, np.maximum(POINTS[:-1], POINTS[1:]) + 0.25)
 SLOW = HalfSpaces([(1, 0, 0), (0, 1, 0)], [3.2, 3.1], order=1)
+native = pytest.mark.skipif(core().library is None, reason="the Python core is in use")
 SOFT = HalfSpaces((1, 0, 0), 3.5, order=2)
 
 
@@ -94,3 +99,58 @@ def test_a_margin_counts_for_the_very_curve_alone():
     assert not solved.proved_margins(curve.stretched(1.0 + 1e-15))
     narrower = Boxes(BOXES.lower + 0.2, BOXES.upper - 0.2).walls(POINTS)
     assert "it leaves the box" in fault(replace(task, walls=narrower), curve, None, solved=solved)
+
+
+@native
+def test_a_tube_that_the_quick_way_makes_too_wide_is_seen(monkeypatch):
+    """The native core is told of another tube; the look at what comes back hands the question over."""
+    solve = resting.tube_optimum
+    quick = minsnap.plan(POINTS, durations=TIMES, corridor=0.1)
+    monkeypatch.setattr(resting, "tube_optimum", lambda p, t, widths, half: solve(p, t, np.array(1.5 * widths), half))
+    assert minsnap.certify(minsnap.plan(POINTS, durations=TIMES, corridor=0.1), POINTS, 0.1).ok
+    assert resting.resting_plan(POINTS, TIMES, None, 0.1, 7) is None
+    monkeypatch.undo()
+    again = resting.resting_plan(POINTS, TIMES, None, 0.1, 7)
+    assert again is not None and np.array_equal(again.control_points, quick.control_points)
+
+
+@native
+@pytest.mark.parametrize("off", range(3))
+def test_a_tube_that_a_batch_makes_too_wide_is_seen(monkeypatch, off):
+    """One leg's tube after another is wider inside; what comes back is inside of the one asked for."""
+    solve, widened = batches.many_tubes, np.tile(np.where(np.arange(3) == off, 2.0, 1.0), 4)
+    monkeypatch.setattr(batches, "many_tubes", lambda p, d, o, half, w, *rest: solve(p, d, o, half, widened * w, *rest))
+    many = minsnap.plan_many(np.stack([POINTS] * 4), durations=TIMES, corridor=0.1)
+    assert all(minsnap.certify(curve, POINTS, 0.1).ok for curve in many)
+
+
+@native
+@pytest.mark.parametrize("dim", [1, 2, 3, 4])
+@pytest.mark.parametrize("half", [2, 3, 4, 5, 6])
+def test_the_native_look_sees_every_control_point(dim, half):
+    """Each control point of a free curve decides about a waypoint, a joint or rest."""
+    points = np.random.default_rng(dim).normal(size=(4, dim))
+    curve = resting_optimum(points, np.array(TIMES), half)[0]
+    asked = points, np.array(TIMES)
+    assert keeps(*asked, curve, half - 1, half - 1)
+    assert not keeps(*asked, curve, half - 1, half)
+    assert not keeps(points, np.array(TIMES) * [1.0, 1.0001, 1.0], curve, half - 1, half - 1)
+    for place in np.ndindex(curve.shape):
+        changed = curve.copy()
+        changed[place] += 1e-4
+        assert not keeps(*asked, changed, half - 1, half - 1), place
+
+
+@native
+def test_the_native_look_sees_every_side_of_a_tube():
+    points = np.array(POINTS) + [(0, 0, 0), (0, 0.1, 0.3), (0.2, 0, 0), (0, 0, 0.4)]
+    curve = np.array(minsnap.plan(points, durations=TIMES, corridor=0.1).control_points)
+    widths = np.array([0.1, 0.1, 0.1])
+    assert keeps(points, np.array(TIMES), curve, 3, 3, widths)
+    assert keeps(points, np.array(TIMES), curve, 3, 3, np.array(0.1))
+    path, seen = minsnap.plan(points, durations=TIMES, corridor=0.1), []
+    for leg in range(3):
+        narrow = widths * np.where(np.arange(3) == leg, 0.9, 1.0)
+        seen.append(keeps(points, np.array(TIMES), curve, 3, 3, narrow))
+        assert seen[-1] == minsnap.certify(path, points, narrow).ok
+    assert not all(seen)

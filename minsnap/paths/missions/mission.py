@@ -10,10 +10,12 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_kind
+from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.gate_passages import GatePassage, gate_passages
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.half_spaces import HalfSpaces
+from minsnap.corridors.margins import nearest_wall
 from minsnap.corridors.tubes import Tube
 from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps
@@ -129,7 +131,9 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
         ground, end = _ground(last, last.duration, course.land), last(last.duration)
         flown.append(_Flown(_vertical(end, ground, course.bounds, LANDING_SPEED), (("landing", 0.0),)))
     flown, curve = _within_limits(course, flown, _headed(course, flown))
-    return Mission(curve, _parts(flown), course, course.bounds, _corridor(curve, flown))
+    walls = _corridor(curve, flown)
+    _look_at(curve, walls, planning.get("continuity"))
+    return Mission(curve, _parts(flown), course, course.bounds, walls)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +176,19 @@ def _within_limits(course: Course, flown: list[_Flown], curve: Trajectory) -> tu
         f"the parts together do not keep {used.name}: it reaches {used.value:.6g} at {used.instant:.4g} s where "
         f"{used.limit:.6g} is allowed; lower that limit a little"
     )
+
+
+def _look_at(curve: Trajectory, corridor: Sequence[HalfSpaces], asked: int | None) -> None:
+    """Raise SolverError where parts that are right by themselves do not join, or leave a wall together."""
+    least = (curve.degree - 1) // 2 if asked is None else asked
+    joined, nearest = continuity(curve), nearest_wall(curve, walls_of(corridor, curve(curve.leg_breaks)))
+    if joined < least:
+        wrong = f"its parts join with {joined} continuous derivatives, and {least} were asked for"
+    elif nearest is not None and not nearest.value >= 0.0:
+        wrong = f"it leaves the walls of leg {nearest.leg} by {-nearest.value:.3g} m at {nearest.instant:.4g} s"
+    else:
+        return
+    raise SolverError(f"the mission found is refused at the last look: {wrong}; please report this course")
 
 
 def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:

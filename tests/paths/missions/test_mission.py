@@ -161,3 +161,30 @@ def test_the_figure_numbers_the_waypoints(yard):
     again = plan_mission(Course((*YARD[:1], *YARD[2:], *YARD[:1]), limits=LIMITS))
     figure = minsnap.plot.plot_mission(again)
     assert [text.get_text() for text in figure.subfigs[0].axes[0].texts if text.get_text()] == ["0, 3", "1", "2"]
+
+
+@pytest.mark.parametrize("moved, message", [((1e-4, 0, 0), "join with"), ((0, 2.0, 0), "leaves the walls|join with")])
+def test_parts_that_do_not_join_are_seen(monkeypatch, moved, message):
+    """A control point inside one part is moved after it was planned."""
+    from minsnap.paths.missions import mission
+
+    join = mission._headed
+
+    def broken(course, flown):
+        curve = join(course, flown)
+        points = curve.control_points.copy()
+        points[len(points) // 2, 1] += moved
+        return minsnap.Trajectory(points, curve.durations, pieces=curve.pieces)
+
+    monkeypatch.setattr(mission, "_headed", broken)
+    with pytest.raises(minsnap.SolverError, match=f"last look: it.* ({message})|do not keep"):
+        plan_mission(Course(YARD, closed=True, limits=Limits(speed=400.0), takeoff=True, land=True))
+
+
+def test_walls_of_a_mission_are_looked_at(monkeypatch):
+    from minsnap.paths.missions import mission
+
+    narrow = minsnap.HalfSpaces((1, 0, 0), 4.0)
+    monkeypatch.setattr(mission, "_corridor", lambda joined, flown: (narrow,))
+    with pytest.raises(minsnap.SolverError, match="last look: it leaves the walls of leg"):
+        plan_mission(Course(YARD, closed=True, limits=LIMITS))

@@ -32,11 +32,12 @@ Status solve_one(const ChainProblem &chain, int half, std::int64_t all, double *
     const Status checked = check_chain(chain, half, spread);
     if (checked != Status::done) return checked;
     const std::int64_t count = chain.legs * 2 * half * chain.stride;
-    if (all < large || count > small || reinterpret_cast<std::uintptr_t>(out) % 16 != 0)
-        return solve_chain(chain, half, spread, {out, nullptr});
+    const bool direct = all < large || count > small || reinterpret_cast<std::uintptr_t>(out) % 16 != 0;
     alignas(64) double room[small];
-    const Status status = solve_chain(chain, half, spread, {room, nullptr});
-    if (status == Status::done) copy_past_caches(room, out, count);
+    double *const place = direct ? out : room;
+    Status status = solve_chain(chain, half, spread, {place, nullptr});
+    if (status == Status::done) status = looked_at(chain, half, place);
+    if (status == Status::done && !direct) copy_past_caches(room, out, count);
     return status;
 }
 

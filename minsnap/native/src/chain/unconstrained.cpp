@@ -6,6 +6,7 @@
 #include "chain/sweep.hpp"
 #include "basics/dispatch.hpp"
 #include "basics/export.hpp"
+#include "certificate/last_look.hpp"
 #include "chain/unconstrained.hpp"
 
 namespace minsnap {
@@ -62,6 +63,12 @@ Status solve_chain(const ChainProblem &chain, int half, Spread spread, Output ou
     return half <= most_usual_half ? solve_chain_usual(chain, half, out) : solve_chain_high(chain, half, out);
 }
 
+Status looked_at(const ChainProblem &chain, int half, const double *out) {
+    const Asked asked = {chain.points, chain.durations, chain.start, chain.end, nullptr,      false,
+                         chain.legs,   1,               2 * half - 1, int(chain.stride), half - 1, half - 1};
+    return passes_last_look(asked, out) ? Status::done : Status::not_proved;
+}
+
 void write_breaks(const double *durations, std::int64_t legs, double *breaks) {
     double sum = breaks[0] = 0.0;
     for (std::int64_t i = 0; i < legs; ++i) breaks[i + 1] = sum += durations[i];
@@ -80,6 +87,7 @@ MINSNAP_EXPORT std::int32_t minsnap_unconstrained(const double *points, const do
     Spread spread;
     Status status = check_chain(chain, half, spread);
     if (status == Status::done) status = solve_chain(chain, half, spread, {out, nullptr});
+    if (status == Status::done) status = looked_at(chain, half, out);
     if (status == Status::done) write_breaks(durations, legs, breaks);
     return static_cast<std::int32_t>(status);
 }

@@ -35,6 +35,9 @@ Status solve_chain_high(const ChainProblem &chain, int half, Output out);
 // The same in double-double arithmetic.
 Status solve_chain_extended(const ChainProblem &chain, int half, Output out);
 
+// Whether the optimum of an open chain without pins passes the last look.
+Status looked_at(const ChainProblem &chain, int half, const double *out);
+
 // The optimum of a closed lap, whose state at the end is that at the start, and free.
 Status solve_closed(const ChainProblem &chain, int half, Spread spread, Output out);
 

@@ -1,0 +1,85 @@
+"""Whether control points keep what was asked for, by the native core: waypoints, states at the ends, joints, a tube."""
+
+from __future__ import annotations
+
+from ctypes import c_int32, c_int64, c_void_p
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.native.library import Entry, address, optional_address
+
+_ONE = Entry("minsnap_last_look", *[c_void_p] * 3, c_int64, *[c_int32] * 6, c_void_p)
+_MANY = Entry("minsnap_last_looks", *[c_void_p] * 4, c_int64, *[c_int32] * 3, *[c_void_p] * 2)
+
+
+def keeps(
+    points: FloatArray,
+    durations: FloatArray,
+    curve: FloatArray,
+    continuity: int,
+    pinned: int,
+    widths: FloatArray | None = None,
+) -> bool:
+    """Whether a curve is seen to pass the waypoints, to be at rest at its ends, to join, and to stay in a tube.
+
+    Parameters
+    ----------
+    points : ndarray, shape (legs + 1, dim)
+        Waypoints [m], passed exactly.
+    durations : ndarray, shape (pieces in all,)
+        [s].
+    curve : ndarray, shape (pieces in all, degree + 1, dim)
+        Control points [m].
+    continuity : int
+        Derivatives that are continuous.
+    pinned : int
+        Derivatives that are zero at both ends.
+    widths : ndarray, shape () or (legs,), optional
+        Half-widths of a ``Tube`` [m], for one piece per leg.
+
+    Returns
+    -------
+    bool
+        False also where rounding is more than this quick look allows, or where the Python core is in use.
+    """
+    look = _ONE.ready or _ONE.function()
+    if look is None:
+        return False
+    pieces, size, dim = curve.shape
+    legs = len(points) - 1
+    return not look(
+        *(address(points), address(durations), optional_address(widths), legs, pieces // legs, dim, size - 1),
+        *(continuity, pinned, widths is not None and widths.ndim == 0, address(curve)),
+    )
+
+
+def look_over(
+    points: FloatArray,
+    durations: FloatArray,
+    offsets: IntArray,
+    half: int,
+    widths: FloatArray,
+    threads: int,
+    curves: FloatArray,
+    statuses: IntArray,
+) -> None:
+    """Change the statuses of those of many plans in tubes of which this is not seen.
+
+    Parameters
+    ----------
+    points, durations, offsets, half, widths, threads
+        As for ``many_tubes``.
+    curves : ndarray, shape (legs in all, 2k, dim)
+        Control points [m].
+    statuses : ndarray of int, shape (problems,)
+        Overwritten.
+    """
+    look = _MANY.ready or _MANY.function()
+    if look is not None:
+        found = statuses.astype(np.int32)
+        look(
+            *map(address, (points, durations, widths, offsets)),
+            *(len(offsets) - 1, points.shape[1], half, threads, address(curves), address(found)),
+        )
+        statuses[:] = found
