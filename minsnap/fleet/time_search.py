@@ -6,7 +6,7 @@ all of time by what they are exceeded, which leaves the curves and their distanc
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import sqrt
@@ -21,6 +21,7 @@ from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.fleet.fleet_limits import extent_of
 from minsnap.fleet.fleet_task import FleetTask, knot_shares
 from minsnap.limits.kinds import KIND
+from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -187,14 +188,8 @@ class TimeSearch:
 
     def _stretched(self, curves: FloatArray, time: float) -> float:
         """Return the least time at which limits on derivatives are kept."""
-        limits = self.task.limits or ()
-        used = certify_fleet(flown(curves, time), limits=limits).utilisation
-        factor = 0.0
-        for entry in used:
-            order = KIND[entry.use.name].order
-            share = max(entry.use.fraction, 0.0)
-            factor = max(factor, _root(share, order) if order else (1.0 if share <= 1.0 else share))
-        return time * factor * (1.0 + 1e-13) if factor > 0.0 else time
+        factor = slowed(flown(curves, time), self.task.limits or ())
+        return time * factor if factor > 0.0 else time
 
     def open(self, seeds: range, bound: float) -> FloatArray | None:
         """Find first certified curves, at ever longer times and from ever other guesses; None if there are none."""
@@ -246,6 +241,16 @@ class TimeSearch:
     def seconds(self) -> float:
         """Processor time since the start [s]."""
         return process_time() - self._began
+
+
+def slowed(curves: Sequence[Trajectory], limits: Limits | Sequence[Limits]) -> float:
+    """Return by how much time is to be stretched so that curves keep limits on derivatives; 0 if nothing moves."""
+    factor = 0.0
+    for entry in certify_fleet(curves, limits=limits).utilisation:
+        order = KIND[entry.use.name].order
+        share = max(entry.use.fraction, 0.0)
+        factor = max(factor, _root(share, order) if order else (1.0 if share <= 1.0 else share))
+    return factor * (1.0 + 1e-13)
 
 
 def _root(value: float, order: int) -> float:

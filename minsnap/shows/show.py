@@ -15,17 +15,19 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.storage.archive import read_archive
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.errors import FleetError, MinsnapError
 from minsnap.files.formats.light_programme import Lights
 from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_planner import plan_fleet
 from minsnap.fleet.separation import Separation
 from minsnap.limits.limits import Limits
 from minsnap.shows.formations import spacing_of
+from minsnap.shows.moves import Move, ends, moved
 from minsnap.trajectory.trajectory import Trajectory
 
 Told = Callable[[str], None]
@@ -42,17 +44,20 @@ class Act:
         [m].
     hold : float
         How long it stands [s].
-    colour : tuple of int or None
-        Red, green, blue of all lamps, from 0 to 255; None: as before.
+    colour : tuple of int, ndarray of shape (vehicles, 3), or None
+        Red, green, blue of all lamps, or of the lamp at each point, from 0 to 255; None: as before.
     fade : bool
         The colour is reached during the flight there, else on arrival.
+    moves : tuple of Move
+        What the formation does after its hold, one after the other.
     """
 
     name: str
     points: FloatArray
     hold: float = 3.0
-    colour: tuple[int, int, int] | None = None
+    colour: tuple[int, int, int] | FloatArray | None = None
     fade: bool = False
+    moves: tuple[Move, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +73,10 @@ class Show:
     limits : Limits
     take_off : float
         How far above home the vehicles climb straight [m].
+    layers : int
+        Into so many heights, each the separation times the downwash above the one before, neighbours into other ones.
+    land : str
+        ``"own"``: each lands where it took off; ``"any"``: at any vehicle's place, where that is shorter.
     room : pair of corners or None
     seed : int
     """
@@ -79,11 +88,21 @@ class Show:
     take_off: float = 2.0
     room: tuple[FloatArray, FloatArray] | None = None
     seed: int = 0
+    layers: int = 1
+    land: str = "own"
+
+    @property
+    def above(self) -> FloatArray:
+        """Where the climb ends, shape (vehicles, 3) [m]."""
+        gap = self.separation.downwash * 2.0 * float(self.separation.radii_of(len(self.home)).max())
+        places = self.home + (0.0, 0.0, self.take_off)
+        places[:, 2] += gap * (np.arange(len(places)) % self.layers)
+        return np.asarray(places)
 
     @property
     def reach(self) -> float:
         """Largest coordinate of any formation [m]."""
-        points = [self.home + (0.0, 0.0, self.take_off), *(act.points for act in self.acts)]
+        points = [self.above, *(act.points for act in self.acts)]
         return float(max(np.abs(place).max() for place in points))
 
     def check(self) -> None:
@@ -162,32 +181,75 @@ def fly(show: Show, kept: str | os.PathLike[str] | None = None, told: Told | Non
         If a flight was not found; says which.
     """
     show.check()
-    above = show.home + (0.0, 0.0, show.take_off)
-    places = [("take-off", above, 0.0), *((act.name, act.points, act.hold) for act in show.acts)]
-    places += [("return", above, 0.0), ("landing", show.home, 0.0)]
-    now, clock, stages = show.home, 0.0, []
-    parts: list[list[Trajectory]] = [[] for _ in show.home]
-    for number, (name, points, hold) in enumerate(places):
-        free = 0 < number < len(places) - 2
-        goals = points[assign(now, points)] if free else points
-        try:
-            curves, method = _flight(show, now, goals, kept)
-        except MinsnapError as error:
-            error.args = (f"the flight to {name}: {error}",)
-            raise
-        arrival = clock + max(curve.duration for curve in curves)
-        for part, curve, goal in zip(parts, curves, goals, strict=True):
-            part.extend([curve, *_wait(goal, arrival - clock - curve.duration + hold)])
-        stages.append(Stage(name, clock, arrival, arrival + hold, method))
-        if told is not None:
-            told(f"{name}: {arrival - clock:.2f} s ({method})")
-        now, clock = goals, arrival + hold
-    fleet = Fleet(tuple(_joined(part) for part in parts), None, show.separation)
-    return FlownShow(fleet, (_lights(show, stages),) * len(fleet), tuple(stages))
+    same = np.arange(len(show.home))
+    course = _Course(show.home, [], [[] for _ in same], told)
+    course.add("take-off", *_flight(show, course.now, show.above, kept, "take-off"), 0.0)
+    shown = []
+    for act in show.acts:
+        order = assign(course.now, act.points)
+        shown.append(
+            (order, course.add(act.name, *_flight(show, course.now, act.points[order], kept, act.name), act.hold))
+        )
+        for move in act.moves:
+            course.add(f"{act.name} moves", _checked(moved(move, course.now, show.limits), show, act.name), "move", 0.0)
+    order = _return(show, course.now)
+    course.add("return", *_flight(show, course.now, show.above[order], kept, "return"), 0.0)
+    end = course.add("landing", *_flight(show, course.now, show.home[order], kept, "landing"), 0.0).end
+    fleet = Fleet(tuple(_joined(part) for part in course.parts), None, show.separation)
+    return FlownShow(
+        fleet, tuple(_lights(show, shown, end, vehicle) for vehicle in same.tolist()), tuple(course.stages)
+    )
+
+
+@dataclass(eq=False)
+class _Course:
+    """Flights one after the other: where the vehicles are, and what they have flown."""
+
+    now: FloatArray
+    stages: list[Stage]
+    parts: list[list[Trajectory]]
+    told: Told | None
+
+    def add(self, name: str, curves: list[Trajectory], method: str, hold: float) -> Stage:
+        """Fly and hold, and return the stage."""
+        start = self.stages[-1].end if self.stages else 0.0
+        arrival = start + max(curve.duration for curve in curves)
+        self.now = ends(curves)
+        for part, curve, goal in zip(self.parts, curves, self.now, strict=True):
+            part.extend([curve, *_wait(goal, arrival - start - curve.duration + hold)])
+        self.stages.append(Stage(name, start, arrival, arrival + hold, method))
+        if self.told is not None:
+            self.told(f"{name}: {arrival - start:.2f} s ({method})")
+        return self.stages[-1]
+
+
+def _return(show: Show, now: FloatArray) -> IntArray:
+    """Return above whose place each vehicle returns: its own, or any where the longest way is then shorter."""
+    own = np.arange(len(now))
+    if show.land == "own":
+        return own
+    order = np.asarray(assign(now, show.above))
+    ways = [float(np.linalg.norm(show.above[each] - now, axis=1).max()) for each in (own, order)]
+    return own if ways[0] <= ways[1] else order
+
+
+def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory]:
+    """Return the curves of a move, or raise FleetError where they come too near or leave the room."""
+    found = certify_fleet(curves, show.separation, room=show.room)
+    if found.pair is not None and found.nearest and found.nearest[0].share < 1.0 - 1e-9:
+        near = found.nearest[0]
+        raise FleetError(
+            f"vehicles {near.pair[0]} and {near.pair[1]} come within {near.distance:.3f} m of {near.required:g} m in a "
+            f"move of {name!r}: shrink it less",
+            pair=near.pair,
+        )
+    if found.room_margin is not None and found.room_margin < 0.0:
+        raise FleetError(f"a move of {name!r} leaves the room by {-found.room_margin:.3g} m: move it less far")
+    return curves
 
 
 def _flight(
-    show: Show, starts: FloatArray, goals: FloatArray, kept: str | os.PathLike[str] | None
+    show: Show, starts: FloatArray, goals: FloatArray, kept: str | os.PathLike[str] | None, name: str
 ) -> tuple[list[Trajectory], str]:
     """Return the curves from starts to goals, from the folder if they are there."""
     file = None if kept is None else Path(kept) / f"{_key(show, starts, goals)}.npz"
@@ -195,7 +257,11 @@ def _flight(
         stored = read_archive(file)
         return [Trajectory(stored[f"p{i}"], stored[f"d{i}"]) for i in range(len(starts))], "kept"
     ways = np.stack([starts, goals], axis=1)
-    fleet = plan_fleet(ways, show.limits, show.separation, show.room, seed=show.seed)
+    try:
+        fleet = plan_fleet(ways, show.limits, show.separation, show.room, seed=show.seed)
+    except MinsnapError as error:
+        error.args = (f"the flight to {name}: {error}",)
+        raise
     if file is not None:
         file.parent.mkdir(parents=True, exist_ok=True)
         arrays: dict[str, Any] = {f"p{i}": curve.control_points for i, curve in enumerate(fleet)}
@@ -228,10 +294,10 @@ def _joined(parts: list[Trajectory]) -> Trajectory:
     )
 
 
-def _lights(show: Show, stages: list[Stage]) -> Lights:
-    """Return the colours of the acts, white until the first one, dark after the landing."""
+def _lights(show: Show, shown: list[tuple[IntArray, Stage]], end: float, vehicle: int) -> Lights:
+    """Return the colours of the acts at a vehicle's points, white until the first one, dark after the landing."""
     instants, colours, fades = [0.0], [(255, 255, 255)], [False]
-    for act, stage in zip(show.acts, stages[1:], strict=False):
+    for act, (order, stage) in zip(show.acts, shown, strict=True):
         if act.colour is None:
             continue
         if act.fade:
@@ -239,7 +305,8 @@ def _lights(show: Show, stages: list[Stage]) -> Lights:
             colours.append(colours[-1])
             fades.append(False)
         instants.append(stage.arrival)
-        colours.append(act.colour)
+        own = np.asarray(act.colour)
+        colours.append(tuple((own if own.ndim == 1 else own[order[vehicle]]).tolist()))
         fades.append(act.fade)
-    instants, colours, fades = [*instants, stages[-1].end], [*colours, (0, 0, 0)], [*fades, False]
+    instants, colours, fades = [*instants, end], [*colours, (0, 0, 0)], [*fades, False]
     return Lights(np.array(instants), np.array(colours, dtype=np.float64), np.array(fades))

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray
+from minsnap.basics.arrays import FloatArray, numbers
+from minsnap.basics.checks import is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import load_yaml
@@ -18,11 +19,14 @@ from minsnap.fleet.separation import Separation
 from minsnap.limits.limits import Limits
 from minsnap.shows.formations import circle, grid, points_file, text
 from minsnap.shows.mesh_points import mesh
+from minsnap.shows.moves import Move
 from minsnap.shows.show import Act, Show
+from minsnap.shows.svg_lines import svg
 
-KEYS = ("vehicles", "separation", "downwash", "limits", "room", "home", "take_off", "acts", "seed")
-ACT_KEYS = ("name", "formation", "hold", "colour", "fade", "shift", "turn")
-KINDS: dict[str, Callable[..., FloatArray]] = {"grid": grid, "circle": circle, "text": text, "mesh": mesh}
+KEYS = ("vehicles", "separation", "downwash", "limits", "room", "home", "take_off", "layers", "land", "acts", "seed")
+ACT_KEYS = ("name", "formation", "hold", "colour", "fade", "shift", "turn", "moves")
+MOVE_KEYS = ("turn", "scale", "along", "seconds")
+KINDS: dict[str, Callable[..., FloatArray]] = {"grid": grid, "circle": circle, "text": text, "mesh": mesh, "svg": svg}
 
 
 def is_show(path: str | os.PathLike[str]) -> bool:
@@ -37,10 +41,12 @@ def read_show(path: str | os.PathLike[str]) -> Show:
     """Read a show.
 
     ``vehicles``; ``separation`` [m] and ``downwash``; ``limits``, fields of :class:`~minsnap.Limits`; ``room``, two
-    corners; ``home``, a formation on the ground; ``take_off``, the height of the straight climb; ``acts``, a list of
-    ``formation``, ``name``, ``hold`` [s], ``colour`` [r, g, b], ``fade``, ``shift`` [x, y, z] and ``turn`` [deg] about
-    the vertical. A formation is ``{grid: {spacing, height, columns}}``, ``{circle: {radius, height, upright}}``,
-    ``{text: {words, size, height}}``, ``{mesh: {file, size, height}}``, ``{points: [[x, y, z], ...]}`` or
+    corners; ``home``, a formation on the ground; ``take_off``, the height of the straight climb, and ``layers``, in how
+    many heights it ends; ``land``, ``own`` or ``any``; ``acts``, a list of ``formation``, ``name``, ``hold`` [s],
+    ``colour`` [r, g, b] or one for each point, ``fade``, ``shift`` [x, y, z], ``turn`` [deg] about the vertical, and
+    ``moves``, a list of ``turn`` [deg], ``scale``, ``along`` [[x, y, z], ...] and ``seconds``. A formation is
+    ``{grid: {spacing, height, columns}}``, ``{circle: {radius, height, upright}}``, ``{text: {words, size, height}}``,
+    ``{mesh: {file, size, height}}``, ``{svg: {file, size, height}}``, ``{points: [[x, y, z], ...]}`` or
     ``{file: points.csv}``.
 
     Raises
@@ -64,6 +70,8 @@ def read_show(path: str | os.PathLike[str]) -> Show:
             float(said.get("take_off", 2.0)),
             None if room is None else (np.array(room[0], dtype=float), np.array(room[1], dtype=float)),
             int(said.get("seed", 0)),
+            _layers(said.get("layers", 1)),
+            _land(said.get("land", "own")),
         )
 
 
@@ -74,12 +82,43 @@ def _act(said: Any, number: int, vehicles: int, place: Path) -> Act:
     angle = np.radians(float(said.get("turn", 0.0)))
     turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
     points = points @ turn.T + np.array(said.get("shift", (0.0, 0.0, 0.0)), dtype=float)
-    colour = said.get("colour")
-    if colour is not None and (len(colour) != 3 or not all(0 <= int(value) <= 255 for value in colour)):
-        raise FileError(f"the colour of {where} is {shown(colour)}: give red, green and blue from 0 to 255")
-    rgb = None if colour is None else (int(colour[0]), int(colour[1]), int(colour[2]))
-    name = str(said.get("name", where))
-    return Act(name, points, float(said.get("hold", 3.0)), rgb, bool(said.get("fade", False)))
+    moves = tuple(_move(entry, where) for entry in said.get("moves") or ())
+    name, colour = str(said.get("name", where)), _colour(said.get("colour"), vehicles, where)
+    return Act(name, points, float(said.get("hold", 3.0)), colour, bool(said.get("fade", False)), moves)
+
+
+def _colour(said: Any, vehicles: int, where: str) -> FloatArray | None:
+    """Return one colour, or one for each point of the formation."""
+    colour = None if said is None else numbers(said)
+    if said is None:
+        return None
+    if colour is None or colour.shape not in ((3,), (vehicles, 3)) or not ((colour >= 0) & (colour <= 255)).all():
+        text = f"the colour of {where} is {shown(said)}: give red, green and blue from 0 to 255"
+        raise FileError(f"{text}, once or for each of {vehicles} points")
+    return colour
+
+
+def _move(said: Any, where: str) -> Move:
+    _known(said, MOVE_KEYS, f"a move of {where}")
+    along, seconds = said.get("along"), said.get("seconds")
+    way = None if along is None else np.array(along, dtype=np.float64)
+    scale = float(said.get("scale", 1.0))
+    if not scale > 0.0 or (seconds is not None and not float(seconds) > 0.0):
+        raise FileError(f"a move of {where} has scale {scale:g} and seconds {shown(seconds)}: give positive numbers")
+    turn = np.radians(float(said.get("turn", 0.0)))
+    return Move(float(turn), scale, way, None if seconds is None else float(seconds))
+
+
+def _layers(said: Any) -> int:
+    if not is_whole(said) or not 1 <= said <= 100:
+        raise FileError(f"layers is {shown(said)}: give a whole number from 1 to 100")
+    return int(said)
+
+
+def _land(said: Any) -> str:
+    if said not in ("own", "any"):
+        raise FileError(f"land is {shown(said)}: give own or any")
+    return str(said)
 
 
 def _formation(said: Any, vehicles: int, place: Path, where: str) -> FloatArray:
@@ -94,7 +133,7 @@ def _formation(said: Any, vehicles: int, place: Path, where: str) -> FloatArray:
     if kind not in KINDS:
         raise FileError(f"{where} has a formation {kind!r}: give one of {', '.join(KINDS)}, points or file")
     try:
-        if kind == "mesh":
+        if kind in ("mesh", "svg"):
             values = {**values, "file": place / str(values["file"])}
         return KINDS[kind](vehicles, **values)
     except (KeyError, TypeError):

@@ -14,9 +14,11 @@ from minsnap.plot.fleet_figures import least_distances
 from minsnap.shows.fleet_files import read_fleet
 from minsnap.shows.formations import circle, grid, spacing_of, text
 from minsnap.shows.mesh_points import mesh
+from minsnap.shows.moves import Move, moved
 from minsnap.shows.show import fly
 from minsnap.shows.show_yaml import read_show
 from minsnap.shows.skybrush_show import read_skyc
+from minsnap.shows.svg_lines import read_lines, svg
 
 SHOW = """
 vehicles: 6
@@ -199,3 +201,100 @@ def test_a_flight_that_is_refused_is_named(show_file):
     show_file.write_text(SHOW.replace("room: [[-6, -6, 0], [6, 6, 12]]", "room: [[-6, -6, 0], [6, 6, 4.5]]"))
     with pytest.raises(FleetError, match=r"^the flight to ring: .*outside of the room"):
         fly(read_show(show_file))
+
+
+SHAPES = {
+    "path": ('<path d="M0 0 H4 v2 h-4 z"/>', 12.0),
+    "curves": ('<path d="M1,0 A1,1 0 0 1 -1,0 A1 1 0 0 1 1 0Z"/>', 2.0 * np.pi),
+    "smooth": ('<path d="M0 0C0 0 1 0 1 0S2 0 2 0q.5 0 1 0t1 0"/>', 4.0),
+    "group": ('<g transform="translate(5,5) scale(2)"><line x1="0" y1="0" x2="3" y2="4"/></g>', 10.0),
+    "turned": ('<rect transform="rotate(30 1 1)" x="0" y="0" width="2" height="1"/>', 6.0),
+    "round": ('<circle cx="3" cy="3" r="2"/><defs><circle r="9"/></defs>', 4.0 * np.pi),
+    "polygon": ('<polygon points="0,0 3,0 3,4"/>', 12.0),
+    "squashed": ('<ellipse rx="1" ry="1" transform="matrix(1 0 0 1 0 0)"/>', 2.0 * np.pi),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_drawings_are_read_as_lines_of_their_lengths(tmp_path, name):
+    inside, length = SHAPES[name]
+    (tmp_path / "a.svg").write_text(f'<svg xmlns="http://www.w3.org/2000/svg">{inside}</svg>')
+    lines = read_lines(tmp_path / "a.svg")
+    assert sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines) == pytest.approx(length, rel=1e-3)
+
+
+def test_a_drawing_stands_upright_with_its_top_above(tmp_path):
+    (tmp_path / "a.svg").write_text('<svg><path d="M0 10 L5 0 L10 10"/></svg>')
+    points = svg(21, tmp_path / "a.svg", 8.0, 3.0)
+    assert not points[:, 1].any() and abs(points[10] - [0.0, 0.0, 11.0]).max() < 0.3
+    assert points[:, 2].min() == pytest.approx(3.0, abs=0.5) and np.ptp(points[:, 0]) == pytest.approx(8.0, abs=0.5)
+
+
+@pytest.mark.parametrize("content", ["", "no xml", "<svg></svg>", '<!DOCTYPE s [<!ENTITY a "b">]><svg>&a;</svg>'])
+def test_what_is_no_drawing_is_refused(tmp_path, content):
+    (tmp_path / "a.svg").write_text(content)
+    with pytest.raises(FileError):
+        svg(4, tmp_path / "a.svg", 1.0)
+
+
+def test_a_formation_turns_grows_and_goes_along_within_limits():
+    ring, limits = circle(8, 4.0, 8.0), minsnap.Limits(speed=3, acceleration=2)
+    curves = moved(Move(np.pi, 1.5, np.array([[0.0, 0, 0], [3, 0, 1], [3, 3, 0]])), ring, limits)
+    assert minsnap.certify_fleet(curves, limits=limits).ok
+    assert minsnap.certify(curves[0]).continuity >= 3
+    half = [curve(curve.duration) for curve in curves]
+    assert half == pytest.approx(-1.5 * (ring - [0, 0, 8]) + [3.0, 3.0, 8.0])
+    t = np.linspace(0.0, curves[0].duration, 500)
+    spread = [np.linalg.norm(a(t) - b(t), axis=1) / np.linalg.norm(a(t) - c(t), axis=1) for a, b, c in [curves[:3]]]
+    assert np.ptp(spread) < 1e-8  # it keeps its shape
+    slow = moved(Move(2.0 * np.pi, seconds=60.0), ring, limits)
+    assert slow[0].duration == pytest.approx(60.0) and slow[3](60.0) == pytest.approx(ring[3])
+
+
+LARGER = """
+vehicles: 4
+separation: 0.8
+limits: {speed: 3, acceleration: 3}
+home: {grid: {spacing: 1.0}}
+layers: 2
+land: any
+acts:
+  - formation: {circle: {radius: 3, height: 6}}
+    hold: 1
+    colour: [[255, 0, 0], [0, 255, 0], [0, 0, 255], [9, 9, 9]]
+    moves: [{turn: 180}, {scale: 0.5, seconds: 5}]
+"""
+
+
+def test_shows_climb_in_layers_move_and_land_anywhere(tmp_path):
+    (tmp_path / "show.yaml").write_text(LARGER)
+    show = read_show(tmp_path / "show.yaml")
+    flown = fly(show)
+    assert minsnap.certify_fleet(flown.fleet, limits=show.limits).ok
+    names = [stage.name for stage in flown.stages]
+    assert names == ["take-off", "act 1", "act 1 moves", "act 1 moves", "return", "landing"]
+    climbed = flown.fleet(flown.stages[0].arrival)[:, 2]
+    assert climbed == pytest.approx([2.0, 2.8, 2.0, 2.8])
+    assert flown.stages[3].arrival - flown.stages[3].start == pytest.approx(5.0)
+    end = flown.fleet(flown.fleet.duration)
+    assert sorted(map(tuple, end.round(6))) == sorted(map(tuple, show.home))
+    there = flown.fleet(flown.stages[1].arrival)
+    for place, lights in zip(there, flown.lights, strict=True):
+        point = np.linalg.norm(show.acts[0].points - place, axis=1).argmin()
+        assert lights(flown.stages[1].arrival + 0.1) == pytest.approx(show.acts[0].colour[point])
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ("scale: 0.1", "vehicles . and . come within .* shrink it less"),
+        ("along: [[0, 0, 0], [90, 0, 0]]", "leaves the room by"),
+        ("scale: -1", "positive"),
+        ("spin: 1", "spin"),
+    ],
+)
+def test_moves_that_cannot_be_are_said_in_a_sentence(tmp_path, change, sentence):
+    text = LARGER.replace("turn: 180", change) + "room: [[-9, -9, 0], [9, 9, 9]]\n"
+    (tmp_path / "show.yaml").write_text(text)
+    with pytest.raises(minsnap.InputError, match=sentence):
+        fly(read_show(tmp_path / "show.yaml"))
