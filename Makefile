@@ -51,9 +51,9 @@ clang: $(VENV)/developing ## the native core's tests with a core compiled by cla
 # The installed package and its core with another interpreter, in an environment of its own.
 test-interpreter: ## a part of the tests with another interpreter: PYTHON=python3.10
 	@rm -rf $(OTHER) && $(PYTHON) -m venv $(OTHER)
-	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) . pytest pytest-xdist hypothesis
+	$(OTHER)/bin/python -m pip --disable-pip-version-check install --quiet $(PINS) '.[solvers]' pytest pytest-xdist hypothesis
 	cd $(OTHER) && MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 bin/python -m pytest -W error $(PARALLEL) -p no:cacheprovider -c $(CURDIR)/pyproject.toml --rootdir $(CURDIR) \
-		$(addprefix $(CURDIR)/tests/,planning/test_planner.py test_reference_values.py basics/test_cards.py paths/shapes optimisation/test_fallbacks.py cli/test_shape_commands.py)
+		$(addprefix $(CURDIR)/tests/,planning/test_planner.py test_reference_values.py basics/test_cards.py paths/shapes optimisation/test_reference.py cli/test_shape_commands.py)
 
 # As on a machine without a compiler, where pip gets one for the time of the build.
 test-install: ## install with nothing but Python on the PATH, and plan by the native core

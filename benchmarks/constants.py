@@ -1,4 +1,4 @@
-"""What each constant of the exchange and its fallbacks does: costs, rounds and time at ten times and a tenth of it.
+"""What each constant of the reference does: costs, rounds and time at ten times and a tenth of it.
 
 Run it by hand: ``MINSNAP_CORE=python python benchmarks/constants.py [--count 6]``.  It prints the table of
 docs/constants.rst.  Costs are those of the trajectories, against the plans with the constants as they are.
@@ -17,45 +17,26 @@ from problems import DURATIONS, RECTANGLE, corridor, walk
 import minsnap
 from minsnap.basics import tolerances
 from minsnap.errors import MinsnapError
-from minsnap.optimisation import (
-    axis_group,
-    effort,
-    elastic,
-    exchange,
-    fallbacks,
-    high_precision,
-    infeasibility,
-    least_distance,
-    qp,
-    rows,
-    solve,
-)
+from minsnap.optimisation import elastic, high_precision, infeasibility, linear_rows, qp, reference_core, solve
 from minsnap.polynomials import extrema, local_maxima
 
 CONSTANTS = (
     (tolerances, "GAP"),
-    (exchange, "NEAR"),
-    (exchange, "MOST_INWARD"),
-    (exchange, "ROUNDS"),
-    (exchange, "STALLED"),
-    (rows, "SPREAD"),
-    (axis_group, "REACH"),
-    (qp, "DENSE"),
+    (reference_core, "NEAR"),
+    (reference_core, "MOST_INWARD"),
+    (reference_core, "ROUNDS"),
+    (reference_core, "STALLED"),
+    (reference_core, "NOISE"),
+    (reference_core, "SPREAD"),
+    (linear_rows, "DENSE"),
     (qp, "ACCURACY"),
-    (fallbacks, "MIDDLE"),
-    (fallbacks, "NOISE"),
-    (effort, "MOST"),
-    (effort, "SHARED"),
-    (effort, "ALONE"),
     (high_precision, "DIGITS"),
-    (least_distance, "KEPT"),
-    (least_distance, "RESCALINGS"),
     (elastic, "ACCURACY"),
     (elastic, "ROUNDS"),
     (infeasibility, "NOTICEABLE"),
     (infeasibility, "ROOM"),
     (extrema, "PARTS"),
-    (local_maxima, "NEAR"),
+    (local_maxima, "REFINED_BELOW"),
     (local_maxima, "STEPS"),
     (tolerances, "EXACT"),
     (tolerances, "ROUNDING"),
@@ -68,7 +49,7 @@ def scaled(module, name, factor):
     value = getattr(module, name)
     changed = value * factor if isinstance(value, float) else max(1, round(value * factor))
     homes = [m for k, m in sys.modules.items() if k.startswith("minsnap.") and vars(m).get(name) == value]
-    takers = {"GAP": [solve.solve, fallbacks.first_attempt]}.get(name, [])
+    takers = {"GAP": [solve.solve]}.get(name, [])
     takers += [elastic.Elastic.__init__] if module is elastic and name == "ACCURACY" else []
     defaults = [taker.__defaults__ for taker in takers]
     for home in homes:

@@ -65,8 +65,8 @@ SITES = [
     ),
     (
         ("within_limits", "_stretched", UnprovedError),
-        "no plan of 3000 s within the limits was found, only one of 4",
-        {"waypoints": POINTS, "total_time": 3e3, "limits": LIMITS, "corridor": 0.2, "continuity": 4, **FAST},
+        "no plan of 30000 s within the limits was found, only one of 4",
+        {"waypoints": POINTS, "total_time": 3e4, "limits": LIMITS, "corridor": 0.2, "continuity": 4, **FAST},
     ),
     (
         ("within_limits", "kept", UnprovedError),

@@ -179,7 +179,9 @@ TimeLimit = Annotated[
     float | None,
     typer.Option("--time-limit", metavar="S", help="Seconds of search, after which the best plan so far is taken."),
 ]
-Solver = Annotated[str, typer.Option("--solver", help="auto, or a solver's name: daqp, piqp, clarabel, osqp.")]
+Solver = Annotated[
+    str, typer.Option("--solver", help="auto, or a solver's name: daqp, clarabel, osqp, or another of qpsolvers.")
+]
 
 
 def parse_corridor(text: str | None) -> float | list[float] | None:

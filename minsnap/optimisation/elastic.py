@@ -5,9 +5,8 @@ minimised over all time by the same exchange of rows.  One slack for all limits 
 from feasible; one slack per leg shows which leg is too narrow; a slack below zero gives a curve with room to all walls.
 
 The cost of the curve has no part in it, and neither have its coordinates.  An unknown is a derivative times a power of
-the longer of its two pieces' durations, so that it is a difference of control points there.  Where the native core does
-not solve that and there are few unknowns, these are coordinates in which the rows to begin with have orthonormal
-columns.
+the longer of its two pieces' durations, so that it is a difference of control points there.  Where there are
+equations and few unknowns, these are coordinates in which the rows to begin with have orthonormal columns.
 """
 
 from __future__ import annotations
@@ -21,21 +20,16 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import SolverError
-from minsnap.optimisation.effort import ALONE, Effort
-from minsnap.optimisation.linear_rows import LinearRows
+from minsnap.optimisation.linear_rows import DENSE, LinearRows
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.qp import ACCURACY as SOLVED
-from minsnap.optimisation.qp import DENSE
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.rows import Curve, RowSet, all_walls_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.slack_programme import (
-    NAMES,
     SlackProgramme,
     Solver,
     by_clarabel,
     by_native_core,
-    by_piqp,
-    by_sparse_piqp,
     least_sum,
 )
 from minsnap.polynomials.extrema import maxima
@@ -44,6 +38,7 @@ ACCURACY = 3e-4
 """Excess over the relaxed walls, in widths, that ends the exchange, unless another is given."""
 
 ROUNDS = 20
+
 
 Way = tuple[bool, Solver]
 """Whether in dense coordinates, and by which solver."""
@@ -153,8 +148,6 @@ class Elastic:
     problem : Problem
     compiled : Compiled
     give : Give
-    effort : Effort, optional
-        What its solvers may spend; unless given, what a problem is worth where its least width is looked for.
     seed : WallRows, optional
         Rows to begin with, beside those of every wall.
     accuracy : float
@@ -174,7 +167,6 @@ class Elastic:
         problem: Problem,
         compiled: Compiled,
         give: Give,
-        effort: Effort | None = None,
         seed: WallRows | None = None,
         accuracy: float = ACCURACY,
         evident: bool = False,
@@ -183,7 +175,6 @@ class Elastic:
         far: float = np.inf,
     ) -> None:
         self.problem, self.base, self.compiled, self.give = problem, problem.values, compiled, give
-        self.effort = effort or Effort(len(problem.durations), ALONE)
         self.accuracy, self.evident, self.inward, self.sign, self.far = accuracy, evident, inward, sign, far
         self.linear = LinearRows(problem, self.base)
         self.ends = problem.plain_ends(self.base)
@@ -196,7 +187,7 @@ class Elastic:
     def run(self) -> Relaxed:
         """Iterate until the relaxed walls hold at every instant, to the accuracy asked for.
 
-        After ``ROUNDS`` solves or the effort the slacks are from below, or with ``inward`` those that the last curve
+        After ``ROUNDS`` solves the slacks are from below, or with ``inward`` those that the last curve
         needs, which is also where it ends once the curve sticks out by no more than that.
 
         Raises
@@ -214,7 +205,7 @@ class Elastic:
             found, excess = rows_outside(curve, self.rows, self.multipliers, self.accuracy)
             if not found or (self.sign and self._known(slacks, excess)):
                 break
-            if rounds == ROUNDS or self.effort.over or excess <= self.moved:
+            if rounds == ROUNDS or excess <= self.moved:
                 slacks = np.maximum(slacks, self._needed(knots)) if self.inward else slacks
                 break
             self.rows = self.rows.joined(self._expressed([self._unrelaxed(rows, given) for rows in found]))
@@ -239,7 +230,7 @@ class Elastic:
         """
         from scipy.optimize import nnls
 
-        coordinates = self._coordinates(self.linear.size <= 2 * DENSE)
+        coordinates = self._coordinates(self.linear.size <= DENSE)
         (matrix, bound), piece = self._in_widths, self.rows.source.piece
         press = np.bincount(piece, self.multipliers * self.compiled.widths[self.rows.source.wall])
         chosen = np.flatnonzero((press > ROUNDING**0.5 * press.max())[piece])
@@ -291,7 +282,7 @@ class Elastic:
             answer = self._attempt(*way)
             if answer is not None:
                 found.append((way, answer))
-                if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()) or self.effort.over:
+                if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()):
                     break
         if not found:
             raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")
@@ -301,11 +292,12 @@ class Elastic:
         return best.knots, best.slacks
 
     def _ways_in_turn(self) -> list[Way]:
-        """Ways of solving, after the native core: dense coordinates where unknowns are few, first where fewest."""
-        dense: list[Way] = [(True, by_piqp), (True, by_clarabel)] if self.linear.size <= 2 * DENSE else []
-        sparse: list[Way] = [(False, by_clarabel), (False, by_sparse_piqp)]
-        native: list[Way] = [] if self.linear.equations else [(False, by_native_core)]
-        return [*native, *(dense + sparse if self.linear.size <= DENSE else sparse + dense)]
+        """Return ways: the native core without equations, Clarabel, and dense coordinates where these are few."""
+        dense: list[Way] = [(True, by_clarabel)] if self.linear.size <= 2 * DENSE else []
+        sparse: list[Way] = [(False, by_clarabel)]
+        if not self.linear.equations:
+            return [(False, by_native_core), *sparse, *dense]
+        return [*dense, *sparse] if self.linear.size <= DENSE else [*sparse, *dense]
 
     def _coordinates(self, dense: bool) -> Coordinates:
         if dense not in self._made:
@@ -324,8 +316,7 @@ class Elastic:
         coordinates = self._coordinates(dense)
         matrix, bound = self._in_widths
         rows, right = coordinates.rows(matrix), bound - matrix @ coordinates.origin
-        n, m = rows.shape[1], self.give.slacks
-        wall = self.rows.source.wall
+        n, m, wall = rows.shape[1], self.give.slacks, self.rows.source.wall
         gives = np.flatnonzero(self.give.group[wall] >= 0)
         moves = self.give.weight[wall[gives]]
         moved = coo_matrix((-moves, (gives, self.give.group[wall[gives]])), shape=(len(right), m))
@@ -333,7 +324,6 @@ class Elastic:
         sides = np.concatenate((coordinates.b, right, np.full(m, -self.give.lowest)))
         piece = np.append(self.rows.source.piece, np.full(m, len(self.problem.durations)))
         system = bmat(parts, format="csc")
-        self.effort.spend(NAMES[solver], system.shape[0], system.shape[1], system.nnz / system.shape[0])
         found = least_sum(SlackProgramme(system, sides, len(coordinates.b), piece, m), solver)
         if found is None:
             return None

@@ -1,4 +1,4 @@
-"""Linear algebra of the QP in 60 decimal digits, for problems that double precision cannot resolve.
+"""The optimum without walls in 60 decimal digits, for durations that double precision cannot resolve.
 
 Durations that differ by a factor r put r^(2k - 1) into the Hessian: at high degrees, or with r of many decades, its
 small eigenvalues are lost in rounding.  The standard library's decimal numbers in numpy's object arrays are slow (a
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
+from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.bernstein import exact_ends_gram
@@ -28,11 +28,11 @@ Decimals = npt.NDArray[Any]
 
 
 def is_extreme(problem: Problem) -> bool:
-    """Whether a problem requests decimal arithmetic, or its durations differ too much for double precision."""
+    """Whether durations differ too much for double precision."""
     durations = problem.durations
     if len(durations) == 1:
         return False
-    return problem.extended or bool(durations.max() > RESOLVED[problem.half] * durations.min())
+    return bool(durations.max() > RESOLVED[problem.half] * durations.min())
 
 
 @cache
@@ -161,25 +161,3 @@ def _backward(factor: Decimals, right: Decimals) -> Decimals:
         found[j] = found[j] / factor[j, j]
         found[:j] -= np.outer(factor[j, :j], found[j])
     return found
-
-
-def decimal_whitening(problem: Problem, columns: IntArray, n: int) -> FloatArray:
-    """Matrix B of n unknowns with B'HB = 1, rounded at the end.
-
-    Parameters
-    ----------
-    columns : ndarray of int, shape (pieces, axes, 2k)
-        Unknown of each end derivative, n for none.
-    """
-    with localcontext(Context(prec=DIGITS)):
-        hessian = np.full((n + 1, n + 1), Decimal(0), dtype=object)
-        for block, piece in zip(_piece_blocks(problem), columns, strict=True):
-            for index in piece:
-                hessian[np.ix_(index, index)] += block
-        try:
-            factor = cholesky(hessian[:n, :n])
-        except ArithmeticError:
-            raise SolverError("the QP is singular to working precision: durations are too extreme") from None
-        identity = np.full((n, n), Decimal(0), dtype=object)
-        np.fill_diagonal(identity, Decimal(1))
-        return _backward(factor, identity).astype(np.float64)

@@ -11,15 +11,27 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.optimisation.equalities import joined as joined_equalities
 from minsnap.optimisation.equalities import jump_rows, plane_rows
-from minsnap.optimisation.qp import DENSE
 from minsnap.optimisation.reduced_qp import Problem
+
+DENSE = 300
+"""Unknowns up to which rows and equations are dense, and the Hessian of a QP is made the identity."""
 
 
 class LinearRows:
-    """Matrices of rows and equations in the unknowns, which are differences of control points of the longer pieces."""
+    """Matrices of rows and equations in deviations from a base.
 
-    def __init__(self, problem: Problem, base: FloatArray) -> None:
+    Parameters
+    ----------
+    problem : Problem
+    base : ndarray, shape (knots, slots, dim)
+    scale : ndarray, shape (size + 1,), optional
+        Value of each unknown in its own unit, and a zero; unless given, unknowns are differences of control points of
+        the longer pieces.
+    """
+
+    def __init__(self, problem: Problem, base: FloatArray, scale: FloatArray | None = None) -> None:
         self.problem = problem
+        self._scale = scale
         self.size = problem.size
         axes, local = np.ones(problem.dim, dtype=bool), np.arange(problem.size + 1)
         self.equations = joined_equalities(
@@ -29,6 +41,8 @@ class LinearRows:
     @cached_property
     def scale(self) -> FloatArray:
         """Value of each unknown in its own unit, and a zero: (size + 1,)."""
+        if self._scale is not None:
+            return self._scale
         problem, T = self.problem, self.problem.durations
         before, after = np.append(T[-1] if problem.closed else 0.0, T), np.append(T, T[0] if problem.closed else 0.0)
         order = np.zeros(problem.slots.count, dtype=np.intp)
@@ -53,19 +67,26 @@ class LinearRows:
 
     def equality_rows(self) -> tuple[Any, FloatArray]:
         """Equations with rows of unit length, and their right-hand sides."""
-        from scipy.sparse import csr_matrix, diags
+        from scipy.sparse import csr_matrix
 
         if self.equations is None:
             return csr_matrix((0, self.size)), np.zeros(0)
-        matrix = self.matrix(self.equations.columns, self.equations.values)
-        norms = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).reshape(-1))
-        norms[norms == 0.0] = 1.0
-        return diags(1.0 / norms) @ matrix, self.equations.sides / norms
+        matrix, norms = of_unit_length(self.matrix(self.equations.columns, self.equations.values))
+        return matrix, self.equations.sides / norms
+
+
+def of_unit_length(matrix: Any) -> tuple[Any, FloatArray]:
+    """Return rows of length 1, but for those that are zero, and the lengths by which they were divided."""
+    from scipy.sparse import csr_matrix, diags
+
+    norms = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).reshape(-1))
+    norms[norms == 0.0] = 1.0
+    return csr_matrix(diags(1.0 / norms) @ matrix), norms
 
 
 def joined_exactly(problem: Problem, knots: FloatArray) -> FloatArray:
     """Remove what a solver left of jumps in the derivatives above k - 1, by the least change of control points."""
-    if not problem.jumps or not 0 < problem.size <= 2 * DENSE:
+    if not problem.jumps or not 0 < problem.size <= DENSE:
         return knots
     for _ in range(2):
         linear = LinearRows(problem, knots)

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.errors import UnknownSolverError
-from minsnap.optimisation.least_distance import Spend, least_distance
-
-DENSE = 150
-"""Unknowns up to which one QP takes all axes, its Hessian is made the identity, and it is dense."""
 
 ACCURACY = 1e-6
 """Duality gap as a share of the cost, and a tenth of it the violation of a normalised row, that count as solved."""
@@ -32,7 +28,10 @@ TOLERANCES: dict[str, dict[str, Any]] = {
     "clarabel": {"tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10, "tol_feas": 1e-10, "max_iter": 60},
     "osqp": {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 200_000, "polishing": True},
 }
-DENSE_SOLVERS = frozenset({"quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})
+DENSE_SOLVERS = frozenset({"daqp", "quadprog", "ecos", "cvxopt", "proxqp_dense", "qpax"})
+
+INFINITE = 1e29
+"""Sides of rows at most: PIQP takes those from 1e30 for infinite, and prints a note of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,20 +65,20 @@ class Solution:
     x : ndarray, shape (n,)
     multipliers : ndarray, shape (rows,)
         Of the inequalities, non-negative.
-    equality_multipliers : ndarray, shape (equalities,)
+    dual : ndarray, shape (equalities,)
     solver : str
         Who found it.
     """
 
     x: FloatArray
     multipliers: FloatArray
-    equality_multipliers: FloatArray
+    dual: FloatArray
     solver: str
 
 
 def check_solver(solver: str) -> str:
     """Return the name of an installed solver, or raise UnknownSolverError with the list of installed ones."""
-    if solver == "auto" or solver in TOLERANCES:
+    if solver == "auto":
         return solver
     import qpsolvers
 
@@ -89,61 +88,28 @@ def check_solver(solver: str) -> str:
     return solver
 
 
-def solve_qp(
-    asked: Programme,
-    solver: str,
-    tiny: float = ROUNDING,
-    active: BoolArray | None = None,
-    weight: float = 1.0,
-    accuracy: float = ACCURACY,
-    spend: Spend | None = None,
-) -> Solution | None:
+def solve_qp(asked: Programme, solver: str, tiny: float = ROUNDING) -> Solution | None:
     """Solve a programme, or return None if the solver fails or gives an answer that fails the check.
+
+    Gap tolerances of solvers are absolute: where a cost is small, a second solve has it of order one.
 
     Parameters
     ----------
     solver : str
-        Name of a solver of qpsolvers, or ``"nnls"`` for least distance by non-negative least squares, which needs a
-        Hessian that is ``weight`` times the identity.
+        Name of a solver of qpsolvers.
     tiny : float
         Cost below which a duality gap does not matter.
-    active : ndarray of bool, shape (a,), optional
-        Which of the first a rows were active in a similar programme: where ``"nnls"`` begins.
-    accuracy : float
-        Relative duality gap that is accepted.
-    spend : callable, optional
-        Counts the calls of DAQP and of non-negative least squares, and ends the latter.
     """
-    if solver == "nnls":
-        found = _nearest(asked, active, weight, spend)
-    else:
-        found = _by_daqp(asked, spend) if solver == "daqp" else _through_qpsolvers(asked, solver)
-    return found if found is not None and _holds(asked, found, tiny, accuracy) else None
-
-
-def _nearest(asked: Programme, active: BoolArray | None, weight: float, spend: Spend | None) -> Solution | None:
-    if asked.G is None or asked.h is None:
-        return None
-    answer = least_distance(asked.G, asked.h, asked.A, asked.b, asked.q / weight, active, spend)
-    return None if answer is None else Solution(answer[0], weight * answer[1], weight * answer[2], "nnls")
-
-
-def _by_daqp(asked: Programme, spend: Spend | None) -> Solution | None:
-    """Solve by DAQP itself: qpsolvers does not say how many iterations it took."""
-    import daqp
-
-    count, nothing = len(asked.q), np.zeros((0, len(asked.q)))
-    G, A = (nothing if rows is None else _dense(rows) for rows in (asked.G, asked.A))
-    sides = np.concatenate([np.zeros(0) if side is None else side for side in (asked.h, asked.b)])
-    equal = np.repeat(np.array([0, 5], dtype=np.int32), (len(G), len(A)))
-    rows = np.vstack((G, A)) if len(A) else G
-    asked_of = _dense(asked.P), asked.q, rows, sides, np.full(len(sides), -1e30), equal
-    x, _, status, told = daqp.solve(*asked_of, **TOLERANCES["daqp"])
-    if spend is not None:
-        spend("daqp", len(sides), count, told["iterations"])
-    if status <= 0 or not np.isfinite(x).all():
-        return None
-    return Solution(x, np.maximum(told["lam"][: len(G)], 0.0), told["lam"][len(G) :], "daqp")
+    weight = 1.0
+    for _ in range(2):
+        found = _through_qpsolvers(replace(asked, P=asked.P / weight, q=asked.q / weight), solver)
+        if found is None:
+            return None
+        found = replace(found, multipliers=weight * found.multipliers, dual=weight * found.dual)
+        if _holds(asked, found, tiny):
+            return found
+        weight = max(float(found.x @ (asked.P @ found.x)) + abs(float(asked.q @ found.x)), tiny)
+    return None
 
 
 def _dense(matrix: Any) -> FloatArray:
@@ -152,13 +118,14 @@ def _dense(matrix: Any) -> FloatArray:
 
 def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
     import qpsolvers
+    from scipy.sparse import csc_matrix
 
     P, G, A = asked.P, asked.G, asked.A
     if solver in DENSE_SOLVERS:
         P, G, A = (None if matrix is None else _dense(matrix) for matrix in (P, G, A))
-    elif solver != "piqp" or not isinstance(P, np.ndarray):
-        P, G, A = (_sparse(matrix) for matrix in (P, G, A))
-    sides = None if asked.h is None else finite_for_piqp(asked.h)
+    else:
+        P, G, A = (None if matrix is None else csc_matrix(matrix) for matrix in (P, G, A))
+    sides = None if asked.h is None else np.minimum(asked.h, INFINITE)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -166,19 +133,15 @@ def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
             solution = qpsolvers.solve_problem(problem, solver, **TOLERANCES.get(solver, {}))
     except (qpsolvers.exceptions.QPError, ValueError, ArithmeticError):
         return None
-    if not solution.found or solution.x is None or not np.isfinite(solution.x).all():
+    if solution.x is None or not np.isfinite(solution.x).all():
         return None
-    z = np.maximum(solution.z, 0.0) if G is not None and solution.z is not None else np.zeros(0)
-    y = solution.y if A is not None and solution.y is not None else np.zeros(0)
+    none: FloatArray = np.zeros(0)
+    z = none if G is None or solution.z is None else np.maximum(solution.z, 0.0)
+    y = none if A is None or solution.y is None else np.asarray(solution.y, dtype=np.float64)
     return Solution(solution.x, z, y, solver)
 
 
-def finite_for_piqp(sides: FloatArray) -> FloatArray:
-    """Return sides of rows below 1e30: PIQP takes others for infinite, and prints a note of them."""
-    return np.minimum(sides, 1e29)
-
-
-def _holds(asked: Programme, found: Solution, tiny: float, accuracy: float) -> bool:
+def _holds(asked: Programme, found: Solution, tiny: float) -> bool:
     """Whether a solution satisfies its rows with that relative duality gap; ``found`` alone is not sufficient."""
     x = found.x
     Px, linear = asked.P @ x, float(asked.q @ x)
@@ -190,17 +153,11 @@ def _holds(asked: Programme, found: Solution, tiny: float, accuracy: float) -> b
     if asked.A is not None and asked.b is not None:
         if not _within(np.abs(asked.A @ x - asked.b), x, asked.b):
             return False
-        gap += float(asked.b @ found.equality_multipliers)
-    return abs(gap) <= accuracy * (float(x @ Px) + abs(linear) + tiny)
+        gap += float(asked.b @ found.dual)
+    return abs(gap) <= ACCURACY * (float(x @ Px) + abs(linear) + tiny)
 
 
 def _within(violation: FloatArray, x: FloatArray, bounds: FloatArray) -> bool:
     """Whether violations are rounding relative to a solution and bounds of at least order one."""
     size = max(1.0, float(np.abs(x).max(initial=0.0)), float(np.abs(bounds).max(initial=0.0)))
     return float(violation.max(initial=0.0)) <= 0.1 * ACCURACY * size
-
-
-def _sparse(matrix: Any) -> Any:
-    from scipy.sparse import csc_matrix
-
-    return matrix if matrix is None or hasattr(matrix, "tocsc") else csc_matrix(matrix)

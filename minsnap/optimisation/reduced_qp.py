@@ -85,8 +85,6 @@ class Problem:
         The last knot is the first.
     jumps : tuple of int
         Orders above k - 1 that must be continuous too, by extra equality rows.
-    extended : bool
-        Whether to use decimal arithmetic however close the durations are to each other.
     planes : tuple of (int, ndarray of shape (dim,))
         Knots whose position must stay in a plane through the nominal one, and its unit normal.
     """
@@ -99,7 +97,6 @@ class Problem:
     held: BoolArray
     closed: bool = False
     jumps: tuple[int, ...] = ()
-    extended: bool = False
     planes: tuple[tuple[int, FloatArray], ...] = ()
 
     @property

@@ -16,9 +16,6 @@ from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.extrema import maxima
 from minsnap.polynomials.local_maxima import peaks
 
-SPREAD = 6
-"""Rows per wall and piece to begin with, in dense coordinates."""
-
 
 @dataclass(frozen=True, eq=False)
 class RowSet:
@@ -143,17 +140,6 @@ def momentary_rows(curve: Curve) -> list[WallRows]:
     return found
 
 
-def spread_rows(curve: Curve) -> list[WallRows]:
-    """Return rows at ``SPREAD`` Chebyshev points of every wall that holds along a piece and does not stand still."""
-    s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(SPREAD) + 0.5) / SPREAD)
-    found = []
-    for number, values in enumerate(curve.excess):
-        moving = np.flatnonzero(values.max(axis=1) > values.min(axis=1))
-        if len(moving):
-            found.append(curve.rows(number, np.repeat(moving, SPREAD), np.tile(s, len(moving))))
-    return found
-
-
 def all_walls_rows(curve: Curve) -> list[WallRows]:
     """Rows of every wall: at its knot, or at as many Chebyshev points as a piece has control points.
 
@@ -220,22 +206,6 @@ def proved_rows(curve: Curve) -> list[WallRows]:
             out = exact.values > 0.0
             found.append(curve.rows(number, row[out], exact.where[out]))
     return [rows for rows in found if len(rows.s)]
-
-
-def halfway_rows(curve: Curve, known: WallRows, found: list[WallRows]) -> list[WallRows]:
-    """Rows halfway between each row found and the nearest known one of its wall: the place of contact lies between."""
-    first, momentary = curve.compiled.first, curve.compiled.momentary
-    places, more = np.sort(2.0 * known.wall + known.s), []
-    for rows in found:
-        place = 2.0 * rows.wall + rows.s
-        after = np.searchsorted(places, place)
-        below, above = (places[np.clip(side, 0, len(places) - 1)] - place for side in (after - 1, after))
-        step = np.where(np.abs(below) < np.abs(above), below, above)
-        near = np.flatnonzero((np.abs(step) < 1.0) & (step != 0.0) & ~momentary[rows.wall])
-        if len(near):
-            block = int(np.searchsorted(first, rows.wall[near[0]], side="right")) - 1
-            more.append(curve.rows(block, rows.wall[near] - first[block], rows.s[near] + 0.5 * step[near]))
-    return more
 
 
 def _pressed(balls: Spheres, row: IntArray, tangents: WallRows, rows: WallRows, multipliers: FloatArray) -> WallRows:

@@ -11,7 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.native.chain_programme import solve_chain
-from minsnap.optimisation.qp import ACCURACY, TOLERANCES, finite_for_piqp
+from minsnap.optimisation.qp import ACCURACY, TOLERANCES
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,41 +130,3 @@ def by_clarabel(programme: SlackProgramme) -> tuple[FloatArray, FloatArray]:
     asked = csc_matrix((size, size)), programme.linear, programme.rows, programme.sides
     found = clarabel.DefaultSolver(*asked, cones[not equal :], settings).solve()
     return np.array(found.x), np.array(found.z)
-
-
-def by_piqp(programme: SlackProgramme) -> tuple[FloatArray, FloatArray]:
-    """Solve by PIQP with dense matrices."""
-    import piqp
-
-    size = programme.rows.shape[1]
-    return _with_piqp(piqp.DenseSolver(), np.zeros((size, size)), programme.rows.toarray(), programme)
-
-
-def by_sparse_piqp(programme: SlackProgramme) -> tuple[FloatArray, FloatArray]:
-    """Solve by PIQP with sparse matrices."""
-    import piqp
-    from scipy.sparse import csc_matrix
-
-    size = programme.rows.shape[1]
-    return _with_piqp(piqp.SparseSolver(), csc_matrix((size, size)), programme.rows, programme)
-
-
-def _with_piqp(solver: Any, quadratic: Any, rows: Any, programme: SlackProgramme) -> tuple[FloatArray, FloatArray]:
-    settings, accuracy = solver.settings, TOLERANCES["piqp"]["eps_abs"]
-    settings.eps_abs = settings.eps_rel = settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = accuracy
-    settings.max_iter = TOLERANCES["piqp"]["max_iter"]
-    sides, equal = programme.sides, programme.equal
-    below = np.full(len(sides) - equal, -np.inf)
-    equations = (rows[:equal], sides[:equal]) if equal else (None, None)
-    solver.setup(quadratic, programme.linear, *equations, rows[equal:], below, finite_for_piqp(sides[equal:]))
-    solver.solve()
-    return np.array(solver.result.x), np.concatenate((solver.result.y, solver.result.z_u))
-
-
-NAMES: dict[Solver, str] = {
-    by_native_core: "native",
-    by_clarabel: "clarabel",
-    by_piqp: "piqp",
-    by_sparse_piqp: "piqp",
-}
-"""What ``effort.PRICES`` calls them."""

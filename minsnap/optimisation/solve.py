@@ -12,7 +12,6 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
 from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
-from minsnap.native.status import Status
 from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.problem import Task
@@ -20,7 +19,7 @@ from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.units import Units
 
 if TYPE_CHECKING:
-    from minsnap.optimisation.normalised_constraints import WallRows
+    pass
 
 
 def solve(
@@ -28,7 +27,6 @@ def solve(
     durations: FloatArray,
     samples: int | None = None,
     units: Units | None = None,
-    seed: WallRows | None = None,
     gap: float = GAP,
     prove: bool = True,
 ) -> SolvedTask:
@@ -40,8 +38,6 @@ def solve(
         Instants per piece at which walls hold, nothing being promised between them; at every instant unless given.
     units : Units, optional
         Units to use; those of these durations unless given.
-    seed : WallRows, optional
-        Rows to begin with, from a solve in the same units.
     gap : float
         Share of the cost that may be given away for fewer rounds.
     prove : bool
@@ -58,11 +54,11 @@ def solve(
     if not task.constrained and not (task.jumps and task.pins):
         return _solved_without_walls(task, units, durations)
     if samples is not None:
-        return _solved_in_python(task, durations, units, samples, seed, gap, prove)
+        return _solved_in_python(task, durations, units, samples, gap, prove)
     native = _solved_natively(task, units, durations, gap, prove)
     if isinstance(native, SolvedTask):
         return native
-    found = _solved_in_python(task, durations, units, samples, seed, gap, prove, native == Status.SPENT.reason)
+    found = _solved_in_python(task, durations, units, samples, gap, prove)
     return replace(found, optimum=replace(found.optimum, handed_over=native))
 
 
@@ -96,20 +92,13 @@ def _native_outcome(answer: CorridorAnswer) -> Optimum:
 
 
 def _solved_in_python(
-    task: Task,
-    durations: FloatArray,
-    units: Units,
-    samples: int | None,
-    seed: WallRows | None,
-    gap: float,
-    prove: bool,
-    spent: bool = False,
+    task: Task, durations: FloatArray, units: Units, samples: int | None, gap: float, prove: bool
 ) -> SolvedTask:
-    from minsnap.optimisation.python_core import solved_in_python
+    from minsnap.optimisation.reference_core import ReferenceCore
 
     smooth = task.continuity == task.half - 1
-    single = partial(_in_one_piece, task, durations, units, gap) if task.pieces > 1 and smooth and not samples else None
-    return solved_in_python(task, durations, units, samples, seed, gap, prove, single, spent)
+    single = partial(_in_one_piece, task, durations, units, gap) if task.pieces > 1 and smooth else None
+    return ReferenceCore(task, durations, units, gap, prove, single).run(samples)
 
 
 def _in_one_piece(task: Task, durations: FloatArray, units: Units, gap: float) -> FloatArray | None:

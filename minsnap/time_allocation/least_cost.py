@@ -10,12 +10,11 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
-from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.time_allocation.native_split import native_split
 from minsnap.trajectory.report import Progress, Step
 
 if TYPE_CHECKING:
-    from minsnap.optimisation.normalised_constraints import WallRows
+    pass
 
 SHORTEST = 1e-4
 """Least share of its first guess that a leg may get; the most is one over it."""
@@ -106,7 +105,6 @@ class CostSearch:
     ) -> None:
         self.task, self.first, self.price = task, first, price
         self.units = task.units(task.piece_durations(first))
-        self.seed: WallRows | None = None
         self.best = (np.inf, first)
         self.log = Log(progress)
 
@@ -134,12 +132,11 @@ class CostSearch:
         durations = self._durations(logarithms)
         try:
             times = self.task.piece_durations(durations)
-            solved = solve(self.task, times, units=self.units, seed=self.seed, prove=False)
+            solved = solve(self.task, times, units=self.units, prove=False)
         except InfeasibleRowsError:
             return float(np.log(self.best[0])) + BARRED, np.zeros(len(durations))
         from minsnap.optimisation.gradient import cost_gradient
 
-        self.seed = active_rows(solved)
         relative = leg_sums(cost_gradient(solved) * solved.problem.durations * self.units.time, self.task.pieces)
         value = solved.cost
         if self.price is None:
@@ -154,14 +151,6 @@ class CostSearch:
     def _durations(self, logarithms: FloatArray) -> FloatArray:
         factors = self.first * np.exp(logarithms)
         return factors if self.price is not None else np.asarray(self.first.sum() * factors / factors.sum())
-
-
-def active_rows(solved: SolvedTask) -> WallRows | None:
-    """Rows of a solved task whose multipliers are not zero, to begin the next solve with."""
-    rows, multipliers = solved.active
-    if rows is None or not (multipliers > 0.0).any():
-        return None
-    return rows.source.chosen(multipliers > 1e-9 * multipliers.max())
 
 
 def leg_sums(values: FloatArray, pieces: int) -> FloatArray:

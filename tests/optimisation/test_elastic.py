@@ -13,8 +13,8 @@ from minsnap.errors import SolverError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation import elastic
 from minsnap.optimisation.elastic import Elastic, Give
-from minsnap.optimisation.master_qp import InfeasibleRowsError
 from minsnap.optimisation.normalised_constraints import compile_walls
+from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import solve
 from minsnap.time_allocation.elastic_scale import give_limits
 from minsnap.trajectory.trajectory import Trajectory
