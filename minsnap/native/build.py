@@ -144,19 +144,20 @@ def _link_flags(compiler: list[str], target: Path) -> list[str]:
     return [*found, f"-Wl,--version-script={SOURCES / 'exports.map'}"]
 
 
-def digest() -> str:
-    """Return a digest of all sources and flags: what decides whether a library is up to date."""
+def digest(*more: str) -> str:
+    """Return a digest of all sources and flags, and of more flags: what decides whether a library is up to date."""
     import hashlib
 
-    total = hashlib.sha256(" ".join(flag for flag in flags() if flag != "-Werror").encode())
+    total = hashlib.sha256(" ".join(dict.fromkeys([*flags(), *more])).encode())
     for path in sorted(SOURCES.rglob("*.[ch]pp")):
         total.update(path.relative_to(SOURCES).as_posix().encode() + path.read_bytes())
     return total.hexdigest()
 
 
 def is_current() -> bool:
-    """Whether the library beside this file was compiled from the sources as they are, with the flags asked for."""
-    return LIBRARY.exists() and STAMP.exists() and STAMP.read_text(encoding="utf-8").startswith(digest())
+    """Whether the library beside this file is that of the sources and flags; without a warning is more than asked."""
+    found = LIBRARY.exists() and STAMP.exists() and STAMP.read_text(encoding="utf-8")
+    return bool(found) and found.startswith((digest(), digest("-Werror")))
 
 
 def compile_library(target: Path) -> str:

@@ -104,6 +104,15 @@ def test_the_library_is_compiled_once_and_again_after_a_change(sources):
     assert sorted(path.name for path in sources.iterdir()) == ["_core.bin", "_core.txt", "src"]
 
 
+def test_a_library_that_may_have_warnings_is_compiled_anew_where_there_must_be_none(sources, monkeypatch):
+    compiler_or_skip()
+    assert build.build()
+    monkeypatch.setenv("MINSNAP_CXXFLAGS", "-Werror")
+    assert build.build() and not build.build()
+    monkeypatch.delenv("MINSNAP_CXXFLAGS")
+    assert not build.build()
+
+
 def test_a_broken_source_fails_and_leaves_no_stale_library(sources, capsys):
     compiler_or_skip()
     build.LIBRARY.write_bytes(b"stale")

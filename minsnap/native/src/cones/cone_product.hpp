@@ -13,6 +13,11 @@
 #include "arithmetic/lanes.hpp"
 #include "arithmetic/wide.hpp"
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"  // g++ 12 sets a Quad lane by lane, and misses those not set yet
+#endif
+
 namespace minsnap {
 
 class ConeProduct {
@@ -224,3 +229,7 @@ private:
 };
 
 }  // namespace minsnap
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif

@@ -17,7 +17,7 @@ struct Chord {
 };
 
 struct Sorted {
-    double low[fleet_axes], high[fleet_axes];
+    double low[fleet_axes] = {}, high[fleet_axes] = {};
     Integer vehicle;
 };
 
@@ -61,7 +61,7 @@ inline Chord chord_of(const FleetCurves &fleet, Integer v, double a, double b, d
 
 // All chords of a cell, (vehicles,), and their boxes in ascending order along the axis on which they lie widest apart.
 inline void fill_cell(const FleetCurves &fleet, double a, double b, double downwash, Curve &arc, Chord *chords, Sorted *order, int &axis) {
-    double low[fleet_axes], high[fleet_axes];
+    double low[fleet_axes] = {}, high[fleet_axes] = {};
     for (Integer v = 0; v < fleet.vehicles; ++v) {
         const Chord &chord = chords[v] = chord_of(fleet, v, a, b, downwash, arc);
         order[v].vehicle = v;
