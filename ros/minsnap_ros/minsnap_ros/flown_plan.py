@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,8 +19,6 @@ class FlownPlan:
     ----------
     trajectory : Trajectory
         One polynomial per leg.
-    waypoints : sequence of array_like, shape (3,)
-        What it goes through, its ends among them [m].
     began : float or None
         Instant of its time 0 on the node's clock [s]; None while it waits for its beginning.
     then : FlownPlan or None
@@ -29,7 +26,6 @@ class FlownPlan:
     """
 
     trajectory: Trajectory
-    waypoints: Sequence[Any]
     began: float | None = None
     then: FlownPlan | None = None
 
@@ -59,9 +55,8 @@ class FlownPlan:
         if self.began is None or now + budget >= self.began + self.trajectory.duration:
             raise minsnap.InputError("nothing is flown that could be changed: plan through waypoints instead")
         passed = int(np.searchsorted(self.trajectory.breaks, now + budget - self.began, side="right"))
-        ahead = [*self.waypoints[passed:-1], goal]
+        ahead = [*self.trajectory(self.trajectory.breaks[passed:-1]), goal]
         change = minsnap.replan(self.trajectory, now - self.began, ahead, budget, **asked)
         if change.kept:
             raise minsnap.InputError(f"the plan is flown as it was: {change.reason}")
-        start = self.trajectory(change.splice)
-        return replace(self, then=FlownPlan(change.trajectory, [start, *ahead], self.began + change.splice))
+        return replace(self, then=FlownPlan(change.trajectory, self.began + change.splice))

@@ -15,6 +15,7 @@ from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 import minsnap
 from minsnap.files.formats.px4 import offboard_control_mode, px4_setpoints
+from minsnap.paths.missions.course_file import is_course
 from minsnap_ros.flown_plan import FlownPlan
 from minsnap_ros.messages import path_message, position_of, setpoint_message, trajectory_message
 
@@ -78,7 +79,8 @@ class PlannerNode(Node):
 
     def take_waypoints(self, path: Path) -> None:
         """Plan through a path's positions."""
-        self._attempt(lambda: self._fly([position_of(pose) for pose in path.poses]))
+        points = [position_of(pose) for pose in path.poses]
+        self._attempt(lambda: self._fly(minsnap.plan(points, **self._asked())))
 
     def plan_course(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Plan the course of the file."""
@@ -103,11 +105,18 @@ class PlannerNode(Node):
         return ""
 
     def _fly_course(self) -> None:
-        self._fly(minsnap.read_waypoints(self._value("course")).points)
+        """Plan a course as it says, and what it leaves open, or waypoints, as the parameters say."""
+        file, asked = self._value("course"), self._asked()
+        if not (file.endswith((".yaml", ".yml")) and is_course(file)):
+            self._fly(minsnap.plan(minsnap.read_waypoints(file).points, **asked))
+            return
+        course = minsnap.read_course(file)
+        tube = None if course.boxes else course.tube or asked["corridor"]
+        flown = course.changed(limits=course.limits or asked["limits"], tube=tube)
+        self._fly(minsnap.plan_mission(flown).trajectory)
 
-    def _fly(self, waypoints: Any) -> None:
-        plan = minsnap.plan(waypoints, **self._asked())
-        self.flown = FlownPlan(plan, list(waypoints), None if self._px4 else self._now())
+    def _fly(self, plan: minsnap.Trajectory) -> None:
+        self.flown = FlownPlan(plan, None if self._px4 else self._now())
         self._publish()
 
     def _change(self, goal: Any) -> None:
@@ -131,7 +140,7 @@ class PlannerNode(Node):
     def take_status(self, status: Any) -> None:
         """Begin the plan when the vehicle comes into offboard mode."""
         if self.flown is not None and self.flown.began is None and status.nav_state == OFFBOARD:
-            self.flown = FlownPlan(self.flown.trajectory, self.flown.waypoints, self._now())
+            self.flown = FlownPlan(self.flown.trajectory, self._now())
 
     def send_setpoint(self) -> None:
         """Send PX4 what is to be flown now."""

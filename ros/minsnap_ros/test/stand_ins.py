@@ -91,6 +91,9 @@ class Node:
     def get_parameter(self, name: str) -> Any:
         return SimpleNamespace(value=self._values[name])
 
+    def set_parameters(self, parameters: Any) -> None:
+        self._values.update((one.name, one.value) for one in parameters)
+
     def _topic(self, name: str) -> SimpleNamespace:
         full = name.replace("~", f"/{self.name}")
         return TOPICS.setdefault(full, SimpleNamespace(last=None, hear=[]))

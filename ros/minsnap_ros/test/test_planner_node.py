@@ -92,6 +92,35 @@ def test_the_course_of_a_file_is_planned_when_the_node_starts_and_when_it_is_ask
     assert node.flown.trajectory(node.flown.trajectory.duration) == pytest.approx([5.0, 0.0, 1.0])
 
 
+COURSE = """
+{limits}
+takeoff: true
+waypoints:
+- [0, 0, 1]
+- {{center: [3, 0, 1.2], heading_deg: 0, width: 1, height: 0.8}}
+- {{x: 5, y: 2, z: 1.5, hold: 2}}
+- [0, 3, 1]
+"""
+
+
+@pytest.mark.parametrize("limits", ["", "limits: {speed: 2, acceleration: 4}"])
+def test_a_course_is_flown_as_its_file_says_and_else_as_the_parameters_do(started, tmp_path, limits):
+    file = tmp_path / "course.yaml"
+    node = started()
+    file.write_text(COURSE.format(limits=limits), encoding="utf-8")
+    node.set_parameters([Parameter("course", value=str(file))])
+    answer = node.plan_course(Trigger.Request(), Trigger.Response())
+    assert answer.success, answer.message
+    course = minsnap.read_course(file)
+    expected = minsnap.plan_mission(course if limits else course.changed(limits=LIMITS)).trajectory
+    assert np.array_equal(node.flown.trajectory.control_points, expected.control_points)
+    assert expected(0.0) == pytest.approx([0.0, 0.0, 0.0])
+    file.write_text("waypoints: [[0, 0, 1], {hold: 2}]", encoding="utf-8")
+    answer = node.plan_course(Trigger.Request(), Trigger.Response())
+    assert not answer.success and "course.yaml" in answer.message
+    assert np.array_equal(node.flown.trajectory.control_points, expected.control_points)
+
+
 def test_a_change_in_flight_takes_over_where_the_plan_will_be(started):
     node = started(corridor=0.5, budget=1.0)
     request = GetPlan.Request()

@@ -235,7 +235,7 @@ struct InstantLimit {
         }
         const Medium m(parameters);
         const Lift<Real> f(m, x, high - 2);
-        Real found[6];
+        Real found[6] = {};
         products_of(f, high - 2, found);
         of_products(found, m.drag() ? f.more(m, root(found[0] + m.floor()), x[0]) : Real(0.0), out);
     }
