@@ -156,8 +156,9 @@ def digest(*more: str) -> str:
 
 def is_current() -> bool:
     """Whether the library beside this file is that of the sources and flags; without a warning is more than asked."""
-    found = LIBRARY.exists() and STAMP.exists() and STAMP.read_text(encoding="utf-8")
-    return bool(found) and found.startswith((digest(), digest("-Werror")))
+    if not (LIBRARY.exists() and STAMP.exists()):
+        return False
+    return STAMP.read_text(encoding="utf-8").startswith((digest(), digest("-Werror")))
 
 
 def compile_library(target: Path) -> str:
