@@ -13,6 +13,7 @@ from minsnap.flight.mavlink.schedule import Clock
 from minsnap.flight.mavlink.setpoints import SetpointTable
 from minsnap.flight.mavlink.stream_options import StreamOptions, StreamReport
 from minsnap.flight.mavlink.streaming import Streamer
+from minsnap.flight.mavlink.undisturbed import undisturbed
 
 
 def stream_together(
@@ -80,5 +81,7 @@ def stream_together(
             common.tell(member, False, str(error))
             raise
 
-    with ThreadPoolExecutor(len(flights)) as pool:
+    with undisturbed(type(clock) is Clock) as granted, ThreadPoolExecutor(len(flights)) as pool:
+        if granted and on_event is not None:
+            on_event(granted)
         return [future.result() for future in [pool.submit(fly, flight, k) for k, flight in enumerate(flights)]]

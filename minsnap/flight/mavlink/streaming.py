@@ -160,8 +160,8 @@ class Streamer:
         try:
             autopilot = self._meet()
             here = self._check_start()
-            with undisturbed(type(self._clock) is Clock) as granted:
-                if granted:
+            with undisturbed(type(self._clock) is Clock, within=self._common is not None) as granted:
+                if granted and self._common is None:
                     self._say(granted)
                 self._fly(autopilot, here)
         finally:

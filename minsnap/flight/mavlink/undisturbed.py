@@ -15,7 +15,7 @@ _LOCK_ALL = 3  # MCL_CURRENT | MCL_FUTURE of Linux
 
 
 @contextmanager
-def undisturbed(real_time: bool) -> Iterator[str]:
+def undisturbed(real_time: bool, within: bool = False) -> Iterator[str]:
     """Let this thread go first, lock the memory and stop garbage collection; undo all of it at the end.
 
     Objects made before are never collected meanwhile, and those made meanwhile are freed by their reference counts.
@@ -24,6 +24,8 @@ def undisturbed(real_time: bool) -> Iterator[str]:
     ----------
     real_time : bool
         False: only garbage collection is stopped, as for a clock that is not real.
+    within : bool
+        True: another thread does this for the process, and its memory and collector are left alone.
 
     Yields
     ------
@@ -31,10 +33,11 @@ def undisturbed(real_time: bool) -> Iterator[str]:
         What the system granted, in words; empty if it was not asked.
     """
     collecting = gc.isenabled()
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-    first, locked = (_go_first(), _locked()) if real_time else (None, False)
+    if not within:
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+    first, locked = (_go_first(), not within and _locked()) if real_time else (None, False)
     try:
         yield _in_words(first is not None, locked) if real_time else ""
     finally:
@@ -42,9 +45,10 @@ def undisturbed(real_time: bool) -> Iterator[str]:
             os.sched_setscheduler(0, *first)
         if locked:
             ctypes.CDLL(None).munlockall()
-        gc.unfreeze()
-        if collecting:
-            gc.enable()
+        if not within:
+            gc.unfreeze()
+            if collecting:
+                gc.enable()
 
 
 def _go_first() -> tuple[int, os.sched_param] | None:

@@ -19,6 +19,14 @@ def test_everything_is_as_before_at_the_end():
     assert gc.isenabled() and before == (os.sched_getscheduler(0), os.sched_getparam(0).sched_priority)
 
 
+def test_a_flight_among_others_leaves_collector_and_memory_to_whoever_flies_all():
+    with undisturbed(False) as _:
+        with undisturbed(True, within=True) as said:
+            assert not gc.isenabled() and "locked memory" not in said
+        assert not gc.isenabled()
+    assert gc.isenabled()
+
+
 def test_without_a_grant_the_command_that_grants_it_is_said(monkeypatch):
     def refuse(*_):
         raise PermissionError("not granted")
