@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "basics/export.hpp"
+#include "basics/owned.hpp"
 #include "basics/status.hpp"
 
 #if defined(__linux__)
@@ -23,7 +24,6 @@
 
 #include <cerrno>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 
 namespace minsnap {
@@ -188,18 +188,16 @@ MINSNAP_EXPORT std::int32_t minsnap_sender_open(std::int32_t port, double rate, 
                                                 std::int32_t crc_extra, std::int32_t sequence, void **opened) {
     using namespace minsnap;
     if (!(rate > 0.0 && rate <= 1e4 && start >= 0.0 && start < 1e12 && max_gap > 0.0)) return code(Status::bad_number);
-    auto *sender = static_cast<Sender *>(std::calloc(1, sizeof(Sender)));
-    if (sender == nullptr) return code(Status::no_memory);
-    mlock(sender, sizeof(Sender));
+    auto sender = owned<Sender>();
+    if (!sender) return code(Status::no_memory);
+    mlock(sender.get(), sizeof(Sender));
     sender->port = port, sender->rate = rate, sender->start = start, sender->max_gap = max_gap;
     sender->crc_extra = std::uint8_t(crc_extra), sender->sequence = std::uint8_t(sequence);
     sender->running = true, sender->granted = -1;
-    empty(sender);
-    if (!make_mutex(sender) || pthread_create(&sender->thread, nullptr, run, sender) != 0) {
-        std::free(sender);
+    empty(sender.get());
+    if (!make_mutex(sender.get()) || pthread_create(&sender->thread, nullptr, run, sender.get()) != 0)
         return code(Status::no_memory);
-    }
-    *opened = sender;
+    *opened = sender.release();
     return code(Status::done);
 }
 
@@ -268,10 +266,9 @@ MINSNAP_EXPORT std::int32_t minsnap_sender_stop(void *opened) {
 // Free a sender whose thread has ended.
 MINSNAP_EXPORT std::int32_t minsnap_sender_close(void *opened) {
     using namespace minsnap;
-    auto *sender = static_cast<Sender *>(opened);
+    const std::unique_ptr<Sender> sender(static_cast<Sender *>(opened));
     pthread_mutex_destroy(&sender->mutex);
-    munlock(sender, sizeof(Sender));
-    std::free(sender);
+    munlock(sender.get(), sizeof(Sender));
     return code(Status::done);
 }
 
