@@ -70,7 +70,8 @@ class FleetCertificate:
     Parameters
     ----------
     ok : bool
-        Everything that was asked holds: separations and limits to ``EXACT`` of themselves, clearances to ``EXACT`` [m].
+        Everything that was asked holds: separations and limits to ``EXACT`` of themselves, clearances and the room to
+        ``EXACT`` [m].
     least_distance : float or None
         Of the pair that comes nearest to its separation, heights divided by the downwash [m]; None for one vehicle.
     pair : tuple of int or None
@@ -164,7 +165,7 @@ def certify_fleet(
     return FleetCertificate(
         all(pair.share >= 1.0 - EXACT for pair in pairs[:1])
         and all(used.kept for used in use)
-        and (margins is None or bool((margins >= 0.0).all()))
+        and (margins is None or bool((margins >= -EXACT).all()))
         and (clear is None or bool((clear >= -EXACT).all())),
         pairs[0].distance if pairs else None,
         pairs[0].pair if pairs else None,

@@ -10,7 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from minsnap.fleet.fleet_certificate import FleetCertificate
+from minsnap.basics.tolerances import EXACT
+from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
+from minsnap.fleet.fleet_limits import extent_of
+from minsnap.fleet.separation import Separation
+from minsnap.limits.limits import Limits
 from minsnap.plot.fleet_figures import plot_fleet, plot_separation
 from minsnap.plot.page import picture, table, verdict, write_page
 from minsnap.shows.fleet_files import digest
@@ -18,6 +22,19 @@ from minsnap.shows.show import Stage
 
 PAIRS = 20
 """Pairs in the table of those that come nearest."""
+
+VALIDATED = ("horizontal_speed", "vertical_speed", "horizontal_acceleration", "vertical_acceleration")
+"""Limits whose use over all time is read from a certificate."""
+
+VALIDATION: dict[str, tuple[str, float | None, float | None, float | None]] = {
+    "altitude": ("m", 150.0, 150.0, 6.0),
+    "horizontal_speed": ("m/s", 8.0, 10.0, 2.5),
+    "vertical_speed": ("m/s", 3.0, 2.0, 1.0),
+    "horizontal_acceleration": ("m/s²", 4.0, None, None),
+    "vertical_acceleration": ("m/s²", 4.0, None, None),
+    "distance": ("m", 3.0, 3.0, 0.5),
+}
+"""What Skybrush Studio and Viewer, outdoors and indoors, warn of: all are at most, and the distance at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +64,8 @@ class SafetyReport:
     @property
     def ok(self) -> bool:
         """Whether separation and room hold of the files, and the limits of the plan."""
-        apart = all(pair.share >= 1.0 - 1e-9 for pair in self.held.nearest)
-        inside = self.held.room_margin is None or self.held.room_margin >= 0.0
+        apart = all(pair.share >= 1.0 - EXACT for pair in self.held.nearest)
+        inside = self.held.room_margin is None or self.held.room_margin >= -EXACT
         return apart and inside and self.planned.ok
 
     @property
@@ -63,7 +80,14 @@ class SafetyReport:
 
 def write_report(report: SafetyReport, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
     """Write the page, with its figures inside, in one atomic step."""
-    parts = [_verdict(report), _facts(report), _figures(report.held), _limits(report), _stages(report)]
+    parts = [
+        _verdict(report),
+        _facts(report),
+        _figures(report.held),
+        _limits(report),
+        _validation(report.held),
+        _stages(report),
+    ]
     parts += [_pairs(report.held), _vehicles(report.held), _files(report.files), SIGNATURE]
     write_page(path, report.title, parts, clobber=clobber)
 
@@ -116,6 +140,24 @@ def _limits(report: SafetyReport) -> str:
         who = escape(report.held.fleet.name(used.vehicle))
         rows.append((used.use.name, f"{used.use.limit:.4g}", before, f"{used.use.value:.4g}", who))
     return table("Limits", ["limit", "asked", "plan", "files", "vehicle"], rows)
+
+
+def _validation(held: FleetCertificate) -> str:
+    """Return what Skybrush checks at samples, with the exact figures over all time beside its thresholds."""
+    limits = Limits(**{name: 1.0 for name in VALIDATED})  # type: ignore[arg-type]
+    found = certify_fleet(held.fleet, Separation(1.0), limits)
+    figures = {used.use.name: used.use.value for used in found.utilisation}
+    figures["altitude"] = max(float(extent_of(curve.control_points)[1][2]) for curve in held.fleet)
+    rows = []
+    for what, (unit, *asked) in VALIDATION.items():
+        value, least = figures.get(what, found.least_distance), what == "distance"
+        if value is None:
+            continue
+        kept = [bound is None or (value >= bound if least else value <= bound) for bound in asked]
+        told = zip(asked, kept, strict=True)
+        cells = ["none" if bound is None else f"{bound:g}, {'kept' if good else 'warns'}" for bound, good in told]
+        rows.append((f"{what.replace('_', ' ')} [{unit}]", f"{value:.4g}", *cells))
+    return table("Checks of Skybrush, exact", ["", "files", "Studio", "Viewer outdoors", "Viewer indoors"], rows)
 
 
 def _stages(report: SafetyReport) -> str:

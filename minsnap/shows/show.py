@@ -18,6 +18,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.storage.archive import read_archive
 from minsnap.basics.storage.atomic import atomic_write
+from minsnap.basics.tolerances import EXACT
 from minsnap.errors import FleetError, MinsnapError
 from minsnap.files.formats.light_programme import Lights
 from minsnap.fleet.assignment import assign
@@ -236,14 +237,14 @@ def _return(show: Show, now: FloatArray) -> IntArray:
 def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory]:
     """Return the curves of a move, or raise FleetError where they come too near or leave the room."""
     found = certify_fleet(curves, show.separation, room=show.room)
-    if found.pair is not None and found.nearest and found.nearest[0].share < 1.0 - 1e-9:
+    if found.pair is not None and found.nearest and found.nearest[0].share < 1.0 - EXACT:
         near = found.nearest[0]
         raise FleetError(
             f"vehicles {near.pair[0]} and {near.pair[1]} come within {near.distance:.3f} m of {near.required:g} m in a "
             f"move of {name!r}: shrink it less",
             pair=near.pair,
         )
-    if found.room_margin is not None and found.room_margin < 0.0:
+    if found.room_margin is not None and found.room_margin < -EXACT:
         raise FleetError(f"a move of {name!r} leaves the room by {-found.room_margin:.3g} m: move it less far")
     return curves
 

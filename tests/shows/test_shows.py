@@ -127,9 +127,13 @@ def test_acts_that_stand_too_close_or_are_unknown_are_refused(show_file):
 def test_the_command_certifies_what_it_wrote(show_file, tmp_path, capsys, to):
     out, page = tmp_path / "out", tmp_path / "report.html"
     assert run("fleet", show_file, "-o", out, "--to", to, "--report", page) == 0
-    printed = capsys.readouterr().out
+    speeds = re.search(r"<td>horizontal speed \[m/s\]</td><td>([\d.]+)</td><td>8, kept</td>", page.read_text())
     place = out / "show.skyc" if to == "skyc" else out
-    held = minsnap.certify_fleet(read_fleet(place), minsnap.Separation(0.8, 2.0))
+    held = read_fleet(place)
+    level = np.linalg.norm(held(np.linspace(0.0, held.duration, 5001), 1)[..., :2], axis=2).max()
+    assert float(speeds[1]) == pytest.approx(level, rel=1e-3)
+    printed = capsys.readouterr().out
+    held = minsnap.certify_fleet(held, minsnap.Separation(0.8, 2.0))
     assert held.ok and f"{held.least_distance:.4f} m" in printed and "apart at every instant" in printed
     html = page.read_text()
     assert f"{held.least_distance:.4f} m at {held.instant:.2f} s" in html and html.count("<svg") == 1
