@@ -113,6 +113,27 @@ def test_what_was_changed_or_holds_samples_is_refused(tmp_path):
         write_fleet(crossing(), tmp_path / "x", "skyx")
 
 
+DAMAGE = {
+    "a dropped row": lambda rows: rows[:1] + rows[2:],
+    "a shifted clock": lambda rows: [rows[0], "1.5" + rows[1][rows[1].index(",") :], *rows[2:]],
+    "rounded": lambda rows: [rows[0], *(",".join(f"{float(x):.2f}" for x in row.split(",")) for row in rows[1:])],
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_damage_is_refused_by_the_manifest_and_seen_by_the_certificate_without_one(tmp_path, damage):
+    corners = np.array([[0.0, 0, 1], [1, 0.3, 1], [2, 0, 1.2], [3, 0.3, 1]])
+    fleet = minsnap.Fleet(tuple(minsnap.plan(corners + [0, y, 0], [1.0, 1.1, 0.9]) for y in (0.0, 1.0)))
+    write_fleet(fleet, tmp_path)
+    file = tmp_path / "traj0.csv"
+    file.write_text("\n".join(DAMAGE[damage](file.read_text().splitlines())) + "\n")
+    with pytest.raises(FileError, match=r"traj0\.csv is missing or was changed"):
+        read_fleet(tmp_path)
+    (tmp_path / "manifest.json").unlink()
+    before, after = (minsnap.certify_fleet(each, 0.999) for each in (fleet, read_fleet(tmp_path)))
+    assert before.ok and not after.ok and after.least_distance < before.least_distance
+
+
 def checked(capsys, *words):
     """Exit status and output of the check."""
     with pytest.raises(SystemExit) as left:
@@ -135,7 +156,7 @@ def test_check_proves_a_fleet_apart_or_names_the_pair(tmp_path, capsys):
 def test_check_asks_for_the_separation_where_files_do_not_say_it(tmp_path, capsys):
     bare = minsnap.Fleet(crossing().trajectories)
     write_fleet(bare, tmp_path / "a.skyc")
-    assert checked(capsys, tmp_path / "a.skyc")[1].endswith("give --separation M\n")
+    assert checked(capsys, tmp_path / "a.skyc")[1].count("give --separation M") == 1
     minsnap.write_csv(crossing()[0], tmp_path / "a.csv")
     assert "is one vehicle" in checked(capsys, tmp_path / "a.csv", "--separation", "1")[1]
 
