@@ -130,3 +130,17 @@ def test_the_command_says_what_it_would_write_or_writes_it(tmp_path, capsys):
     with pytest.raises(SystemExit) as left:
         main(["upload", str(tmp_path / "folder"), "--uri", "udp://127.0.0.1:9"])
     assert left.value.code == 2 and "1 addresses for 2 vehicles" in capsys.readouterr().err
+
+
+def test_cflibs_own_driver_carries_the_same_bytes(monkeypatch):
+    drivers = pytest.importorskip("cflib.crtp")
+    udp = pytest.importorskip("cflib.crtp.udpdriver")
+    monkeypatch.setattr(drivers, "init_drivers", lambda: None)
+    monkeypatch.setattr(drivers, "CLASSES", [udp.UdpDriver])
+    held = []
+    for link in (crtp_link.UdpLink, crtp_link.RadioLink):
+        monkeypatch.setattr("minsnap.flight.crazyflie.swarm_upload.open_link", link)
+        with CrtpVehicle() as one, CrtpVehicle() as two:
+            upload(pair(), [one.uri, two.uri], start=True, timing=QUICK)
+        held.append([(bytes(each.memory), [body for _, body in each.commands]) for each in (one, two)])
+    assert held[0] == held[1]
