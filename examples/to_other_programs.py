@@ -1,6 +1,7 @@
-"""One plan in the formats of five other programs, each in its own frame, and back.
+"""One plan in the formats of six other programs, each in its own frame, and back.
 
-A rectangle for a Crazyflie, for ETH's trajectory tools, for PX4 through ROS 2, for MAVROS, and as a table.
+A rectangle for a Crazyflie, for ETH's trajectory tools, for PX4 through ROS 2, for MAVROS, as a table, and for
+PegasusSimulator, whose NonlinearController reads rows of numbers, the last instant first.
 """
 
 import sys
@@ -28,6 +29,14 @@ def main(folder: Path) -> None:
         back = read_any(folder / file)
         positions = back.position[: len(t)] if isinstance(back, minsnap.Samples) else back(np.minimum(t, back.duration))
         print(f"{file}: {size} bytes, {np.abs(positions - plan(t)).max():.1g} m from the plan when read back")
+    np.savetxt(folder / "pegasus.csv", pegasus(plan.sample(100.0))[::-1], delimiter=",")
+    print(f"pegasus.csv: {(folder / 'pegasus.csv').stat().st_size} bytes")
+
+
+def pegasus(samples):
+    """Return t, position, velocity, acceleration, jerk, yaw and yaw rate, a row for each instant (m, 15)."""
+    motion = (samples.position, samples.velocity, samples.acceleration, samples.jerk)
+    return np.column_stack([samples.t, *motion, samples.yaw, samples.yaw_rate])
 
 
 if __name__ == "__main__":

@@ -49,6 +49,27 @@ def test_a_race_begins_anew_after_an_episode(flown):
     assert np.array_equal(controller.compute_control(obs), commands[0])
 
 
+def test_a_race_goes_through_a_gate_where_it_is_seen(flown):
+    obs, config = RACE["track"]()
+    controller, over, places = RACE["PlannedRace"](obs, {}, config), False, []
+    moved = obs | {
+        "gates_pos": obs["gates_pos"] + [[0.0, 0.0, 0.0], [0.1, -0.12, 0.08], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    }
+    while not over:
+        seen = obs if len(places) < 30 else moved | {"target_gate": 0 if len(places) < 35 else 1}
+        places.append(controller.compute_control(seen))
+        over = controller.step_callback(places[-1], seen, 0.0, False, False, {})
+    commands = np.array(places)
+    assert controller.replans == 1
+    step = np.diff(commands[:, :3], axis=0) * controller.rate - (commands[1:, 3:6] + commands[:-1, 3:6]) / 2.0
+    assert np.abs(step).max() <= 60.0 / controller.rate**2
+    fine = controller.path(np.linspace(0.0, controller.path.duration, 50_001))
+    frame = RACE["Rotation"].from_quat(obs["gates_quat"][1]).as_matrix()
+    local = (fine - moved["gates_pos"][1]) @ frame
+    crossed = np.flatnonzero((local[:-1, 0] < 0.0) & (local[1:, 0] >= 0.0))
+    assert any(np.abs(local[i, 1:]).max() <= RACE["OPENING"] / 2.0 + 1e-3 for i in crossed)
+
+
 class Recorder:
     """A law of control that keeps what it is asked for."""
 

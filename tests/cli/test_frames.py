@@ -54,7 +54,7 @@ def test_waypoints_may_be_in_other_axes(call, tmp_path):
     ("name", "text", "said"),
     [
         ("a.csv", "x,y\n0,0\n4,0\n", "waypoints of 2 coordinates are in ENU"),
-        ("a.yaml", "waypoints: [[0,0,1],[4,0,1]]\nroom: [[-1,-1,0],[5,5,3]]\n", "a room are in ENU"),
+        ("a.yaml", "waypoints: [[0,0,1],[4,0,1]]\nroom: [[-1,-1,0],[5,5,3]]\n", "are in ENU"),
         ("a.yaml", "waypoints: [[0,0,1],[4,0,1]]\nlaps: 2\n", "is flown as a course, which is in ENU"),
         ("a.csv", "x,y,z\n0,0,1\n4,0,1\n", "no frame is called 'esu'"),
     ],
