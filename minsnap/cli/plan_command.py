@@ -78,7 +78,8 @@ def plan(
     if asked.get("closed") and searched:
         further |= standing(lambda: plan_path(**plan_arguments(asked | {"closed": False})), path)
     how: dict[str, Any] = {"limits": asked.get("limits"), "origin": _home(file), "further": further}
-    destination.deliver(path, found.walls, found.waypoints, **how)
+    points = path(path.leg_breaks) if found.openings else found.waypoints
+    destination.deliver(path, found.walls, points, **how)
 
 
 def _in_frame(given: PlanRequest, file: Path, frame: str | None) -> PlanRequest:

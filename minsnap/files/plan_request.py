@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from minsnap.errors import CorridorError, FrameError, VehicleError
+from minsnap.errors import CorridorError, FrameError, VehicleError, WaypointError
 from minsnap.files.frames import get_frame, map_vectors, map_yaw
 
 if TYPE_CHECKING:
@@ -19,6 +19,9 @@ Point = tuple[float, ...]
 
 Box = tuple[Point, Point]
 """Two opposite corners, the lower one first [m]."""
+
+Opening = tuple[int, tuple[Point, ...], int, float]
+"""A gate: which waypoint it takes the place of, its corners [m], its crossing, its margin [m]; see ``Gate.polygon``."""
 
 RESERVE = 0.1
 """Share of the rotors' room that is left to feedback unless told otherwise."""
@@ -54,6 +57,8 @@ class PlanRequest:
         The box that all legs stay in.
     avoid : tuple of (name, numbers)
         Obstacles to keep out of, as :func:`~minsnap.corridors.keep_out.named_obstacle` takes them.
+    openings : tuple of Opening
+        Gates in the place of waypoints, which are their centers.
     yaw : float, str, tuple of float, or None
         As ``plan`` takes it.
     degree, continuity, pieces, closed
@@ -73,6 +78,7 @@ class PlanRequest:
     boxes: tuple[Box, ...] | None = None
     room: Box | None = None
     avoid: tuple[tuple[str, Point], ...] = ()
+    openings: tuple[Opening, ...] = ()
     yaw: float | str | tuple[float, ...] | None = None
     degree: int = 7
     continuity: int | None = None
@@ -97,6 +103,26 @@ class PlanRequest:
         corridor = None if self.corridor is None else (*self.corridor, *self.corridor[-1:])
         points = (*self.waypoints, self.waypoints[0])
         return replace(self, waypoints=points, durations=None, yaw=yaw, corridor=corridor, closed=True)
+
+    @property
+    def places(self) -> Any:
+        """Waypoints with gates in their places, as ``plan`` and ``certify`` take them.
+
+        Raises
+        ------
+        WaypointError
+            If a gate is malformed, or in the place of no waypoint.
+        """
+        if not self.openings:
+            return self.waypoints
+        from minsnap.corridors.gates import Gate
+
+        places: list[Any] = list(self.waypoints)
+        for index, corners, crossing, margin in self.openings:
+            if not 0 <= index < len(places):
+                raise WaypointError(f"a gate is in the place of waypoint {index}, and they go from 0 to {self.legs}")
+            places[index] = Gate.polygon(corners, crossing, margin)
+        return places
 
     @property
     def walls(self) -> Any:
@@ -151,7 +177,7 @@ class PlanRequest:
         InputError
             If a wall or a limit is malformed.
         """
-        asked: dict[str, Any] = {"waypoints": self.waypoints, "durations": self.durations, "yaw": self.yaw}
+        asked: dict[str, Any] = {"waypoints": self.places, "durations": self.durations, "yaw": self.yaw}
         asked |= {"total_time": self.total_time, "limits": self.bounds, "corridor": self.walls}
         asked |= {"continuity": self.continuity, "avoid": self.obstacles or None}
         given = {name: value for name, value in asked.items() if value is not None}
@@ -187,9 +213,9 @@ def in_enu(request: PlanRequest, frame: str) -> PlanRequest:
         raise FrameError(
             f"waypoints of {len(request.waypoints[0])} coordinates are in ENU: give x, y and z for {frame}"
         )
-    if request.boxes is not None or request.room is not None or request.avoid:
+    if request.boxes is not None or request.room is not None or request.avoid or request.openings:
         raise FrameError(
-            "boxes, a room and obstacles are in ENU: give the waypoints in ENU too, or leave the walls out"
+            "boxes, a room, obstacles and gates are in ENU: give the waypoints in ENU too, or leave the walls out"
         )
     points = tuple(tuple(row) for row in map_vectors(request.waypoints, axes, "enu").tolist())
     yaw = request.yaw

@@ -27,6 +27,18 @@ OBSTACLE = mapping(
     f"a mapping of {', '.join(NAMED)} to numbers",
 )
 
+OPENING = mapping(
+    {
+        "waypoint": Key(WHOLE, "which one, from 0", needed=True),
+        "corners": Key(several(POINT, "three corners or more", 3), "of a convex polygon, in order [m]", needed=True),
+        "crossing": Key(WHOLE, "1 along the normal, -1 against it, 0 either way"),
+        "margin": Key(NUMBER, "how far the path stays from the edges [m]"),
+    },
+    "a mapping of waypoint, corners, crossing and margin",
+)
+
+OPENING_KEYS = ("waypoint", "corners", "crossing", "margin")
+
 FURTHER = {
     "total_time": Key(NUMBER, "of all legs together [s]"),
     "limits": Key(LIMITS, "where they choose the time, the ordinary ones hold too unless they are null"),
@@ -34,6 +46,7 @@ FURTHER = {
     "boxes": Key(several(BOX, "two corners for each leg"), "in which each leg stays [m]"),
     "room": Key(BOX, "in which all legs stay [m]"),
     "avoid": Key(several(OBSTACLE, "a list of obstacles"), "what the path keeps out of"),
+    "openings": Key(several(OPENING, "a list of gates"), "gates in the place of waypoints, which are their centers"),
     "degree": Key(WHOLE, "of the polynomials"),
     "continuity": Key(WHOLE, "derivatives that are continuous at the waypoints"),
     "pieces": Key(either(word("auto"), WHOLE), "polynomials per leg"),
@@ -56,7 +69,7 @@ REQUEST = mapping(
 )
 """The whole file."""
 
-ITS_OWN = ("total_time", "corridor", "room", "avoid", "degree", "continuity", "pieces", "view")
+ITS_OWN = ("total_time", "corridor", "room", "avoid", "openings", "degree", "continuity", "pieces", "view")
 """Keys that only requests have, and courses do not."""
 
 
@@ -132,7 +145,9 @@ def _described(request: PlanRequest) -> dict[str, Any]:
     told: dict[str, Any] = {"waypoints": _lists(request.waypoints), "yaw": _lists(request.yaw)}
     told |= {"durations": _lists(request.durations), "total_time": request.total_time, "limits": limits or None}
     avoid = [{name: list(numbers)} for name, numbers in request.avoid] or None
-    told |= {"corridor": corridor, "boxes": boxes, "room": room, "avoid": avoid, "degree": request.degree}
+    gates = [dict(zip(OPENING_KEYS, _lists(gate), strict=True)) for gate in request.openings] or None
+    told |= {"corridor": corridor, "boxes": boxes, "room": room, "avoid": avoid, "openings": gates}
+    told["degree"] = request.degree
     told |= {"continuity": request.continuity, "pieces": request.pieces, "closed": request.closed}
     told["view"] = {"frame": request.frame} | ({"vehicle": request.vehicle} if request.vehicle else {})
     return {name: value for name, value in told.items() if value is not None}
@@ -159,6 +174,11 @@ def _with_further(where: str, found: PlanRequest, content: Mapping[str, Any]) ->
         )
     if "avoid" in changes:
         changes["avoid"] = tuple(named for entry in changes["avoid"] for named in entry.items())
+    if "openings" in changes:
+        changes["openings"] = tuple(
+            (gate["waypoint"], gate["corners"], gate.get("crossing", 0), gate.get("margin", 0.0))
+            for gate in changes["openings"]
+        )
     if isinstance(changes.get("corridor"), float):
         changes["corridor"] = (changes["corridor"],) * max(found.legs, 1)
     return replace(found, **changes.pop("view", {}) | changes)

@@ -9,16 +9,19 @@ from typing import Any
 
 import numpy as np
 
+from minsnap.corridors.gates import Gate
 from minsnap.errors import FileError, WaypointError, YawError
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
 from minsnap.files.formats.headings import heading_rule
 from minsnap.files.plan_request import PlanRequest
-from minsnap.files.request_yaml import read_request, write_request
+from minsnap.files.request_yaml import is_request, read_request, write_request
 from minsnap.files.setpoint_csv import write_csv
+from minsnap.paths.missions.course import Course
+from minsnap.paths.missions.course_file import is_course, read_course
 from minsnap.studio.edits import straight_durations
 from minsnap.studio.plan_stages import PlannedScene
-from minsnap.studio.scenes import scene_of
+from minsnap.studio.scenes import bounds_of, scene_of
 from minsnap.studio.working_folder import WorkingFolder
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -82,7 +85,10 @@ def open_scene(path: str | os.PathLike[str]) -> PlanRequest:
     ending = Path(path).suffix.lower()
     if ending not in ENDINGS:
         raise FileError(f"{Path(path).name} cannot be opened by its ending: it must be one of {', '.join(ENDINGS)}")
-    request = _of_plan(path) if ending != ".csv" and is_polynomials(path) else read_request(path)
+    if ending in (".yaml", ".yml") and is_course(path) and not is_request(path):
+        request = _of_course(read_course(path))
+    else:
+        request = _of_plan(path) if ending != ".csv" and is_polynomials(path) else read_request(path)
     if len(request.waypoints) > MOST:
         raise FileError(f"{Path(path).name} has {len(request.waypoints)} waypoints: the studio shows up to {MOST}")
     if len(request.waypoints[0]) != 3:
@@ -138,6 +144,8 @@ def save_as(kind: str, scene: PlannedScene | None, request: PlanRequest, path: P
     if kind.startswith("setpoints"):
         write_csv(scene.trajectory, path, RATE, request.frame)
         return ""
+    if request.openings and kind.startswith("plan"):
+        raise FileError("a plan in JSON holds no gates: save the request, from which minsnap plan makes the same plan")
     facts: dict[str, Any] = {"waypoints": np.array(request.waypoints), "corridor": request.walls}
     facts |= {"limits": request.bounds, "command": ("minsnap", "studio")}
     return written(scene.trajectory, path, chosen.format, RATE, Writing(request.frame, True, facts))[1] or ""
@@ -147,8 +155,33 @@ def _draw(scene: PlannedScene, path: Path) -> None:
     from minsnap.plot.figures import plot_overview, save_figure
 
     request = scene.request
-    how: dict[str, Any] = {"corridor": request.walls, "waypoints": np.array(request.waypoints)}
+    points = request.places if request.openings else np.array(request.waypoints)
+    how: dict[str, Any] = {"corridor": request.walls, "waypoints": points}
     save_figure(plot_overview(scene.trajectory, limits=request.bounds, **how), path)
+
+
+def _of_course(course: Course) -> PlanRequest:
+    """Return the scene of a course: points and gates, tube, limits, lap and heading.
+
+    Raises
+    ------
+    FileError
+        If it has more.
+    """
+    further = (course.laps > 1, course.boxes, course.start, course.end, course.tolerance, course.takeoff, course.land)
+    if any(further) or any(stop.ball or stop.hold or stop.straight for stop in course.stops):
+        raise FileError(
+            f"{course.name} has laps, boxes, states, tolerances, holds or take-off: the studio holds points, gates, a "
+            "tube and limits of a course; minsnap plan flies all of it"
+        )
+    gates = [(i, stop.place) for i, stop in enumerate(course.stops) if isinstance(stop.place, Gate)]
+    openings = tuple((i, tuple(map(tuple, g.corners.tolist())), g.crossing, g.margin) for i, g in gates)
+    points = tuple(tuple(stop.center.tolist()) for stop in course.stops)
+    yaw = tuple(course.yaw) if isinstance(course.yaw, (list, tuple)) else course.yaw
+    scene = PlanRequest(points, openings=openings, yaw=yaw, **bounds_of(course.bounds))
+    if course.tube is not None:
+        scene = replace(scene, corridor=(course.tube,) * scene.legs)
+    return scene.as_lap() if course.closed else scene
 
 
 def _of_plan(path: str | os.PathLike[str]) -> PlanRequest:

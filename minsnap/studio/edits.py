@@ -9,8 +9,9 @@ from typing import TypeVar
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.corridors.gates import Gate
 from minsnap.errors import InputError, WaypointError
-from minsnap.files.plan_request import Box, PlanRequest, Point
+from minsnap.files.plan_request import Box, Opening, PlanRequest, Point
 
 _Entry = TypeVar("_Entry")
 
@@ -23,6 +24,9 @@ WIDTH = 0.3
 ROOM_AROUND = 1.0
 """How far new boxes and rooms reach beyond their waypoints [m]."""
 
+GATE = 1.0
+"""Sides of a new gate [m]."""
+
 THINNEST = 0.02
 """Least distance of two opposite faces while one is moved [m]."""
 
@@ -33,9 +37,15 @@ def move_waypoint(request: PlanRequest, index: int, position: Sequence[float]) -
     point = tuple(float(value) for value in position)
     ends = (0, len(points) - 1)
     joined = request.closed and index in ends
+    step = np.subtract(point, points[index])
     for i in ends if joined else (index,):
         points[i] = point
-    return replace(request, waypoints=tuple(points))
+    moved = ends if joined else (index,)
+    openings = tuple(
+        (i, _points(np.array(corners) + step), *how) if i in moved else (i, corners, *how)
+        for i, corners, *how in request.openings
+    )
+    return replace(request, waypoints=tuple(points), openings=openings)  # type: ignore[arg-type]
 
 
 def insert_waypoint(request: PlanRequest, index: int) -> PlanRequest:
@@ -54,7 +64,8 @@ def insert_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     if isinstance(yaw, tuple):
         yaw = (*yaw[: index + 1], yaw[index], *yaw[index + 1 :])
     shares = (1.0, 0.5) if index >= last else (0.5, 0.5)
-    changed = replace(request, waypoints=tuple(_plain(point) for point in points), yaw=yaw)
+    openings = _renumbered(request, [*range(index + 1), *range(index + 2, last + 2)])
+    changed = replace(request, waypoints=tuple(_plain(point) for point in points), yaw=yaw, openings=openings)
     return _grown(_with_legs(changed, request, leg, shares))
 
 
@@ -71,7 +82,8 @@ def delete_waypoint(request: PlanRequest, index: int) -> PlanRequest:
     points = request.waypoints[:index] + request.waypoints[index + 1 :]
     yaw = request.yaw[:index] + request.yaw[index + 1 :] if isinstance(request.yaw, tuple) else request.yaw
     first, last = max(index - 1, 0), min(index, request.legs - 1)
-    changed = replace(request, waypoints=points, yaw=yaw)
+    openings = _renumbered(request, [*range(index), None, *range(index, len(points))])
+    changed = replace(request, waypoints=points, yaw=yaw, openings=openings)
     if first == last:
         gone = 0 if index == 0 else request.legs - 1
         return replace(
@@ -91,7 +103,47 @@ def move_in_order(request: PlanRequest, index: int, step: int) -> PlanRequest:
     order = list(range(len(request.waypoints)))
     order[index], order[other] = order[other], order[index]
     yaw = tuple(request.yaw[i] for i in order) if isinstance(request.yaw, tuple) else request.yaw
-    return _grown(replace(request, waypoints=tuple(request.waypoints[i] for i in order), yaw=yaw))
+    points = tuple(request.waypoints[i] for i in order)
+    return _grown(replace(request, waypoints=points, yaw=yaw, openings=_renumbered(request, order)))
+
+
+def with_gate(request: PlanRequest, index: int, wanted: bool) -> PlanRequest:
+    """Return the request with a gate of 1 m by 1 m at a waypoint, across the way to it and from it, or without it."""
+    others = tuple(gate for gate in request.openings if gate[0] != index)
+    if not wanted:
+        return replace(request, openings=others)
+    points = np.array(request.waypoints)
+    along = points[min(index + 1, request.legs)] - points[max(index - 1, 0)]
+    along[2] = 0.0
+    heading = along / np.linalg.norm(along) if along.any() else np.array([1.0, 0.0, 0.0])
+    corners = Gate(points[index], heading, GATE).corners
+    return replace(request, openings=tuple(sorted((*others, (index, _points(corners), 1, 0.0)))))
+
+
+def reshape_gate(request: PlanRequest, index: int, matrix: FloatArray) -> PlanRequest:
+    """Return the request with the corners of a gate turned or scaled about its center, by a matrix (3, 3)."""
+    center = np.array(request.waypoints[index])
+    openings = tuple(
+        (i, _points(center + (np.array(corners) - center) @ matrix.T), *how) if i == index else (i, corners, *how)
+        for i, corners, *how in request.openings
+    )
+    return replace(request, openings=openings)  # type: ignore[arg-type]
+
+
+def sized(corners: FloatArray, width: float, height: float) -> FloatArray:
+    """Return the matrix (3, 3) that gives an opening another width and height [m]."""
+    across, upwards = axes_of(corners)
+    sizes = np.ptp(corners @ np.stack([across, upwards]).T, axis=0)
+    scale = np.maximum([width, height], THINNEST) / sizes - 1.0
+    return np.asarray(np.eye(3) + scale[0] * np.outer(across, across) + scale[1] * np.outer(upwards, upwards))
+
+
+def axes_of(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return unit vectors along the width and the height of an opening with these corners, (m, 3)."""
+    normal = Gate.polygon(corners).normal
+    across = np.cross((0.0, 0.0, 1.0) if abs(normal[2]) < 0.99 else (0.0, 1.0, 0.0), normal)
+    across /= np.linalg.norm(across)
+    return across, np.cross(normal, across)
 
 
 def set_width(request: PlanRequest, leg: int, width: float) -> PlanRequest:
@@ -194,6 +246,16 @@ def straight_durations(request: PlanRequest) -> tuple[float, ...]:
     """Return durations of the legs at 1 m/s [s]."""
     steps = np.diff(np.array(request.waypoints), axis=0)
     return tuple((np.maximum(np.linalg.norm(steps, axis=1), 0.1) / SPEED).tolist())
+
+
+def _renumbered(request: PlanRequest, order: Sequence[int | None]) -> tuple[Opening, ...]:
+    """Return the gates at the new numbers of their waypoints; those of waypoints that are gone are left out."""
+    kept = ((order[i], *gate) for i, *gate in request.openings if order[i] is not None)
+    return tuple(sorted(kept))  # type: ignore[arg-type]
+
+
+def _points(corners: FloatArray) -> tuple[Point, ...]:
+    return tuple(_plain(corner) for corner in corners)
 
 
 def _with_legs(changed: PlanRequest, before: PlanRequest, leg: int, shares: tuple[float, float]) -> PlanRequest:

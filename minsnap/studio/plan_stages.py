@@ -100,7 +100,7 @@ def planned_in_stages(
 def _certified(
     request: PlanRequest, curve: Trajectory, limits: Limits | None, final: bool, began: float
 ) -> PlannedScene:
-    certificate = certify(curve, waypoints=request.waypoints, corridor=request.walls, limits=limits)
+    certificate = certify(curve, waypoints=request.places, corridor=request.walls, limits=limits)
     return PlannedScene(request, curve, certificate, final, 1e3 * (perf_counter() - began))
 
 

@@ -27,7 +27,8 @@ def as_python(request: PlanRequest) -> str:
         "closed": True if request.closed else None,
     }
     given = [f"    {name}={value}," for name, value in arguments.items() if value is not None]
-    points = [f"    {point!r}," for point in request.waypoints]
+    gates = {index: f"minsnap.Gate.polygon{tuple(gate)!r}" for index, *gate in request.openings}
+    points = [f"    {gates.get(i, repr(point))}," for i, point in enumerate(request.waypoints)]
     head = ["import minsnap"] + (["from minsnap.vehicle import Quadrotor"] if request.rotors is not None else [])
     head += ["from minsnap.corridors.keep_out import named_obstacle"] if request.avoid else []
     return "\n".join(

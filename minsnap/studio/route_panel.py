@@ -6,8 +6,20 @@ from dataclasses import replace
 from math import degrees, radians
 from typing import Any
 
+import numpy as np
+
 from minsnap.files.plan_request import PlanRequest
-from minsnap.studio.edits import delete_waypoint, insert_waypoint, move_in_order, move_waypoint
+from minsnap.studio.edits import (
+    axes_of,
+    delete_waypoint,
+    insert_waypoint,
+    move_in_order,
+    move_waypoint,
+    reshape_gate,
+    sized,
+    with_gate,
+)
+from minsnap.studio.gate_view import GateView
 from minsnap.studio.page_inputs import Editor, follow, when_changed
 from minsnap.studio.waypoint_view import WaypointView
 from minsnap.studio.workbench import BenchState
@@ -30,16 +42,24 @@ class RoutePanel:
         What inputs edit.
     view : WaypointView
         Where the chosen waypoint is marked, and can be clicked.
+    gates : GateView
+        Where the gate at the chosen waypoint has a handle.
     """
 
-    def __init__(self, gui: Any, editor: Editor, view: WaypointView) -> None:
-        self._gui, self._editor, self._view = gui, editor, view
+    def __init__(self, gui: Any, editor: Editor, view: WaypointView, gates: GateView) -> None:
+        self._gui, self._editor, self._view, self._gates = gui, editor, view, gates
         view.when_clicked(self.choose)
         self._folder = gui.add_folder("Waypoints [m]")
         self._rows: list[Any] = []
-        self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), view.choose)
+        self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self._choose)
         self._order = gui.add_button_group("Order", ORDER)
         self._order.on_click(self._reorder)
+        self._gate = when_changed(gui.add_checkbox("Gate", False), self._set_gate)
+        self._size = gui.add_vector2("Width, height [m]", (1.0, 1.0), min=(0.05, 0.05), step=0.05, visible=False)
+        when_changed(self._size, self._set_size)
+        self._margin = gui.add_number("Margin [m]", 0.0, min=0.0, step=0.05, visible=False)
+        when_changed(self._margin, self._set_margin)
+        self._request: PlanRequest | None = None
         self._closed = when_changed(gui.add_checkbox("Closed lap", False), self._set_closed)
         self._heading = when_changed(gui.add_dropdown("Heading", HEADINGS), self._set_heading)
         self._angle = when_changed(gui.add_number("Angle [degrees]", 0.0, step=1.0), self._set_angle)
@@ -48,7 +68,7 @@ class RoutePanel:
 
     def show(self, state: BenchState) -> None:
         """Show the waypoints and the heading of the document."""
-        request = state.request
+        self._request = request = state.request
         self._show_rows(request)
         self.choose(int(self._chosen.value))
         follow(self._closed, request.closed)
@@ -89,7 +109,40 @@ class RoutePanel:
     def choose(self, index: int) -> None:
         """Choose the waypoint that buttons and keys act on."""
         follow(self._chosen, min(max(index, 0), len(self._rows) - 1))
-        self._view.choose(int(self._chosen.value))
+        self._choose(int(self._chosen.value))
+
+    def _choose(self, index: int) -> None:
+        self._view.choose(index)
+        self._gates.choose(index)
+        gate = None if self._request is None else next((g for g in self._request.openings if g[0] == index), None)
+        follow(self._gate, gate is not None)
+        self._size.visible = self._margin.visible = gate is not None
+        if gate is not None:
+            corners = np.array(gate[1])
+            follow(self._size, tuple(np.ptp(corners @ np.stack(axes_of(corners)).T, axis=0).round(6).tolist()))
+            follow(self._margin, gate[3])
+
+    def _set_gate(self, wanted: bool) -> None:
+        index = int(self._chosen.value)
+        self._editor.edit(lambda request: with_gate(request, index, wanted))
+
+    def _set_size(self, size: tuple[float, float]) -> None:
+        index = int(self._chosen.value)
+
+        def change(request: PlanRequest) -> PlanRequest:
+            corners = next((np.array(gate[1]) for gate in request.openings if gate[0] == index), None)
+            return request if corners is None else reshape_gate(request, index, sized(corners, *size))
+
+        self._editor.edit(change, f"gate {index}")
+
+    def _set_margin(self, margin: float) -> None:
+        index = int(self._chosen.value)
+
+        def change(request: PlanRequest) -> PlanRequest:
+            openings = tuple((*g[:3], float(margin)) if g[0] == index else g for g in request.openings)
+            return replace(request, openings=openings)
+
+        self._editor.edit(change, f"margin {index}")
 
     def delete(self) -> None:
         """Delete the chosen waypoint."""

@@ -49,7 +49,7 @@ def scene_of(
         degree=curve.degree,
         pieces=curve.pieces,
         **_walls([*as_constraints(corridor), *as_room(room)], curve.legs),
-        **_bounds(limits),
+        **bounds_of(limits),
     )
 
 
@@ -78,7 +78,7 @@ def _wall(part: Constraint, legs: int) -> tuple[str, Any]:
     )
 
 
-def _bounds(limits: Limits | None) -> dict[str, Any]:
+def bounds_of(limits: Limits | None) -> dict[str, Any]:
     """Return limits as fields of a scene; those of the rotors of a preset are its name and the reserve."""
     if limits is None:
         return {}

@@ -103,7 +103,7 @@ def show(
     if not isinstance(traj, Trajectory):
         raise InputError(f"the studio shows a Trajectory or a Fleet, not {type(traj).__name__}")
     request = _scene(scene_of(traj, waypoints, corridor, limits, room), yaw, vehicle)
-    certificate = certify(traj, waypoints=request.waypoints, corridor=request.walls, limits=request.bounds)
+    certificate = certify(traj, waypoints=request.places, corridor=request.walls, limits=request.bounds)
     planned = PlannedScene(request, traj, certificate, True, 0.0)
     seen = cloud(points) if points is not None else None
     seen = grid(occupancy, resolution, origin) if occupancy is not None else seen

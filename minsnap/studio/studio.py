@@ -13,6 +13,7 @@ from minsnap.studio.browser_page import Page, several
 from minsnap.studio.charts import Charts
 from minsnap.studio.corridor_panel import CorridorPanel
 from minsnap.studio.file_panel import FilePanel
+from minsnap.studio.gate_view import GateView
 from minsnap.studio.ground_view import GroundView
 from minsnap.studio.obstacles import Obstacles
 from minsnap.studio.page_inputs import Change
@@ -132,11 +133,11 @@ class Studio(Page):
         server, gui = self._server, self._server.gui
         self._ground, self._path = GroundView(server), PathView(server)
         self._walls, self._waypoints = WallView(server, self), WaypointView(server, self)
-        self._vehicle = VehicleView(server)
+        self._vehicle, self._gates = VehicleView(server), GateView(server, self)
         self._status, self._player = StatusPanel(gui, self), Player(gui, self._point_at)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Route"):
-            self._route = RoutePanel(gui, self, self._waypoints)
+            self._route = RoutePanel(gui, self, self._waypoints, self._gates)
         with tabs.add_tab("Corridor"):
             self._corridor = CorridorPanel(gui, self, self._walls)
         with tabs.add_tab("Time"):
@@ -175,6 +176,7 @@ class Studio(Page):
         self._ground.show(state.request.frame, points)
         self._waypoints.show(state)
         self._walls.show(state)
+        self._gates.show(state)
         self._route.show(state)
         self._corridor.show(state)
         self._time.show(state)
