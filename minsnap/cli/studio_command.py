@@ -29,7 +29,8 @@ def studio(
     host: Annotated[str, typer.Option("--host", metavar="ADDRESS", help="Address to listen on.")] = "127.0.0.1",
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open the browser.")] = False,
     obstacles: Annotated[
-        Path | None, typer.Option("--obstacles", metavar="FILE", help="Grid or points to show: .npz or x,y,z CSV.")
+        Path | None,
+        typer.Option("--obstacles", metavar="FILE", help="Grid or points: .npz, CSV; floor: map YAML."),
     ] = None,
     folder: Annotated[Path, typer.Option("--folder", metavar="DIR", help="Where files are saved.")] = Path("."),
     separation: Annotated[

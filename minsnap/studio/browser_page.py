@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import MinsnapError
+from minsnap.plot.film import Picture, write_film
 from minsnap.studio.camera import frame, framing, keep_framed
-from minsnap.studio.page_inputs import when_triggered
+from minsnap.studio.page_inputs import when_clicked, when_triggered
 from minsnap.studio.page_server import fold, start_server, stop_server
 from minsnap.studio.player import Player
 
@@ -22,6 +25,12 @@ PLOTS = 280
 
 NARROW = 1100
 """Width of a window below which it opens with that panel folded, such as that of a tablet [pixels]."""
+
+FILM_RATE, MOST_PICTURES, WIDEST = 12.0, 360, 800
+"""Of films: pictures a second [Hz], at most, and their greatest width [pixels]."""
+
+PATIENCE = 60.0
+"""For one picture of a browser [s]."""
 
 Key = tuple[str, str, str | None, Callable[[], None]]
 """What a key does, its name, its modifier, and the function that does it."""
@@ -91,6 +100,28 @@ class Page:
     def later(self, act: Callable[[], None]) -> None:
         """Do something in a thread of its own; show on the page why it is refused."""
         threading.Thread(target=self.attempt, args=(act,), name="studio task", daemon=True).start()
+
+    def record(self, client: Any) -> None:
+        """Fly once, as the camera of a browser sees it now, and let it save the film."""
+        camera, duration = client.camera, self._player.duration
+        width = min(camera.image_width, WIDEST)
+        how = {"wxyz": camera.wxyz, "position": camera.position, "fov": camera.fov, "timeout": PATIENCE}
+        count = min(int(FILM_RATE * duration) + 2, MOST_PICTURES)
+
+        def pictures() -> Iterator[Picture]:
+            for now in np.linspace(0.0, duration, count):
+                self.seek(float(now))
+                yield client.get_render(round(width * camera.image_height / camera.image_width), width, **how)
+
+        with TemporaryDirectory() as folder:
+            file = Path(folder) / "flight.gif"
+            write_film(pictures(), file, (count - 1) / duration)
+            client.send_file_download(file.name, file.read_bytes(), save_immediately=True)
+
+    def add_recording(self, gui: Any) -> None:
+        """Add the button that records."""
+        button = gui.add_button("Record the flight (GIF)")
+        when_clicked(button, lambda client: self.later(lambda: self.record(client)))
 
     def wait_until_closed(self, timeout: float | None = None) -> bool:
         """Wait until the studio is closed; return whether it is."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from minsnap.studio.documents import ENDINGS, EXPORTS, open_upload, save_as
 from minsnap.studio.obstacles import ENDINGS as OBSTACLE_ENDINGS
-from minsnap.studio.obstacles import Obstacles, read_obstacles
+from minsnap.studio.obstacles import PICTURES, Obstacles, floor, read_obstacles
 from minsnap.studio.page_inputs import Editor, copyable, sentence, when_clicked
 from minsnap.studio.reproduction import as_command, as_python
 from minsnap.studio.workbench import BenchState
@@ -42,7 +42,10 @@ class FilePanel:
         self._gui, self._editor, self._folder, self._state = gui, editor, folder, state
         self._obstacles = obstacles
         self._upload("Open a scene (YAML, CSV, .plan)", ENDINGS, self._open)
-        self._upload("Show obstacles (.npz, CSV)", OBSTACLE_ENDINGS, self._load)
+        self._upload("Show obstacles (.npz, CSV)", (".npz", ".csv"), self._load)
+        self._upload("Show a floor (PNG, JPEG, PGM)", PICTURES, self._lay)
+        self._pixel = gui.add_number("Metres a pixel", 0.05, min=1e-4, step=0.01)
+        self._corner = gui.add_vector2("Lower left corner [m]", (0.0, 0.0), step=0.5)
         gui.add_divider()
         self._kind = gui.add_dropdown("Write", tuple(EXPORTS))
         self._name = gui.add_text("File name", "scene")
@@ -72,6 +75,12 @@ class FilePanel:
         with self._folder.scratch(ending, name) as path:
             path.write_bytes(content)
             self._obstacles(read_obstacles(path))
+
+    def _lay(self, name: str, content: bytes) -> None:
+        ending = next((known for known in PICTURES if name.lower().endswith(known)), ".png")
+        with self._folder.scratch(ending, name) as path:
+            path.write_bytes(content)
+            self._obstacles(floor(path, self._pixel.value, self._corner.value))
 
     def _save(self) -> None:
         kind, state = self._kind.value, self._state()

@@ -78,6 +78,7 @@ class FleetStudio(Page):
         self._message = gui.add_html("")
         self._player = Player(gui, self._show, "Fly")
         self._player.show(self.fleet.duration)
+        self.add_recording(gui)
         self._told = gui.add_html("")
         panel = gui.add_panel()
         with panel.add_tab("Plots"):

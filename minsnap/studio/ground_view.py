@@ -8,7 +8,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.files.frames import get_frame
-from minsnap.studio.obstacles import Obstacles
+from minsnap.studio.obstacles import Floor, Obstacles
 
 AXES = {
     "enu": ("x East", "y North", "z Up"),
@@ -69,6 +69,16 @@ class GroundView:
         if len(obstacles.points):
             how = {"point_size": obstacles.point_size, "point_shape": "rounded"}
             self._server.scene.add_point_cloud("/obstacles/points", obstacles.points, OBSTACLE, **how)
+
+        if obstacles.floor is not None:
+            self._show_floor(obstacles.floor)
+
+    def _show_floor(self, floor: Floor) -> None:
+        """Lay a picture on the ground, a little below the grid; viser's pictures have x to the right and y down."""
+        width, height = floor.size
+        middle = (floor.corner[0] + 0.5 * width, floor.corner[1] + 0.5 * height, -0.01)
+        turned = {"wxyz": (0.0, 1.0, 0.0, 0.0), "position": middle, "cast_shadow": False, "receive_shadow": False}
+        self._server.scene.add_image("/obstacles/floor", floor.picture, width, height, **turned)
 
     def _show_axes(self, frame: str, length: float, corner: FloatArray) -> None:
         """Draw the axes beside the scene, where their names cover nothing of it."""

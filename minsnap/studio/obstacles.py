@@ -12,18 +12,50 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly
 from minsnap.basics.storage.archive import read_archive
+from minsnap.basics.storage.reading import check_size, reading
 from minsnap.errors import FileError, InputError
 from minsnap.files.waypoints import read_waypoints
+from minsnap.paths.routes.map_images import read_map_entries
 from minsnap.studio.wall_shapes import box_surface
 
 MOST_CELLS = 200_000
 """Occupied cells of the largest grid that is shown."""
 
+MOST_PIXELS = 16_000_000
+"""Of the largest floor."""
+
 MOST_POINTS = 200_000
 """Points that are shown of a cloud; of larger ones every n-th."""
 
-ENDINGS = (".npz", ".csv")
-"""Of files of obstacles."""
+ENDINGS = (".npz", ".csv", ".yaml", ".yml")
+"""Of files of obstacles and floors."""
+
+PICTURES = (".png", ".jpg", ".jpeg", ".pgm")
+"""Of pictures of a floor."""
+
+
+@dataclass(frozen=True, eq=False)
+class Floor:
+    """A picture on the ground, such as a floor plan or an aerial photograph.
+
+    Parameters
+    ----------
+    picture : ndarray, shape (rows, columns, 3)
+        Red, green, blue; north, which is y, is up.
+    resolution : float
+        Side of a pixel [m].
+    corner : tuple of 2 floats
+        The lower left one [m].
+    """
+
+    picture: npt.NDArray[np.uint8]
+    resolution: float
+    corner: tuple[float, float]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height [m]."""
+        return self.picture.shape[1] * self.resolution, self.picture.shape[0] * self.resolution
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +70,14 @@ class Obstacles(ReadOnly):
         [m].
     point_size : float
         [m].
+    floor : Floor or None
+        A picture on the ground.
     """
 
     boxes: FloatArray
     points: FloatArray
     point_size: float = 0.05
+    floor: Floor | None = None
 
     def surface(self) -> tuple[FloatArray, IntArray]:
         """Return the boxes as vertices (8 m, 3) [m] and triangles (12 m, 3)."""
@@ -102,8 +137,35 @@ def grid(occupancy: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayL
     return Obstacles(corner + side * _columns(taken), np.zeros((0, 3)))
 
 
+def floor(path: str | os.PathLike[str], resolution: float, corner: npt.ArrayLike) -> Obstacles:
+    """Read a picture of the ground: metres a pixel, and where its lower left corner lies [m].
+
+    Raises
+    ------
+    FileError
+        If it is no picture, or too large.
+    InputError
+        If the numbers are not finite, or the first not positive.
+    """
+    from PIL import Image
+
+    place = np.asarray(corner, dtype=np.float64).reshape(-1)
+    if not (np.isfinite(resolution) and resolution > 0.0 and len(place) >= 2 and np.isfinite(place).all()):
+        raise InputError("a floor needs the side of a pixel [m], which is positive, and its lower left corner, x and y")
+    check_size(path)
+    with reading(path, "a picture"), Image.open(path, formats=("PNG", "JPEG", "PPM")) as opened:
+        if opened.width * opened.height > MOST_PIXELS:
+            raise FileError(f"{path} has {opened.width} x {opened.height} pixels: at most {MOST_PIXELS} are shown")
+        picture = np.array(opened.convert("RGB"), dtype=np.uint8)
+    nothing = np.zeros((0, 3))
+    shown = Floor(picture, float(resolution), (float(place[0]), float(place[1])))
+    return Obstacles(np.zeros((0, 2, 3)), nothing, floor=shown)
+
+
 def read_obstacles(path: str | os.PathLike[str]) -> Obstacles:
     """Read obstacles: x,y,z CSV; or an ``.npz`` archive of ``points``, or of ``occupancy``, ``resolution``, ``origin``.
+
+    A map of ROS's map_server (YAML with its picture beside it) is a floor.
 
     Raises
     ------
@@ -112,6 +174,9 @@ def read_obstacles(path: str | os.PathLike[str]) -> Obstacles:
     """
     if Path(path).suffix.lower() == ".csv":
         return cloud(read_waypoints(path).points)
+    if Path(path).suffix.lower() in (".yaml", ".yml"):
+        said = read_map_entries(path)
+        return floor(Path(path).parent / said["image"], said["resolution"], said["origin"])
     if Path(path).suffix.lower() != ".npz":
         raise FileError(f"{Path(path).name} holds no obstacles by its ending: it must be one of {', '.join(ENDINGS)}")
     content: dict[str, Any] = read_archive(path)

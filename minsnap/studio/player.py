@@ -38,11 +38,16 @@ class Player:
         self._thread = threading.Thread(target=self._run, name="studio clock", daemon=True)
         self._thread.start()
 
+    @property
+    def duration(self) -> float:
+        """Of what is flown [s]."""
+        return self._duration
+
     def show(self, duration: float) -> None:
         """Take up the duration of another plan [s]; the time stays where it is, or at the end."""
         self._duration = duration
         self.now = min(self.now, duration)
-        most = ceil(100.0 * duration) / 100.0
+        most = ceil(100.0 * duration - 1e-6) / 100.0
         if self._slider.max != most:
             if self._slider.value > most:
                 self._slider.value = round(self.now, 2)

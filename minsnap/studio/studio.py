@@ -146,6 +146,7 @@ class Studio(Page):
             self._flying = VehiclePanel(gui, self, self._path, lambda: self._shown)
         with tabs.add_tab("Files"):
             FilePanel(gui, self, self._folder, lambda: self._shown, self._ground.show_obstacles)
+            self.add_recording(gui)
         panel = gui.add_panel()
         with panel.add_tab("Plots"):
             self._legend, self._charts = SpeedLegend(gui), Charts(gui)

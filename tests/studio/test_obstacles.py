@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from minsnap.errors import FileError, InputError
-from minsnap.studio.obstacles import MOST_POINTS, cloud, grid, read_obstacles
+from minsnap.studio.obstacles import MOST_POINTS, cloud, floor, grid, read_obstacles
 
 
 def test_boxes_cover_exactly_the_occupied_cells():
@@ -48,3 +49,17 @@ def test_what_is_malformed_is_refused(tmp_path):
     for points in (np.zeros((2, 2)), np.full((2, 3), np.nan), np.zeros((0, 3))):
         with pytest.raises(InputError):
             cloud(points)
+
+
+def test_a_map_is_a_floor_where_it_says(tmp_path):
+    colours = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
+    Image.fromarray(colours).save(tmp_path / "hall.png")
+    (tmp_path / "hall.yaml").write_text("{image: hall.png, resolution: 0.5, origin: [-1, 2, 0]}")
+    laid = read_obstacles(tmp_path / "hall.yaml").floor
+    assert (laid.picture == colours).all() and laid.size == (3.0, 2.0) and laid.corner == (-1.0, 2.0)
+    (tmp_path / "hall.yaml").write_text("{image: hall.yaml, resolution: 0.5, origin: [-1, 2, 0]}")
+    for wrong in (tmp_path / "hall.yaml", tmp_path / "none.yaml"):
+        with pytest.raises(FileError):
+            read_obstacles(wrong)
+    with pytest.raises(InputError, match="side of a pixel"):
+        floor(tmp_path / "hall.png", 0.0, (0.0, 0.0))

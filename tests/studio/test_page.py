@@ -212,3 +212,16 @@ def test_two_browsers_see_the_same_scene_and_one_may_close(page, studio, browser
     assert eventually(lambda: studio.request.waypoints[2] == (8.0, 4.0, 1.5))
     assert studio.wait(60.0)
     shows(page, f"{studio.trajectory.cost():.6g}")
+
+
+def test_a_flight_is_recorded_as_the_camera_sees_it(page, studio, monkeypatch):
+    monkeypatch.setattr("minsnap.studio.browser_page.MOST_PICTURES", 3)
+    monkeypatch.setattr("minsnap.studio.browser_page.WIDEST", 240)
+    page.get_by_role("tab", name="Files").click()
+    with page.expect_download() as download:
+        page.get_by_text("Record the flight").click()
+    with Image.open(download.value.path()) as film:
+        assert (film.n_frames, film.width) == (3, 240)
+        first = np.asarray(film.convert("RGB"), dtype=np.int16)
+        film.seek(1)
+        assert np.abs(np.asarray(film.convert("RGB"), dtype=np.int16) - first).max() > 40

@@ -39,10 +39,7 @@ def read_map_yaml(path: str | os.PathLike[str], how: Reading) -> GridMap:
     FileError
         If a file cannot be read, an entry is missing, unknown or malformed, or the origin is turned.
     """
-    content = load_yaml(path)
-    if not isinstance(content, dict):
-        raise FileError(f"{path}: a map is described by {', '.join(KEYS)}, not by {shown(content)}")
-    _check_keys(path, content)
+    content = read_map_entries(path)
     low = content.get("free_thresh", 0.25)
     high = content.get("occupied_thresh", 0.65)
     if not (is_number(low) and is_number(high) and 0.0 <= low <= high <= 1.0):
@@ -52,6 +49,21 @@ def read_map_yaml(path: str | os.PathLike[str], how: Reading) -> GridMap:
     kept = Reading(0.5 if how.threshold is None else how.threshold, how.unknown)
     cells = kept.by_probability(np.ascontiguousarray(chance[::-1].T))
     return GridMap(cells, np.full(2, float(content["resolution"])), np.array(content["origin"][:2]), Path(path).name)
+
+
+def read_map_entries(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the entries of a map_server YAML file, checked.
+
+    Raises
+    ------
+    FileError
+        If one is missing, unknown or malformed.
+    """
+    content = load_yaml(path)
+    if not isinstance(content, dict):
+        raise FileError(f"{path}: a map is described by {', '.join(KEYS)}, not by {shown(content)}")
+    _check_keys(path, content)
+    return content
 
 
 def read_picture(path: str | os.PathLike[str]) -> npt.NDArray[np.uint8]:
