@@ -49,7 +49,7 @@ def test_one_slack_for_all_widths_is_the_least_that_does(seed):
     """C4 at degree 7 leaves a narrow corridor without a solution; every width may give way alike."""
     points, durations = random_legs(seed, 4)
     task = task_of(points, Tube(1e-3), continuity=5)
-    walls = sum(2 * len(wall.leg) for wall in task.walls)
+    walls = sum(len(wall.leg) for wall in task.walls)
     found = relaxed(task, durations, give=Give(np.zeros(walls, int), np.ones(walls), 1), accuracy=1e-6)
 
     def fits(width):
