@@ -82,11 +82,3 @@ def plane_rows(problem: Problem, base: FloatArray, axes: BoolArray, local: IntAr
     columns = local[problem.columns[knots, 0]]
     values = np.where(columns < local[-1], normals, 0.0)
     return Equalities(columns, values, -(normals * base[knots, 0]).sum(axis=1))
-
-
-def onto(planes: Equalities, unknowns: FloatArray) -> FloatArray:
-    """Project positions onto their planes, to remove the residual of the solver."""
-    padded = np.append(unknowns, 0.0)
-    for columns, values, side in zip(planes.columns, planes.values, planes.sides, strict=True):
-        padded[columns] += values * (side - values @ padded[columns]) / (values @ values)
-    return padded[:-1]

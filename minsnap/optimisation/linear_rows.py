@@ -85,8 +85,8 @@ def of_unit_length(matrix: Any) -> tuple[Any, FloatArray]:
 
 
 def joined_exactly(problem: Problem, knots: FloatArray) -> FloatArray:
-    """Remove what a solver left of jumps in the derivatives above k - 1, by the least change of control points."""
-    if not problem.jumps or not 0 < problem.size <= DENSE:
+    """Remove what a solver left of jumps above k - 1 and of distances to gates' planes, by the least change."""
+    if not (problem.jumps or problem.planes) or not 0 < problem.size <= DENSE:
         return knots
     for _ in range(2):
         linear = LinearRows(problem, knots)

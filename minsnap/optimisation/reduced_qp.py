@@ -147,11 +147,6 @@ class Problem:
         """Number of unknowns."""
         return int(self.columns.max()) + 1
 
-    def unknowns(self, axes: BoolArray) -> int:
-        """Return the number of unknowns of some axes."""
-        first = self.columns[:-1] if self.closed else self.columns
-        return int((first[:, :, axes] >= 0).sum())
-
     @cached_property
     def piece_columns(self) -> IntArray:
         """Columns of each piece's end derivatives, start then end, -1 where pinned: shape (pieces, dim, 2k)."""
