@@ -8,7 +8,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from combination_oracle import Judge, greatest, squared
-from random_combinations import judged, outcome, question
+from random_combinations import judged, outcome, planted, question
 
 import minsnap
 
@@ -21,12 +21,26 @@ KEPT = (
 )
 """Seeds: drawn ones that are planned or refused quickly, and at the end those that once were wrong."""
 
+PLANTED = (
+    *[100001, 100043, 100083, 100126, 100166, 100206, 100239, 100279, 100325, 100366, 100406, 100443],
+    *[100479, 100518, 100562, 100603, 100643, 100688, 100730, 100776, 100817, 100857, 100895, 100937],
+    *[100978, 101016, 101065, 101103, 101153, 101193, 101244, 101291, 101332, 101380, 101423, 101461],
+    *[101519],
+)
+"""Seeds of questions of which a plan is known, and at the end what was once refused with proof."""
+
 
 @pytest.mark.parametrize("seed", KEPT)
 def test_what_is_planned_is_right_and_what_is_refused_says_so(seed):
     _, kind, said, _ = outcome(seed)
     assert kind in ("planned", "proved", "unproved", "late", "solver"), said
     assert "last look" not in said
+
+
+@pytest.mark.parametrize("seed", PLANTED)
+def test_what_has_a_plan_is_planned(seed):
+    _, kind, said, _ = outcome(seed, planted)
+    assert kind == "planned", said
 
 
 def test_the_judge_sees_what_is_wrong():

@@ -7,6 +7,8 @@ are tried at many scales with the limits as walls; the first that has a plan is 
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import inf
+from time import monotonic
 
 import numpy as np
 
@@ -27,7 +29,7 @@ Attempt = Callable[[FloatArray], Timed | None]
 """Plans for piece durations [s]; None where there is no plan, or it is not certified."""
 
 
-def least_longer(attempt: Attempt, durations: FloatArray, still: bool) -> Timed | None:
+def least_longer(attempt: Attempt, durations: FloatArray, still: bool, due: float = inf) -> Timed | None:
     """Return the plan of the least factor on durations found, from one on; None where no factor tried has one.
 
     Parameters
@@ -37,6 +39,8 @@ def least_longer(attempt: Attempt, durations: FloatArray, still: bool) -> Timed 
         Whose proportions are kept [s].
     still : bool
         Whether what has a plan in some time has one in more, so that the longest decides whether there is one.
+    due : float
+        Reading of the monotonic clock from which a plan that was found is not shortened any more [s].
     """
     longest = LONGER[-1] + 1.0
     if still and _attempted(attempt, durations * longest) is None:
@@ -49,7 +53,7 @@ def least_longer(attempt: Attempt, durations: FloatArray, still: bool) -> Timed 
             break
     if found is None:
         return None
-    while high / low - 1.0 > CLOSE:
+    while high / low - 1.0 > CLOSE and monotonic() < due:
         middle = float(np.sqrt(low * high))
         shorter = _attempted(attempt, durations * middle)
         low, high = (middle, high) if shorter is None else (low, middle)

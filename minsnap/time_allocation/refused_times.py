@@ -48,7 +48,7 @@ def in_other_times(task: Task, timing: Timing, finish: Finish, samples: int | No
         return next((found for found in map(attempt, splits) if found is not None), None)
     attempt = plans_for(bounded, task, limits, finish, rest)
     slows = task.still and not any(wall.order for wall in task.walls)
-    tried = (least_longer(attempt, durations, slows) for durations in _proportions(task, timing, refused))
+    tried = (least_longer(attempt, durations, slows, timing.due) for durations in _proportions(task, timing, refused))
     return next((found for found in tried if found is not None), None)
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import inf
+from time import monotonic
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -48,6 +50,11 @@ class Timing:
         Whether such a search chooses the number of polynomials a leg.
     on_interrupt : str
         What Ctrl-C does: ``"raise"`` KeyboardInterrupt, or ``"return"`` the best plan found so far.
+
+    Attributes
+    ----------
+    due : float
+        Reading of the monotonic clock from which a plan that was found is not improved any more [s].
     """
 
     durations: npt.ArrayLike | None = None
@@ -60,8 +67,11 @@ class Timing:
     time_limit: float | None = None
     refine: bool = False
     on_interrupt: str = "raise"
+    due: float = field(init=False, default=inf)
 
     def __post_init__(self) -> None:
+        if self.time_limit is not None:
+            object.__setattr__(self, "due", monotonic() + self.time_limit)
         if self.total_time is not None:
             object.__setattr__(self, "total_time", check_time("total_time", self.total_time, TimingError))
 

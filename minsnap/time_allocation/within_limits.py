@@ -59,7 +59,7 @@ def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fin
     solved, search = searched_from(task, limits, timing, finish)
     if task.continuity <= task.half - 1:
         return timed(solved, finish, search)
-    return _smoother(task, bounded, solved, limits, finish, search)
+    return _smoother(task, bounded, solved, timing, finish, search)
 
 
 def _searchable(bounded: Task, limits: Limits) -> bool:
@@ -71,10 +71,11 @@ def _leg_durations(solved: SolvedTask) -> FloatArray:
     return leg_sums(solved.trajectory.durations, solved.trajectory.pieces)
 
 
-def _smoother(task: Task, bounded: Task, fastest: SolvedTask, limits: Limits, finish: Finish, search: Run) -> Timed:
+def _smoother(task: Task, bounded: Task, fastest: SolvedTask, timing: Timing, finish: Finish, search: Run) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
-    found = least_longer(plans_for(replace(bounded, pieces=pieces), task, limits, finish, search), durations, False)
+    attempt = plans_for(replace(bounded, pieces=pieces), task, timing.limits, finish, search)
+    found = least_longer(attempt, durations, False, timing.due)
     if found is None:
         raise explain(replace(bounded, pieces=pieces), durations)
     return found
@@ -133,7 +134,7 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
         return kept(found, limits, True)
     if found is not None and keeps(limits, found.trajectory):
         return found
-    smooth = _smoother(task, bounded, fastest, limits, finish, search)
+    smooth = _smoother(task, bounded, fastest, timing, finish, search)
     if price is not None:
         return smooth
     _check_total(timing.total, smooth.solved)

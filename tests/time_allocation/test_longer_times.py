@@ -1,11 +1,15 @@
 """Where a plan chooses its times, longer ones are tried before it is refused; what a refusal names was tried."""
 
+from time import monotonic
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import minsnap
 from minsnap import HalfSpaces, InfeasibleError, Limits, UnprovedError
 from minsnap.files.plan_arguments import plan_arguments
+from minsnap.time_allocation.longer_times import LONGER, least_longer
 
 SLOW = HalfSpaces((1, 0, 0), 0.9, order=1)
 TWO = [(0, 0, 0), (5, 1, 0)]
@@ -66,3 +70,18 @@ def test_no_factor_is_named_where_none_was_found():
     with pytest.raises(UnprovedError) as refused:
         minsnap.plan(points, durations=[1.6148001944098884], limits=limits, **asked)
     assert refused.value.stretch is None and "would do" not in str(refused.value)
+
+
+def test_a_plan_that_was_found_is_not_shortened_after_the_time_limit():
+    """Twice the durations have a plan; before the limit the least factor is looked for as well."""
+    tried = []
+
+    def attempt(durations):
+        tried.append(float(durations[0]))
+        return SimpleNamespace(trajectory=SimpleNamespace(duration=tried[-1])) if tried[-1] >= 2.0 else None
+
+    shortest = least_longer(attempt, np.ones(1), False).trajectory.duration
+    assert 2.0 <= shortest <= 2.02 and len(tried) > len(LONGER)
+    tried.clear()
+    assert least_longer(attempt, np.ones(1), False, due=monotonic()).trajectory.duration == tried[-1] == 2.5
+    assert len(tried) < len(LONGER)
