@@ -67,9 +67,9 @@ def largest_use(limits: Limits, trajectory: Trajectory) -> float:
     given = limits.given()
     orders = [KIND[name].order for name in given if KIND[name].measure == "norm"]
     if len(orders) < len(given) or limits.norm != "euclidean" or type(limits) is not Limits:
-        return max(used.fraction for used in limits.utilisation(trajectory))
+        return max((used.fraction for used in limits.utilisation(trajectory)), default=0.0)
     norms = trajectory.max_norms(sorted(orders))
-    return max(norm / limit for (norm, _), limit in zip(norms, _by_order(given), strict=True))
+    return max((norm / limit for (norm, _), limit in zip(norms, _by_order(given), strict=True)), default=0.0)
 
 
 def _by_order(given: dict[str, float]) -> list[float]:

@@ -1,0 +1,179 @@
+"""No exception but the library's leaves a public call: draws over the values of its arguments that hold every pair."""
+
+import warnings
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import minsnap
+from minsnap import Ball, Boxes, HalfSpaces, Limits, LookAt, Replanner, Room, RoundTube, Search, Separation, Tube
+from minsnap.errors import MinsnapError
+
+NAN, INF, HUGE = float("nan"), float("inf"), 10**400
+POINTS = np.array([(0.0, 0.0, 1.0), (3.0, 0.0, 1.0), (3.0, 2.0, 1.5)])
+WIDE = Limits(speed=3.0, acceleration=5.0)
+CURVE = minsnap.plan(POINTS, limits=WIDE)
+MANY = np.stack([POINTS, POINTS + 1.0, POINTS * 2.0])
+ODD = [NAN, INF, -1.0, 0, HUGE, "no", [], [[1, 2], [3]], {}, True, 1e-13, 1e13, object()]
+LIMITS = [Limits(speed=3.0), Limits(acceleration=4.0, tilt=0.5), Limits(), Limits(speed=1e-9), 3.0, [Limits(speed=1.0)]]
+WALLS = [0.3, [0.4, 0.5], Tube(0.2), RoundTube(0.3), HalfSpaces((1, 0, 0), 3.5), HalfSpaces((1, 0), 1.0, order=1)]
+WALLS += [Boxes(np.zeros((2, 3)) - 1, np.zeros((2, 3)) + 4), [0.5, Room((-1, -1, -1), (5, 5, 5))], Ball(0.1), "tube"]
+STATES = [{"velocity": (1, 0, 0)}, {"velocity": (1, 0)}, {"position": (0, 0, 1)}, {"jerk": (NAN, 0, 0)}, {"up": 1}]
+YAWS = [0.3, "velocity", "tilt", "north", [0, 1, 2], LookAt((9, 9, 9)), np.sin]
+FLEETS = [
+    POINTS[None, :2] + np.array([(0, 0, 0), (0, 2, 0), (0, 0, 2)])[:, None],
+    MANY,
+    POINTS,
+    [POINTS, POINTS[:, :2]],
+]
+
+CALLS = {
+    "plan_many": (
+        lambda **asked: _planned({"waypoints": MANY} | asked),
+        {"waypoints": [MANY, MANY[:, :, :2], [POINTS, POINTS[:2]], POINTS, MANY[:0], None]},
+        {
+            "durations": [[1.5, 1.5], np.ones((3, 2)), [1.0], [[1.0, 1.0], [1.0]], None],
+            "corridor": WALLS,
+            "limits": LIMITS,
+        }
+        | {"pins": [{1: {"velocity": (1, 0, 0)}}, [None] * 3, {9: {}}], "total_time": [3.0, [3.0, 4.0, 5.0], [1.0]]}
+        | {"degree": [3, 5, 9, 11, 4, "7"], "start": STATES, "end": STATES, "gradients": [True, 1], "threads": [1, 2]},
+    ),
+    "replan": (
+        lambda **asked: minsnap.replan(**{"flown": CURVE, "now": 0.5, "limits": WIDE} | asked),
+        {"now": [0.0, 0.5, CURVE.duration, CURVE.duration + 1.0, -1.0]},
+        {
+            "waypoints": [POINTS[1:], POINTS[2:], POINTS[:, :2], POINTS[:0]],
+            "budget": [0.05, 1e-9],
+            "goal": [(4, 4, 1), (1, 1)],
+        }
+        | {"durations": [[1.0, 1.0], [1.0]], "total_time": [3.0], "yaw": YAWS, "limits": LIMITS, "corridor": WALLS}
+        | {"room": [Room((-1, -1, 0), (5, 5, 5)), Room((9, 9, 9), (10, 10, 10))], "clearance": [0.1], "horizon": [1, 2]}
+        | {"degree": [5, 9], "pieces": [2, 3], "recover": [0.5], "boxes": WALLS, "flown": [CURVE, CURVE.derivative()]},
+    ),
+    "replanner": (
+        lambda now=0.5, again=0.2, **asked: _changed(Replanner(**{"limits": WIDE} | asked), now, again),
+        {"now": [0.0, 0.5, CURVE.duration, -1.0], "again": [0.2, 9.0]},
+        {"limits": LIMITS, "corridor": WALLS, "yaw": YAWS, "horizon": [1, 2], "pieces": [2], "degree": [5, 9]},
+    ),
+    "plan_fleet": (
+        lambda **asked: minsnap.plan_fleet(
+            **{"waypoints": FLEETS[0], "time_limit": 0.2, "limits": WIDE, "separation": 0.3} | asked
+        ),
+        {"waypoints": FLEETS, "limits": LIMITS[:3]},
+        {
+            "separation": [0.3, Separation(0.3, downwash=2.0), 5.0],
+            "room": [Room((-9, -9, -9), (9, 9, 9)), [(0, 0, 0), (1, 1, 1)]],
+        }
+        | {"total_time": [9.0, 0.1], "pieces": [4, "auto"], "yaw": YAWS, "names": [["a", "b", "c"], ["a", "a", "a"]]}
+        | {
+            "seed": [1],
+            "polish": [0.05],
+            "fixed": [[CURVE], CURVE],
+            "holds": [[None, [1.0, 0.0], None]],
+            "start": [STATES[:3]],
+        },
+    ),
+    "certify": (
+        lambda **asked: minsnap.certify(**{"traj": CURVE} | asked).ok,
+        {"waypoints": [POINTS, POINTS[:, :2], POINTS[:2], None]},
+        {
+            "traj": [CURVE, minsnap.circle(speed=1.0), 3],
+            "corridor": WALLS,
+            "limits": LIMITS,
+            "tolerance": [0.1, Ball(0.1)],
+        }
+        | {"limits_from": [0.5, 99.0]},
+    ),
+    "certify_fleet": (
+        lambda **asked: minsnap.certify_fleet(**{"fleet": [CURVE, CURVE]} | asked).ok,
+        {"fleet": [[CURVE], [CURVE, minsnap.circle(speed=1.0)], [], CURVE]},
+        {
+            "separation": [0.3, Separation(0.3)],
+            "limits": LIMITS,
+            "room": [Room((0, 0, 0), (1, 1, 1))],
+            "reach": [3.0],
+            "threads": [2],
+        },
+    ),
+    "circle": (
+        minsnap.circle,
+        {"radius": [1.0, 3.0], "period": [5.0], "speed": [1.0]},
+        {"laps": [0.5, 2], "ramp": [1.0], "center": [(1, 2)], "yaw": YAWS, "limits": LIMITS, "altitude": [1.0]},
+    ),
+    "rectangle": (
+        lambda **asked: minsnap.rectangle(**{"total_time": 12.0} | asked),
+        {"width": [1.0, 6.0], "length": [2.0]},
+        {
+            "corridor": WALLS,
+            "laps": [2, 3],
+            "start_corner": [2, 7],
+            "total_time": [12.0, 0.1],
+            "limits": LIMITS,
+            "yaw": YAWS,
+        }
+        | {"degree": [5, 9], "search": [Search(split="distance"), 3], "continuity": [4], "closed": [True]},
+    ),
+    "line": (
+        minsnap.line,
+        {"start": [(0, 0, 1)], "goal": [(3, 0, 1), (0, 0, 1)]},
+        {
+            "total_time": [3.0],
+            "limits": LIMITS,
+            "constant_speed": [True],
+            "corridor": WALLS,
+            "degree": [5],
+            "yaw": YAWS,
+        },
+    ),
+    "assign": (
+        lambda starts=POINTS, goals=POINTS: minsnap.assign(starts, goals),
+        {"starts": [POINTS, POINTS[:2]], "goals": [POINTS, POINTS[:, :2]]},
+        {},
+    ),
+}
+"""The call; arguments that are nearly always given; others. Odd values stand among those of all."""
+
+
+def _planned(asked):
+    timed = {"durations", "limits", "total_time"} & set(asked)
+    return minsnap.plan_many(**asked if timed else asked | {"durations": [1.5, 1.5]}).errors
+
+
+def _changed(replanner, now, again):
+    change = replanner.replan(CURVE, now, POINTS[1:], budget=0.05)
+    return replanner.replan(change.trajectory, again, POINTS[2:], budget=0.05)
+
+
+def drawn(name, seed):
+    """Return arguments by name; a tenth of the values are odd."""
+    _, usual, others = CALLS[name]
+    draw, found = np.random.default_rng(seed), {}
+    share = draw.choice([0.1, 0.3, 0.6])
+    for option, values in (usual | others).items():
+        if draw.random() < (0.8 if option in usual else share):
+            found[option] = ODD[draw.integers(len(ODD))] if draw.random() < 0.1 else values[draw.integers(len(values))]
+    return found
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_no_other_exception_leaves_a_public_call(name):
+    found = []
+    for seed in range(50 if name in ("plan_fleet", "rectangle") else 150):
+        asked = drawn(name, seed)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", minsnap.errors.MagnitudeWarning)
+            try:
+                CALLS[name][0](**asked)
+            except MinsnapError as refused:
+                assert "\n" not in str(refused), seed
+            except Exception as error:  # that is what is looked for
+                found.append((seed, type(error).__name__, str(error)[:100], asked))
+    assert not found, found
+
+
+def test_the_draws_hold_every_pair_of_arguments():
+    for name, (_, usual, others) in CALLS.items():
+        pairs = {pair for seed in range(150) for pair in combinations(sorted(drawn(name, seed)), 2)}
+        assert pairs == set(combinations(sorted(usual | others), 2)), name
