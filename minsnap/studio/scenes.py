@@ -9,16 +9,14 @@ import numpy as np
 from minsnap.basics.arrays import GRAVITY
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.constraint import Constraint
-from minsnap.corridors.room import Room, as_room
+from minsnap.corridors.room import Room
 from minsnap.corridors.tubes import Tube, as_constraints
 from minsnap.errors import CorridorError, LimitError, WaypointError
 from minsnap.files.plan_request import VEHICLES, PlanRequest, besides_rotors, preset_of
 from minsnap.limits.limits import Limits, VehicleLimits
 
 
-def scene_of(
-    curve: Any, waypoints: Any = None, corridor: Any = None, limits: Limits | None = None, room: Any = None
-) -> PlanRequest:
+def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Limits | None = None) -> PlanRequest:
     """Return the scene of a plan.
 
     Parameters
@@ -26,7 +24,7 @@ def scene_of(
     curve : Trajectory
     waypoints : array_like, shape (legs + 1, 3), optional
         Its own unless given [m].
-    corridor, limits, room
+    corridor, limits
         What it is to keep, as ``plan`` takes them.
 
     Raises
@@ -48,7 +46,7 @@ def scene_of(
         tuple(np.diff(curve.leg_breaks).tolist()),
         degree=curve.degree,
         pieces=curve.pieces,
-        **_walls([*as_constraints(corridor), *as_room(room)], curve.legs),
+        **_walls(as_constraints(corridor), curve.legs),
         **bounds_of(limits),
     )
 

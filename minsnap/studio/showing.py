@@ -31,7 +31,6 @@ def show(
     waypoints: npt.ArrayLike | None = None,
     corridor: Any = None,
     limits: Any = None,
-    room: Any = None,
     yaw: float | str | npt.ArrayLike | None = None,
     vehicle: str = "",
     points: npt.ArrayLike | None = None,
@@ -59,8 +58,6 @@ def show(
         Half-widths, one box per leg, a room with six sides [m]; other walls cannot be edited and are refused.
     limits : Limits, optional
         What it is to keep; rotors are those of a vehicle that ``vehicle`` can name.
-    room : Room or two corners, optional
-        As ``plan`` takes it [m].
     yaw : float, array_like of shape (legs + 1,), "velocity" or "tilt", optional
         Heading after an edit, as :func:`minsnap.plan` takes it.
     vehicle : {"crazyflie", "dji_f330", "px4_sih"}, optional
@@ -102,7 +99,7 @@ def show(
         return page
     if not isinstance(traj, Trajectory):
         raise InputError(f"the studio shows a Trajectory or a Fleet, not {type(traj).__name__}")
-    request = _scene(scene_of(traj, waypoints, corridor, limits, room), yaw, vehicle)
+    request = _scene(scene_of(traj, waypoints, corridor, limits), yaw, vehicle)
     certificate = certify(traj, waypoints=request.places, corridor=request.walls, limits=request.bounds)
     planned = PlannedScene(request, traj, certificate, True, 0.0)
     seen = cloud(points) if points is not None else None

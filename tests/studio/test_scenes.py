@@ -29,8 +29,8 @@ def test_every_wall_of_a_scene_gives_the_same_plan_again(curve):
     scene = scene_of(curve, corridor=walls)
     assert (scene.corridor, scene.room) == ((0.3, 0.4), ROOM)
     assert scene.boxes == ((LOWER[0], UPPER[0]), (LOWER[1], UPPER[1]))
-    assert scene == scene_of(curve, corridor=walls[:2], room=ROOM)
-    alone = scene_of(curve, corridor=walls[1], room=ROOM)
+    assert scene == scene_of(curve, corridor=[*walls[:2], minsnap.Room(*ROOM)])
+    alone = scene_of(curve, corridor=[walls[1], minsnap.Room(*ROOM)])
     assert np.array_equal(minsnap.plan(**alone.arguments()).control_points, curve.control_points)
 
 
@@ -89,7 +89,9 @@ def test_a_heading_towards_a_point_is_refused(tmp_path):
 
 def test_a_plan_in_boxes_is_shown_and_planned_again_in_them(curve):
     pytest.importorskip("viser")
-    page = show(curve, corridor=minsnap.Boxes(LOWER, UPPER), room=ROOM, limits=CRAZYFLIE, browser=False, block=False)
+    page = show(
+        curve, corridor=[minsnap.Boxes(LOWER, UPPER), minsnap.Room(*ROOM)], limits=CRAZYFLIE, browser=False, block=False
+    )
     try:
         assert page.trajectory is curve and page._time._reserve.visible and page._time._reserve.value == 0.25
         page.edit(lambda request: request)
