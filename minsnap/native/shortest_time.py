@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Sequence
 from ctypes import POINTER, Structure, byref, c_double, c_int64, c_void_p
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
@@ -40,6 +40,9 @@ class _Request(Structure):
         ("parts", c_void_p),
         *((name, c_double) for name in ("worthwhile", "inwards", "tightened")),
         *((name, c_void_p) for name in ("pinned", "free", "lengths", "norms")),
+        *((name, c_double) for name in ("price", "slower")),
+        ("guessed", c_int64),
+        *((name, c_void_p) for name in ("guess_durations", "guess_knots", "least", "turned")),
         ("cones", POINTER(_Group)),
         ("momentary", POINTER(_Limit)),
         ("poll", _Poll),
@@ -110,13 +113,38 @@ class InstantLimit:
 
 
 @dataclass(frozen=True, eq=False)
+class Guess:
+    """A curve to begin from.
+
+    Parameters
+    ----------
+    pieces : int
+        Of each leg.
+    durations : ndarray, shape (pieces in all,)
+        [s].
+    knots : ndarray, shape (pieces in all + 1, k, dim)
+        Derivatives [m/s^order].
+    slower : float
+        Factor on time at which it is begun from.
+    least : ndarray, shape (pieces in all,), or None
+        Durations that none goes below [s].
+    """
+
+    pieces: int
+    durations: FloatArray
+    knots: FloatArray
+    slower: float = 1.0
+    least: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class ShortestQuestion:
     """What is searched for.
 
     Parameters
     ----------
     pinned : ndarray, shape (waypoints, k, dim)
-        Derivatives [m/s^order]; positions are nominal where they are free.
+        Derivatives [m/s^order]; positions are nominal where they are free, and along the axes of ``turned``.
     free : ndarray of bool, shape (waypoints, k, dim)
     lengths : ndarray, shape (legs,)
         Of the legs, none very short [m].
@@ -132,6 +160,12 @@ class ShortestQuestion:
         Relative gain of a division below which no further one is tried.
     inwards, tightened : float
         Shares of their widths by which walls are moved inwards, and limits.
+    price : float
+        Of a second, for the least sum of cost and price; 0 for the least time alone.
+    guess : Guess or None
+        In place of rest at every waypoint; its pieces are divided then.
+    turned : ndarray, shape (waypoints, dim, dim), or None
+        Columns are the axes along which a waypoint's position is free or pinned; zeros for the world's.
     """
 
     pinned: FloatArray
@@ -146,6 +180,9 @@ class ShortestQuestion:
     worthwhile: float
     inwards: float
     tightened: float = 0.0
+    price: float = 0.0
+    guess: Guess | None = None
+    turned: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,6 +200,8 @@ class ShortestFound:
     iterations : int
     stopped : bool
         Whether the search was ended from outside.
+    kept : bool
+        Whether it converged to a curve inside all walls.
     """
 
     durations: FloatArray
@@ -170,10 +209,11 @@ class ShortestFound:
     knots: FloatArray
     iterations: int
     stopped: bool
+    kept: bool
 
 
 def search_shortest(question: ShortestQuestion, poll: Callable[[float], bool]) -> ShortestFound | None:
-    """Search for the shortest time; None where the native core is not in use, or finds no curve inside.
+    """Search for the shortest time; None where the native core is not in use, or does not know what is asked.
 
     Parameters
     ----------
@@ -185,6 +225,10 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float], bool]) -
     if search is None:
         return None
     _check_layout()
+    dim, more = question.pinned.shape[2], _missing(question)
+    if more:
+        found = search_shortest(_padded(question, more), poll)
+        return found and replace(found, points=found.points[..., :dim], knots=found.knots[..., :dim])
     raised: list[BaseException] = []
 
     def polled(total: float, _: int) -> int:
@@ -196,18 +240,48 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float], bool]) -
 
     waypoints, half, dim = question.pinned.shape
     most = (waypoints - 1) * int(np.prod(question.parts, dtype=np.int64))
+    most *= 1 if question.guess is None else question.guess.pieces
     arrays = np.empty(most), np.empty((most, 2 * half, dim)), np.empty((most + 1, half, dim))
     answer = _Answer(0, 0, 0.0, 0.0, 0.0, *(array.ctypes.data for array in arrays))
     request, _held = _request(question, _Poll(polled))
     status = Status(search(byref(request), byref(answer)))
     if raised:
         raise raised[0]
-    if status not in (Status.DONE, Status.SPENT):
+    if status not in (Status.DONE, Status.SPENT, Status.NO_PROGRESS):
         return None
     count = answer.pieces * (waypoints - 1)
-    return ShortestFound(
-        arrays[0][:count], arrays[1][:count], arrays[2][: count + 1], answer.iterations, status is Status.SPENT
+    ended = status is Status.SPENT, status is not Status.NO_PROGRESS
+    return ShortestFound(arrays[0][:count], arrays[1][:count], arrays[2][: count + 1], answer.iterations, *ended)
+
+
+def _missing(question: ShortestQuestion) -> int:
+    """How many coordinates are missing to those that the native core knows for a degree."""
+    _, half, dim = question.pinned.shape
+    return max(0, (2 if half == 4 else 3) - int(dim))
+
+
+def _padded(question: ShortestQuestion, more: int) -> ShortestQuestion:
+    """Return the same question with coordinates that are always zero."""
+
+    def wider(values: FloatArray) -> FloatArray:
+        return np.concatenate((values, np.zeros((*values.shape[:-1], more), dtype=values.dtype)), axis=-1)
+
+    sets = [
+        replace(one, matrix=wider(one.matrix), anchor=wider(one.anchor), slope=wider(one.slope))
+        for one in question.sets
+    ]
+    guess = question.guess and replace(question.guess, knots=wider(question.guess.knots))
+    turned = question.turned
+    if turned is not None:
+        turned = np.pad(turned, ((0, 0), (0, more), (0, more)))
+        given = turned.any(axis=(1, 2))
+        for axis in range(turned.shape[1] - more, turned.shape[1]):
+            turned[given, axis, axis] = 1.0
+    pinned, free = (
+        wider(question.pinned),
+        np.concatenate((question.free, np.zeros((*question.free.shape[:-1], more), dtype=bool)), axis=-1),
     )
+    return replace(question, pinned=pinned, free=free, sets=sets, guess=guess, turned=turned)
 
 
 def _request(question: ShortestQuestion, poll: object) -> tuple[_Request, list[object]]:
@@ -239,11 +313,21 @@ def _request(question: ShortestQuestion, poll: object) -> tuple[_Request, list[o
         *(question.worthwhile, question.inwards, question.tightened),
         *(at(question.pinned, np.float64), at(question.free, np.int64)),
         *(at(question.lengths, np.float64), at(question.norms, np.float64)),
+        question.price,
+        *_guessed(question.guess, at),
+        None if question.turned is None else at(question.turned, np.float64),
         table,
         limits,
         poll,
     )
     return request, held
+
+
+def _guessed(guess: Guess | None, at: Callable[[object, type], int]) -> tuple[float | int | None, ...]:
+    if guess is None:
+        return 1.0, 0, None, None, None
+    least = None if guess.least is None else at(guess.least, np.float64)
+    return guess.slower, guess.pieces, at(guess.durations, np.float64), at(guess.knots, np.float64), least
 
 
 _NUMBERS = ("matrix", "anchor", "slope", "radius", "width")

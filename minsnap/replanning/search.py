@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +16,6 @@ from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.replanning.splice import Splice
 from minsnap.time_allocation.allocate import looked_at, plan_timed
-from minsnap.time_allocation.joint_layout import JointLayout, JointState
 from minsnap.time_allocation.moving_start import as_timed, shortest_from
 from minsnap.time_allocation.recovery import start_state, way_back
 from minsnap.time_allocation.timing import Finish, Timing
@@ -120,7 +118,7 @@ def search_ahead(task: Task, aim: Aim, finish: Finish, guess: Trajectory | None,
     timing.check()
     task.deadline.check()
     if aim.timed and aim.limits is not None:
-        shortest = as_timed(shortest_from(task, aim.limits, timing, finish, guessed_by(guess)), finish)
+        shortest = as_timed(shortest_from(task, aim.limits, timing, finish, guess), finish)
         found = looked_at(shortest, task, timing)
     else:
         found = plan_timed(task, timing, finish)
@@ -140,24 +138,6 @@ def search_back(task: Task, aim: Aim, finish: Finish, seconds: float) -> Better:
     if max(limited, inside) > start:
         raise SolverError("the way back into the corridor could not be certified: stop, or widen it")
     return Better(whole, limited, inside)
-
-
-def guessed_by(curve: Trajectory | None) -> Callable[[JointLayout], JointState | None] | None:
-    """Return what gives the state of a curve on a layout, None where they do not match."""
-    return None if curve is None else lambda layout: state_of(curve, layout)
-
-
-def state_of(curve: Trajectory, layout: JointLayout) -> JointState | None:
-    """State of a curve on a layout of the same legs; what is pinned there stays; None where they do not match."""
-    if curve.legs != layout.task.legs or layout.task.pieces not in (1, curve.pieces):
-        return None
-    instants = curve.leg_breaks if layout.task.pieces == 1 else curve.breaks
-    knots, units, free = np.array(layout.problem.values), layout.units, layout.problem.free
-    for order in range(layout.half):
-        value = curve(instants, order)
-        own = (value - layout.task.positions) / units.length if order == 0 else value / units.of_order(order)
-        knots[:, order] = np.where(free[:, order], own, knots[:, order])
-    return layout.state(knots, np.diff(instants) / units.time)
 
 
 def inside_from(curve: Trajectory, task: Task) -> float:

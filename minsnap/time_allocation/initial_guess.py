@@ -1,4 +1,4 @@
-"""Where the joint search begins: at rest at every knot, on the straight legs, no faster than limits on norms allow."""
+"""Where searches for the shortest time begin: at rest at every waypoint, no faster than limits on norms allow."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.limits.kinds import KINDS
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
-from minsnap.time_allocation.joint_layout import JointLayout, JointState
 
 PEAKS = (2.1875, 7.5132, 52.5, 840.0)
 """Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval."""
@@ -46,8 +45,3 @@ def stop_and_go_times(lengths: FloatArray, limits: Limits) -> FloatArray:
 def guessed_lengths(task: Task) -> FloatArray:
     """Straight lengths of the legs, none much shorter than the others, (legs,) [m]."""
     return np.maximum(task.lengths, SHORT * task.length)
-
-
-def stop_and_go(layout: JointLayout, durations: FloatArray) -> JointState:
-    """State at rest at every knot but for what is pinned, for piece durations (pieces in all,), normalised."""
-    return layout.state(layout.problem.values, durations)

@@ -7,6 +7,8 @@ thrust, the largest arm's share of the torque, and its share of that about the a
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from minsnap.limits.limits import Limits, VehicleLimits
@@ -23,7 +25,7 @@ HELD_ROOM = 10.0
 
 
 def instant_limits(limits: Limits, heading: Heading | None, typical: tuple[float, float]) -> list[InstantLimit]:
-    """Return the limits that are no sets of one derivative.
+    """Return the limits that are no sets of one derivative, to thirteen digits: no rounding of a library may decide.
 
     Parameters
     ----------
@@ -48,7 +50,7 @@ def instant_limits(limits: Limits, heading: Heading | None, typical: tuple[float
         found.append(_rotors(limits.vehicle, limits.reserve, None if heading is None else heading.constant))
     if limits.yaw_rate is not None and heading is not None:
         found += _turns(limits.yaw_rate, heading, typical)
-    return found
+    return [replace(one, parameters=tuple(float(f"{value:.13g}") for value in one.parameters)) for one in found]
 
 
 def _turns(limit: float, heading: Heading, typical: tuple[float, float]) -> list[InstantLimit]:

@@ -6,18 +6,19 @@ as slowly as they ask for.
 
 from __future__ import annotations
 
+import numpy as np
+
 from minsnap.basics.arrays import FloatArray
-from minsnap.limits.compliance import keeps
+from minsnap.limits.compliance import keeps, largest_use
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.time_allocation.joint_layout import JointState
-from minsnap.time_allocation.joint_search import Evaluated, JointSearch
 from minsnap.time_allocation.least_cost import CostSearch
-from minsnap.time_allocation.least_time import LeastTime
-from minsnap.time_allocation.objectives import PricedCost
+from minsnap.time_allocation.shortest_question import guess_of
+from minsnap.time_allocation.strategy import Strategy
 from minsnap.time_allocation.timing import Finish, Run, Timing, priced_first_guess, searched
+from minsnap.trajectory.trajectory import Trajectory
 
 ROUNDS = 12
 """Searches with other prices until the total is reached."""
@@ -25,11 +26,11 @@ ROUNDS = 12
 NEAR = 1e-5
 """Share of the total by which the search ends before it; the plan is flown more slowly by that."""
 
-STIFFNESS, STIFFER = 100.0, 4.0
-"""Price of the distance to the total, first and from search to search: prices per share of the total."""
+CLOSE, FARTHEST = 5e-5, 2.0
+"""How near to the total, as a share of it, is near enough, and how far the logarithm of the price goes at once."""
 
 
-class LeastPriced(LeastTime):
+class LeastPriced:
     """One such search.
 
     Parameters
@@ -43,11 +44,14 @@ class LeastPriced(LeastTime):
     """
 
     def __init__(self, task: Task, limits: Limits, timing: Timing, finish: Finish) -> None:
-        progress, ends = timing.progress, timing.best_on_interrupt
-        super().__init__(task, limits, finish, progress, timing.time_limit, best_on_interrupt=ends)
-        units = self.problem.units
-        self.value_unit = units.length**2 * units.time ** (1.0 - 2.0 * task.half)
-        self.layout = self.problem.layout(task.pieces)
+        self.task, self.limits, self.timing, self.finish = task, limits, timing, finish
+        self.strategy = Strategy(task, limits, timing, finish)
+        self.log = self.strategy.log
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether it was ended from outside."""
+        return self.strategy.interrupted
 
     def priced(self, price: float) -> tuple[SolvedTask, Run]:
         """Return the plan of least cost and price of time [1/s], and how it was found.
@@ -58,45 +62,57 @@ class LeastPriced(LeastTime):
         ------
         InfeasibleError
             If limits or walls cannot be kept at any speed.
+        SolverError
+            If none was found that does.
         """
-        solved, run = self.free(priced_first_guess(self.task, price), price)
-        if run.interrupted or keeps(self.limits, self.finish(solved.trajectory)):
-            return solved, run
-        search = self._search(price * self.problem.units.time / self.value_unit)
-        found = self._settled(search, self._start(search, solved))
-        return self._ended(search, found), Run(tuple(self.log.steps), self.interrupted)
+        free, run = self.free(priced_first_guess(self.task, price), price)
+        if run.interrupted or keeps(self.limits, self.finish(free.trajectory)):
+            return free, run
+        solved = self._from(free.trajectory, price)
+        if solved is None:
+            raise self.strategy.reason()
+        return solved, Run(tuple(self.log.steps), self.interrupted)
 
-    def at_total(self, total: float, solved: SolvedTask) -> SolvedTask | None:
-        """Return the plan of least cost with a total time [s], from the one without limits; None if none was found."""
-        goal = (1.0 - NEAR) * total / self.problem.units.time
-        price = (2 * self.task.half - 1) * solved.cost / self.value_unit / goal
-        stiffness = STIFFNESS * price / goal
-        search = self._search(price)
-        state = self._start(search, solved)
+    def at_total(self, total: float, free: SolvedTask) -> SolvedTask | None:
+        """Return the plan of least cost in barely less than a total [s]; None where none was found.
+
+        The price of time is changed until the plan for it takes that long: the logarithm of the time is about linear in
+        that of the price.
+        """
+        goal, slope = total * (1.0 - NEAR), -0.5 / self.task.half
+        price = _grained((2 * self.task.half - 1) * free.cost / goal)
+        best: SolvedTask | None = None
+        found, low, high, before = self._from(free.trajectory, price), 0.0, np.inf, (np.nan, np.nan)
         for _ in range(ROUNDS):
-            search.objective = PricedCost(self.layout, price, goal, stiffness)
-            found = self._settled(search, state)
-            state, apart = found.state, found.state.total - goal
-            if self.interrupted or abs(apart) <= NEAR * goal:
+            if found is None or self.interrupted:
                 break
-            price, stiffness = max(price + stiffness * apart, 0.0), STIFFER * stiffness
-        return self._certified(search, found)
+            apart, place = float(np.log(found.trajectory.duration / goal)), float(np.log(price))
+            if apart <= 0.0 and (best is None or found.trajectory.duration > best.trajectory.duration):
+                best = found
+            if -CLOSE <= apart <= 0.0:
+                break
+            low, high = (price, high) if apart > 0.0 else (low, price)
+            if place != before[0] and np.isfinite(before[0]):
+                slope = float(np.clip((apart - before[1]) / (place - before[0]), -1.0, -1e-3))
+            before = place, apart
+            price = float(np.exp(np.clip(place - (apart + 0.5 * CLOSE) / slope, place - FARTHEST, place + FARTHEST)))
+            price = _grained(price if low < price < high else float(np.sqrt(low * high)))
+            found = self._from(found.trajectory, price)
+        return best
 
     def free(self, first: FloatArray, price: float | None = None) -> tuple[SolvedTask, Run]:
         """Return the plan of least cost without limits, for a price or for the total of first durations."""
-        durations, run = searched(CostSearch(self.task, first, price, self.log.progress), self.best_on_interrupt)
+        search = CostSearch(self.task, first, price, self.log.progress)
+        durations, run = searched(search, self.timing.best_on_interrupt)
         self.log.steps = list(run.steps)
-        return solve(self.task, self.task.piece_durations(durations), units=self.problem.units), run
+        return solve(self.task, self.task.piece_durations(durations)), run
 
-    def _search(self, price: float) -> JointSearch:
-        return self.problem.search(self.task.pieces, self._tell, self._tick, objective=PricedCost(self.layout, price))
+    def _from(self, curve: Trajectory, price: float) -> SolvedTask | None:
+        slower = max(1.0, min(largest_use(self.limits, self.finish(curve)), 10.0)) if self.task.still else 1.0
+        guess = guess_of(curve, self.task, _grained(slower))
+        return self.strategy.found(guess, price)
 
-    def _start(self, search: JointSearch, solved: SolvedTask) -> JointState:
-        state = self.layout.state(solved.optimum.knots, solved.problem.durations)
-        return self._slow_enough(search, state) if self.task.still else state
 
-    def _ended(self, search: JointSearch, found: Evaluated) -> SolvedTask:
-        solved = self._certified(search, found)
-        if solved is None:
-            raise self._reason(search, found)
-        return solved
+def _grained(value: float) -> float:
+    """Six digits, as no rounding of a library may decide a plan."""
+    return float(f"{value:.6g}")

@@ -10,11 +10,11 @@ from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.time_allocation.least_time import FirstGuess
 from minsnap.time_allocation.recovery import start_state, start_use, way_back
 from minsnap.time_allocation.strategy import searched_from
 from minsnap.time_allocation.timing import Finish, Run, Timed, Timing, timed
 from minsnap.time_allocation.ways import FINER, TOUCHING, Recovered, end_on_limit, from_end, joined, no_way, ways_of
+from minsnap.trajectory.trajectory import Trajectory
 
 
 def moves(task: Task) -> bool:
@@ -23,7 +23,7 @@ def moves(task: Task) -> bool:
 
 
 def shortest_from(
-    task: Task, limits: Limits, timing: Timing, finish: Finish, first: FirstGuess | None = None
+    task: Task, limits: Limits, timing: Timing, finish: Finish, first: Trajectory | None = None
 ) -> tuple[SolvedTask, Run] | Recovered:
     """Find the shortest plan from a moving start.
 
@@ -35,8 +35,8 @@ def shortest_from(
     timing : Timing
     finish : callable
         Gives a curve its yaw.
-    first : callable, optional
-        Gives the state to search from.
+    first : Trajectory, optional
+        To search from.
 
     Raises
     ------

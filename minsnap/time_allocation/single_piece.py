@@ -17,9 +17,8 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
-from minsnap.polynomials.bernstein import ends_gram, ends_to_points
+from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points
 from minsnap.time_allocation.cone_programme import ConeProgramme, Rows, solve_natively, solve_programme
-from minsnap.time_allocation.joint_layout import end_basis
 
 SMOOTH = 1e-6
 """Weight of the squared highest derivative beside the slacks, so that the solution is unique."""

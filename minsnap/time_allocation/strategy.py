@@ -1,27 +1,68 @@
 """What is tried for the shortest plan within limits, in which order, and when it ends.
 
-1. One interior point on the whole problem, natively, where it knows all that is asked (``interior_search``); a plan
-   that exact extrema certify is the answer.
-2. Else the sequence of cone programmes (``least_time``), which knows every limit, begins from curves that are given,
-   and says why where it finds nothing.
+1. One interior point on the whole problem, natively (``interior_search``), from rest at every waypoint or from a curve
+   that is given; a plan that exact extrema certify is the answer.
+2. Where the yaw turns too fast, a search from that curve with the limit on its rate: of the velocity's direction as a
+   limit like others, of a yaw given at the waypoints as least durations of the legs.
+3. A plan for the durations found with the limits as walls, kept by rows at every instant: a curve that slides along
+   a wall has no room to be moved inwards.
+4. Else the reason why there is none.
 
-Both end when the time allowed is over, and where Ctrl-C asks for the best so far.
+It ends when the time allowed is over, and where Ctrl-C asks for the best so far: then also a plan that rests at every
+waypoint will do.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import LATE, LateError
-from minsnap.limits.limits import Limits
+from minsnap.errors import LimitError, MinsnapError, SolverError
+from minsnap.limits.compliance import KEPT, keeps
+from minsnap.limits.kinds import KIND
+from minsnap.limits.limits import Limits, VehicleLimits
+from minsnap.native.library import core
+from minsnap.native.shortest_time import Guess, ShortestFound, ShortestQuestion, search_shortest
+from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
+from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.time_allocation.interior_search import interior_search, serves
+from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
+from minsnap.time_allocation.interior_search import FAR, InteriorSearch, solved_at
 from minsnap.time_allocation.least_cost import Log
-from minsnap.time_allocation.least_time import FirstGuess, LeastTime
+from minsnap.time_allocation.longer_times import RESERVES
+from minsnap.time_allocation.refusal import explain
+from minsnap.time_allocation.shortest_question import asked, guess_of
+from minsnap.time_allocation.time_stretch import most_used, nothing_limits, touching_factor
 from minsnap.time_allocation.timing import Finish, Run, Timing
+from minsnap.time_allocation.yaw_pace import paced
+from minsnap.trajectory.cut_pieces import LONGEST_PIECE
+from minsnap.trajectory.heading import Heading
+from minsnap.trajectory.look_at import LookAtHeading
+from minsnap.trajectory.planned_heading import PlannedHeading
+from minsnap.trajectory.report import Utilisation
+from minsnap.trajectory.trajectory import Trajectory
+from minsnap.trajectory.velocity_heading import VelocityHeading
+
+VANISHING = 1e-6
+"""Share of the first total below which nothing limits the time."""
+
+SOFTER, SLOWER = 2.0, 1.3
+"""Factor on rates in a first search, and on the time of its curve, from which the search goes on."""
+
+LOOSER = 4.0
+"""Factor on limits for a curve that shows which one is in the way."""
+
+ANY = np.inf
+"""Share by which a plan may be slower than the curve found where the search does not know every limit."""
 
 
 def searched_from(
-    task: Task, limits: Limits, timing: Timing, finish: Finish, first: FirstGuess | None = None
+    task: Task, limits: Limits, timing: Timing, finish: Finish, first: Trajectory | None = None
 ) -> tuple[SolvedTask, Run]:
     """Search for the shortest plan.
 
@@ -33,34 +74,25 @@ def searched_from(
     timing : Timing
     finish : callable
         Gives a curve its yaw.
-    first : callable, optional
-        Gives the state to search from.
+    first : Trajectory, optional
+        To search from.
 
     Raises
     ------
-    InfeasibleError, SolverError, LateError, LimitError
-        As ``LeastTime`` does.
+    InfeasibleError
+        If it is proved that no curve keeps the walls.
+    SolverError
+        If no speed was found at which limits and walls can be kept.
+    LateError
+        If the time allowed was over before.
+    LimitError
+        If nothing limits the time.
     """
-    task.deadline.check()
-    began = task.deadline.clock()
-    if first is None and serves(task, limits):
-        search = InteriorRun(task, limits, timing, finish)
-        solved = search.run()
-        if search.interrupted and solved is None:
-            solved = LeastTime(task, limits, finish).resting()
-        if solved is not None:
-            return solved, Run(tuple(search.log.steps), search.interrupted)
-    left = timing.time_limit
-    if left is not None:
-        left -= task.deadline.clock() - began
-        if left <= 0.0:
-            raise LateError(LATE)
-    progress, best = timing.progress, timing.best_on_interrupt
-    return LeastTime(task, limits, finish, progress, left, timing.refine, best, first).run()
+    return Strategy(task, limits, timing, finish).run(first)
 
 
-class InteriorRun:
-    """One run of the interior point until the time allowed is over or Ctrl-C ends it.
+class Strategy:
+    """One search for a plan within limits.
 
     Parameters
     ----------
@@ -71,22 +103,116 @@ class InteriorRun:
     """
 
     def __init__(self, task: Task, limits: Limits, timing: Timing, finish: Finish) -> None:
+        task.deadline.check()
+        if core().name != "native":
+            raise SolverError(
+                "plans within limits need the native core: compile it with python -m minsnap.native.build"
+            )
+        self.times = stop_and_go_times(guessed_lengths(task), limits)
+        if not self.times.max() <= LONGEST_PIECE:
+            raise LimitError(f"the limits are so low that a leg takes over {LONGEST_PIECE:g} s: raise them")
         self.task, self.limits, self.timing, self.finish = task, limits, timing, finish
-        self.log, self.interrupted = Log(timing.progress), False
-        limit = timing.time_limit
-        self.due = task.deadline.due if limit is None else min(task.deadline.due, task.deadline.clock() + limit)
+        self.log, self.interrupted, self.longest = Log(timing.progress), False, 0.0
+        left = timing.time_limit
+        self.due = task.deadline.due if left is None else min(task.deadline.due, task.deadline.clock() + left)
+        self.search = InteriorSearch(task, limits, finish, self.polled)
 
-    def run(self) -> SolvedTask | None:
-        """Return a certified plan, if there is one."""
+    def run(self, first: Trajectory | None = None) -> tuple[SolvedTask, Run]:
+        """Return the shortest plan found, certified, and how it was found."""
+        guess = None if first is None else guess_of(first, self.task)
+        solved = self.found(guess)
+        if solved is None and not self.interrupted:
+            solved = self._planned()
+        if solved is None and self.interrupted and self.task.still:
+            solved = self._resting()
+        if solved is None:
+            raise LateError(LATE) if self.interrupted else self.reason()
+        return solved, Run(tuple(self.log.steps), self.interrupted)
+
+    def found(self, guess: Guess | None, price: float = 0.0) -> SolvedTask | None:
+        """Search, for a price of time or for the least time, with the rate of the yaw where it matters."""
+        heading = self._heading()
+        turns = self.limits.yaw_rate is not None and isinstance(heading, VelocityHeading | PlannedHeading)
+        known = heading is None or heading.constant is not None or heading.medium is not None
+        far = FAR if known or self.limits.yaw_rate is not None else ANY
+        question = replace(asked(self.task, self.limits, self.timing.refine, heading, guess), price=price)
+        softer = self._softer(heading) if guess is None else None
+        if softer is not None:
+            solved = self._run(asked(self.task, self.limits, self.timing.refine, heading, softer), far)
+            if solved is not None or self.interrupted:
+                return solved
+        if not turns:
+            return self._run(question, far)
+        others = replace(self.limits, yaw_rate=None)
+        free = InteriorSearch(self.task, others, self.finish, self.polled)
+        without = asked(self.task, others, self.timing.refine, heading, guess)
+        solved = self._run(replace(without, price=price), far, free)
+        self.search.found = free.found
+        if solved is None or self.interrupted or keeps(self.limits, self.finish(solved.trajectory)):
+            return solved
+        return self._turning(solved, heading)
+
+    def _softer(self, heading: Heading | None) -> Guess | None:
+        """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find."""
+        names = ["body_rate"] if self.limits.body_rate is not None else []
+        names += ["yaw_rate"] if isinstance(heading, LookAtHeading) and self.limits.yaw_rate is not None else []
+        if not names:
+            return None
+        limits = replace(self.limits, **{name: SOFTER * getattr(self.limits, name) for name in names})
+        found = search_shortest(asked(replace(self.task, pieces=1), limits, False, heading), self.polled)
+        if found is None or not found.kept or found.stopped:
+            return None
+        return Guess(1, found.durations, found.knots, SLOWER)
+
+    def _run(self, question: ShortestQuestion, far: float, search: InteriorSearch | None = None) -> SolvedTask | None:
+        self.log.forget()
         try:
-            return interior_search(self.task, self.limits, self.finish, self.timing.refine, self._poll)
+            return (search or self.search).run(question, far)
         except KeyboardInterrupt:
             if not self.timing.best_on_interrupt:
                 raise
             self.interrupted = True
             return None
 
-    def _poll(self, total: float) -> bool:
+    def _turning(self, solved: SolvedTask, heading: Heading | None) -> SolvedTask | None:
+        """Search again from a plan with the limit on the rate of its yaw."""
+        task = replace(self.task, pieces=solved.task.pieces)
+        guess = guess_of(solved.trajectory, task)
+        assert guess is not None and self.limits.yaw_rate is not None
+        if isinstance(heading, PlannedHeading):
+            curve = self.finish(solved.trajectory)
+            least = paced(curve, self.finish, self.limits.yaw_rate)
+            if least is None:
+                raise self._spun(curve)
+            slower = float((least / guess.durations).max())
+            guess = replace(guess, slower=slower, least=least)
+        again = InteriorSearch(task, self.limits, self.finish, self.polled)
+        found = self._run(asked(task, self.limits, False, heading, guess), FAR, again)
+        return found or self._slower(solved)
+
+    def _slower(self, solved: SolvedTask) -> SolvedTask | None:
+        """Fly a plan as much more slowly as all limits ask for."""
+        if not self.task.still or self.search.found is None:
+            return None
+        try:
+            factor = touching_factor(self.limits, self.finish(solved.trajectory))
+        except MinsnapError:
+            return None
+        return solved_at(self.task, self.search.found, factor)
+
+    def _spun(self, curve: Trajectory) -> LimitError:
+        """Say that the yaw is a function of time, which no speed slows."""
+        used = next(used for used in self.limits.utilisation(curve) if used.name == "yaw_rate")
+        return LimitError(
+            f"the yaw turns at {used.value:.4g} rad/s at {used.instant:.4g} s, however slow the plan, and "
+            f"{used.limit:g} rad/s are allowed: give one that turns more slowly"
+        )
+
+    def polled(self, total: float) -> bool:
+        """Tell of an iteration, and say whether the search must end."""
+        self.longest = max(self.longest, total)
+        if total < VANISHING * self.longest:
+            raise nothing_limits(list(self.limits.given()))
         try:
             self.log.add(total, total)
         except KeyboardInterrupt:
@@ -95,3 +221,75 @@ class InteriorRun:
             self.interrupted = True
         self.interrupted = self.interrupted or self.task.deadline.clock() > self.due
         return self.interrupted
+
+    def _heading(self) -> Heading | None:
+        """Heading of any curve of the task, where limits depend on it: of that along the straight legs."""
+        if not isinstance(self.limits, VehicleLimits) and self.limits.yaw_rate is None:
+            return None
+        return self.finish(self._straight(self.times).trajectory).yaw
+
+    def _straight(self, durations: FloatArray) -> SolvedTask:
+        """Return the curve that rests at every waypoint."""
+        task = self.task
+        knots = np.zeros((task.legs + 1, task.half, task.dim))
+        knots[:, 0] = task.waypoints
+        ends = [np.repeat(points[:, None], task.half, axis=1) for points in (task.waypoints[:-1], task.waypoints[1:])]
+        points = np.concatenate(ends, axis=1)
+        return solved_at(task, ShortestFound(durations, points, knots, 0, True, True), 1.0)
+
+    def _resting(self) -> SolvedTask | None:
+        """Return the certified plan that rests at every waypoint, where a search ended before it had a better one."""
+        solved = self._straight(self.times)
+        if not solved.inside:
+            return None
+        factor = touching_factor(self.limits, self.finish(solved.trajectory))
+        slowed = self._straight(self.times * factor)
+        return slowed if keeps(self.limits, self.finish(slowed.trajectory)) else None
+
+    def _planned(self) -> SolvedTask | None:
+        """Plan for the durations found, or barely longer ones, with the limits as walls."""
+        found = self.search.found
+        if found is None or not (found.durations <= LONGEST).all():
+            return None
+        task = replace(self.task, pieces=len(found.durations) // self.task.legs)
+        bounded = task.with_walls(self.limits.walls(task.waypoints))
+        for reserve in RESERVES:
+            task.deadline.check()
+            try:
+                solved = solve(bounded, found.durations * (1.0 + reserve))
+            except (InfeasibleRowsError, SolverError):
+                continue
+            if keeps(self.limits, self.finish(solved.trajectory)):
+                return replace(solved, task=task)
+        return None
+
+    def reason(self) -> MinsnapError:
+        """Say why the search ended outside: the corridor alone, or which limit is exceeded where and by how much."""
+        if not self.task.explained:
+            return SolverError("no plan that keeps the walls and the limits was found from this start")
+        used = self._exceeded()
+        if used is not None:
+            return SolverError(
+                f"no speed was found at which the limits can be kept inside the corridor: {used.name} reaches "
+                f"{used.value:.6g} on leg {used.leg} at {used.instant:.4g} s where {used.limit:.6g} is allowed; raise "
+                "it or change the path"
+            )
+        found = self.search.found
+        durations = found.durations if found is not None and found.kept else self.times
+        if not (durations <= LONGEST).all():
+            return SolverError(f"no plan that keeps the limits was found within {LONGEST:g} s a leg: loosen a limit")
+        task = replace(self.task, pieces=len(durations) // self.task.legs)
+        reason = explain(task, durations)
+        if found is None or not isinstance(reason, SolverError):
+            return reason
+        return SolverError(f"the plan of {durations.sum():.6g} s found could not be certified: loosen a limit")
+
+    def _exceeded(self) -> Utilisation | None:
+        """Return the limit that a curve within looser ones exceeds most; None where none is found with these either."""
+        names = [name for name in self.limits.given() if KIND[name].order or name in ("max_thrust", "body_rate")]
+        looser = replace(self.limits, **{name: LOOSER * getattr(self.limits, name) for name in names})
+        found = search_shortest(asked(self.task, looser, False, self._heading()), self.polled)
+        if found is None or not found.kept or self.interrupted:
+            return None
+        used = most_used(self.limits, self.finish(solved_at(self.task, found, 1.0).trajectory))
+        return used if used.fraction > 1.0 + KEPT else None

@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.time_allocation.certified_end import Finish
-from minsnap.time_allocation.joint_layout import JointLayout, JointState
+from minsnap.limits.yaw_rate import largest_yaw_rate
+from minsnap.time_allocation.timing import Finish
+from minsnap.trajectory.trajectory import Trajectory
 
 ROUNDS = 40
 """How often legs that turn too fast are slowed down."""
@@ -21,33 +22,31 @@ ENOUGH = 1e-3
 """Relative excess that is left."""
 
 
-def paced(layout: JointLayout, state: JointState, finish: Finish, limit: float, most: float) -> FloatArray | None:
-    """Return durations of the pieces, none shorter than those of a state, at which the yaw keeps a limit on its rate.
+def paced(curve: Trajectory, finish: Finish, limit: float) -> FloatArray | None:
+    """Return durations of the pieces, none shorter than those of a curve, at which the yaw keeps a limit on its rate.
 
     Parameters
     ----------
-    layout : JointLayout
-    state : JointState
+    curve : Trajectory
     finish : callable
         Gives a curve its yaw.
     limit : float
         [rad/s].
-    most : float
-        Total that is too long, normalised.
 
     Returns
     -------
     ndarray, shape (pieces in all,), or None
-        Normalised; None where that takes too long, as with a yaw that is a function of time.
+        [s]; None where they take longer than the whole curve flown as slowly, as with a yaw that is a function of time.
     """
-    durations = state.durations.copy()
+    durations = curve.durations.copy()
+    most = max(1.0, largest_yaw_rate(curve)[0] / limit) * curve.duration * (1.0 + ENOUGH)
     for _ in range(ROUNDS):
         if durations.sum() > most:
             break
-        curve = finish(layout.trajectory(JointState(state.scaled, durations)))
-        t = curve.breaks[:-1, None] + np.linspace(0.0, 1.0, INSTANTS) * curve.durations[:, None]
-        rate = np.abs(curve.yaw(t, 1)).max(axis=1)
-        rate = np.repeat(rate.reshape(layout.task.legs, -1).max(axis=1), layout.task.pieces)
+        slower = finish(Trajectory(curve.control_points, durations, pieces=curve.pieces))
+        t = slower.breaks[:-1, None] + np.linspace(0.0, 1.0, INSTANTS) * slower.durations[:, None]
+        rate = np.abs(slower.yaw(t, 1)).max(axis=1)
+        rate = np.repeat(rate.reshape(curve.legs, -1).max(axis=1), curve.pieces)
         if rate.max() <= limit * (1.0 + ENOUGH):
             return durations
         durations *= np.sqrt(np.maximum(rate / limit, 1.0))

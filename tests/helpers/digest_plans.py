@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import minsnap
+from minsnap.vehicle import Quadrotor
 
 STORED = Path(__file__).parents[1] / "plan_digests.json"
 
@@ -74,8 +75,33 @@ GIVEN = {
 }
 """Plans with durations or a total time given, which the native core answers alone."""
 
-WITHIN_LIMITS = {}
-"""Plans within limits."""
+SPEEDY = minsnap.Limits(speed=3.0, acceleration=6.0)
+CRAFT = Quadrotor.dji_f330()
+
+
+def fast(limits=SPEEDY, **asked):
+    """The rectangle within limits."""
+    return lambda: minsnap.plan(REFERENCE, limits=limits, **asked)
+
+
+WITHIN_LIMITS = {
+    **{f"fastest, {n} pieces": fast(corridor=0.3, pieces=n) for n in (1, 3, "auto")},
+    "fastest lap": fast(closed=True, corridor=0.3),
+    "fastest from a moving start": fast(start={"velocity": (1.5, 0.2, 0.0)}, corridor=0.5),
+    "body rate": fast(minsnap.Limits(speed=4.0, max_thrust=2.0, min_thrust=0.33, tilt=1.0, body_rate=2.1)),
+    "rotors without spin": fast(minsnap.Limits.of(CRAFT), yaw="tilt", pieces=2),
+    "rotors under a yaw": fast(minsnap.Limits.of(CRAFT), yaw=0.3),
+    "view": fast(minsnap.Limits(speed=3.0, acceleration=6.0, yaw_rate=0.4), yaw=minsnap.LookAt((4.0, -0.5))),
+    "heading": fast(minsnap.Limits(speed=4.0, acceleration=8.0, yaw_rate=2.0), yaw="velocity"),
+    "yaw at waypoints": fast(minsnap.Limits(speed=3.0, yaw_rate=0.8), yaw=np.linspace(0.0, 2.0 * np.pi, 5)),
+    **{f"fastest, degree {n}": fast(degree=n) for n in (3, 5, 9, 11)},
+    "slanted gate": lambda: minsnap.plan(
+        [(0, 0, 1), minsnap.Gate((4, 0, 1), (1.0, 1.0, 0.3), 1.2, 0.8), (8, 2, 1)], limits=SPEEDY
+    ),
+    "price": fast(corridor=0.3, search=minsnap.Search(time_weight=1000.0)),
+    "total within limits": fast(corridor=0.3, total_time=11.5),
+}
+"""Plans within limits, all of which the native core searches for."""
 
 
 def digest(traj):

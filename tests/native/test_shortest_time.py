@@ -10,7 +10,7 @@ from minsnap.native import shortest_time
 from minsnap.native.library import NativeCoreError, core, using
 from minsnap.native.shortest_time import search_shortest
 from minsnap.planning.planner import placed_task
-from minsnap.time_allocation.interior_search import asked
+from minsnap.time_allocation.shortest_question import asked
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
 

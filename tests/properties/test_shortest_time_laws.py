@@ -8,9 +8,6 @@ from hypothesis import strategies as st
 import minsnap
 from minsnap.corridors.gates import Ball
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
-from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
-from minsnap.time_allocation.joint_problem import JointProblem
 
 QUICK = (Phase.explicit, Phase.reuse, Phase.generate)
 """Without shrinking: every example is several searches, and a failure tells its arguments."""
@@ -66,22 +63,3 @@ def test_more_pieces_are_never_slower(problem):
 def test_a_path_flown_backwards_takes_as_long(problem):
     points, *rest = problem
     assert duration(points[::-1], *rest) == pytest.approx(duration(*problem), rel=1e-3)
-
-
-@settings(max_examples=4, phases=QUICK)
-@given(problems(), st.integers(0, 2**32 - 1))
-def test_the_first_guess_does_not_matter(problem, seed):
-    """Durations up to twice as long or short, leg by leg."""
-    points, width, speed, acceleration = problem
-    limits, zero = Limits(speed=speed, acceleration=acceleration), np.zeros(points.shape)
-    rest = {order: np.zeros(3) for order in (1, 2, 3)}
-    walls = minsnap.Tube(width).walls(points)
-    task = Task(points, -zero, zero, {0: rest, len(points) - 1: rest}, 4, 3, False, 1, walls, "auto")
-    guess = stop_and_go_times(guessed_lengths(task), limits)
-    factors = 2.0 ** np.random.default_rng(seed).uniform(-1.0, 1.0, len(guess))
-    totals = []
-    for durations in (guess, guess * factors):
-        problem_ = JointProblem(task, limits, guess)
-        search = problem_.search(1)
-        totals.append(search.run(stop_and_go(search.layout, durations / problem_.units.time)).merit)
-    assert totals[1] == pytest.approx(totals[0], rel=2e-3)

@@ -10,7 +10,6 @@ import pytest
 import minsnap
 from minsnap import Ball, Boxes, Limits, Search
 from minsnap.native.library import core
-from minsnap.time_allocation import strategy
 from minsnap.vehicle import Quadrotor
 
 pytestmark = pytest.mark.skipif(core().name != "native", reason="there is no native core")
@@ -39,33 +38,14 @@ ASKED = {
 }
 
 
-@pytest.fixture
-def no_cones(monkeypatch):
-    """No search by cone programmes, so that plans can come from the interior point only."""
-
-    class Refused:
-        def __init__(self, *given):
-            raise AssertionError("the cone programmes were asked")
-
-    monkeypatch.setattr(strategy, "LeastTime", Refused)
-
-
 @pytest.mark.parametrize("pieces", [1, 3, "auto"])
 @pytest.mark.parametrize("name", ASKED)
-def test_every_kind_is_certified_and_uses_a_limit_fully(no_cones, name, pieces):
+def test_every_kind_is_certified_and_uses_a_limit_fully(name, pieces):
     given = {"waypoints": RECTANGLE, **ASKED[name]}
     path = minsnap.plan(**given, pieces=pieces)
     certificate = minsnap.certify(path, limits=given["limits"], corridor=given.get("corridor"))
     assert certificate.ok
     assert 0.998 <= max(used.fraction for used in certificate.utilisation) <= 1.0 + 1e-9
-
-
-@pytest.mark.parametrize("name", ["tube", "balls", "jerk", "lap", "moving"])
-def test_flight_times_are_those_of_the_cone_programmes(monkeypatch, name):
-    given = {"waypoints": RECTANGLE, **ASKED[name]}
-    path = minsnap.plan(**given)
-    monkeypatch.setattr(strategy, "serves", lambda task, limits: False)
-    assert path.duration == pytest.approx(minsnap.plan(**given).duration, rel=2e-3)
 
 
 def test_plans_do_not_depend_on_what_was_planned_before():

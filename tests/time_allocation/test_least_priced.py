@@ -1,16 +1,11 @@
 """The least cost within limits, for a price of time or a total: the curve and its durations searched together."""
 
-import numpy as np
 import pytest
 from tasks import REFERENCE
 
 import minsnap
 from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
-from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go, stop_and_go_times
-from minsnap.time_allocation.joint_layout import JointState
-from minsnap.time_allocation.joint_problem import JointProblem
-from minsnap.time_allocation.objectives import PricedCost
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 TURNING = Limits(speed=3.0, acceleration=6.0, body_rate=0.45)
@@ -18,34 +13,6 @@ TURNING = Limits(speed=3.0, acceleration=6.0, body_rate=0.45)
 
 def check(path, limits):
     assert minsnap.certify(path, REFERENCE, corridor=0.3, limits=limits).ok
-
-
-def test_the_model_of_the_cost_is_that_of_differences(task_of_corners):
-    """Gradient to rounding; the second derivative along changes that leave the durations alone is exact."""
-    layout, state = task_of_corners
-    objective = PricedCost(layout, 2.0, 1.1 * state.total, 3.0)
-    terms, value = objective.terms(state), objective.value(state)
-    random = np.random.default_rng(0)
-    step = np.append(random.normal(size=layout.size + layout.pieces), [0.0, 0.0])
-    ahead, behind = (objective.value(layout.moved(state, step, share)) for share in (1e-5, -1e-5))
-    assert terms.linear @ step * value == pytest.approx((ahead - behind) / 2e-5, rel=1e-6)
-    step[layout.size :] = 0.0
-    ahead, behind = (objective.value(layout.moved(state, step, share)) for share in (1e-2, -1e-2))
-    bend = 2.0 * (terms.change(layout.unknowns, step) - terms.linear @ step) * value
-    assert bend == pytest.approx((ahead - 2.0 * value + behind) / 1e-4, rel=1e-6)
-
-
-@pytest.fixture
-def task_of_corners():
-    from tasks import task_of
-
-    task = task_of(REFERENCE)
-    guess = stop_and_go_times(guessed_lengths(task), LIMITS)
-    layout = JointProblem(task, LIMITS, guess).layout(1)
-    state = stop_and_go(layout, guess / layout.units.time)
-    free = layout.problem.columns >= 0
-    noise = np.random.default_rng(1).normal(size=state.scaled.shape)
-    return layout, JointState(state.scaled + np.where(free, 0.1 * noise, 0.0), state.durations * [0.8, 1.0, 1.2, 1.1])
 
 
 def test_a_price_is_paid_as_by_searches_over_durations_alone():

@@ -10,9 +10,6 @@ import minsnap
 from minsnap.errors import LimitError
 from minsnap.files.plan_arguments import plan_arguments
 from minsnap.limits.limits import Limits
-from minsnap.planning.planner import placed_task
-from minsnap.time_allocation.initial_guess import stop_and_go
-from minsnap.time_allocation.joint_problem import JointProblem
 from minsnap.vehicle import BodyDrag, Quadrotor
 
 LIMITS = Limits(speed=3.0, acceleration=6.0)
@@ -86,15 +83,6 @@ def test_more_pieces_come_near_the_trapezoid_of_one_leg():
 def test_a_leg_without_anything_to_vary_is_planned_in_silence(capfd):
     minsnap.plan([(0, 0, 0), (1, 0, 0)], limits=LIMITS, corridor=0.1)
     assert tuple(capfd.readouterr()) == ("", "")
-
-
-def test_a_search_with_a_gain_ends_at_the_first_step_that_gains_less():
-    task = placed_task(REFERENCE, None, None, None, None, False, [minsnap.Tube(0.3)], 4, 3, 1, "auto")
-    for gain, least, most in ((1.0, 1, 1), (None, 4, 80)):
-        told = []
-        search = JointProblem(task, Limits(speed=3.0, acceleration=6.0), np.full(task.legs, 3.0)).search(1, told.append)
-        search.run(stop_and_go(search.layout, np.ones(search.layout.pieces)), gain)
-        assert least <= len(told) <= most
 
 
 def test_the_rate_of_a_heading_along_the_velocity_is_searched_for():

@@ -19,6 +19,16 @@ struct Course {
     int legs = 0;
     bool closed = false, moving = false;
     const std::int64_t *free = nullptr;  // (legs + 1, half, dim)
+    const double *turned = nullptr;      // (legs + 1, dim, dim)
+
+    // The axes of a waypoint's position, by rows of the world's coordinates; null where they are the world's.
+    const double *axes(int waypoint) const {
+        if (turned == nullptr || waypoint < 0) return nullptr;
+        const double *found = turned + waypoint * S::dim * S::dim;
+        double size = 0.0;
+        for (int k = 0; k < S::dim * S::dim; ++k) size += std::abs(found[k]);
+        return size > 0.0 ? found : nullptr;
+    }
 
     bool is_free(int waypoint, int entry) const { return free[waypoint * S::knot + entry] != 0; }
     bool any_free(int waypoint, int order) const {
@@ -34,7 +44,8 @@ struct PieceEnds {
     double e[S::whole];                          // by end derivative, then by axis
     double scale[S::ends];                       // from scaled knot derivatives
     double own[S::ends], other[S::ends];         // powers of the durations of this piece and of the neighbour at that side
-    double duration, inverse[condition_orders];  // T, and T^-q
+    static constexpr int powers = S::half > condition_orders ? S::half : condition_orders;
+    double duration, inverse[powers];            // T, and T^-q
 };
 
 template <class S>
@@ -78,7 +89,7 @@ public:
     void ends(int i, PieceEnds<S> &piece) const {
         piece.duration = exponential(sigma[i]);
         piece.inverse[0] = 1.0;
-        for (int q = 1; q < condition_orders; ++q) piece.inverse[q] = piece.inverse[q - 1] / piece.duration;
+        for (int q = 1; q < PieceEnds<S>::powers; ++q) piece.inverse[q] = piece.inverse[q - 1] / piece.duration;
         side(i, 0, before(i), piece);
         side(i, 1, after(i), piece);
     }
@@ -97,7 +108,20 @@ public:
             piece.other[a] = pinned || neighbour < 0 ? 0.0 : -0.5 * q;
             for (int c = 0; c < S::dim; ++c) piece.e[a * S::dim + c] = from[q * S::dim + c] * piece.scale[a];
         }
+        turn(course.axes(waypoint), piece.e + right * S::knot);
     }
+
+    // From a waypoint's own axes to the world's.
+    static void turn(const double *axes, double *position) {
+        if (axes == nullptr) return;
+        double own[S::dim];
+        for (int c = 0; c < S::dim; ++c) own[c] = position[c];
+        for (int c = 0; c < S::dim; ++c) {
+            position[c] = 0.0;
+            for (int d = 0; d < S::dim; ++d) position[c] += axes[c * S::dim + d] * own[d];
+        }
+    }
+    const double *axes_at(int i, int right) const { return (i + right) % per_leg == 0 ? course.axes((i + right) / per_leg) : nullptr; }
 
     // Change of the ends of a piece along a step in the unknowns; `step` holds (pieces,) and (pieces + 1, half, dim).
     void change(int i, const PieceEnds<S> &piece, const double *durations, const double *knots, double *changed) const {
@@ -109,6 +133,7 @@ public:
                 const double rate = piece.own[a] * durations[i] + piece.other[a] * beside;
                 for (int c = 0; c < S::dim; ++c) changed[a * S::dim + c] = rate * piece.e[a * S::dim + c] + piece.scale[a] * knots[knot * S::knot + q * S::dim + c];
             }
+            turn(axes_at(i, right), changed + right * S::knot);
         }
     }
 };

@@ -33,15 +33,6 @@ struct Condition {
         }
         return linear + 0.5 * square;
     }
-
-    // Second derivative along a direction.
-    double bend(const double *direction) const {
-        double sum = 0.0;
-        if (curved)
-            for (int c = 0, t = 0; c < dim; ++c)
-                for (int d = 0; d <= c; ++d, ++t) sum += (c == d ? 1.0 : 2.0) * curvature[t] * direction[c] * direction[d];
-        return sum;
-    }
 };
 
 // Conditions of all legs, or of all waypoints, each place's sorted by order.

@@ -28,6 +28,22 @@ inline void scale_knot(const Chain<S> &chain, int knot, const double *from, doub
     }
 }
 
+// The same with positions in the world's axes instead of a waypoint's own.
+template <class S>
+inline void world_knot(const Chain<S> &chain, int knot, const double *from, double *to) {
+    scale_knot(chain, knot, from, to, true);
+    Chain<S>::turn(chain.axes_at(knot, 0), to);
+}
+template <class S>
+inline void own_knot(const Chain<S> &chain, int knot, const double *from, double *to) {
+    scale_knot(chain, knot, from, to, false);
+    const double *axes = chain.axes_at(knot, 0);
+    for (int c = 0; axes != nullptr && c < S::dim; ++c) {
+        to[c] = 0.0;
+        for (int d = 0; d < S::dim; ++d) to[c] += axes[d * S::dim + c] * from[d];
+    }
+}
+
 // Cut every piece of `coarse` into parts; `fine` has room for them.
 template <class S>
 inline void divide(const Chain<S> &coarse, int parts, Chain<S> &fine) {

@@ -62,7 +62,8 @@ struct Instants {
     double by_end[condition_orders][ends][count];       // factor of an end derivative
     double by_instant[condition_orders][count][ends];   // the same
     double products[condition_orders][count][packed];   // of two of them, lower triangle by rows
-    double gram[condition_orders][packed];              // integrals of these products over the interval
+    static constexpr int grams = half < condition_orders ? condition_orders : half + 1;
+    double gram[grams][packed];                         // integrals of these products over the interval, of derivatives to the one of order half
 
     static double place(int g) { return static_cast<double>(g) / (count - 1); }
 
@@ -74,8 +75,8 @@ struct Instants {
                 for (int a = 0; a < ends; ++a) by_end[order][a][g] = by_instant[order][g][a] = factors[a];
                 multiply(factors, 1.0, products[order][g], false);
             }
-            integrate(order);
         }
+        for (int order = 0; order < grams; ++order) integrate(order);
     }
 
 private:

@@ -163,7 +163,7 @@ private:
             at.ends(i, piece);
             rows.jets(piece, piece.e, jets[i]);
             rows.values(at, i, piece, jets[i], value);
-            sum += objective.value(at, i, piece, rows.instants.gram[objective.smoothed]);
+            sum += objective.value(at, i, piece, rows.instants.gram);
         }
         return sum;
     }
@@ -238,7 +238,7 @@ private:
         double sum = 0.0;
         for (int i = 0; i < chain.pieces; ++i) {
             chain.ends(i, piece);
-            sum += objective.value(chain, i, piece, rows.instants.gram[objective.smoothed]);
+            sum += objective.value(chain, i, piece, rows.instants.gram);
         }
         return sum;
     }

@@ -48,6 +48,9 @@ struct PieceModel {
         }
         add_limits(rows, chain, i, piece, jet, weights, row);
         rows.knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int a, const double *x) { add_knot(at_knot, a, x, piece, row++, weights); });
+        if (!rows.floored) return;
+        own_gradient -= weights.gradient[row];
+        own += weights.outer[row];
     }
 
     // Add a multiple of the integral of a squared derivative over the unit interval, where the multiple goes as T^power.

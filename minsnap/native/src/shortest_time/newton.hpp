@@ -43,6 +43,8 @@ public:
             model.clear();
             model.add_rows(rows, chain, i, piece, jets[i], weights);
             model.add_square(rows.instants.gram[objective.smoothed], piece.e, objective.smoothing(piece), objective.smoothing_power);
+            if (objective.price > 0.0)
+                model.add_square(rows.instants.gram[S::half], piece.e, objective.costing(piece), objective.costing_power);
             model.own_gradient += piece.duration / objective.unit;
             model.own += piece.duration / objective.unit;
             int place[S::local];
@@ -108,7 +110,7 @@ private:
     }
 
     // From ends and the own duration to the unknowns.
-    void scatter(const Chain<S> &, int, const PieceEnds<S> &piece, const PieceModel<S> &model, const int *place) {
+    void scatter(const Chain<S> &chain, int i, const PieceEnds<S> &piece, PieceModel<S> &model, const int *place) {
         static constexpr int logs[3] = {0, S::knot + 1, S::local - 1};
         double whole[S::whole][S::whole], rate[3][S::whole] = {}, times[3][S::whole] = {}, scale[S::whole];
         for (int a = 0; a < S::ends; ++a)
@@ -124,6 +126,7 @@ private:
         if (model.dense_used)
             for (int r = 0; r < S::whole; ++r)
                 for (int s = 0; s < S::whole; ++s) whole[r][s] += r < s ? model.dense[s][r] : model.dense[r][s];
+        turn(chain, i, model, whole);
         for (int m = 0; m < 3; ++m)
             for (int r = 0; r < S::whole; ++r) {
                 if (rate[m][r] == 0.0) continue;
@@ -164,6 +167,28 @@ private:
                 }
                 hessian_.add(row, column, row == column && m != n ? 2.0 * value : value);
             }
+        }
+    }
+
+    // To the axes of the waypoints' positions: these do not depend on durations.
+    static void turn(const Chain<S> &chain, int i, PieceModel<S> &model, double (&whole)[S::whole][S::whole]) {
+        for (int right = 0; right < 2; ++right) {
+            const double *axes = chain.axes_at(i, right);
+            if (axes == nullptr) continue;
+            const int begin = right * S::knot;
+            const auto along = [axes](double *first, int stride) {
+                double world[S::dim];
+                for (int c = 0; c < S::dim; ++c) world[c] = first[c * stride];
+                for (int c = 0; c < S::dim; ++c) {
+                    first[c * stride] = 0.0;
+                    for (int d = 0; d < S::dim; ++d) first[c * stride] += axes[d * S::dim + c] * world[d];
+                }
+            };
+            for (int s = 0; s < S::whole; ++s) along(&whole[begin][s], S::whole);
+            for (int r = 0; r < S::whole; ++r) along(&whole[r][begin], 1);
+            along(model.gradient + begin, 1);
+            along(model.cross + begin, 1);
+            along(model.force + begin, 1);
         }
     }
 

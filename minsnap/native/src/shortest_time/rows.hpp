@@ -22,6 +22,8 @@ public:
     int limit_count = 0;
     Buffer<std::int32_t> first;  // row of every piece, and their number
     Buffer<double> margin;       // (rows,) added to the value: frozen between changes of the barrier
+    Buffer<double> floor;        // (pieces,) logarithms of durations that none goes below, where `floored`
+    bool floored = false;
     int count = 0, regular = 0;  // rows, and those not of knots
     double wall_margin = 0.0, limit_margin = 0.0;
 
@@ -43,11 +45,19 @@ public:
             regular += most;
             count += most;
             for (int right = 0; right < 2; ++right) count += knot_count(chain, i, right);
+            count += floored ? 1 : 0;
         }
         first[chain.pieces] = count;
         if (!margin.allocate(count)) return false;
         for (int j = 0; j < count; ++j) margin[j] = 0.0;
         return true;
+    }
+
+    // Whether limits on several derivatives ask for a slow beginning; none keeps that on a view whose point lies on the way.
+    bool slows() const {
+        for (int k = 0; k < limit_count; ++k)
+            if (limits[k].kind == LimitKind::look_rate) return false;
+        return limit_count > 0;
     }
 
     // Rows of a piece at instants.
@@ -103,6 +113,7 @@ public:
             double gradient[S::dim];
             *value++ = at_knot.at(x, gradient) + wall_margin;
         });
+        if (floored) *value = floor[i] - chain.sigma[i];
     }
 
     // Change of all rows of a piece along a step that changes its ends and the logarithm of its duration.
@@ -129,6 +140,7 @@ public:
                 sum += gradient[c] * (changed[a * S::dim + c] * piece.inverse[at_knot.order] - at_knot.order * own * x[c]);
             *slope++ = sum;
         });
+        if (floored) *slope = -own;
     }
 
     // What a limit depends on at an instant.

@@ -1,6 +1,9 @@
 // Entry points of the search for the shortest time.
-#include "shortest_time/shortest_time.hpp"
+#include "shortest_time/instant_limits.hpp"
+#include "shortest_time/instants.hpp"
+#include "shortest_time/searches.hpp"
 
+#include <algorithm>
 #include <cstddef>
 
 #include "basics/export.hpp"
@@ -10,35 +13,11 @@ namespace {
 
 constexpr std::int64_t most_pieces = 100'000, most_rows = 20'000'000;
 
-template <int half, int count>
-const Instants<half, count> &instants() {
-    static const Instants<half, count> made;
-    return made;
-}
-
-template <int half, int dim, int count>
-Status search(const ShortestRequest &request, ShortestAnswer &answer) {
-    return ShortestTime<Shape<half, dim, count>>(request, instants<half, count>()).run(answer);
-}
-
-template <int half, int count>
-Status search_in(const ShortestRequest &request, ShortestAnswer &answer) {
-    switch (request.dim) {
-        case 2: return search<half, 2, count>(request, answer);
-        case 3: return search<half, 3, count>(request, answer);
-        default: return Status::unsupported;
-    }
-}
-
-template <int half>
-Status search_with(const ShortestRequest &request, ShortestAnswer &answer) {
-    constexpr int few = ShortestSettings::instants, many = ShortestSettings::more_instants;
-    return request.divisions == 0 ? search_in<half, many>(request, answer) : search_in<half, few>(request, answer);
-}
-
 Status checked(const ShortestRequest &request) {
+    if (request.half < 2 || request.half > 6 || request.dim < 1 || request.dim > 4) return Status::unsupported;
+    if (request.least != nullptr && request.divisions > 0) return Status::bad_size;
     if (request.legs < (request.closed != 0 ? 2 : 1) || request.groups < 0 || request.divisions < 0) return Status::bad_size;
-    std::int64_t pieces = request.legs, rows = 0;
+    std::int64_t pieces = request.legs * (request.guessed > 0 ? request.guessed : 1), rows = 0;
     for (std::int64_t k = 0; k < request.divisions; ++k) {
         if (request.parts[k] < 1 || request.parts[k] > most_pieces) return Status::bad_size;
         pieces *= request.parts[k];
@@ -68,10 +47,8 @@ MINSNAP_EXPORT std::int32_t minsnap_shortest_time(const minsnap::ShortestRequest
     using minsnap::Status;
     const Status status = minsnap::checked(*request);
     if (status != Status::done) return static_cast<std::int32_t>(status);
-    switch (request->half) {
-        case 4: return static_cast<std::int32_t>(minsnap::search_with<4>(*request, *answer));
-        default: return static_cast<std::int32_t>(Status::unsupported);
-    }
+    const bool usual = request->half == 4 && (request->dim == 2 || request->dim == 3);
+    return static_cast<std::int32_t>(usual ? minsnap::search_usual(*request, *answer) : minsnap::search_other(*request, *answer));
 }
 
 // Sizes of the three structs and offsets of their fields, in order, which Python compares with its own: how many were written.
@@ -85,7 +62,9 @@ MINSNAP_EXPORT std::int32_t minsnap_shortest_layout(std::int64_t *found, std::in
         offsetof(ShortestRequest, closed), offsetof(ShortestRequest, groups), offsetof(ShortestRequest, limits), offsetof(ShortestRequest, divisions),
         offsetof(ShortestRequest, moving), offsetof(ShortestRequest, parts), offsetof(ShortestRequest, worthwhile),
         offsetof(ShortestRequest, inwards), offsetof(ShortestRequest, tightened), offsetof(ShortestRequest, pinned), offsetof(ShortestRequest, free),
-        offsetof(ShortestRequest, lengths), offsetof(ShortestRequest, norms), offsetof(ShortestRequest, cones), offsetof(ShortestRequest, momentary), offsetof(ShortestRequest, poll),
+        offsetof(ShortestRequest, lengths), offsetof(ShortestRequest, norms), offsetof(ShortestRequest, price), offsetof(ShortestRequest, slower),
+        offsetof(ShortestRequest, guessed), offsetof(ShortestRequest, guess_durations), offsetof(ShortestRequest, guess_knots),
+        offsetof(ShortestRequest, least), offsetof(ShortestRequest, turned), offsetof(ShortestRequest, cones), offsetof(ShortestRequest, momentary), offsetof(ShortestRequest, poll),
         sizeof(ShortestAnswer), offsetof(ShortestAnswer, pieces), offsetof(ShortestAnswer, iterations), offsetof(ShortestAnswer, total),
         offsetof(ShortestAnswer, wall), offsetof(ShortestAnswer, limit), offsetof(ShortestAnswer, durations), offsetof(ShortestAnswer, points),
         offsetof(ShortestAnswer, knots)};

@@ -17,9 +17,10 @@ public:
     Status run(ShortestAnswer &answer) {
         std::int64_t most = request_.legs;
         for (std::int64_t k = 0; k < request_.divisions; ++k) most *= request_.parts[k];
+        most *= std::max<std::int64_t>(request_.guessed, 1);
         const int pieces = static_cast<int>(most);
         if (!point_.allocate(pieces) || !best_.allocate(pieces)) return Status::no_memory;
-        if (!point_.rows.build(request_)) return Status::no_memory;
+        if (!point_.rows.build(request_) || !point_.rows.floor.allocate(pieces)) return Status::no_memory;
         point_.poll = request_.poll;
         begin();
         return finished(stages(), answer);
@@ -29,7 +30,7 @@ private:
     // At rest at every knot but for what is pinned, as fast as limits on norms allow.
     void begin() {
         Chain<S> &chain = point_.chain;
-        chain.course = {static_cast<int>(request_.legs), request_.closed != 0, request_.moving != 0, request_.free};
+        chain.course = {static_cast<int>(request_.legs), request_.closed != 0, request_.moving != 0, request_.free, request_.turned};
         chain.pieces = static_cast<int>(request_.legs);
         chain.per_leg = 1;
         double sizes[3] = {0.0, 0.0, 0.0};
@@ -41,10 +42,33 @@ private:
         }
         for (int q = 0; q < 3; ++q) point_.objective.sizes[q] = std::min(request_.norms[q], peaks[q] * sizes[q]);
         for (int j = 0; j < (chain.pieces + 1) * S::knot; ++j) chain.w[j] = request_.pinned[j];
-        chain.slow(Settings::slowed);
+        point_.objective.price = request_.price;
+        if (request_.guessed > 0)
+            guess();
+        else
+            chain.slow(Settings::slowed);
         point_.rows.wall_margin = 0.0;
         point_.rows.limit_margin = request_.tightened;
         prepare();
+    }
+
+    // The curve that is given, flown a little more slowly; what is pinned stays.
+    void guess() {
+        Chain<S> &chain = point_.chain;
+        chain.per_leg = static_cast<int>(request_.guessed);
+        chain.pieces = chain.per_leg * chain.course.legs;
+        point_.rows.floored = request_.least != nullptr;
+        for (int i = 0; i < chain.pieces; ++i) {
+            chain.sigma[i] = logarithm(request_.guess_durations[i]);
+            if (point_.rows.floored) point_.rows.floor[i] = logarithm(request_.least[i]);
+        }
+        for (int k = 0; k <= chain.pieces; ++k) {
+            double *knot = chain.w.data() + static_cast<std::size_t>(k) * S::knot;
+            own_knot(chain, k, request_.guess_knots + static_cast<std::size_t>(k) * S::knot, knot);
+            for (int entry = 0; entry < S::knot; ++entry)
+                if (!chain.varies(k, entry)) knot[entry] = request_.pinned[k / chain.per_leg * S::knot + entry];
+        }
+        chain.slow(request_.slower);
     }
 
     // Duration of the rest-to-rest profile of degree 7 over a length within the limits on norms.
@@ -65,11 +89,12 @@ private:
     StageEnd stages() {
         double former = 0.0;
         const bool whole = request_.divisions == 0 || request_.divisions > 1;
-        if (!point_.begin(Settings::first_gap)) return StageEnd::no_memory;
-        for (int k = 0; k < Settings::slowings && point_.rows.limit_count > 0 && point_.largest() > 0.0; ++k) {
+        const double gap = request_.guessed > 0 ? Settings::divided_gap : Settings::first_gap;
+        if (!point_.begin(gap)) return StageEnd::no_memory;
+        for (int k = 0; k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0; ++k) {
             point_.chain.slow(Settings::slowed);
             prepare();
-            if (!point_.begin(Settings::first_gap)) return StageEnd::no_memory;
+            if (!point_.begin(gap)) return StageEnd::no_memory;
         }
         StageEnd end = point_.run(whole ? Settings::last_gap : Settings::coarse_gap);
         for (std::int64_t k = 0; k < request_.divisions && end != StageEnd::stopped; ++k) {
@@ -104,13 +129,13 @@ private:
     Status finished(StageEnd end, ShortestAnswer &answer) {
         if (end == StageEnd::no_memory) return Status::no_memory;
         if (end == StageEnd::stopped) return stopped(answer);
-        if (end == StageEnd::stuck) return Status::no_progress;
+        if (end == StageEnd::stuck) return given_up(answer);
         constexpr double enough = 1.1, still_gap = 3.0;
         for (int repair = 0; repair <= Settings::repairs; ++repair) {
             point_.excess(request_.inwards, answer.wall, answer.limit);
             const bool fast = request_.moving != 0 && answer.limit > Settings::leak;
             if ((answer.wall <= Settings::leak && !fast) || repair == Settings::repairs) break;
-            if (answer.wall > 1.0 || answer.limit > 1.0) return Status::no_progress;
+            if (answer.wall > 1.0 || answer.limit > 1.0) return given_up(answer);
             if (answer.wall > Settings::leak) point_.rows.wall_margin += enough * answer.wall + 10.0 * Settings::leak;
             if (fast) point_.rows.limit_margin += enough * answer.limit + 10.0 * Settings::leak;
             point_.resume(still_gap * Settings::last_gap);
@@ -118,6 +143,12 @@ private:
         }
         write(answer);
         return answer.wall <= 1e-6 ? Status::done : Status::no_progress;
+    }
+
+    // The curve where no progress was made, which says why.
+    Status given_up(ShortestAnswer &answer) const {
+        write(answer);
+        return Status::no_progress;
     }
 
     // The curve as it was when the search was ended from outside.
@@ -140,7 +171,7 @@ private:
                 for (int c = 0; c < S::dim; ++c) answer.points[(i * S::ends + j) * S::dim + c] = curve.points[0][j][c];
         }
         for (int k = 0; k <= chain.pieces; ++k)
-            scale_knot(chain, k, chain.w.data() + (chain.course.closed && k == chain.pieces ? 0 : k) * S::knot, answer.knots + k * S::knot, true);
+            world_knot(chain, k, chain.w.data() + (chain.course.closed && k == chain.pieces ? 0 : k) * S::knot, answer.knots + k * S::knot);
     }
 
     // Largest derivatives of the profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval.
@@ -150,5 +181,11 @@ private:
     InteriorPoint<S> point_;
     Chain<S> best_;
 };
+
+template <int half, int dim, int count>
+Status search(const ShortestRequest &request, ShortestAnswer &answer) {
+    static const Instants<half, count> tables;
+    return ShortestTime<Shape<half, dim, count>>(request, tables).run(answer);
+}
 
 }  // namespace minsnap

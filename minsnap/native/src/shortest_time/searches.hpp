@@ -1,0 +1,12 @@
+// The search for the shortest time for every degree and number of coordinates, compiled apart.
+#pragma once
+
+#include "basics/status.hpp"
+#include "shortest_time/border.hpp"
+
+namespace minsnap {
+
+Status search_usual(const ShortestRequest &request, ShortestAnswer &answer);  // degree 7 in the plane and in space
+Status search_other(const ShortestRequest &request, ShortestAnswer &answer);
+
+}  // namespace minsnap
