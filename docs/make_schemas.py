@@ -6,11 +6,13 @@ from pathlib import Path
 from minsnap.files.request_yaml import REQUEST
 from minsnap.files.schema import Form, json_schema
 from minsnap.paths.missions.course_file import COURSE
+from minsnap.shows.show_yaml import SHOW
 
 FOLDER = Path(__file__).parent / "schemas"
 FORMS: dict[str, tuple[str, Form]] = {
     "plan": ("What minsnap plan and the studio read and write", REQUEST),
     "course": ("A course with gates, laps, take-off and landing", COURSE),
+    "show": ("A show of several vehicles: formations and the flights between them", SHOW),
 }
 
 

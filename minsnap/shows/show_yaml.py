@@ -9,24 +9,80 @@ from typing import Any
 
 import numpy as np
 
-from minsnap.basics.arrays import FloatArray, numbers
-from minsnap.basics.checks import is_whole
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.reading import reading
 from minsnap.basics.storage.text import load_yaml
 from minsnap.errors import FileError
+from minsnap.files.limits_in_files import LIMITS, limits_of
+from minsnap.files.schema import BOX, FLAG, NUMBER, TEXT, WHOLE, Key, either, mapping, several, word
 from minsnap.fleet.separation import Separation
-from minsnap.limits.limits import Limits
 from minsnap.shows.formations import circle, grid, points_file, text
 from minsnap.shows.mesh_points import mesh
 from minsnap.shows.moves import Move
 from minsnap.shows.show import Act, Show
 from minsnap.shows.svg_lines import svg
 
-KEYS = ("vehicles", "separation", "downwash", "limits", "room", "home", "take_off", "layers", "land", "acts", "seed")
-ACT_KEYS = ("name", "formation", "hold", "colour", "fade", "shift", "turn", "moves")
-MOVE_KEYS = ("turn", "scale", "along", "seconds")
+LAYERS = 100
+"""Most heights in which a climb may end."""
+
 KINDS: dict[str, Callable[..., FloatArray]] = {"grid": grid, "circle": circle, "text": text, "mesh": mesh, "svg": svg}
+
+METRES = Key(NUMBER, "[m]")
+IN_SPACE = several(NUMBER, "three numbers [m]", 3, 3)
+COLOUR = several(NUMBER, "red, green and blue from 0 to 255", 3, 3)
+DRAWN = {"file": Key(TEXT, "beside the show", needed=True), "size": Key(NUMBER, "[m]", needed=True), "height": METRES}
+FORMATION = mapping(
+    {
+        "grid": Key(mapping({"spacing": METRES, "height": METRES, "columns": Key(WHOLE)}, "a mapping")),
+        "circle": Key(mapping({"radius": METRES, "height": METRES, "upright": Key(FLAG)}, "a mapping")),
+        "text": Key(mapping({"words": Key(TEXT), "size": METRES, "height": METRES}, "a mapping")),
+        "mesh": Key(mapping(DRAWN, "a mapping")),
+        "svg": Key(mapping(DRAWN, "a mapping")),
+        "points": Key(several(IN_SPACE, "a list of points"), "[m]"),
+        "file": Key(TEXT, "a CSV of points, beside the show"),
+    },
+    "a mapping with one formation",
+)
+MOVE = mapping(
+    {
+        "turn": Key(NUMBER, "about the vertical [degrees]"),
+        "scale": Key(NUMBER, "by which it grows"),
+        "along": Key(several(IN_SPACE, "a list of points"), "[m]"),
+        "seconds": Key(NUMBER, "that it takes; as fast as the limits allow unless given"),
+    },
+    "a mapping of a move",
+)
+ACT = mapping(
+    {
+        "name": Key(TEXT),
+        "formation": Key(FORMATION, needed=True),
+        "hold": Key(NUMBER, "[s]"),
+        "colour": Key(either(COLOUR, several(COLOUR, "a colour for each point")), "one, or one for each point"),
+        "fade": Key(FLAG, "the colour is reached on the way there"),
+        "shift": Key(IN_SPACE),
+        "turn": Key(NUMBER, "about the vertical [degrees]"),
+        "moves": Key(several(MOVE, "a list of moves")),
+    },
+    "a mapping of an act",
+)
+SHOW = mapping(
+    {
+        "vehicles": Key(WHOLE, needed=True),
+        "separation": Key(NUMBER, "[m]", needed=True),
+        "downwash": Key(NUMBER, "by which heights count less than widths"),
+        "limits": Key(LIMITS, needed=True),
+        "room": Key(BOX, "[m]"),
+        "home": Key(FORMATION, "on the ground", needed=True),
+        "take_off": Key(NUMBER, "height of the straight climb [m]"),
+        "layers": Key(WHOLE, "in how many heights the climb ends, from 1 to 100"),
+        "land": Key(word("own", "any"), "each at its own home, or at any"),
+        "acts": Key(several(ACT, "a list of acts", 1), needed=True),
+        "seed": Key(WHOLE),
+    },
+    "a mapping with acts",
+)
+"""The whole file."""
 
 
 def is_show(path: str | os.PathLike[str]) -> bool:
@@ -40,109 +96,72 @@ def is_show(path: str | os.PathLike[str]) -> bool:
 def read_show(path: str | os.PathLike[str]) -> Show:
     """Read a show.
 
-    ``vehicles``; ``separation`` [m] and ``downwash``; ``limits``, fields of :class:`~minsnap.Limits`; ``room``, two
-    corners; ``home``, a formation on the ground; ``take_off``, the height of the straight climb, and ``layers``, in how
-    many heights it ends; ``land``, ``own`` or ``any``; ``acts``, a list of ``formation``, ``name``, ``hold`` [s],
-    ``colour`` [r, g, b] or one for each point, ``fade``, ``shift`` [x, y, z], ``turn`` [deg] about the vertical, and
-    ``moves``, a list of ``turn`` [deg], ``scale``, ``along`` [[x, y, z], ...] and ``seconds``. A formation is
-    ``{grid: {spacing, height, columns}}``, ``{circle: {radius, height, upright}}``, ``{text: {words, size, height}}``,
-    ``{mesh: {file, size, height}}``, ``{svg: {file, size, height}}``, ``{points: [[x, y, z], ...]}`` or
-    ``{file: points.csv}``.
+    The keys are those of :data:`SHOW`; a formation is a mapping with one of the keys of :data:`FORMATION`.
 
     Raises
     ------
     FileError
         If a key is not known or a value is of the wrong kind.
     """
-    said = load_yaml(path)
     with reading(path, "a show"):
-        _known(said, KEYS, f"{path}")
-        missing = [key for key in ("vehicles", "separation", "limits", "home", "acts") if key not in said]
-        if missing:
-            raise FileError(f"{path} has no {' and no '.join(missing)}: a show needs them")
-        place = Path(path).parent
+        said, place = SHOW.read(f"{path}", load_yaml(path)), Path(path).parent
+        if not 1 <= said.get("layers", 1) <= LAYERS:
+            raise FileError(f"layers is {said['layers']}: give a whole number from 1 to {LAYERS}")
         room = said.get("room")
         return Show(
             _formation(said["home"], said["vehicles"], place, "home"),
-            tuple(_act(entry, i, said["vehicles"], place) for i, entry in enumerate(said["acts"])),
-            Separation(float(said["separation"]), float(said.get("downwash", 1.0))),
-            Limits(**said["limits"]),
-            float(said.get("take_off", 2.0)),
-            None if room is None else (np.array(room[0], dtype=float), np.array(room[1], dtype=float)),
-            int(said.get("seed", 0)),
-            _layers(said.get("layers", 1)),
-            _land(said.get("land", "own")),
+            tuple(_act(entry, f"act {i}", said["vehicles"], place) for i, entry in enumerate(said["acts"], 1)),
+            Separation(said["separation"], said.get("downwash", 1.0)),
+            limits_of("limits", said["limits"], place),
+            said.get("take_off", 2.0),
+            None if room is None else (np.array(room[0]), np.array(room[1])),
+            said.get("seed", 0),
+            said.get("layers", 1),
+            said.get("land", "own"),
         )
 
 
-def _act(said: Any, number: int, vehicles: int, place: Path) -> Act:
-    where = f"act {number + 1}"
-    _known(said, ACT_KEYS, where)
-    points = _formation(said.get("formation"), vehicles, place, where)
-    angle = np.radians(float(said.get("turn", 0.0)))
+def _act(said: dict[str, Any], where: str, vehicles: int, place: Path) -> Act:
+    points = _formation(said["formation"], vehicles, place, where)
+    angle = np.radians(said.get("turn", 0.0))
     turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
-    points = points @ turn.T + np.array(said.get("shift", (0.0, 0.0, 0.0)), dtype=float)
-    moves = tuple(_move(entry, where) for entry in said.get("moves") or ())
-    name, colour = str(said.get("name", where)), _colour(said.get("colour"), vehicles, where)
-    return Act(name, points, float(said.get("hold", 3.0)), colour, bool(said.get("fade", False)), moves)
+    points = points @ turn.T + np.array(said.get("shift", (0.0, 0.0, 0.0)))
+    moves = tuple(_move(entry, where) for entry in said.get("moves", ()))
+    colour = _colour(said.get("colour"), vehicles, where)
+    return Act(said.get("name", where), points, said.get("hold", 3.0), colour, said.get("fade", False), moves)
 
 
 def _colour(said: Any, vehicles: int, where: str) -> FloatArray | None:
     """Return one colour, or one for each point of the formation."""
-    colour = None if said is None else numbers(said)
     if said is None:
         return None
-    if colour is None or colour.shape not in ((3,), (vehicles, 3)) or not ((colour >= 0) & (colour <= 255)).all():
+    colour = np.array(said)
+    if colour.shape not in ((3,), (vehicles, 3)) or not ((colour >= 0) & (colour <= 255)).all():
         text = f"the colour of {where} is {shown(said)}: give red, green and blue from 0 to 255"
         raise FileError(f"{text}, once or for each of {vehicles} points")
     return colour
 
 
-def _move(said: Any, where: str) -> Move:
-    _known(said, MOVE_KEYS, f"a move of {where}")
-    along, seconds = said.get("along"), said.get("seconds")
-    way = None if along is None else np.array(along, dtype=np.float64)
-    scale = float(said.get("scale", 1.0))
-    if not scale > 0.0 or (seconds is not None and not float(seconds) > 0.0):
+def _move(said: dict[str, Any], where: str) -> Move:
+    scale, seconds = said.get("scale", 1.0), said.get("seconds")
+    if not scale > 0.0 or (seconds is not None and not seconds > 0.0):
         raise FileError(f"a move of {where} has scale {scale:g} and seconds {shown(seconds)}: give positive numbers")
-    turn = np.radians(float(said.get("turn", 0.0)))
-    return Move(float(turn), scale, way, None if seconds is None else float(seconds))
+    way = np.array(said["along"]) if "along" in said else None
+    return Move(float(np.radians(said.get("turn", 0.0))), scale, way, seconds)
 
 
-def _layers(said: Any) -> int:
-    if not is_whole(said) or not 1 <= said <= 100:
-        raise FileError(f"layers is {shown(said)}: give a whole number from 1 to 100")
-    return int(said)
-
-
-def _land(said: Any) -> str:
-    if said not in ("own", "any"):
-        raise FileError(f"land is {shown(said)}: give own or any")
-    return str(said)
-
-
-def _formation(said: Any, vehicles: int, place: Path, where: str) -> FloatArray:
+def _formation(said: dict[str, Any], vehicles: int, place: Path, where: str) -> FloatArray:
     """Return the points of a formation."""
-    if not isinstance(said, dict) or len(said) != 1:
+    if len(said) != 1:
         raise FileError(f"the formation of {where} is {shown(said)}: give one of {', '.join(KINDS)}, points or file")
     ((kind, values),) = said.items()
     if kind == "points":
-        return np.array(values, dtype=np.float64).reshape(-1, 3)
+        return np.array(values).reshape(-1, 3)
     if kind == "file":
-        return points_file(place / str(values))
-    if kind not in KINDS:
-        raise FileError(f"{where} has a formation {kind!r}: give one of {', '.join(KINDS)}, points or file")
+        return points_file(place / values)
+    if "file" in values:
+        values = {**values, "file": place / values["file"]}
     try:
-        if kind in ("mesh", "svg"):
-            values = {**values, "file": place / str(values["file"])}
         return KINDS[kind](vehicles, **values)
-    except (KeyError, TypeError):
-        raise FileError(f"the {kind} of {where} does not take {shown(values)}: see the page on shows") from None
-
-
-def _known(said: Any, keys: tuple[str, ...], where: str) -> None:
-    if not isinstance(said, dict):
-        raise FileError(f"{where} is {shown(said)}: give a mapping of {', '.join(keys)}")
-    strange = [str(key) for key in said if key not in keys]
-    if strange:
-        raise FileError(f"{where} has {strange[0]!r}, which is not known: there are {', '.join(keys)}")
+    except TypeError:
+        raise FileError(f"the {kind} of {where} needs more than {shown(values)}: see the page on shows") from None

@@ -109,9 +109,9 @@ def test_acts_that_stand_too_close_or_are_unknown_are_refused(show_file):
     with pytest.raises(FleetError, match=r"act 'ring' are 0\.700 m apart, 0\.100 m less than the separation"):
         fly(read_show(show_file))
     for old, new, words in (
-        ("hold: 1.5", "holds: 1.5", "has 'holds', which is not known"),
-        ("circle: {radius: 3, height: 5}", "cube: {}", "a formation 'cube'"),
-        ("radius: 3, height: 5", "radios: 3", "does not take"),
+        ("hold: 1.5", "holds: 1.5", "'holds' is not known: did you mean hold"),
+        ("circle: {radius: 3, height: 5}", "cube: {}", "'cube' is not known"),
+        ("radius: 3, height: 5", "radios: 3", "did you mean radius"),
         ("[255, 0, 0]", "[256, 0, 0]", "from 0 to 255"),
         ("separation: 0.8", "", "has no separation"),
     ):
