@@ -1,6 +1,6 @@
 """Figures of the code: rooms, files, lines, lengths of functions, constants, parameters and checks of a type.
 
-``python -m benchmarks.code_figures [FOLDER]`` prints them for a tree that holds ``minsnap/``; docs/architecture.rst has them.
+``python -m benchmarks.code_figures [FOLDER]`` prints those of a tree with ``minsnap/``, for docs/architecture.rst.
 """
 
 import ast

@@ -17,6 +17,7 @@ POINTS = [(0, 0, 0), (3, 0, 0), (3, 3, 0), (0, 3, 1)]
 LIMITS = Limits(speed=3.0, acceleration=6.0)
 NEAR = [(0, 0, 0), (0.03, 0, 0), (3, 0, 0)]
 FAST = {"start": {"velocity": (2.5, 0, 0)}}
+BLOCK = minsnap.Cuboid((2, -1, -1), (3, 1, 1))
 STAND = [(0, 0, 0), (2, 0, 0), (4, 1, 0)]
 
 SITES = [
@@ -87,6 +88,11 @@ SITES = [
         ("ways", "_left", UnprovedError),
         "leg 0 has 0.0101 s, and the way found between its limits",
         {"waypoints": NEAR, "durations": [0.0101, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
+    ),
+    (
+        ("around", "plan_around", UnprovedError),
+        "no way around the obstacles was found; without them the path is 0.5 m inside obstacle 0",
+        {"waypoints": [(0, 0, 0), (6, 0, 0)], "durations": [3], "corridor": 0.2, "avoid": [BLOCK]},
     ),
 ]
 """Module, function and class of what is raised, the sentence, and a question that ends there."""

@@ -27,7 +27,9 @@ MANY = 1000
 
 @app.command()
 def bench(
-    seconds: Annotated[float, typer.Option("--seconds", metavar="S", help="Least time of each measurement [s].")] = 0.5,
+    seconds: Annotated[
+        float, typer.Option("--seconds", metavar="S", min=0.0, max=600.0, help="Least time of each measurement [s].")
+    ] = 0.5,
     json: options.Json = False,
 ) -> None:
     """Measure this machine: plans, corridors, limits, and the budget that a replan needs here.

@@ -146,11 +146,6 @@ class Walls(ReadOnly):
         return cls(_whole(legs), matrix, anchor, grows, radius, radius, order, name)
 
     @property
-    def cones(self) -> Walls:
-        """Itself."""
-        return self
-
-    @property
     def flat(self) -> bool:
         """Whether they are planes."""
         return bool(self.matrix.shape[1] == 0)

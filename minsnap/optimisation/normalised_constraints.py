@@ -108,7 +108,7 @@ class Compiled:
 
 def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
     """Convert a task's walls and the bounds of its waypoints to a problem's units, pieces and origins."""
-    blocks = [_on_pieces(walls.cones, problem, units, task.pieces) for walls in task.walls]
+    blocks = [_on_pieces(walls, problem, units, task.pieces) for walls in task.walls]
     blocks += [_at_knots(walls, task, problem) for walls in knot_walls(task)]
     blocks += _touching(task)
     sizes = [len(block.piece) for block in blocks]

@@ -68,11 +68,11 @@ def place_gradient(solved: SolvedTask, constraints: Sequence[Constraint]) -> Pla
     first = 0
     for constraint in constraints:
         for walls in constraint.walls(task.waypoints):
-            mine = (rows.wall >= first) & (rows.wall < first + len(walls.cones.leg))
+            mine = (rows.wall >= first) & (rows.wall < first + len(walls.leg))
             if isinstance(constraint, TUBES) and mine.any():
                 chosen = rows.chosen(mine)
                 _add_tube(slopes, solved, chosen, _directions(constraint, task.waypoints, chosen, first), pushes[mine])
-            first += len(walls.cones.leg)
+            first += len(walls.leg)
     return slopes
 
 

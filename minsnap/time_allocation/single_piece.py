@@ -60,7 +60,7 @@ class Condition:
 
 def conditions_of(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[Condition]:
     """Return the walls of one leg, positions counted from an origin (dim,) [m]."""
-    found = [_condition(wall.cones, leg, origin) for wall in walls]
+    found = [_condition(wall, leg, origin) for wall in walls]
     return [condition for condition in found if len(condition.rows)]
 
 

@@ -29,7 +29,7 @@ def test_faces_are_distances_to_planes(order, pieces):
     normal, anchor = RANDOM.normal(size=(2, 3, 3))
     lower, upper = np.array([-1.0, -np.inf, 0.5]), np.array([np.inf, 2.0, 3.0])
     faces = Walls.planes(leg, normal, anchor, lower, upper, np.ones(3), order)
-    planes = faces.cones
+    planes = faces
     outside, row, piece = planes.excess(traj)
     sides = [(1, upper[1], 1.0), (2, upper[2], 1.0), (0, lower[0], -1.0), (2, lower[2], -1.0)]
     assert len(row) == 4 * pieces and (outside.errors <= 1e-12 * np.abs(outside.points).max()).all()
@@ -50,7 +50,7 @@ def test_balls_and_cones_are_differences_of_squares(order, slope):
     traj = random_trajectory()
     matrix, anchor = RANDOM.normal(size=(2, 2, 3)), RANDOM.normal(size=(2, 3))
     balls = Walls.balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope)
-    excess, row, piece = balls.cones.excess(traj)
+    excess, row, piece = balls.excess(traj)
     s = np.linspace(0.01, 0.99, 7)
     found = Trajectory(excess.points[:, :, None], np.ones(len(row)))
     for number, (r, p) in enumerate(zip(row, piece, strict=True)):
@@ -129,7 +129,7 @@ def test_walls_in_their_widths_have_the_same_slack_from_any_origin(order):
     origin, row = random.normal(size=3), np.array([1, 0])
     values = random.normal(size=(10, 3))
     faces = Walls.planes([0, 1], anchor, 2.0 * slope, [-np.inf, -np.inf], [1.5, 2.0], [0.5, 3.0], order)
-    for walls in (Walls.balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope).cones, faces.cones):
+    for walls in (Walls.balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope), faces):
         rows, offset = walls.in_widths(row, origin)
         found = (values - (origin if order == 0 else 0.0)) @ rows.transpose(0, 2, 1) + offset[:, None]
         slack = found[..., 0] - np.linalg.norm(found[..., 1:], axis=2)

@@ -149,14 +149,14 @@ def test_the_nearest_point_of_a_box_to_a_ball_is_its_middle_clipped(seed):
     random = np.random.default_rng(seed)
     middle, low, size = random.normal(size=(3, 3)) * [[3.0], [1.0], [1.0]]
     high = low + np.abs(size) * (random.random(3) > 0.3)
-    ball = Walls.balls([0], np.eye(3)[None], middle[None], [0.5]).cones
+    ball = Walls.balls([0], np.eye(3)[None], middle[None], [0.5])
     expected = np.linalg.norm(np.clip(middle, low, high) - middle) - 0.5
     assert _box_to_ball(ball, 0, low, high) == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_box_flat_in_one_coordinate_is_near_a_slanted_ellipse():
     matrix, middle = np.array([[1.0, 0.7], [0.0, 2.0]]), np.array([0.4, -0.3])
-    ellipse = Walls.balls([0], matrix[None], middle[None], [0.5]).cones
+    ellipse = Walls.balls([0], matrix[None], middle[None], [0.5])
     line = np.stack((np.full(100_001, 1.5), np.linspace(-2.0, 2.0, 100_001)), axis=1)
     expected = np.linalg.norm((line - middle) @ matrix.T, axis=1).min() - 0.5
     assert _box_to_ball(ellipse, 0, line[0], line[-1]) == pytest.approx(expected, abs=1e-8)
@@ -165,7 +165,7 @@ def test_a_box_flat_in_one_coordinate_is_near_a_slanted_ellipse():
 def test_planes_of_a_leg_hold_where_their_slack_is_positive():
     random = np.random.default_rng(0)
     normal, anchor, points = random.normal(size=(3, 2)), random.normal(size=(3, 2)), random.normal(size=(50, 2)) * 3.0
-    walls = Walls.planes([0, 1, 1], normal, anchor, [-1.0, -0.5, -2.0], [1.0, 0.7, np.inf], np.ones(3)).cones
+    walls = Walls.planes([0, 1, 1], normal, anchor, [-1.0, -0.5, -2.0], [1.0, 0.7, np.inf], np.ones(3))
     for leg in (0, 1):
         normals, bounds = _planes_at([walls], (leg,), 2)
         slack = walls.slack(points[None])[walls.leg == leg]

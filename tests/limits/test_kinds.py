@@ -78,7 +78,7 @@ def test_walls_hold_at_samples_where_the_measure_is_within_the_limit(path, norm)
             continue
         inside = np.ones(len(values), dtype=bool)
         for wall in Limits(**{kind.name: limit, "norm": norm}).walls(path(path.leg_breaks)):
-            cones, points = wall.cones, motion.order(wall.order)
+            cones, points = wall, motion.order(wall.order)
             inside &= (cones.slack(points[None])[cones.leg == 0] >= -1e-9).all(axis=0)
         if kind.measure != "body_rate":
             assert (inside == (values <= limit * (1.0 + 1e-9))).all(), kind.name

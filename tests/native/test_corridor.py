@@ -241,7 +241,7 @@ def test_a_python_core_in_use_is_not_gone_round():
 
 
 def test_the_tube_of_the_helper_is_the_tube_of_the_library():
-    cones = Tube(0.3).walls(REFERENCE)[0].cones
+    cones = Tube(0.3).walls(REFERENCE)[0]
     planes = tube_planes(REFERENCE, 0.3)
     assert planes.normal == pytest.approx(-cones.slope)
     assert planes.bound == pytest.approx(cones.radius)
