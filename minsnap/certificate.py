@@ -39,6 +39,9 @@ if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.report import Utilisation
 
+STEPS_BELOW = 16.0 * 5e-324
+"""Rounding of positions below the smallest normal number, which are whole steps of 5e-324 [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
@@ -245,12 +248,12 @@ def _continuity(traj: Trajectory) -> int:
     """Highest order up to which both sides of every knot agree, but for the rounding of their control points."""
     if len(traj.durations) == 1:
         return traj.degree
-    size, relative = np.abs(traj.control_points).max(), traj.control_points - traj.control_points[0, 0]
+    least, relative = STORED * np.abs(traj.control_points).max(), traj.control_points - traj.control_points[0, 0]
     shorter = np.minimum(traj.durations[1:], traj.durations[:-1])
     for order in range(traj.degree + 1):
         points = differentiate(relative, order) / traj.durations[:, None, None] ** order
         jump = np.abs(points[1:, 0] - points[:-1, -1]).max(axis=1)
-        rounding = STORED * size * perm(traj.degree, order) * (2.0 / shorter) ** order
+        rounding = max(least, STEPS_BELOW) * perm(traj.degree, order) * (2.0 / shorter) ** order
         if (jump > EXACT * np.abs(points).max() + rounding).any():
             return order - 1
     return traj.degree

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from ctypes import POINTER, Structure, byref, c_double, c_int64, c_void_p
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -212,14 +215,15 @@ class ShortestFound:
     kept: bool
 
 
-def search_shortest(question: ShortestQuestion, poll: Callable[[float], bool]) -> ShortestFound | None:
+def search_shortest(question: ShortestQuestion, poll: Callable[[float, bool], bool]) -> ShortestFound | None:
     """Search for the shortest time; None where the native core is not in use, or does not know what is asked.
 
     Parameters
     ----------
     question : ShortestQuestion
     poll : callable
-        Called with the total time before every iteration [s]; True ends the search. What it raises is raised here.
+        Called before every iteration with the total time [s], and whether Ctrl-C was pressed since the search began;
+        True ends the search. What it raises is raised here.
     """
     search = _SEARCH.function()
     if search is None:
@@ -230,10 +234,13 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float], bool]) -
         found = search_shortest(_padded(question, more), poll)
         return found and replace(found, points=found.points[..., :dim], knots=found.knots[..., :dim])
     raised: list[BaseException] = []
+    pressed: list[int] = []
+    told: list[bool] = []
 
     def polled(total: float, _: int) -> int:
         try:
-            return int(poll(total))
+            told.extend([True] * bool(pressed))
+            return int(poll(total, bool(pressed)))
         except BaseException as error:  # noqa: BLE001 - carried through the native core
             raised.append(error)
             return 1
@@ -244,14 +251,31 @@ def search_shortest(question: ShortestQuestion, poll: Callable[[float], bool]) -
     arrays = np.empty(most), np.empty((most, 2 * half, dim)), np.empty((most + 1, half, dim))
     answer = _Answer(0, 0, 0.0, 0.0, 0.0, *(array.ctypes.data for array in arrays))
     request, _held = _request(question, _Poll(polled))
-    status = Status(search(byref(request), byref(answer)))
+    with _noting(pressed):
+        status = Status(search(byref(request), byref(answer)))
     if raised:
         raise raised[0]
+    if pressed and not told:
+        raise KeyboardInterrupt
     if status not in (Status.DONE, Status.SPENT, Status.NO_PROGRESS):
         return None
     count = answer.pieces * (waypoints - 1)
     ended = status is Status.SPENT, status is not Status.NO_PROGRESS
     return ShortestFound(arrays[0][:count], arrays[1][:count], arrays[2][: count + 1], answer.iterations, *ended)
+
+
+@contextmanager
+def _noting(pressed: list[int]) -> Iterator[None]:
+    """Note Ctrl-C while compiled code runs: the interpreter drops an exception that it raises as a callback begins."""
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _missing(question: ShortestQuestion) -> int:

@@ -56,7 +56,7 @@ class InteriorSearch:
         Called with the total time before every iteration [s]; True ends the search.
     """
 
-    def __init__(self, task: Task, limits: Limits, finish: Finish, poll: Callable[[float], bool]) -> None:
+    def __init__(self, task: Task, limits: Limits, finish: Finish, poll: Callable[[float, bool], bool]) -> None:
         self.task, self.limits, self.finish, self.poll = task, limits, finish, poll
         self.found: ShortestFound | None = None
 

@@ -208,13 +208,15 @@ class Strategy:
             f"{used.limit:g} rad/s are allowed: give one that turns more slowly"
         )
 
-    def polled(self, total: float) -> bool:
-        """Tell of an iteration, and say whether the search must end."""
+    def polled(self, total: float, pressed: bool) -> bool:
+        """Tell of an iteration, and say whether the search must end: late, or by Ctrl-C."""
         self.longest = max(self.longest, total)
         if total < VANISHING * self.longest:
             raise nothing_limits(list(self.limits.given()))
         try:
             self.log.add(total, total)
+            if pressed:
+                raise KeyboardInterrupt
         except KeyboardInterrupt:
             if not self.timing.best_on_interrupt:
                 raise

@@ -169,7 +169,8 @@ def _lengthened(bounded: Task, best: SolvedTask, total: float, finish: Finish, r
     if best.task.still:
         return timed(best, finish, run, factor)
     try:
-        return timed(solve(bounded, factor * best.trajectory.durations), finish, run)
+        task = replace(bounded, pieces=best.task.pieces)
+        return timed(solve(task, factor * best.trajectory.durations), finish, run)
     except InfeasibleRowsError:
         return None
 

@@ -162,7 +162,7 @@ def test_commands_take_a_file_that_says_its_frame(tmp_path, monkeypatch, capsys,
     minsnap.write_csv(minsnap.circle(radius=1.0, period=6.0), tmp_path / "a.csv", frame="ned")
     with pytest.raises(SystemExit):
         main([command, str(tmp_path / "a.csv"), "--connect", "udpin:127.0.0.1:14540"])
-    assert capsys.readouterr().err == "minsnap: the file was read\n"
+    assert capsys.readouterr().err == "minsnap: the file was read [link]\n"
 
 
 def test_a_path_that_begins_or_ends_at_speed_is_told_of():

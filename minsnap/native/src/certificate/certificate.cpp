@@ -188,7 +188,7 @@ Status find_continuity(const Pieces &pieces, double exact, double rounding, Inte
             const double shorter = durations[knot] < durations[knot + 1] ? durations[knot] : durations[knot + 1];
             const double jump = jumps[order * count + knot];
             if (jump <= exact * sizes[order]) continue;
-            double allowed = rounding * largest_point;
+            double allowed = std::fmax(rounding * largest_point, steps_below);
             for (Integer p = 0; p < order; ++p) allowed *= (degree - p) * 2.0 / shorter;
             if (jump <= exact * sizes[order] + allowed) continue;
             continuity = order - 1;

@@ -62,7 +62,7 @@ private:
             for (int j = 0; j < count + dim; ++j) old[j] = last_of(piece - 1)[j - count], now[j] = first_of(piece)[j];
             bool same = true;
             for (int d = 0; d < dim; ++d) same &= old[count + d] == now[d], size = larger(size, std::fabs(now[d]));
-            double rounding = stored * size;
+            double rounding = larger(stored * size, steps_below);
             const double growth = 2.0 * larger(before, after);
             for (int p = 1; p <= Order; ++p) {
                 const int left = count - p * dim;

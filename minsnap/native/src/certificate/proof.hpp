@@ -8,6 +8,9 @@
 
 namespace minsnap {
 
+// Numbers below the smallest normal one are whole steps of 5e-324, of which the rounding of a position takes a few.
+constexpr double steps_below = 16.0 * 4.9406564584124654e-324;
+
 class Proof {
 public:
     // points: control points (pieces, 2k, dim) [m].
