@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure
 
+    from minsnap.corridors.keep_out import Obstacle
     from minsnap.flight.mavlink.compensation import FeedForward
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.path import Path
@@ -140,17 +141,19 @@ class Destination:
         further: Mapping[str, Any] | None = None,
         draw: Callable[[], Figure] | None = None,
         origin: Sequence[float] | None = None,
+        avoid: Sequence[Obstacle] = (),
     ) -> None:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
 
         ``further`` are figures for the summary beside those of the path; ``draw`` makes the figure to write, that of
-        :func:`minsnap.plot.plot_overview` unless given; ``origin`` is what :func:`minsnap.write_csv` takes.
+        :func:`minsnap.plot.plot_overview` unless given, with the obstacles to ``avoid``; ``origin`` is what
+        :func:`minsnap.write_csv` takes.
         """
         figures = summarise(path, corridor, waypoints, limits) | dict(further or {})
         if self.plot is not None and draw is not None:
             self._save(draw())
         elif self.plot is not None:
-            self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits)
+            self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits, avoid=avoid)
         if self.output is not None:
             known = {"waypoints": waypoints, "corridor": corridor, "limits": limits}
             facts = known | {"command": ("minsnap", *sys.argv[1:])}

@@ -78,6 +78,7 @@ def plan(
     if asked.get("closed") and searched:
         further |= standing(lambda: plan_path(**plan_arguments(asked | {"closed": False})), path)
     how: dict[str, Any] = {"limits": asked.get("limits"), "origin": _home(file), "further": further}
+    how["avoid"] = asked.get("avoid") or ()
     points = path(path.leg_breaks) if found.openings else found.waypoints
     destination.deliver(path, found.walls, points, **how)
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from minsnap.basics.storage.atomic import atomic_write
+from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import FileError, InputError
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.plot.geometry import VIEWS, check_view, plot_path
@@ -44,6 +46,7 @@ def plot_overview(
     corridor: Corridor | None = None,
     waypoints: Waypoints | None = None,
     tolerance: Any = None,
+    avoid: Sequence[Obstacle] = (),
     limits: Any = None,
     colour_by: str | None = None,
     title: str | None = None,
@@ -58,7 +61,7 @@ def plot_overview(
         dim 2 or 3.
     figure : matplotlib Figure, optional
         Where to draw; a new one, that no window shows, unless given.
-    view, corridor, waypoints, tolerance, colour_by
+    view, corridor, waypoints, tolerance, avoid, colour_by
         As :func:`plot_path` takes them.
     limits
         As :func:`plot_profiles` takes them.
@@ -75,7 +78,8 @@ def plot_overview(
     side = view == "xy" and _climbs(samples)
     drawn = _figure(samples, view, side, len(rows)) if figure is None else figure
     left, right = np.asarray(drawn.subfigures(1, 2, width_ratios=(drawn.get_figwidth() - PROFILES, PROFILES)))
-    how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance, "colour_by": colour_by}
+    how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}
+    how |= {"avoid": avoid, "colour_by": colour_by}
     _draw_place(left, path, view, side, how)
     stack = right.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
     _draw_against_time(stack, rows, path, limits)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.gates import Ball, Gate
+from minsnap.corridors.keep_out import Obstacle
 from minsnap.errors import InputError
 from minsnap.plot.outlines import Corridor, facets, leg_bodies, outline
 from minsnap.plot.space import arrow_places, draw_heads, equal_space, widen_short_axes
@@ -34,6 +35,14 @@ if TYPE_CHECKING:
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2), "3d": (0, 1, 2)}
 ARROWS = 6
 
+ROUND, BEYOND = 65, 0.1
+"""Points of a circle; how far obstacles without an end are drawn beyond the path, in its extents."""
+
+PARTS = 3, 6, 7, 10
+"""Where the parts of the numbers of an obstacle begin."""
+
+OBSTACLE_COLOUR = "#868e96"
+
 
 @styled
 def plot_path(
@@ -44,6 +53,7 @@ def plot_path(
     corridor: Corridor | None = None,
     waypoints: Waypoints | None = None,
     tolerance: npt.ArrayLike | Ball | None = None,
+    avoid: Sequence[Obstacle] = (),
     colour_by: str | None = None,
 ) -> Axes:
     """Draw the curve of a path, its direction, its waypoints and its corridor.
@@ -62,6 +72,8 @@ def plot_path(
         [m]; those of a planned trajectory unless given. Gates are drawn as outlines.
     tolerance : Ball, optional
         What :func:`minsnap.plan` was given as ``waypoint_tolerance``; drawn as circles. Boxes are not drawn.
+    avoid : sequence of Obstacle
+        What :func:`minsnap.plan` was given; drawn as shadows in a plane, and not in the view "3d".
     colour_by : {"speed"}, optional
         Colour the curve by its speed, with a scale beside it.
 
@@ -80,6 +92,8 @@ def plot_path(
     points, gates = _waypoints(path, waypoints)
     if corridor is not None and points is not None:
         _draw_corridor(axes, corridor, points, chosen)
+    if avoid and len(chosen) == 2:
+        _draw_obstacles(axes, avoid, chosen, samples.position[:, chosen])
     if colour_by is None:
         _draw_curve(axes, samples.position[:, chosen])
     else:
@@ -155,6 +169,23 @@ def _draw_corridor(ax: Axes, corridor: Corridor, waypoints: FloatArray, chosen: 
         shape = outline(body[:, chosen])
         ax.add_patch(Polygon(shape, facecolor=CORRIDOR_COLOUR, alpha=0.22, label=None if i else "corridor", zorder=1))
         ax.add_patch(Polygon(shape, fill=False, edgecolor=CORRIDOR_EDGE, linewidth=1.2, zorder=2))
+
+
+def _draw_obstacles(ax: Axes, avoid: Sequence[Obstacle], chosen: list[int], places: FloatArray) -> None:
+    """Draw what obstacles cover in a plane, where they have no end to beyond the path, places (m, 2) [m]."""
+    beyond = BEYOND * float(np.ptp(places, axis=0).max())
+    lowest, highest = places.min(axis=0) - beyond, places.max(axis=0) + beyond
+    angles = np.linspace(0.0, 2.0 * np.pi, ROUND)
+    for number, obstacle in enumerate(avoid):
+        center, scale, radius, low, high = np.split(obstacle.numbers(), PARTS)
+        curved = (scale[chosen] > 0.0) & (radius >= 0.0)
+        reach = np.where(curved, radius / np.where(curved, scale[chosen], 1.0), np.inf)
+        low, high = np.maximum(low[chosen], center[chosen] - reach), np.minimum(high[chosen], center[chosen] + reach)
+        low, high = np.where(np.isfinite(low), low, lowest), np.where(np.isfinite(high), high, highest)
+        ring = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+        if curved.all():
+            ring = np.clip(center[chosen] + reach * np.stack([np.cos(angles), np.sin(angles)], axis=1), low, high)
+        ax.fill(*ring.T, color=OBSTACLE_COLOUR, alpha=0.6, linewidth=0.0, label="_" if number else "obstacles")
 
 
 def _draw_curve(ax: Axes, points: FloatArray) -> None:

@@ -276,3 +276,15 @@ def test_drawing_leaves_the_parameters_of_matplotlib_alone(path):
     with pytest.raises(InputError):
         plot_path(path, view="top")
     assert dict(matplotlib.rcParams) == before
+
+
+def test_obstacles_are_drawn_as_what_they_cover():
+    avoid = [
+        minsnap.Cylinder((2, 0.1), 0.5),
+        minsnap.Ellipsoid((4, -1, 1), (0.5, 0.3, 0.6)),
+        minsnap.Cuboid((5, 1, 0), (6, 2, 1)),
+    ]
+    path = minsnap.plan([(0, 0, 1), (6, 0, 3)], [5.0])
+    for view, spans in (("xy", [(1, 1), (1, 0.6), (1, 1)]), ("xz", [(1, 2 + 2 * 0.1 * 6), (1, 1.2), (1, 1)])):
+        drawn = [patch.get_xy() for patch in plot_path(path, view=view, avoid=avoid).patches if len(patch.get_xy()) > 4]
+        assert [tuple(np.ptp(ring, axis=0)) for ring in drawn[:3]] == [pytest.approx(span, rel=1e-2) for span in spans]
