@@ -34,7 +34,7 @@ class Relaxation:
         self._knots(given)
         self._joints()
         for wall in walls:
-            self._wall(wall.cones)
+            self._wall(wall)
 
     def least_share(self):
         """Least share of their widths by which all walls must move out, from below; None where no solver says."""

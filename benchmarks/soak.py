@@ -115,7 +115,7 @@ def _sampled(traj, walls, margin):
     rounding = 1e-12 * np.abs(traj.control_points).max()
     values = traj(t)
     for wall in walls:
-        cones = wall.cones
+        cones = wall
         for piece in range(traj.pieces):
             least = cones.slack(values[cones.leg * traj.pieces + piece]).min(initial=np.inf)
             if least < margin - rounding:
