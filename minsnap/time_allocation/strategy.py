@@ -25,7 +25,7 @@ from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.native.library import core
+from minsnap.native.library import NativeCoreError, core
 from minsnap.native.shortest_time import Guess, ShortestFound, ShortestQuestion, search_shortest
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.problem import Task
@@ -105,7 +105,7 @@ class Strategy:
     def __init__(self, task: Task, limits: Limits, timing: Timing, finish: Finish) -> None:
         task.deadline.check()
         if core().name != "native":
-            raise SolverError(
+            raise NativeCoreError(
                 "plans within limits need the native core: compile it with python -m minsnap.native.build"
             )
         self.times = stop_and_go_times(guessed_lengths(task), limits)

@@ -8,6 +8,7 @@ import pytest
 import minsnap
 from minsnap.errors import CorridorError, InfeasibleError, InputError, IntervalError, TimingError, WaypointError
 from minsnap.native import library, plan_batches
+from minsnap.native.library import core
 
 NATIVE = library.core().library is not None
 
@@ -244,6 +245,7 @@ def test_arrays_of_the_caller_are_neither_locked_nor_kept(corridor):
         assert same(curve, other, True) and curve.report.corridor_margin == other.report.corridor_margin
 
 
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
 def test_limits_pins_and_totals_for_all_or_for_each():
     points, durations = questions(3, 3, seed=2)
     limits = [minsnap.Limits(speed=2.0), minsnap.Limits(speed=3.0), None]

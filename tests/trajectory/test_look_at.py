@@ -6,6 +6,7 @@ import pytest
 import minsnap
 from minsnap import Limits, LookAt
 from minsnap.errors import YawError
+from minsnap.native.library import core
 
 POINTS = [(0, 0, 1), (4, 0, 1), (4, 3, 2), (0, 3, 1), (0, 0.5, 1)]
 TIMES = (2.0, 1.5, 2.0, 1.5)
@@ -42,6 +43,7 @@ def test_the_rate_in_a_certificate_is_exact(path):
     assert abs(path.yaw(used.instant, 1)) == pytest.approx(used.value, rel=1e-6)
 
 
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
 def test_a_limit_of_the_yaw_rate_is_kept_by_the_plan():
     found = minsnap.plan(POINTS, limits=Limits(speed=4.0, acceleration=6.0, yaw_rate=1.0), yaw=LookAt(TARGET))
     free = minsnap.plan(POINTS, limits=Limits(speed=4.0, acceleration=6.0), yaw=LookAt(TARGET))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.native.library import core
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 2), (0, 4, 1), (0, 0, 1)]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -36,6 +37,7 @@ def test_a_plan_shows_its_figures():
     assert drawings(path) == 2
 
 
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
 def test_a_report_shows_its_search_and_its_limits():
     report = minsnap.plan(CORNERS, limits=minsnap.Limits(speed=3.0)).report
     shown = facts(report)

@@ -3,6 +3,7 @@
 import pytest
 
 import minsnap
+from minsnap.native.library import core
 
 CORNERS = [[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [4.0, 3.0, 1.0]]
 
@@ -17,6 +18,7 @@ def test_a_hurried_plan_says_its_acceleration(corridor):
     assert minsnap.plan(CORNERS, total_time=8.0, corridor=corridor).report.notes == ()
 
 
+@pytest.mark.skipif(core().name != "native", reason="plans within limits need the native core")
 def test_what_is_limited_is_not_noted():
     loose = minsnap.Limits(speed=40.0, acceleration=60.0)
     assert minsnap.plan(CORNERS, limits=loose).report.notes == ()
