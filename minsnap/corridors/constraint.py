@@ -8,14 +8,15 @@ the cone
 whose matrix has no rows for a plane (:meth:`Walls.planes`) and whose slope is zero for a ball (:meth:`Walls.balls`).
 All uses of a wall in the library are computed from it: rows of the QP (a plane, or the tangent plane at an instant),
 membership of points, exact margins over all instants, and the drawing, because both sides are polynomials on every
-piece.
+piece. The reference core has them in normalised units, with pieces in the place of legs; a search has those of one leg.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, IntArray, ReadOnly, lengths_of, numbers
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
+from minsnap.polynomials.bernstein import squared_norm
 from minsnap.polynomials.enclosures import Enclosure, derivative
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -44,6 +46,8 @@ class Walls(ReadOnly):
         Derivative that is bounded: 0 position, 1 velocity, …
     name : str
         What messages call it.
+    at : ndarray of int, shape (m,), optional
+        Where on its leg each holds: 0 at the start alone, 1 at the end alone. Unless given, at every instant.
     """
 
     leg: IntArray
@@ -54,6 +58,7 @@ class Walls(ReadOnly):
     width: FloatArray
     order: int = 0
     name: str = "corridor"
+    at: IntArray | None = None
 
     @classmethod
     def planes(
@@ -194,24 +199,67 @@ class Walls(ReadOnly):
             return row, self.leg
         return np.repeat(row, pieces), (self.leg[:, None] * pieces + np.arange(pieces)).reshape(-1)
 
-    def in_widths(self, row: IntArray, origin: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Right side and A x of some walls, in their widths, of derivatives d from an origin: rows @ d + offset.
+    def chosen(self, index: npt.NDArray[Any]) -> Walls:
+        """Return some of the walls, by indices or a mask."""
+        names = ("leg", "matrix", "anchor", "slope", "radius", "width", *(() if self.at is None else ("at",)))
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
 
-        Parameters
-        ----------
-        row : ndarray of int, shape (r,)
-        origin : ndarray, shape (dim,)
-            Of positions; derivatives are taken as they are.
+    def from_origin(self, origin: FloatArray) -> Walls:
+        """Return the walls with positions counted from an origin, shape (dim,) [m]; derivatives stay as they are."""
+        return self if self.order else replace(self, anchor=self.anchor - origin)
 
-        Returns
-        -------
-        rows : ndarray, shape (r, 1 + q, dim)
-        offset : ndarray, shape (r, 1 + q)
-        """
-        rows = np.concatenate((self.slope[row, None], self.matrix[row]), axis=1) / self.width[row, None, None]
-        offset = np.einsum("rcd,rd->rc", rows, (origin if self.order == 0 else 0.0) - self.anchor[row])
-        offset[:, 0] += self.radius[row] / self.width[row]
+    def moved(self, distance: FloatArray) -> Walls:
+        """Return the walls, each moved outwards, shape (m,)."""
+        return replace(self, radius=self.radius + distance)
+
+    @cached_property
+    def in_widths(self) -> tuple[FloatArray, FloatArray]:
+        """Right side and A x in widths, of a derivative d: rows (m, 1 + q, dim) @ d + offset (m, 1 + q)."""
+        rows = np.concatenate((self.slope[:, None], self.matrix), axis=1) / self.width[:, None, None]
+        offset = np.einsum("rcd,rd->rc", rows, -self.anchor)
+        offset[:, 0] += self.radius / self.width
         return rows, offset
+
+    def excess_at(self, values: FloatArray) -> FloatArray:
+        """Excess in widths at values (..., dim) of the derivative: (..., m)."""
+        rows, offset = self.in_widths
+        parts = (values @ rows.reshape(-1, rows.shape[2]).T).reshape(*values.shape[:-1], *offset.shape) + offset
+        rest = parts[..., 1:]
+        return np.asarray((0.0 if self.flat else np.sqrt((rest * rest).sum(axis=-1))) - parts[..., 0])
+
+    def excess_along(self, points: FloatArray) -> FloatArray:
+        """Control points of an excess in widths, from those of the derivative that each wall bounds, (m, n, dim).
+
+        Of round walls half the excess of the squared norm, in squared widths: to first order the excess in widths.
+        """
+        offset = points - self.anchor[:, None, :]
+        reach = self.radius[:, None] + np.matmul(offset, self.slope[:, :, None])[:, :, 0]
+        reach /= self.width[:, None]
+        if self.flat:
+            return np.asarray(-reach)
+        mapped = np.matmul(offset, self.matrix.transpose(0, 2, 1)) / self.width[:, None, None]
+        return (squared_norm(mapped) - squared_norm(reach[..., None])) / 2.0
+
+    def outward(self, excess: FloatArray) -> FloatArray:
+        """Widths by which each wall must move outwards for its largest ``excess_along``, (m,); exact without a slope.
+
+        The excess e of a round wall is half that of the squared norm, which is therefore radius^2 + 2 e.
+        """
+        if self.flat:
+            return excess
+        reach = self.radius / self.width
+        return np.asarray(np.sqrt(np.maximum(reach**2 + 2.0 * excess, 0.0)) - reach)
+
+    def tangents(self, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Planes normal . x <= bound outside of each wall, in directions (m, q) of length 1 at most: (m, dim), (m,)."""
+        normal = np.einsum("rq,rqd->rd", direction, self.matrix) - self.slope
+        return normal, self.radius + (normal * self.anchor).sum(axis=1)
+
+    def tangents_at(self, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Such planes in the direction of values (m, dim) of the derivative; planes are their own."""
+        mapped = np.einsum("rqd,rd->rq", self.matrix, value - self.anchor)
+        norm = np.linalg.norm(mapped, axis=1, keepdims=True)
+        return self.tangents(mapped / np.where(norm > 0.0, norm, 1.0))
 
     def _curves(self, trajectory: Trajectory) -> tuple[Enclosure, IntArray, IntArray]:
         """Return the derivative from each wall's anchor on every piece of its leg, and indices of wall and piece."""

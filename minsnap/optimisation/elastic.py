@@ -249,7 +249,7 @@ class Elastic:
         """Least slacks with which a curve keeps all walls that give way."""
         excess = self.compiled.excess(self.problem, self.problem.relative_points(knots))
         blocks = zip(self.compiled.blocks, excess, strict=True)
-        out = np.concatenate([block.relaxation(maxima(points).values) for block, points in blocks])
+        out = np.concatenate([block.outward(maxima(points).values) for block, points in blocks])
         slacks = np.full(self.give.slacks, self.give.lowest)
         gives = self.give.group >= 0
         np.maximum.at(slacks, self.give.group[gives], (out / np.maximum(self.give.weight, 1e-300))[gives])

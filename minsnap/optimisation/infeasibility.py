@@ -62,7 +62,7 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     tried = _room(task, durations, problem, found)
     room = ROOM if tried is None else tried
     widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + room) + room)
-    on_leg = (groups >= 0) & (np.concatenate([block.piece for block in compiled.blocks]) // task.pieces == leg)
+    on_leg = (groups >= 0) & (np.concatenate([block.leg for block in compiled.blocks]) // task.pieces == leg)
     width = float(widths[on_leg].max())
     others = {
         name: float(widths[groups == name].max())
@@ -151,7 +151,7 @@ def normalised(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compi
 
 def _leg_groups(task: Task, compiled: Compiled) -> tuple[IntArray, list[int | None]]:
     """One common slack if all walls are equally wide, else one per leg: slack of each wall, leg of each slack."""
-    leg = np.concatenate([block.piece // task.pieces for block in compiled.blocks])
+    leg = np.concatenate([block.leg // task.pieces for block in compiled.blocks])
     stands = compiled.momentary
     width = compiled.widths[~stands]
     if len(width) and np.ptp(width) <= 1e-9 * width.max():

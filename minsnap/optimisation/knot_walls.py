@@ -1,11 +1,13 @@
 """What must hold at single waypoints, in the common form of walls: boxes, gates, balls, directions of crossing.
 
-Both cores read these. The slanted planes of gates are equality rows, which each core has in its own form.
+Both cores read these, as walls of pieces that hold at one end. The slanted planes of gates are equality rows, which
+each core has in its own form.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +17,7 @@ from minsnap.optimisation.problem import Task
 
 
 def knot_walls(task: Task) -> list[Walls]:
-    """Return the walls at waypoints that may vary; ``leg`` is the waypoint, and they are measured from it."""
+    """Return the walls at waypoints that may vary, each on a piece that begins or ends there."""
     if not task.held.any():
         return []
     at = task.own_regions
@@ -30,7 +32,13 @@ def knot_walls(task: Task) -> list[Walls]:
         _balls(task, {k: region.radius for k, region in at.items() if np.isfinite(region.radius)}),
         _planes(task, list(crossings), list(crossings.values()), still, still + 1.0, order=1),
     ]
-    return [walls for walls in found if len(walls.leg)]
+    return [_at_ends(task, walls) for walls in found if len(walls.leg)]
+
+
+def _at_ends(task: Task, walls: Walls) -> Walls:
+    """Return walls of waypoints as walls at an end of pieces."""
+    piece, end = ends_of_pieces(task, walls.leg)
+    return replace(walls, leg=piece, at=end)
 
 
 def ends_of_pieces(task: Task, waypoint: IntArray) -> tuple[IntArray, IntArray]:

@@ -17,17 +17,15 @@ from minsnap.optimisation.problem import Task
 def native_walls(task: Task) -> WallArrays:
     """Walls of a task in the order of ``compile_walls``, then slanted planes of gates, in which waypoints must lie."""
     blocks = [_arrays(walls, *walls.on_pieces(task.pieces)) for walls in task.walls]
-    for walls in knot_walls(task):
-        piece, end = ends_of_pieces(task, walls.leg)
-        blocks.append(_arrays(walls, np.arange(len(piece)), piece, end))
+    blocks += [_arrays(walls, np.arange(len(walls.leg)), walls.leg) for walls in knot_walls(task)]
     return _joined([*blocks, *_gate_planes(task)] or [_nothing(task.dim)])
 
 
-def _arrays(cones: Walls, row: IntArray, piece: IntArray, when: IntArray | None = None) -> WallArrays:
-    """Wall ``row[i]`` of some planes or balls on piece ``piece[i]``."""
-    matrix = None if cones.flat else _square(cones.matrix)[row]
-    when = np.full(len(row), -1) if when is None else when
-    known = np.full(len(row), cones.order), -cones.slope[row], cones.anchor[row], cones.radius[row], cones.width[row]
+def _arrays(walls: Walls, row: IntArray, piece: IntArray) -> WallArrays:
+    """Wall ``row[i]`` on piece ``piece[i]``."""
+    matrix = None if walls.flat else _square(walls.matrix)[row]
+    when = np.full(len(row), -1) if walls.at is None else walls.at
+    known = np.full(len(row), walls.order), -walls.slope[row], walls.anchor[row], walls.radius[row], walls.width[row]
     return WallArrays(piece, *known, when, matrix=matrix)
 
 

@@ -1,4 +1,7 @@
-"""All constraints of a problem as one list of one-sided excesses, in normalised units, per piece."""
+"""All walls of a problem in normalised units, on pieces, and the rows of the QP that come from them.
+
+Positions are counted from the nominal start of each piece, as control points are there.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +15,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
-from minsnap.optimisation.constraint_blocks import Block, FlatWalls, Spheres
-from minsnap.optimisation.knot_walls import ends_of_pieces, knot_walls
+from minsnap.optimisation.knot_walls import knot_walls
 from minsnap.optimisation.problem import Task
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.optimisation.touches import Side
@@ -43,6 +45,11 @@ class WallRows:
     normal: FloatArray
     bound: FloatArray
 
+    @classmethod
+    def of(cls, walls: Walls, number: IntArray, s: FloatArray, planes: tuple[FloatArray, FloatArray]) -> WallRows:
+        """Return rows of walls (r of them) with numbers (r,) in the common count: planes at places s."""
+        return cls(number, walls.leg, s, np.full(len(s), walls.order), *planes)
+
     def chosen(self, index: npt.NDArray[Any]) -> WallRows:
         """Return some of the rows, by indices or a mask."""
         return WallRows(*(getattr(self, name)[index] for name in WallRows.__annotations__))
@@ -60,13 +67,13 @@ class Compiled:
 
     Parameters
     ----------
-    blocks : tuple of Block
-        In the order of the walls they came from.
+    blocks : tuple of Walls
+        In the order of those they came from; ``leg`` is the piece.
     first : ndarray of int
         Where each block's walls begin in the common count.
     """
 
-    blocks: tuple[Block, ...]
+    blocks: tuple[Walls, ...]
     first: IntArray
 
     @cached_property
@@ -77,7 +84,7 @@ class Compiled:
     @cached_property
     def momentary(self) -> npt.NDArray[np.bool_]:
         """Which walls hold at one instant only, in their common numbering."""
-        parts = [np.full(len(block.piece), block.s is not None) for block in self.blocks]
+        parts = [np.full(len(block.leg), block.at is not None) for block in self.blocks]
         return np.concatenate([np.zeros(0, dtype=bool), *parts])
 
     def excess(self, problem: Problem, points: FloatArray) -> list[FloatArray]:
@@ -85,7 +92,7 @@ class Compiled:
         by_order = {0: points}
         for order in {block.order for block in self.blocks} - {0}:
             by_order[order] = differentiate(points, order) / problem.durations[:, None, None] ** order
-        return [block.excess(by_order[block.order]) for block in self.blocks]
+        return [block.excess_along(_bounded(by_order[block.order], block)) for block in self.blocks]
 
     def relaxed(self, amounts: FloatArray) -> Compiled:
         """Return the same walls, each moved outwards by so many of its widths."""
@@ -94,16 +101,12 @@ class Compiled:
 
     def rows(self, problem: Problem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> WallRows:
         """Rows for some walls of a block, each at its own s."""
-        chosen = self.blocks[block]
-        piece = chosen.piece[index]
-        s = s if chosen.s is None else chosen.s[index]
-        value = points[piece, 0]
-        if isinstance(chosen, Spheres):
-            local = differentiate(points[piece], chosen.order)
-            value = np.einsum("rj,rjd->rd", basis(local.shape[1] - 1, s), local)
-            value /= problem.durations[piece, None] ** chosen.order
-        normal, bound = chosen.cuts(index, value)
-        return WallRows(self.first[block] + index, piece, s, np.full(len(s), chosen.order), normal, bound)
+        chosen = self.blocks[block].chosen(index)
+        s = s if chosen.at is None else chosen.at.astype(np.float64)
+        local = differentiate(points[chosen.leg], chosen.order)
+        value = np.einsum("rj,rjd->rd", basis(local.shape[1] - 1, s), local)
+        value /= problem.durations[chosen.leg, None] ** chosen.order
+        return WallRows.of(chosen, self.first[block] + index, s, chosen.tangents_at(value))
 
 
 def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
@@ -111,43 +114,48 @@ def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
     blocks = [_on_pieces(walls, problem, units, task.pieces) for walls in task.walls]
     blocks += [_at_knots(walls, task, problem) for walls in knot_walls(task)]
     blocks += _touching(task)
-    sizes = [len(block.piece) for block in blocks]
+    sizes = [len(block.leg) for block in blocks]
     return Compiled(tuple(blocks), np.concatenate(([0], np.cumsum(sizes))).astype(np.intp))
 
 
-def _on_pieces(cones: Walls, problem: Problem, units: Units, pieces: int) -> Block:
+def _bounded(points: FloatArray, walls: Walls) -> FloatArray:
+    """Control points of what each wall bounds: of its whole piece (m, n, dim), or the value at its end (m, 1, dim)."""
+    if walls.at is None:
+        return np.asarray(points[walls.leg])
+    return np.asarray(points[walls.leg, np.where(walls.at == 1, points.shape[1] - 1, 0)][:, None])
+
+
+def _on_pieces(walls: Walls, problem: Problem, units: Units, pieces: int) -> Walls:
     """Walls of legs on all their pieces; a plane that a nominal knot lies on, but for rounding, goes through it."""
-    row, piece = cones.on_pieces(pieces)
-    unit, anchor = units.of_order(cones.order), cones.anchor[row]
-    origin = problem.nominal[piece] - (anchor - units.origin) / unit if cones.order == 0 else -anchor / unit
-    block = _block(cones, row, piece, origin, unit)
-    if cones.order or isinstance(block, Spheres):
-        return block
-    farther = np.maximum((problem.steps[piece] * block.normal).sum(axis=1), 0.0)
-    return replace(block, bound=np.where(np.abs(block.bound - farther) <= ROUNDING * block.width, farther, block.bound))
+    row, piece = walls.on_pieces(pieces)
+    unit, anchor = units.of_order(walls.order), walls.anchor[row]
+    anchor = (anchor - units.origin) / unit - problem.nominal[piece] if walls.order == 0 else anchor / unit
+    found = _scaled(walls.chosen(row), piece, anchor, unit)
+    if walls.order or not walls.flat:
+        return found
+    farther = np.maximum(-(problem.steps[piece] * found.slope).sum(axis=1), 0.0)
+    near = np.abs(found.radius - farther) <= ROUNDING * found.width
+    return replace(found, radius=np.where(near, farther, found.radius))
 
 
-def _at_knots(cones: Walls, task: Task, problem: Problem) -> Block:
-    """Walls of waypoints where these begin or end a piece; those of derivatives go through zero, in normal units."""
-    piece, end = ends_of_pieces(task, cones.leg)
-    origin = np.where((end == 1)[:, None] & (cones.order == 0), -problem.steps[piece], 0.0)
-    unit = 1.0 if cones.order else task.length
-    return _block(cones, np.arange(len(piece)), piece, origin, unit, end.astype(np.float64))
+def _at_knots(walls: Walls, task: Task, problem: Problem) -> Walls:
+    """Walls of waypoints, which they are measured from; those of derivatives go through zero, in normal units."""
+    anchor = np.zeros(walls.anchor.shape)
+    if walls.order == 0:
+        at_end = np.flatnonzero(walls.at == 1)
+        anchor[at_end] = problem.steps[walls.leg[at_end]]
+    return _scaled(walls, walls.leg, anchor, 1.0 if walls.order else task.length)
 
 
-def _block(
-    cones: Walls, row: IntArray, piece: IntArray, origin: FloatArray, unit: float, s: FloatArray | None = None
-) -> Block:
-    """Wall ``row[i]`` on piece ``piece[i]``, whose control points are relative to ``origin[i]`` from its anchor."""
-    slope, width = cones.slope[row], cones.width[row] / unit
-    radius = cones.radius[row] / unit + (slope * origin).sum(axis=1)
-    if cones.flat:
-        return FlatWalls(cones.order, piece, -slope, radius, width, s)
-    matrix = cones.matrix[row]
-    return Spheres(cones.order, piece, matrix, np.einsum("rqd,rd->rq", matrix, origin), radius, slope, width, s)
+def _scaled(walls: Walls, piece: IntArray, anchor: FloatArray, unit: float) -> Walls:
+    """Walls in a unit, on pieces, from anchors in that unit; planes are counted from zero."""
+    radius, width = walls.radius / unit, walls.width / unit
+    if walls.flat:
+        radius, anchor = radius - (walls.slope * anchor).sum(axis=1), np.zeros(anchor.shape)
+    return replace(walls, leg=piece, anchor=anchor, radius=radius, width=width)
 
 
-def _touching(task: Task) -> list[Block]:
+def _touching(task: Task) -> list[Walls]:
     """Return, for each touched wall, the bound of the first derivative that is not pinned; one block for each order."""
     found: dict[int, list[tuple[int, int, FloatArray]]] = {}
     for side, above, waypoint, axis in np.argwhere(task.touches).tolist():
@@ -161,6 +169,8 @@ def _touching(task: Task) -> list[Block]:
     return [_derivative_bounds(rows, order) for order, rows in sorted(found.items())]
 
 
-def _derivative_bounds(rows: list[tuple[int, int, FloatArray]], order: int) -> FlatWalls:
-    piece, s, normal = (np.array(column) for column in zip(*rows, strict=True))
-    return FlatWalls(order, piece, normal, np.zeros(len(rows)), np.ones(len(rows)), s.astype(np.float64))
+def _derivative_bounds(rows: list[tuple[int, int, FloatArray]], order: int) -> Walls:
+    """Planes through zero on derivatives, from pieces, their ends (0 or 1) and outward normals."""
+    piece, at, normal = (np.array(column) for column in zip(*rows, strict=True))
+    still, planes = np.zeros(len(rows)), np.zeros((len(rows), 0, normal.shape[1]))
+    return Walls(piece, planes, 0.0 * normal, -normal, still, still + 1.0, order, "waypoint", at)

@@ -336,7 +336,7 @@ def _sampled(curve: Curve, instants: int) -> list[WallRows]:
     """Rows of every wall at equally spaced inner instants of its pieces."""
     s = np.arange(1, instants + 1) / (instants + 1)
     return [
-        curve.rows(number, np.repeat(np.arange(len(block.piece)), instants), np.tile(s, len(block.piece)))
+        curve.rows(number, np.repeat(np.arange(len(block.leg)), instants), np.tile(s, len(block.leg)))
         for number, block in enumerate(curve.compiled.blocks)
     ]
 

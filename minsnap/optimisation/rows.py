@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
-from minsnap.optimisation.constraint_blocks import FlatWalls, Spheres
+from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.reduced_qp import Problem
 from minsnap.polynomials.extrema import maxima
@@ -135,8 +135,8 @@ def momentary_rows(curve: Curve) -> list[WallRows]:
     """Rows of all planes that hold at one instant only; without them free knots would be unbounded."""
     found = []
     for number, block in enumerate(curve.compiled.blocks):
-        if block.s is not None and isinstance(block, FlatWalls):
-            found.append(curve.rows(number, np.arange(len(block.s)), block.s))
+        if block.at is not None and block.flat:
+            found.append(curve.rows(number, np.arange(len(block.at)), block.at.astype(np.float64)))
     return found
 
 
@@ -149,24 +149,21 @@ def all_walls_rows(curve: Curve) -> list[WallRows]:
     s = 0.5 - 0.5 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
     found = []
     for number, block in enumerate(curve.compiled.blocks):
-        walls = np.arange(len(block.piece))
-        if block.s is None:
+        walls = np.arange(len(block.leg))
+        if block.at is None:
             index, places = np.repeat(walls, count), np.tile(s, len(walls))
         else:
-            index, places = walls, block.s
+            index, places = walls, block.at.astype(np.float64)
         found += _both_directions(curve, number, index, places)
     return found
 
 
 def _both_directions(curve: Curve, number: int, index: IntArray, s: FloatArray) -> list[WallRows]:
-    block = curve.compiled.blocks[number]
-    if not isinstance(block, Spheres):
-        return [curve.rows(number, index, s)]
-    found, orders = [], np.full(len(s), block.order)
-    for direction in np.vstack((np.eye(block.matrix.shape[1]), -np.eye(block.matrix.shape[1]))):
-        cuts = block.tangents(index, np.broadcast_to(direction, (len(s), len(direction))))
-        found.append(WallRows(curve.compiled.first[number] + index, block.piece[index], s, orders, *cuts))
-    return found
+    walls, numbers = curve.compiled.blocks[number].chosen(index), curve.compiled.first[number] + index
+    along = np.eye(walls.matrix.shape[1])
+    directions = np.vstack((along, -along)) if len(along) else np.zeros((1, 0))
+    every = (np.broadcast_to(direction, (len(s), len(along))) for direction in directions)
+    return [WallRows.of(walls, numbers, s, walls.tangents(direction)) for direction in every]
 
 
 def rows_outside(
@@ -191,7 +188,7 @@ def rows_outside(
         largest = max(largest, float(value.max()))
         found.append(curve.rows(number, row, s))
         block = curve.compiled.blocks[number]
-        if isinstance(block, Spheres) and block.s is not None and rows is not None:
+        if not block.flat and block.at is not None and rows is not None:
             found.append(_pressed(block, row, found[-1], rows.source, multipliers))
     return found, largest
 
@@ -208,12 +205,12 @@ def proved_rows(curve: Curve) -> list[WallRows]:
     return [rows for rows in found if len(rows.s)]
 
 
-def _pressed(balls: Spheres, row: IntArray, tangents: WallRows, rows: WallRows, multipliers: FloatArray) -> WallRows:
+def _pressed(balls: Walls, row: IntArray, tangents: WallRows, rows: WallRows, multipliers: FloatArray) -> WallRows:
     """Tangent planes of balls at knots in the direction of the total force of their rows, where contact is expected."""
     force = _forces(tangents.wall, rows, multipliers)
     pressed = np.flatnonzero(force.any(axis=1))
-    row = row[pressed]
-    normal, bound = balls.cuts(row, force[pressed] - balls.offset[row])
+    chosen = balls.chosen(row[pressed])
+    normal, bound = chosen.tangents_at(chosen.anchor + force[pressed])
     return replace(tangents.chosen(pressed), normal=normal, bound=bound)
 
 

@@ -49,7 +49,7 @@ def leg_on_wall(task: Task, curve: Curve) -> CorridorError | None:
     """Return the error that names the first leg whose straight line touches a wall; None where none does."""
     for block, straight in zip(curve.compiled.blocks, straight_heights(curve), strict=True):
         for wall in np.flatnonzero((straight >= -EXACT) & (block.order == 0)):
-            leg = int(block.piece[wall]) // task.pieces
+            leg = int(block.leg[wall]) // task.pieces
             return CorridorError(
                 f"waypoint {leg} or {leg + 1} lies on a wall of leg {leg}, and the curve has no room to stay inside: "
                 f"move the wall or the waypoint a little",

@@ -23,7 +23,7 @@ from minsnap.optimisation.problem import Task
 from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points, split
 from minsnap.replanning.horizon import walls_from
 from minsnap.time_allocation.recovery import piece_demands, start_state, state_use, typical
-from minsnap.time_allocation.single_piece import Condition, SinglePiece, conditions_of
+from minsnap.time_allocation.single_piece import SinglePiece, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
 DURATIONS = np.geomspace(0.6, 8.0, 24)
@@ -102,15 +102,15 @@ class Stopping:
         return [*walls_from(self.task.walls, 0, legs), *_caps(self.task, legs)]
 
     @cached_property
-    def _legs(self) -> list[list[Condition]]:
+    def _legs(self) -> list[list[Walls]]:
         """Walls of each leg to stop in."""
         origin = self.task.waypoints[0]
-        return [conditions_of(self._walls, leg, origin) for leg in range(min(LEGS, self.task.legs))]
+        return [walls_on(self._walls, leg, origin) for leg in range(min(LEGS, self.task.legs))]
 
     @cached_property
-    def _bounds(self) -> list[Condition]:
+    def _bounds(self) -> list[Walls]:
         walls = [] if self.limits is None else self.limits.walls(np.zeros((2, self.task.dim)))
-        return conditions_of(walls, 0, self.task.waypoints[0])
+        return walls_on(walls, 0, self.task.waypoints[0])
 
     @cached_property
     def _scales(self) -> tuple[float, float, float]:
@@ -174,7 +174,7 @@ def _runs_along(wall: Walls, leg: int, along: FloatArray) -> bool:
 
 
 def _family(
-    piece: SinglePiece, own: Sequence[Sequence[Condition]], bounds: Sequence[Condition], durations: FloatArray
+    piece: SinglePiece, own: Sequence[Sequence[Walls]], bounds: Sequence[Walls], durations: FloatArray
 ) -> Iterator[Candidate]:
     """Members of the closed family that are inside at the instants looked at, shortest first."""
     durations = np.repeat(durations, len(REACHES))
@@ -184,7 +184,7 @@ def _family(
     ends[:, piece.half] = -np.einsum("j,mjd->md", gram[piece.half], ends) / gram[piece.half, piece.half]
     ends[:, piece.half] += np.tile(REACHES, len(durations) // len(REACHES))[:, None] * ends[:, 1]
     limited = _excess(piece, bounds, ends, durations).max(axis=1) <= 0.0
-    within = [_excess(piece, conditions, ends, durations) <= 0.0 for conditions in own]
+    within = [_excess(piece, walls, ends, durations) <= 0.0 for walls in own]
     before, after = np.logical_and.accumulate(within[0], axis=1), within[-1][:, ::-1]
     both = before & np.logical_and.accumulate(after, axis=1)[:, ::-1]
     for index in np.flatnonzero(limited & (before[:, -1] | both[:, 1:-1].any(axis=1))):
@@ -204,21 +204,21 @@ def _middle(possible: BoolArray) -> float:
     return float(instants[np.abs(instants - 0.5).argmin()])
 
 
-def _excess(piece: SinglePiece, conditions: Sequence[Condition], ends: FloatArray, durations: FloatArray) -> FloatArray:
+def _excess(piece: SinglePiece, walls: Sequence[Walls], ends: FloatArray, durations: FloatArray) -> FloatArray:
     """Largest excess at every instant, moved inwards: (m, instants)."""
     worst = np.full((len(durations), len(INSTANTS)), -np.inf)
-    for condition in conditions:
-        values = _basis(piece.degree, condition.order) @ ends
-        values /= durations[:, None, None] ** condition.order
-        worst = np.maximum(worst, condition.excess(values).max(axis=2))
+    for wall in walls:
+        values = _basis(piece.degree, wall.order) @ ends
+        values /= durations[:, None, None] ** wall.order
+        worst = np.maximum(worst, wall.excess_at(values).max(axis=2))
     return worst + INWARDS * np.where(INSTANTS > 0.0, INSTANTS, -0.5)
 
 
 def _programmes(
-    piece: SinglePiece, known: Sequence[Condition], durations: FloatArray, moment: float
+    piece: SinglePiece, known: Sequence[Walls], durations: FloatArray, moment: float
 ) -> Iterator[Candidate]:
     """Pieces whose end is at rest at the place that a programme chooses."""
-    demands = [demand for condition in known for demand in piece_demands(condition, piece.state, moment)]
+    demands = [demand for wall in known for demand in piece_demands(wall, piece.state, moment)]
     for duration in durations:
         found = piece.solve(float(duration), piece.rest_ends(float(duration)), (0,), demands)
         if found is not None and found.hard <= FEASIBLE:

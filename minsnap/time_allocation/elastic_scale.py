@@ -107,5 +107,5 @@ class ElasticScale:
 
 def give_limits(compiled: Compiled) -> Give:
     """One slack for all walls on derivatives, weighted by what slowing down does: order times."""
-    order = np.concatenate([np.full(len(block.piece), block.order) for block in compiled.blocks])
+    order = np.concatenate([np.full(len(block.leg), block.order) for block in compiled.blocks])
     return Give(np.where(order > 0, 0, -1), order.astype(np.float64), 1, LOWEST)

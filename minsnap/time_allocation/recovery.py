@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray
+from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 from minsnap.time_allocation.initial_guess import norm_limits
-from minsnap.time_allocation.single_piece import Condition, Demand, PieceFound, SinglePiece, conditions_of
+from minsnap.time_allocation.single_piece import Demand, PieceFound, SinglePiece, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
 INSTANTS = 16
@@ -110,9 +110,9 @@ def way_back(
     scales = typical(state, limits)
     piece = SinglePiece(state, scales[1], deadline)
     moment = scales[0] / scales[1]
-    known = conditions_of(walls, leg, state[0]) + conditions_of(limits.walls(np.zeros((2, len(state[0])))), 0, state[0])
+    known = walls_on(walls, leg, state[0]) + walls_on(limits.walls(np.zeros((2, len(state[0])))), 0, state[0])
     for lenience in LENIENCE:
-        demands = [demand for condition in known for demand in _demands(condition, piece.state, moment, lenience)]
+        demands = [demand for wall in known for demand in _demands(wall, piece.state, moment, lenience)]
         duration, answer = shortest(_Solves(piece, demands), SHORTEST * moment, LONGEST * moment, FINER)
         if answer is not None:
             return Recovery(Trajectory(answer.points[None] + state[0], np.array([duration])))
@@ -157,26 +157,26 @@ def typical(state: FloatArray, limits: Limits | None) -> tuple[float, float]:
     return max(speed, moving), acceleration
 
 
-def _demands(condition: Condition, state: FloatArray, moment: float, lenience: tuple[float, float]) -> list[Demand]:
-    """Return the demands of a condition on the piece and on its end."""
-    found = piece_demands(condition, state, moment, lenience)
-    order = condition.order
+def _demands(walls: Walls, state: FloatArray, moment: float, lenience: tuple[float, float]) -> list[Demand]:
+    """Return the demands of some walls on the piece and on its end."""
+    found = piece_demands(walls, state, moment, lenience)
+    order = walls.order
     if order >= len(state):
         return found
-    found.append(Demand(condition, np.ones(1), _room(condition)))
+    found.append(Demand(walls, np.ones(1), _room(walls)))
     if order and order + 1 < len(state):
-        found.append(Demand(condition, np.ones(1), _room(condition), ahead=AHEAD * moment))
+        found.append(Demand(walls, np.ones(1), _room(walls), ahead=AHEAD * moment))
     return found
 
 
 def piece_demands(
-    condition: Condition, state: FloatArray, moment: float, lenience: tuple[float, float] = LENIENCE[0]
+    walls: Walls, state: FloatArray, moment: float, lenience: tuple[float, float] = LENIENCE[0]
 ) -> list[Demand]:
-    """Return the demands of a condition on a piece: kept where the start keeps it, else as far as it can be.
+    """Return the demands of some walls on a piece: kept where the start keeps it, else as far as it can be.
 
     Parameters
     ----------
-    condition : Condition
+    walls : Walls
     state : ndarray, shape (k, dim)
         Derivatives at the start; the position is the origin.
     moment : float
@@ -184,35 +184,31 @@ def piece_demands(
     lenience : tuple of float
         One of ``LENIENCE``.
     """
-    order, inside = condition.order, np.arange(1, INSTANTS + 1) / INSTANTS
+    order, inside = walls.order, np.arange(1, INSTANTS + 1) / INSTANTS
     margin = np.full(INSTANTS, MARGINS[min(order, len(MARGINS) - 1)])
     if order >= len(state):
-        return [Demand(condition, inside, margin)]
-    now = condition.excess(state[order])
-    unsure = np.maximum(now, _soon(condition, state, moment)) > (-lenience[0] if order else -DOUBTFUL)
-    found = [Demand(_part(condition, ~unsure), inside, margin)] if not unsure.all() else []
+        return [Demand(walls, inside, margin)]
+    now = walls.excess_at(state[order])
+    unsure = np.maximum(now, _soon(walls, state, moment)) > (-lenience[0] if order else -DOUBTFUL)
+    found = [Demand(walls.chosen(~unsure), inside, margin)] if not unsure.all() else []
     if unsure.any():
-        part, allowed = _part(condition, unsure), np.maximum(now[unsure], 0.0) + lenience[1]
+        part, allowed = walls.chosen(unsure), np.maximum(now[unsure], 0.0) + lenience[1]
         found.append(Demand(part, inside, margin * inside, soft=True))
         found.append(Demand(part, inside, np.broadcast_to(-allowed, (INSTANTS, len(allowed)))))
     return found
 
 
-def _soon(condition: Condition, state: FloatArray, moment: float) -> FloatArray:
+def _soon(walls: Walls, state: FloatArray, moment: float) -> FloatArray:
     """Excess of a limit a moment ahead of the start, (r,); of a position at the start."""
-    order = condition.order
+    order = walls.order
     ahead = bool(order) and order + 1 < len(state)
-    return condition.excess(state[order] + AHEAD * moment * state[order + 1] if ahead else state[order])
+    return walls.excess_at(state[order] + AHEAD * moment * state[order + 1] if ahead else state[order])
 
 
-def _part(condition: Condition, chosen: BoolArray) -> Condition:
-    return Condition(condition.order, condition.rows[chosen], condition.offset[chosen], condition.name)
-
-
-def _room(condition: Condition) -> FloatArray:
+def _room(walls: Walls) -> FloatArray:
     """Inward move at the end, (1, r): a share of the room that rest has, or of the width for positions."""
-    share = ROOM.get(condition.order, HIGHER_ROOM)
-    if condition.order == 0:
-        return np.full((1, len(condition.rows)), share)
-    rest = condition.excess(np.zeros(condition.rows.shape[2]))
+    share = ROOM.get(walls.order, HIGHER_ROOM)
+    if walls.order == 0:
+        return np.full((1, len(walls.leg)), share)
+    rest = walls.excess_at(np.zeros(walls.anchor.shape[1]))
     return np.asarray(share * np.maximum(-rest, 0.0))[None]

@@ -27,66 +27,30 @@ FAILED = 1e-4
 """Price of the slack of a soft condition, as a share of the price of a hard one."""
 
 
-@dataclass(frozen=True, eq=False)
-class Condition:
-    """Walls of one derivative on one piece: the norm of all rows but the first does not exceed the first row.
-
-    Parameters
-    ----------
-    order : int
-        Derivative that is bounded.
-    rows : ndarray, shape (r, c, dim)
-        In widths per unit of the derivative.
-    offset : ndarray, shape (r, c)
-        In widths; positions are counted from the start of the piece.
-    name : str
-        What messages call it.
-    """
-
-    order: int
-    rows: FloatArray
-    offset: FloatArray
-    name: str
-
-    def excess(self, values: FloatArray) -> FloatArray:
-        """Excess in widths at values (..., dim) of the derivative: (..., r)."""
-        count, cone, dim = self.rows.shape
-        parts = (values @ self.rows.reshape(-1, dim).T).reshape(*values.shape[:-1], count, cone) + self.offset
-        if cone == 1:
-            return np.asarray(-parts[..., 0])
-        rest = parts[..., 1:]
-        return np.asarray(np.sqrt((rest * rest).sum(axis=-1)) - parts[..., 0])
-
-
-def conditions_of(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[Condition]:
+def walls_on(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[Walls]:
     """Return the walls of one leg, positions counted from an origin (dim,) [m]."""
-    found = [_condition(wall, leg, origin) for wall in walls]
-    return [condition for condition in found if len(condition.rows)]
-
-
-def _condition(cones: Walls, leg: int, origin: FloatArray) -> Condition:
-    rows, offset = cones.in_widths(np.flatnonzero(cones.leg == leg), origin)
-    return Condition(cones.order, rows, offset, cones.name)
+    return [wall.chosen(wall.leg == leg).from_origin(origin) for wall in walls if (wall.leg == leg).any()]
 
 
 @dataclass(frozen=True, eq=False)
 class Demand:
-    """A condition at some instants of the piece.
+    """Walls of one derivative at some instants of the piece.
 
     Parameters
     ----------
-    condition : Condition
+    walls : Walls
+        Positions are counted from the start of the piece.
     s : ndarray, shape (m,)
         Instants, in [0, 1].
     inwards : ndarray, shape (m,) or (m, r)
-        By how many widths it is moved inwards there.
+        By how many widths they are moved inwards there.
     soft : bool
-        Whether it may be exceeded where nothing else will do.
+        Whether they may be exceeded where nothing else will do.
     ahead : float
         Seconds by which the derivative is extrapolated with the next one.
     """
 
-    condition: Condition
+    walls: Walls
     s: FloatArray
     inwards: FloatArray
     soft: bool = False
@@ -177,14 +141,14 @@ class SinglePiece:
         return PieceFound(ends_to_points(self.degree) @ moved, float(solution.x[-2]), float(solution.x[-1]))
 
     def _rows(self, demand: Demand, duration: float, ends: FloatArray, free: Sequence[int], unit: float) -> Rows:
-        condition, order = demand.condition, demand.condition.order
+        order, (rows, offset) = demand.walls.order, demand.walls.in_widths
         factors = end_basis(self.degree, order, demand.s) / duration**order
         if demand.ahead:
             factors = factors + demand.ahead * end_basis(self.degree, order + 1, demand.s) / duration ** (order + 1)
-        value = np.einsum("rcd,md->mrc", condition.rows, factors @ ends) + condition.offset
+        value = np.einsum("rcd,md->mrc", rows, factors @ ends) + offset
         inwards = np.broadcast_to(demand.inwards.reshape(len(demand.s), -1), value.shape[:2])
         value[:, :, 0] -= inwards
-        slope = unit * np.einsum("rcd,mf->mrcfd", condition.rows, factors[:, self.half + np.asarray(free)])
+        slope = unit * np.einsum("rcd,mf->mrcfd", rows, factors[:, self.half + np.asarray(free)])
         count, cone = value.shape[0] * value.shape[1], value.shape[2]
         matrix = np.zeros((count, cone, len(free) * self.dim + 2))
         matrix[:, :, :-2] = -slope.reshape(count, cone, -1)

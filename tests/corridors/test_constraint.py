@@ -130,7 +130,6 @@ def test_walls_in_their_widths_have_the_same_slack_from_any_origin(order):
     values = random.normal(size=(10, 3))
     faces = Walls.planes([0, 1], anchor, 2.0 * slope, [-np.inf, -np.inf], [1.5, 2.0], [0.5, 3.0], order)
     for walls in (Walls.balls([0, 1], matrix, anchor, [0.5, 2.0], order, slope=slope), faces):
-        rows, offset = walls.in_widths(row, origin)
-        found = (values - (origin if order == 0 else 0.0)) @ rows.transpose(0, 2, 1) + offset[:, None]
-        slack = found[..., 0] - np.linalg.norm(found[..., 1:], axis=2)
-        assert slack == pytest.approx(walls.slack(values[None])[row] / walls.width[row, None], abs=1e-12)
+        seen = walls.chosen(row).from_origin(origin)
+        excess = seen.excess_at(values - (origin if order == 0 else 0.0))
+        assert -excess.T == pytest.approx(walls.slack(values[None])[row] / walls.width[row, None], abs=1e-12)
