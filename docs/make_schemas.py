@@ -3,8 +3,9 @@
 import json
 from pathlib import Path
 
+from minsnap.batch.spec import BATCH
 from minsnap.files.request_yaml import REQUEST
-from minsnap.files.schema import Form, json_schema
+from minsnap.files.schema import Form, Json, json_schema
 from minsnap.paths.missions.course_file import COURSE
 from minsnap.shows.show_yaml import SHOW
 
@@ -12,18 +13,24 @@ FOLDER = Path(__file__).parent / "schemas"
 FORMS: dict[str, tuple[str, Form]] = {
     "plan": ("What minsnap plan and the studio read and write", REQUEST),
     "course": ("A course with gates, laps, take-off and landing", COURSE),
+    "batch": ("A data set of planned problems, drawn by a generator or from a table", BATCH),
     "show": ("A show of several vehicles: formations and the flights between them", SHOW),
 }
 
 
 def texts() -> dict[str, str]:
     """Return the content of each file by its name: a line for each key."""
-    found = {}
-    for name, (title, form) in FORMS.items():
-        schema = json_schema(title, form)
-        keys = ",\n".join(f'  "{key}": {json.dumps(entry)}' for key, entry in schema.pop("properties").items())
-        found[f"{name}.json"] = f'{json.dumps(schema)[:-1]}, "properties": {{\n{keys}\n}}}}\n'
-    return found
+    return {f"{name}.json": _text(json_schema(title, form)) + "\n" for name, (title, form) in FORMS.items()}
+
+
+def _text(schema: Json) -> str:
+    """Return an object, or a choice of objects, with a line for each key of each."""
+    last = next(name for name in ("properties", "anyOf") if name in schema)
+    head = json.dumps({name: entry for name, entry in schema.items() if name != last})[1:-1]
+    if last == "anyOf":
+        return f'{{{head}, "anyOf": [\n' + ",\n".join(map(_text, schema[last])) + "\n]}"
+    keys = ",\n".join(f'  "{key}": {json.dumps(entry)}' for key, entry in schema[last].items())
+    return f'{{{head}, "properties": {{\n{keys}\n}}}}'
 
 
 if __name__ == "__main__":

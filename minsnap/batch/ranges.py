@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import is_number, is_whole
-from minsnap.basics.messages import shown
-from minsnap.errors import FileError
+from minsnap.files.schema import NUMBER, WHOLE, Form, from_to
 
 
 @dataclass(frozen=True)
@@ -43,20 +41,21 @@ class Range:
         return low if low == high else [low, high]
 
 
-def read_range(value: Any, name: str, least: float, most: float, whole: bool = False) -> Range:
-    """Return the range that a number or [low, high] means.
+def ranged(least: float, most: float, whole: bool = False) -> Form:
+    """Return the form of a number or [low, high], ascending, from ``least`` to ``most``; read as a :class:`Range`."""
+    number = from_to(WHOLE if whole else NUMBER, least, most)
 
-    Raises
-    ------
-    FileError
-        Unless the numbers are finite, ascending, and from ``least`` to ``most``.
-    """
-    fits = is_whole if whole else is_number
-    ends = value if isinstance(value, list) else [value, value]
-    if len(ends) == 2 and all(map(fits, ends)) and least <= ends[0] <= ends[1] <= most:
-        return Range(ends[0], ends[1])
+    def ends(value: Any) -> list[Any]:
+        return value if isinstance(value, list) else [value, value]
+
+    def fits(value: Any) -> bool:
+        low_high = ends(value)
+        return len(low_high) == 2 and all(map(number.fits, low_high)) and bool(low_high[0] <= low_high[1])
+
+    json = {"anyOf": [number.json, {"type": "array", "items": number.json, "minItems": 2, "maxItems": 2}]}
     kind = "a whole number" if whole else "a number"
-    raise FileError(f"{name} is {shown(value)}: give {kind} or [low, high], from {least:g} to {most:g}")
+    said = f"{kind} or [low, high], from {least:g} to {most:g}"
+    return Form(said, fits, lambda where, value: Range(*ends(value)), json)
 
 
 def seed_of(seed: int, number: int) -> int:

@@ -12,15 +12,13 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
-from minsnap.basics.checks import is_whole
 from minsnap.basics.messages import shown
 from minsnap.basics.storage.text import load_yaml
 from minsnap.batch.problem_table import count_rows, digest_of
-from minsnap.batch.ranges import Range, read_range
+from minsnap.batch.ranges import Range, ranged
 from minsnap.errors import FileError
-from minsnap.files.limits_in_files import NAMED
-from minsnap.files.plan_request import SHORT_NAMES, VEHICLES
-from minsnap.files.schema import refuse_unknown
+from minsnap.files.limits_in_files import NAMED, PRESET
+from minsnap.files.schema import BOX, FLAG, TEXT, WHOLE, Form, Key, either, from_to, mapping, several, word
 
 BIGGEST = 1e6
 """Greatest length [m], duration [s] and limit that a specification may name."""
@@ -57,13 +55,72 @@ SHAPES: Mapping[str, Mapping[str, tuple[Any, float, float, bool]]] = {
 }
 """What each generator draws: the default, least, greatest, and whether it is a whole number."""
 
-DRAWN = ("corridor", "waypoint_tolerance", "total_time", "time_weight")
+LIMITS = tuple(NAMED)
+
+POSITIVE = ranged(1e-9, 1e12)
+
+DRAWN = {
+    "corridor": Key(POSITIVE, "half-width around each leg [m]"),
+    "waypoint_tolerance": Key(POSITIVE, "half-width of the box around each inner waypoint [m]"),
+    "total_time": Key(POSITIVE, "of all legs together [s]"),
+    "time_weight": Key(POSITIVE, "price of a second"),
+}
 """Arguments of ``plan`` that may be ranges, in the order in which they are drawn."""
 
-FIXED = ("degree", "continuity", "closed", "split", "enforce", "pieces", "room", "solver")
+FIXED = {
+    "degree": Key(WHOLE, "of the polynomials"),
+    "continuity": Key(WHOLE, "derivatives that are continuous at the waypoints"),
+    "closed": Key(FLAG, "a lap"),
+    "split": Key(TEXT, "how a total time is divided"),
+    "enforce": Key(TEXT, "how limits are kept"),
+    "pieces": Key(either(word("auto"), WHOLE), "polynomials per leg"),
+    "room": Key(BOX, "in which all legs stay [m]"),
+    "solver": Key(TEXT, "by its qpsolvers name, or auto"),
+}
 """Arguments of ``plan`` that are the same for all problems."""
 
-LIMITS = tuple(NAMED)
+COMMON = {
+    "seed": Key(from_to(WHOLE, 0, 2**63 - 1), "from which every problem has its own"),
+    "shard_rows": Key(from_to(WHOLE, 1, 10_000_000), "problems in one file"),
+    "limits": Key(
+        mapping(
+            {name: Key(ranged(1e-9, BIGGEST), key.text) for name, key in NAMED.items()},
+            "a mapping of limits by name, such as {speed: [1, 3]}",
+        ),
+        "drawn for each problem",
+    ),
+    "vehicle": Key(either(PRESET, several(PRESET, "a list of some")), "whose rotors keep within their range"),
+    **DRAWN,
+    **FIXED,
+}
+
+TABLE = mapping(
+    {
+        "table": Key(TEXT, "a .parquet or .csv file of problems, from the folder of this file", needed=True),
+        "count": Key(from_to(WHOLE, 1, 10**12), "how many of its problems; all unless given"),
+        **COMMON,
+    },
+    "a mapping with table",
+    ("table",),
+)
+"""A batch of the problems of a table."""
+
+
+def _generated(source: str) -> Form:
+    shape = {name: Key(ranged(least, most, whole)) for name, (_, least, most, whole) in SHAPES[source].items()}
+    head = {
+        "generator": Key(word(source), "what draws the problems", needed=True),
+        "count": Key(from_to(WHOLE, 1, 10**12), "how many problems", needed=True),
+        "dim": Key(from_to(WHOLE, 2, 3), "coordinates"),
+    }
+    return mapping(head | COMMON | shape, f"a mapping with generator: {source}")
+
+
+FORMS = {**{source: _generated(source) for source in SHAPES}, "table": TABLE}
+"""The whole file, by generator."""
+
+BATCH = either(*FORMS.values())
+"""The whole file."""
 
 
 @dataclass(frozen=True)
@@ -159,74 +216,47 @@ def read_spec(path: str | os.PathLike[str]) -> Spec:
 
 def read_mapping(given: Mapping[str, Any], folder: Path | None = None) -> Spec:
     """Return the specification that a mapping of keys and values means; see ``read_spec``."""
-    values = dict(given)
-    source, table = _source(values, folder or Path())
-    shape = {
-        name: read_range(values.pop(name, default), name, least, most, whole)
-        for name, (default, least, most, whole) in SHAPES.get(source, {}).items()
-    }
-    drawn = {name: read_range(values.pop(name), name, 1e-9, 1e12) for name in DRAWN if name in values}
-    limits = _limits(values.pop("limits", {}))
-    vehicles = _vehicles(values.pop("vehicle", []))
-    fixed = {name: values.pop(name) for name in FIXED if name in values}
-    dim = 3 if source == "table" else _whole(values.pop("dim", 3), "dim", 2, 3)
-    seed = _whole(values.pop("seed", 0), "seed", 0, 2**63 - 1)
-    count = _count(values, table)
-    rows = _shard_rows(values.pop("shard_rows", None), count, shape, fixed)
-    known = ("count", "seed", "shard_rows", "dim", *SHAPES.get(source, {}), *DRAWN, "limits", "vehicle", *FIXED)
-    refuse_unknown(source, values, dict.fromkeys(known))
+    source = _source(given)
+    values = FORMS[source].read(source, given)
+    table = str(((folder or Path()) / values["table"]).resolve()) if "table" in values else ""
+    shape = {name: values.get(name) or _default(source, name) for name in SHAPES.get(source, {})}
+    drawn, fixed = ({name: values[name] for name in known if name in values} for known in (DRAWN, FIXED))
+    named = values.get("limits", {})
+    limits = {name: named[name] for name in LIMITS if name in named}
+    vehicle = values.get("vehicle", ())
+    vehicles = (vehicle,) if isinstance(vehicle, str) else vehicle
+    count = _count_of(table, values.get("count")) if table else values["count"]
+    rows = values.get("shard_rows") or _shard_rows(count, shape, fixed)
+    dim, seed = values.get("dim", 3), values.get("seed", 0)
     return Spec(source, count, seed, rows, dim, shape, drawn, limits, fixed, table, vehicles)
 
 
-def _source(values: dict[str, Any], folder: Path) -> tuple[str, str]:
-    """Take out which generator or which table is asked for."""
-    generator, table = values.pop("generator", None), values.pop("table", None)
+def _source(given: Mapping[str, Any]) -> str:
+    """Return which generator is named, or ``"table"``."""
+    generator, table = given.get("generator"), given.get("table")
     if (generator is None) == (table is None):
         raise FileError(f"a batch needs either generator ({', '.join(SHAPES)}) or table, a file of problems")
-    if table is not None:
-        if not isinstance(table, str):
-            raise FileError(f"table is {shown(table)}: give the name of a .parquet or .csv file")
-        return "table", str((folder / table).resolve())
-    if not isinstance(generator, str) or generator not in SHAPES:
+    if table is None and (not isinstance(generator, str) or generator not in SHAPES):
         raise FileError(f"generator is {shown(generator)}: use {', '.join(SHAPES)}")
-    return generator, ""
+    return "table" if table is not None else str(generator)
 
 
-def _count(values: dict[str, Any], table: str) -> int:
-    if not table:
-        if "count" not in values:
-            raise FileError("count is missing: say how many problems to generate")
-        return _whole(values.pop("count"), "count", 1, 10**12)
+def _default(source: str, name: str) -> Range:
+    default = SHAPES[source][name][0]
+    return Range(*(default if isinstance(default, list) else (default, default)))
+
+
+def _count_of(table: str, count: int | None) -> int:
+    """Return how many problems of a table there are, or are wanted."""
     rows = count_rows(table)
-    return _whole(values.pop("count", rows), "count", 1, rows)
+    if count is not None and count > rows:
+        raise FileError(f"count is {count}: the table has {rows} problems")
+    return rows if count is None else count
 
 
-def _limits(given: Any) -> dict[str, Range]:
-    if not isinstance(given, dict):
-        raise FileError(f"limits is {shown(given)}: give a mapping of limits by name, such as {{speed: [1, 3]}}")
-    refuse_unknown("limits", given, NAMED)
-    return {name: read_range(given[name], f"limits: {name}", 1e-9, BIGGEST) for name in LIMITS if name in given}
-
-
-def _vehicles(given: Any) -> tuple[str, ...]:
-    names = [given] if isinstance(given, str) else given
-    known = [SHORT_NAMES.get(str(name), str(name)) for name in names] if isinstance(names, list) else [""]
-    if not set(known) <= set(VEHICLES):
-        raise FileError(f"vehicle is {shown(given)}: give one of {', '.join(VEHICLES)}, or a list of some")
-    return tuple(known)
-
-
-def _shard_rows(given: Any, count: int, shape: Mapping[str, Range], fixed: Mapping[str, Any]) -> int:
-    """Return the rows of a file: as asked, or about 64 MB and at least a hundred files."""
-    if given is not None:
-        return _whole(given, "shard_rows", 1, 10_000_000)
+def _shard_rows(count: int, shape: Mapping[str, Range], fixed: Mapping[str, Any]) -> int:
+    """Return the rows of a file of about 64 MB, and of at least a hundred files."""
     legs = shape["legs"].high if "legs" in shape else 10.0
-    degree, pieces = fixed.get("degree", 7), fixed.get("pieces", 1)
-    points = legs * ((degree if is_whole(degree) else 7) + 3) * (pieces if is_whole(pieces) else 6) * 3
+    pieces = fixed.get("pieces", 1)
+    points = float(legs * (fixed.get("degree", 7) + 3) * (6 if pieces == "auto" else pieces) * 3)
     return max(1, min(ceil(SHARD_BYTES / (8.0 * points + 200.0)), ceil(count / SHARDS)))
-
-
-def _whole(value: Any, name: str, least: int, most: int) -> int:
-    if not is_whole(value) or not least <= value <= most:
-        raise FileError(f"{name} is {shown(value)}: give a whole number from {least} to {most}")
-    return int(value)

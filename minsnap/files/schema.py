@@ -70,6 +70,13 @@ TEXT = _plain("a text", lambda value: isinstance(value, str), str, {"type": "str
 ANYTHING = _plain("anything", lambda value: True, lambda value: value, {})
 
 
+def from_to(form: Form, least: float, most: float) -> Form:
+    """Return the form of a number in a range, its ends among them."""
+    fits = lambda value: form.fits(value) and least <= value <= most  # noqa: E731
+    limits = {"minimum": least, "maximum": most}
+    return Form(f"{form.said} from {least:g} to {most:g}", fits, form.made, {**form.json, **limits})
+
+
 def word(*known: str, short: Mapping[str, str] | None = None) -> Form:
     """Return the form of one of some words; short ones stand for others."""
     names = {name: name for name in known} | dict(short or {})

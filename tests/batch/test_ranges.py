@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from minsnap.batch.ranges import Range, draws_of, read_range, seed_of
+from minsnap.batch.ranges import Range, draws_of, ranged, seed_of
 from minsnap.errors import FileError
 
 
@@ -22,10 +22,10 @@ def test_draws_are_uniform_over_the_range():
 
 def test_one_number_is_a_range_that_takes_a_draw_all_the_same():
     one, two = draws_of(1), draws_of(1)
-    assert read_range(0.3, "corridor", 0, 1).draw(one) == 0.3
-    read_range([0.2, 0.5], "corridor", 0, 1).draw(two)
+    assert ranged(0, 1).read("corridor", 0.3).draw(one) == 0.3
+    ranged(0, 1).read("corridor", [0.2, 0.5]).draw(two)
     assert one.random() == two.random()
-    assert read_range(0.3, "x", 0, 1).plain() == 0.3 and read_range([1, 2], "x", 0, 9).plain(whole=True) == [1, 2]
+    assert ranged(0, 1).read("x", 0.3).plain() == 0.3 and ranged(0, 9).read("x", [1, 2]).plain(whole=True) == [1, 2]
 
 
 @pytest.mark.parametrize(
@@ -33,9 +33,9 @@ def test_one_number_is_a_range_that_takes_a_draw_all_the_same():
 )
 def test_what_is_no_range_is_refused(value):
     with pytest.raises(FileError, match=r"step is .*: give a number or \[low, high\], from 0 to 10"):
-        read_range(value, "step", 0, 10)
+        ranged(0, 10).read("step", value)
 
 
 def test_a_range_of_whole_numbers_takes_no_others():
     with pytest.raises(FileError, match="a whole number"):
-        read_range([1.5, 2], "legs", 1, 10, whole=True)
+        ranged(1, 10, whole=True).read("legs", [1.5, 2])

@@ -55,7 +55,7 @@ def test_a_table_counts_by_its_content_and_not_by_its_place(tmp_path):
         ("{generator: walks, table: p.csv, count: 3}", "either generator"),
         ("{generator: rides, count: 3}", "generator is 'rides': use walks, gates, boxes"),
         ("{generator: [walks], count: 3}", "generator is"),
-        ("{generator: walks}", "count is missing"),
+        ("{generator: walks}", "has no count: give it"),
         ("{generator: walks, count: 0}", "count is 0: give a whole number from 1"),
         ("{generator: walks, count: 3, vehicle: racer}", "vehicle is 'racer': give one of"),
         ("{generator: walks, count: 3, leg: 4}", "walks: 'leg' is not known: did you mean legs"),
