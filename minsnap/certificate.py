@@ -32,7 +32,7 @@ from minsnap.polynomials.bernstein import differentiate
 from minsnap.polynomials.enclosures import UNIT
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.path_card import path_drawings
-from minsnap.trajectory.report import utilisation_facts
+from minsnap.trajectory.report import norm_facts
 from minsnap.trajectory.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -125,15 +125,14 @@ class Certificate:
     def _facts(self) -> Facts:
         near, error, excess = self.nearest, self.waypoint_error, self.waypoint_excess
         norms = (self.max_speed, self.max_acceleration, self.max_jerk, self.max_snap)
-        names = (("speed", "m/s"), ("acceleration", "m/s²"), ("jerk", "m/s³"), ("snap", "m/s⁴"))
         where = "" if near is None else f", least on leg {near.leg} at {near.instant:.4g} s"
         return [
             ("corridor margin", None if self.corridor_margin is None else f"{self.corridor_margin:.3g} m{where}"),
             ("waypoint error", None if error is None else f"{error:.3g} m"),
             ("outside of waypoints", f"{excess:.3g} m" if excess else None),
-            *((f"max {name}", f"{norm:.4g} {unit}") for (name, unit), norm in zip(names, norms, strict=True)),
+            *norm_facts(norms),
             ("continuous derivatives", str(self.continuity)),
-            *utilisation_facts(self.utilisation),
+            *(used.fact for used in self.utilisation),
         ]
 
     def _waypoints_hold(self) -> bool:

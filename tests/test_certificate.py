@@ -16,7 +16,6 @@ from minsnap.corridors.knot_regions import STORED
 from minsnap.corridors.margins import Margin, nearest_wall
 from minsnap.errors import CorridorError, InputError, WaypointError
 from minsnap.trajectory.path_card import path_drawings
-from minsnap.trajectory.report import utilisation_facts
 from minsnap.trajectory.trajectory import Trajectory
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1), (0, 0, 1)]
@@ -197,7 +196,7 @@ def test_a_card_shows_what_was_found(ok, word, colour):
         ("max jerk", "3.5 m/s³"),
         ("max snap", "4.5 m/s⁴"),
     ]
-    always = [*named, ("continuous derivatives", "6"), *utilisation_facts(none.utilisation)]
+    always = [*named, ("continuous derivatives", "6"), *(used.fact for used in none.utilisation)]
     assert [fact for fact in replace(none, **norms)._facts() if fact[1]] == always
     places = {"nearest": Margin(0.25, 1, 2.5, "corridor"), "waypoint_error": 0.125, "waypoint_excess": 0.5}
     all_ = replace(none, ok=ok, corridor_margin=0.25, **places, **norms)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from minsnap.basics.limit_kinds import KINDS, Kind
 from minsnap.cli.vehicles import VEHICLE_HELP
 from minsnap.errors import InputError, LimitError
-from minsnap.limits.kinds import KINDS, Kind
 
 if TYPE_CHECKING:
     from minsnap.corridors.keep_out import Obstacle

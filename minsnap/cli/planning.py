@@ -63,7 +63,7 @@ class Span:
 if TYPE_CHECKING:
 
     class LimitOptions(Span):
-        """One option for each limit of :data:`minsnap.limits.kinds.KINDS`."""
+        """One option for each limit of :data:`minsnap.basics.limit_kinds.KINDS`."""
 else:
     LimitOptions = make_dataclass("LimitOptions", options.limit_fields(), bases=(Span,), frozen=True)
 

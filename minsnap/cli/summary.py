@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
-from math import degrees
 from typing import TYPE_CHECKING, Any
 
+from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.basics.storage.text_columns import labelled
-from minsnap.limits.kinds import KIND
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -23,9 +22,7 @@ _LINES = (
     ("standing", "from standing", "{:.6g} s, from rest to rest"),
     ("legs", "legs", "{}"),
     ("cost", "cost", "{:.6g}"),
-    ("max_speed", "max speed", "{:.4g} m/s"),
-    ("max_acceleration", "max acceleration", "{:.4g} m/s²"),
-    ("max_jerk", "max jerk", "{:.4g} m/s³"),
+    *((f"max_{kind.name}", f"max {kind.label}", f"{{:.4g}} {kind.unit}") for kind in KINDS[:3]),
     ("corridor_margin", "corridor margin", "{:.3g} m, at every instant"),
     ("obstacle_distance", "obstacle distance", "{:.4g} m, at every instant"),
     ("altitude", "altitude", "{:g} m in files of setpoints: give --start X Y Z to choose it"),
@@ -41,8 +38,6 @@ _LINES = (
     ("frame", "frame", "{}"),
     ("plot", "drawn", "{}"),
 )
-
-_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 BINDING = 0.999
 """Share of a limit from which it binds."""
@@ -86,7 +81,9 @@ def summarise(
 
 def as_text(figures: Mapping[str, Any]) -> str:
     """Return the figures that are not None, one per line."""
-    limits = [(f"limit {KIND[used['name']].label}", _usage(used)) for used in figures["limits"]]
+    from minsnap.trajectory.report import Utilisation
+
+    limits = [Utilisation(**used).fact for used in figures["limits"]]
     if limits:
         limits.append(("limits that bind", ", ".join(KIND[name].label for name in figures["binding"]) or "none"))
     gates = [(f"gate {passed['gate']}", _passage(passed)) for passed in figures.get("gates") or ()]
@@ -120,17 +117,9 @@ def as_json(figures: Mapping[str, Any]) -> str:
     return json.dumps(dict(figures), indent=2)
 
 
-def _usage(used: Mapping[str, Any]) -> str:
-    """Return the utilisation of a limit; an active limit is at 100 %."""
-    kind, share = KIND[used["name"]], 100.0 * used["fraction"]
-    value, limit = (degrees(used[which]) if kind.degrees else used[which] for which in ("value", "limit"))
-    unit = "degrees" if kind.degrees else kind.unit
-    amount = f"least {value:.4g}, not below {limit:.4g} {unit}" if kind.least else f"{value:.4g} of {limit:.4g} {unit}"
-    return f"{share:.2f} %, {amount}, on leg {used['leg']} at {used['instant']:.4g} s"
-
-
 def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, limits: Limits | None) -> dict[str, Any]:
     from minsnap.certificate import certify
+    from minsnap.trajectory.report import cost_unit
 
     certificate = certify(path, waypoints=waypoints, corridor=corridor, limits=limits)
     report = path.report
@@ -138,7 +127,7 @@ def _of_trajectory(path: Any, corridor: Any, waypoints: npt.ArrayLike | None, li
         "legs": path.legs,
         "start": _start(path),
         "cost": path.cost(),
-        "cost_unit": f"m²/s{str(2 * path.cost_order - 1).translate(_RAISED)}",
+        "cost_unit": cost_unit(path.cost_order),
         "max_speed": certificate.max_speed,
         "max_acceleration": certificate.max_acceleration,
         "max_jerk": certificate.max_jerk,

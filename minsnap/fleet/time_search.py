@@ -15,12 +15,12 @@ from time import process_time
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.limit_kinds import KIND
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.first_guess import frozen, guess, powers
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.fleet.fleet_limits import extent_of
 from minsnap.fleet.fleet_task import FleetTask, knot_shares
-from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.native.joint_fleet import FleetSearch, Outcome, Settings
 from minsnap.trajectory.trajectory import Trajectory

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from minsnap.basics.limit_kinds import KIND
 from minsnap.basics.tolerances import EXACT
-from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.limits.utilisation import leg_at
 from minsnap.limits.yaw_rate import largest_yaw_rate

@@ -13,10 +13,10 @@ import numpy as np
 from minsnap.basics.argument_names import explains_names
 from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.checks import check_positive, is_number
+from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.basics.messages import shown
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
-from minsnap.limits.kinds import KIND, KINDS, Kind
 from minsnap.limits.measures import MEASURES, Extent, Motion, exact_motion
 from minsnap.limits.utilisation import measured
 from minsnap.limits.vehicle_drag import medium_of

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from minsnap.limits.kinds import KIND, Kind
+from minsnap.basics.limit_kinds import KIND, Kind
 from minsnap.limits.measures import MEASURES, Motion
 from minsnap.limits.yaw_rate import largest_yaw_rate
 from minsnap.trajectory.report import Utilisation

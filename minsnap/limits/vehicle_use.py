@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError
-from minsnap.limits.kinds import KIND
 from minsnap.limits.proved_bound import MARGIN, Lift, proved
 from minsnap.limits.rotor_bounds import Part, axis_ranges, heading_ranges, rotor_ranges
 from minsnap.limits.utilisation import leg_at, used_at

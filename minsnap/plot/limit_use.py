@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.limit_kinds import KIND, Kind
 from minsnap.errors import InputError
-from minsnap.limits.kinds import KIND, Kind
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, Motion, sampled_motion
 from minsnap.plot.style import AXIS_STYLES, LIMIT_COLOUR, dense_samples, legend_beside, new_axes, styled

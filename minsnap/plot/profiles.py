@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.limit_kinds import KINDS
 from minsnap.errors import InputError
-from minsnap.limits.kinds import KINDS
 from minsnap.plot.style import (
     AXIS_STYLES,
     HEADING_COLOUR,

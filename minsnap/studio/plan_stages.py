@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate, certify
 from minsnap.errors import MinsnapError
 from minsnap.files.plan_request import PlanRequest
-from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.planning.planner import plan
 from minsnap.studio.edits import straight_durations

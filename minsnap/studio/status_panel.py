@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import degrees
 from typing import Any
 
+from minsnap.basics.limit_kinds import KIND
 from minsnap.certificate import Certificate
-from minsnap.limits.kinds import KIND
 from minsnap.studio.page_inputs import Editor, sentence, table
 from minsnap.studio.workbench import BenchState
 

@@ -7,8 +7,8 @@ from math import degrees, radians
 from typing import Any
 
 from minsnap.basics.checks import DEGREES
+from minsnap.basics.limit_kinds import KIND
 from minsnap.files.plan_request import RESERVE, PlanRequest
-from minsnap.limits.kinds import KIND
 from minsnap.studio.edits import set_duration, set_limit, set_reserve, straight_durations, with_time
 from minsnap.studio.page_inputs import Editor, follow, when_changed
 from minsnap.studio.workbench import BenchState

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.limits.kinds import KINDS
+from minsnap.basics.limit_kinds import KINDS
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.problem import Task
 

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import MinsnapError
 from minsnap.limits.compliance import KEPT, largest_use
-from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.native.shortest_time import ShortestFound, ShortestQuestion, search_shortest
 from minsnap.optimisation.optimum import Optimum

@@ -21,9 +21,9 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import LONGEST
 from minsnap.basics.deadline import LATE, LateError
+from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps
-from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.library import NativeCoreError, core
 from minsnap.native.shortest_time import Guess, ShortestFound, ShortestQuestion, search_shortest

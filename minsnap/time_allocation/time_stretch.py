@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError
 from minsnap.limits.compliance import KEPT
-from minsnap.limits.kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory

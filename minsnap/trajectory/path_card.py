@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from minsnap.basics.cards import card, curve_svg, strip_svg
+from minsnap.trajectory.report import cost_unit, norm_facts
 
 if TYPE_CHECKING:
     from minsnap.basics.arrays import FloatArray
@@ -17,10 +18,6 @@ PER_LEG, FEWEST, MOST = 24, 241, 2_401
 
 LARGE = 20_000
 """Pieces from which greatest speeds are left out of a card, so that it is there at once."""
-
-NORMS = (("max speed", "m/s"), ("max acceleration", "m/s²"), ("max jerk", "m/s³"))
-
-RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def path_drawings(path: Any) -> list[str]:
@@ -52,12 +49,10 @@ def path_card(path: Any) -> str:
 def trajectory_card(path: Any) -> str:
     """Return the card of a trajectory: drawn, with its greatest speed, and how it was found."""
     shape = f"{path.legs} of degree {path.degree}" + (f", {path.pieces} pieces each" if path.pieces > 1 else "")
-    order = path.cost_order
     known = [("duration", f"{path.duration:.6g} s"), ("legs", shape)]
-    known += [("cost", f"{path.cost():.6g} m²/s{str(2 * order - 1).translate(RAISED)}")]
+    known += [("cost", f"{path.cost():.6g} {cost_unit(path.cost_order)}")]
     if len(path.durations) <= LARGE:
-        norms = path.max_norms((1, 2, 3))
-        known += [(name, f"{norm:.4g} {unit}") for (name, unit), (norm, _) in zip(NORMS, norms, strict=True)]
+        known += norm_facts(norm for norm, _ in path.max_norms((1, 2, 3)))
     how = [] if path.report is None else path.report.facts()
     return card("Trajectory", [*known, *how], path_drawings(path))
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import degrees
 from typing import Protocol
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.cards import card, strip_svg
+from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.basics.tolerances import EXACT
 from minsnap.trajectory.unlimited import Spatial, unlimited_notes
 
@@ -78,12 +80,13 @@ class Utilisation:
     method: str = "exact"
 
     @property
-    def amount(self) -> str:
-        """Value and limit in words; of a lower limit, which name begins with "min", the least value."""
-        lower = self.name.startswith("min_")
-        return (
-            f"least {self.value:.4g}, not below {self.limit:.4g}" if lower else f"{self.value:.4g} of {self.limit:.4g}"
-        )
+    def fact(self) -> tuple[str, str]:
+        """Name and text, in the unit of its option: an active limit is at 100 %."""
+        kind = KIND[self.name]
+        value, limit = (degrees(size) if kind.degrees else size for size in (self.value, self.limit))
+        amount = f"least {value:.4g}, not below {limit:.4g}" if kind.least else f"{value:.4g} of {limit:.4g}"
+        text = f"{amount} {'degrees' if kind.degrees else kind.unit}, on leg {self.leg} at {self.instant:.4g} s"
+        return f"limit {kind.label}", f"{100.0 * self.fraction:.2f} %, {text}"
 
     @property
     def kept(self) -> bool:
@@ -91,15 +94,17 @@ class Utilisation:
         return self.fraction <= 1.0 + EXACT
 
 
-def utilisation_facts(utilisation: tuple[Utilisation, ...]) -> list[tuple[str, str | None]]:
-    """Return how far each limit is used, as names and texts."""
-    return [
-        (
-            f"limit {used.name}",
-            f"{100.0 * used.fraction:.2f} %, {used.amount}, on leg {used.leg} at {used.instant:.4g} s",
-        )
-        for used in utilisation
-    ]
+def norm_facts(norms: Iterable[float]) -> list[tuple[str, str]]:
+    """Return the greatest speed, acceleration, jerk and snap, or the first of these, as names and texts."""
+    return [(f"max {kind.label}", f"{norm:.4g} {kind.unit}") for kind, norm in zip(KINDS, norms, strict=False)]
+
+
+def cost_unit(order: int) -> str:
+    """Return the unit of the integral of the squared norm of a derivative."""
+    return f"m²/s{str(2 * order - 1).translate(_RAISED)}"
+
+
+_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
@@ -170,7 +175,7 @@ class Report:
         margin = self.corridor_margin
         return [
             ("corridor margin", None if margin is None else f"{margin:.3g} m, at every instant"),
-            *utilisation_facts(self.utilisation),
+            *(used.fact for used in self.utilisation),
             ("solver", f"{self.solver} ({self.core} core)"),
             ("rounds", f"{self.rounds}, {self.rows} rows" if self.rounds else None),
             ("durations searched", f"{len(self.steps)} plans tried" if self.steps else None),

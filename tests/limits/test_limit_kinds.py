@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import minsnap
+from minsnap.basics.limit_kinds import KIND, KINDS
 from minsnap.cli.options import given_limits
 from minsnap.cli.planning import TimingOptions
 from minsnap.cli.summary import as_text, summarise
-from minsnap.limits.kinds import KIND, KINDS
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import MEASURES, sampled_motion
 from minsnap.plot.limit_use import utilisation_curves
