@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from math import ceil
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from minsnap.plot.limit_use import plot_utilisation, utilisation_curves
 from minsnap.plot.outlines import Corridor
 from minsnap.plot.profiles import available_orders, heading_rows, plot_heading, plot_profiles
 from minsnap.plot.race import plot_rotors
+from minsnap.plot.space import FLATTEST
 from minsnap.plot.style import dense_samples, styled
 from minsnap.plot.waypoint_marks import Waypoints
 from minsnap.trajectory.path import Path
@@ -33,8 +35,11 @@ FORMATS: dict[str, dict[str, None]] = {".png": {}, ".svg": {"Date": None}, ".pdf
 DPI = 200
 """Pixels an inch of a PNG: two for each of a screen's, which shows 100 of them."""
 
-PROFILES = 6.4
-"""Width of the curves against time [in]."""
+PROFILES, ROW, BESIDE = 6.4, 1.25, 2.3
+"""Width of the curves against time, height of one, and what names and scales take beside the places [in]."""
+
+FLAT = 0.45
+"""Height of the places, for their width, below which the curves against time stand below them in two columns."""
 
 
 @styled
@@ -76,14 +81,14 @@ def plot_overview(
     samples = dense_samples(path)
     rows = _rows(samples, limits) + (["rotors"] if _has_rotors(path, limits) else [])
     side = view == "xy" and _climbs(samples)
-    drawn = _figure(samples, view, side, len(rows)) if figure is None else figure
-    left, right = np.asarray(drawn.subfigures(1, 2, width_ratios=(drawn.get_figwidth() - PROFILES, PROFILES)))
+    shape = _shape(samples, view, side)
+    heights = _heights(shape, len(rows))
+    drawn = _figure(shape, view, len(rows), heights) if figure is None else figure
+    place, profiles = _panels(drawn, heights)
     how: dict[str, Any] = {"corridor": corridor, "waypoints": waypoints, "tolerance": tolerance}
     how |= {"avoid": avoid, "colour_by": colour_by}
-    _draw_place(left, path, view, side, how)
-    stack = right.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
-    _draw_against_time(stack, rows, path, limits)
-    right.align_ylabels(stack)
+    _draw_place(place, path, view, side, how)
+    _draw_against_time(_columns(profiles, len(rows), 2 if heights else 1), rows, path, limits)
     if title:
         drawn.suptitle(title)
     return drawn
@@ -117,17 +122,54 @@ def _climbs(samples: Samples) -> bool:
     return samples.dim == 3 and bool(np.ptp(samples.position[:, 2]) > 0.01 * np.ptp(samples.position, axis=0).max())
 
 
-def _figure(samples: Samples, view: str, side: bool, rows: int) -> Figure:
-    """Return a new figure whose left part has about the shape of what is drawn there."""
+def _shape(samples: Samples, view: str, side: bool) -> float:
+    """Return how high what is drawn of the places is, for its width."""
+    if view == "3d":
+        return 1.0 / 1.2
+    spans = np.ptp(samples.position, axis=0)
+    across, up = spans[list(VIEWS[view])]
+    across = max(across, FLATTEST * up)
+    if across == 0.0:
+        return 1.0
+    heights = (up, spans[2]) if side else (up,)
+    return float(sum(max(height, FLATTEST * across) for height in heights) / across)
+
+
+def _heights(shape: float, rows: int) -> tuple[float, float] | None:
+    """Return how high flat places and the two columns of curves below them are [in]; None beside each other."""
+    return ((2.0 * PROFILES - BESIDE) * shape + 1.0, ROW * ceil(rows / 2)) if shape < FLAT else None
+
+
+def _figure(shape: float, view: str, rows: int, heights: tuple[float, float] | None) -> Figure:
+    """Return a new figure whose panel of places has about the shape of what is drawn there."""
     from minsnap.plot.shown_figure import ShownFigure
 
-    high = max(5.0, 1.25 * rows)
-    spans = np.ptp(samples.position, axis=0)
-    across, up = (spans[list(VIEWS[view])][:2]) if view != "3d" else (1.2, 1.0)
-    up = up + spans[2] if side else up
-    most = 9.0 if view == "3d" else 12.0
-    wide = float(np.clip((high - 1.0) * across / max(up, 1e-9 * across, 1e-300) + 1.8, 5.0, most))
+    if heights is not None:
+        return ShownFigure(figsize=(2.0 * PROFILES, sum(heights)), layout="constrained")
+    high = max(5.0, ROW * rows)
+    wide = float(np.clip((high - 1.0) / shape + BESIDE, 5.0, 9.0 if view == "3d" else 12.0))
     return ShownFigure(figsize=(wide + PROFILES, high), layout="constrained")
+
+
+def _panels(drawn: Figure, heights: tuple[float, float] | None) -> tuple[Any, Any]:
+    """Return the panel of places and that of curves against time, below each other or beside."""
+    if heights is not None:
+        place, profiles = np.asarray(drawn.subfigures(2, 1, height_ratios=heights))
+    else:
+        widths = (drawn.get_figwidth() - PROFILES, PROFILES)
+        place, profiles = np.asarray(drawn.subfigures(1, 2, width_ratios=widths))
+    return place, profiles
+
+
+def _columns(panel: Any, rows: int, count: int) -> list[Any]:
+    """Return columns of axes for rows of curves against time, from above, the first column first."""
+    each = -(-rows // count)
+    lengths = [min(each, rows - first) for first in range(0, rows, each)]
+    grid = panel.add_gridspec(1, len(lengths))
+    return [
+        place.subgridspec(length, 1).subplots(sharex=True, squeeze=False)[:, 0]
+        for place, length in zip(grid, lengths, strict=True)
+    ]
 
 
 def _draw_place(panel: Any, path: Path | Samples, view: str, side: bool, how: dict[str, Any]) -> None:
@@ -139,11 +181,14 @@ def _draw_place(panel: Any, path: Path | Samples, view: str, side: bool, how: di
     plot_path(path, above, view="xy", **how)
     plot_path(path, below, view="xz", **how)
     below.get_legend().remove()
+    for scale in below.child_axes:
+        scale.remove()
     above.set_xlabel("")
     above.get_gridspec().set_height_ratios([float(np.ptp(ax.get_ylim())) for ax in (above, below)])
 
 
-def _draw_against_time(stack: Any, rows: list[Any], path: Path | Samples, limits: Any) -> None:
+def _draw_against_time(columns: list[Any], rows: list[Any], path: Path | Samples, limits: Any) -> None:
+    stack = np.concatenate(columns)
     orders = [row for row in rows if isinstance(row, int)]
     plot_profiles(path, stack[: len(orders)], orders=orders, limits=limits)
     turning = len([row for row in rows if row in ("yaw", "yaw rate")])
@@ -153,8 +198,11 @@ def _draw_against_time(stack: Any, rows: list[Any], path: Path | Samples, limits
         plot_utilisation(path, limits, stack[rows.index("limits")])
     if "rotors" in rows and isinstance(path, Path):
         plot_rotors(path, limits.vehicle, stack[-1])
-    for ax in stack[:-1]:
-        ax.set_xlabel("")
+    for column in columns:
+        for ax in column:
+            ax.set_xlabel("")
+        column[-1].set_xlabel("time [s]")
+        column[0].figure.align_ylabels(column)
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str], *, clobber: bool = True) -> None:

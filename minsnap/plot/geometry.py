@@ -106,7 +106,8 @@ def plot_path(
             draw_balls(axes, points, tolerance, gates, chosen)
     finish_place(axes, chosen, samples.dim)
     if colour_by is not None and len(chosen) == 2:
-        axes.legend(loc="best", fontsize="small")  # the scale of colours stands beside
+        above: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 4}
+        axes.legend(fontsize="small", **above)  # the scale of colours stands beside
     elif len(chosen) == 3:
         axes.legend(loc="upper left", handlelength=1.8)  # a corner that the box in perspective leaves free
     else:

@@ -70,9 +70,11 @@ def _number(ax: Axes, mission: Mission) -> None:
     numbers: dict[tuple[float, float], list[str]] = {}
     for number, stop in enumerate(mission.course.stops):
         numbers.setdefault((float(stop.center[0]), float(stop.center[1])), []).append(str(number))
-    style: dict[str, Any] = {"xytext": (6, 6), "textcoords": "offset points", "fontsize": "small", "fontweight": "bold"}
+    style: dict[str, Any] = {"textcoords": "offset points", "fontsize": "small", "fontweight": "bold"}
+    left, right = ax.get_xlim()
     passages = {passed.gate: passed for passed in reversed(mission.gate_passages())}
     for place, here in numbers.items():
         first = passages.get(int(here[0]))
         how = "" if first is None else f"\n{first.instant:.2f} s, {first.speed:.1f} m/s"
-        ax.annotate(", ".join(here) + how, place, zorder=8, **style)
+        beside = ("left", 6) if right - place[0] > 0.2 * (right - left) else ("right", -6)
+        ax.annotate(", ".join(here) + how, place, (beside[1], 6), zorder=8, ha=beside[0], **style)

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 PALETTE = "viridis"
 """Even in lightness, so that it reads in grey and for colour-blind eyes."""
 
+SCALE = (1.02, 0.0, 0.03, 1.0)
+"""Left, lower, width and height of the scale of colours, in shares of the axes: beside them whatever their shape."""
+
 
 def draw_coloured(ax: Axes, samples: Samples, chosen: list[int], by: str) -> None:
     """Draw samples as segments, each in the colour of its speed, with a scale beside the axes.
@@ -39,7 +42,10 @@ def draw_coloured(ax: Axes, samples: Samples, chosen: list[int], by: str) -> Non
     space.add_collection(lines) if len(chosen) == 2 else space.add_collection3d(lines)
     ax.update_datalim(points[:, :2])
     ax.autoscale_view()
-    ax.figure.colorbar(lines, ax=ax, label="speed [m/s]", shrink=0.8, pad=0.02 if len(chosen) == 2 else 0.12)
+    place: dict[str, Any] = (
+        {"cax": ax.inset_axes(SCALE)} if len(chosen) == 2 else {"ax": ax, "shrink": 0.8, "pad": 0.12}
+    )
+    ax.figure.colorbar(lines, label="speed [m/s]", **place)
 
 
 def _collection(dim: int, segments: Any) -> Any:

@@ -118,6 +118,17 @@ def test_samples_are_drawn_with_what_they_have():
     assert len(plot_overview(bare).subfigs[1].axes) == 2
 
 
+def test_curves_stand_in_two_columns_below_a_flat_path():
+    figure = plot_overview(minsnap.line((0, 0, 1), (9, 0, 1)))
+    figure.canvas.draw()
+    place, curves = (panel.axes for panel in figure.subfigs)
+    spots = [ax.get_window_extent() for ax in curves]
+    assert len({round(spot.x0) for spot in spots}) == 2
+    assert max(spot.y1 for spot in spots) < place[0].get_window_extent().y0
+    assert place[0].get_window_extent().width > 0.7 * figure.bbox.width
+    assert [ax.get_xlabel() for ax in curves] == ["", "", "time [s]", "", "time [s]"]
+
+
 def test_impossible_requests_are_refused(path):
     with pytest.raises(InputError, match="xy, xz, yz, 3d"):
         plot_path(path, view="top")

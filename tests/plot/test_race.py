@@ -9,7 +9,7 @@ matplotlib.use("agg")
 import minsnap
 from minsnap import Ball, Gate
 from minsnap.errors import InputError
-from minsnap.plot import plot_path, plot_race, plot_rotors, plot_utilisation, save_figure
+from minsnap.plot import plot_overview, plot_path, plot_race, plot_rotors, plot_utilisation, save_figure
 from minsnap.trajectory.samples import Samples
 from minsnap.vehicle import Quadrotor, flatness_of
 
@@ -33,6 +33,16 @@ def close():
 
 def line(ax, label):
     return next(drawn for drawn in ax.lines if drawn.get_label() == label)
+
+
+def test_an_overview_in_colours_has_one_scale_beside_the_places_and_no_name_over_them(path):
+    figure = plot_overview(path, colour_by="speed", title="in colours")
+    above, below = figure.subfigs[0].axes
+    assert [len(ax.child_axes) for ax in (above, below)] == [1, 0]
+    figure.canvas.draw()
+    place, scale = above.get_window_extent(), above.child_axes[0].get_window_extent()
+    assert place.x1 < scale.x0 < place.x1 + 0.1 * place.width and scale.height == pytest.approx(place.height)
+    assert above.get_legend().get_window_extent().y0 >= place.y1
 
 
 def test_the_colour_of_a_segment_is_its_speed(path):
