@@ -15,7 +15,7 @@ from minsnap.native.corridor import solve_corridor
 from minsnap.native.library import using
 from minsnap.native.status import Status
 from minsnap.optimisation.native_solve import corridor_question
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 
 
 def question(points, durations, widths):

@@ -64,7 +64,7 @@ def _begin(label: str) -> RichProgress:
 
 
 @contextmanager
-def told(
+def progress_line(
     progress: Callback | bool | None, label: str, callback: Callable[[ProgressLine], Callback]
 ) -> Iterator[Callback | None]:
     """Yield what is to be called with the progress: for True what shows it in a line, which is removed at the end."""

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from minsnap.basics.checks import check_seed, check_time, is_number, is_whole
 from minsnap.basics.messages import shown
-from minsnap.basics.progress import ProgressLine, told
+from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.boxes import Boxes
 from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.room import Room
@@ -131,7 +131,7 @@ def plan_fleet(
     count = _pieces_of(task, pieces)
     refuse_meetings(task, count)
     workers, deadline = processors(threads), None if time_limit is None else monotonic() + float(time_limit)
-    with told(progress, "fleet", _line) as callback:
+    with progress_line(progress, "fleet", _line) as callback:
         search = TimeSearch(task, count, workers, lambda: deadline is not None and monotonic() > deadline, callback)
         curves, method, stopped = _searched(search, total_time, polish, seed, pieces)
     report = _report(search, curves, method, stopped)

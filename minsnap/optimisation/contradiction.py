@@ -27,8 +27,8 @@ from minsnap.basics.tolerances import EXACT, ROUNDING
 from minsnap.optimisation.elastic import Relaxed
 from minsnap.optimisation.native_walls import native_walls
 from minsnap.optimisation.normalised_constraints import WallRows
-from minsnap.optimisation.problem import Task
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
+from minsnap.optimisation.task import Task
 
 if TYPE_CHECKING:
     from minsnap.native.corridor import WallArrays
@@ -286,7 +286,9 @@ def _dot(left: list[Fraction], right: list[Fraction]) -> Fraction:
     return sum((a * b for a, b in zip(left, right, strict=True)), Fraction(0))
 
 
-def find_contradiction(task: Task, durations: FloatArray, problem: Problem, found: Relaxed) -> Contradiction | None:
+def find_contradiction(
+    task: Task, durations: FloatArray, problem: ReducedProblem, found: Relaxed
+) -> Contradiction | None:
     """Find rows of an elastic solve that contradict each other, and prove it; None where that fails.
 
     The multipliers tried are those of least squares, which are few, then those of the least slack.
@@ -312,7 +314,7 @@ def find_contradiction(task: Task, durations: FloatArray, problem: Problem, foun
     return None
 
 
-def contradicting_joints(task: Task, durations: FloatArray, problem: Problem) -> Contradiction | None:
+def contradicting_joints(task: Task, durations: FloatArray, problem: ReducedProblem) -> Contradiction | None:
     """Return continuity and planes of gates that contradict each other and the pins; None where that is not proved."""
     joints = [(joint, Fraction(0)) for joint in _joints(problem)]
     if not joints:
@@ -343,7 +345,7 @@ def _planes(walls: WallArrays) -> list[PressedRow]:
     return [_plane(walls, int(i), float(when[i] - 2)) for i in np.flatnonzero(when >= 2)]
 
 
-def _joints(problem: Problem) -> list[Joint]:
+def _joints(problem: ReducedProblem) -> list[Joint]:
     """Piece, order and axis of the continuity rows, in the order of :func:`jump_rows`."""
     inner = range(len(problem.durations) - (not problem.closed))
     return [(piece, order, axis) for order in problem.jumps for axis in range(problem.dim) for piece in inner]

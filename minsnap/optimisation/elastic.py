@@ -23,7 +23,7 @@ from minsnap.errors import SolverError
 from minsnap.optimisation.linear_rows import DENSE, LinearRows
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
 from minsnap.optimisation.qp import ACCURACY as SOLVED
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.rows import Curve, RowSet, all_walls_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.slack_programme import (
     SlackProgramme,
@@ -40,12 +40,12 @@ ACCURACY = 3e-4
 ROUNDS = 20
 
 
-Way = tuple[bool, Solver]
+Backend = tuple[bool, Solver]
 """Whether in dense coordinates, and by which solver."""
 
 
 @dataclass(frozen=True, eq=False)
-class Give:
+class Relaxation:
     """How constraints may be relaxed.
 
     Parameters
@@ -93,7 +93,7 @@ class Relaxed:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class ElasticSolution:
     """Solution of one elastic problem.
 
     Parameters
@@ -145,9 +145,9 @@ class Elastic:
 
     Parameters
     ----------
-    problem : Problem
+    problem : ReducedProblem
     compiled : Compiled
-    give : Give
+    give : Relaxation
     seed : WallRows, optional
         Rows to begin with, beside those of every wall.
     accuracy : float
@@ -164,9 +164,9 @@ class Elastic:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: ReducedProblem,
         compiled: Compiled,
-        give: Give,
+        give: Relaxation,
         seed: WallRows | None = None,
         accuracy: float = ACCURACY,
         evident: bool = False,
@@ -277,7 +277,7 @@ class Elastic:
 
     def _solve(self) -> tuple[FloatArray, FloatArray]:
         """Solve by the first way whose answer is accurate, which is tried first from then on, or else by the best."""
-        found: list[tuple[Way, Found]] = []
+        found: list[tuple[Backend, ElasticSolution]] = []
         for way in self._ways:
             answer = self._attempt(*way)
             if answer is not None:
@@ -291,10 +291,10 @@ class Elastic:
         self.multipliers = best.multipliers
         return best.knots, best.slacks
 
-    def _ways_in_turn(self) -> list[Way]:
+    def _ways_in_turn(self) -> list[Backend]:
         """Return ways: the native core without equations, Clarabel, and dense coordinates where these are few."""
-        dense: list[Way] = [(True, by_clarabel)] if self.linear.size <= 2 * DENSE else []
-        sparse: list[Way] = [(False, by_clarabel)]
+        dense: list[Backend] = [(True, by_clarabel)] if self.linear.size <= 2 * DENSE else []
+        sparse: list[Backend] = [(False, by_clarabel)]
         if not self.linear.equations:
             return [(False, by_native_core), *sparse, *dense]
         return [*dense, *sparse] if self.linear.size <= DENSE else [*sparse, *dense]
@@ -309,7 +309,7 @@ class Elastic:
             )
         return self._made[dense]
 
-    def _attempt(self, dense: bool, solver: Solver) -> Found | None:
+    def _attempt(self, dense: bool, solver: Solver) -> ElasticSolution | None:
         """Solve one way; None where the answer is not accurate enough; a curve with room, if asked for, always is."""
         from scipy.sparse import bmat, coo_matrix, csc_matrix, identity
 
@@ -334,7 +334,7 @@ class Elastic:
             return None
         multipliers = found.multipliers[len(coordinates.b) :][: len(wall)] / self.compiled.widths[wall]
         knots = self.problem.add(self.base, coordinates.unknowns(x[:n]) * self.linear.scale[:-1])
-        return Found(knots, x[n:], multipliers, found.lost / size)
+        return ElasticSolution(knots, x[n:], multipliers, found.lost / size)
 
 
 def orthonormal(rows: Any, A: Any, b: FloatArray) -> Coordinates:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ def _padded(entries: np.ndarray, width: int, value: float) -> np.ndarray:
     return np.pad(entries, ((0, 0), (0, width - entries.shape[1])), constant_values=value)
 
 
-def jump_rows(problem: Problem, base: FloatArray, axes: BoolArray, local: IntArray) -> Equalities:
+def jump_rows(problem: ReducedProblem, base: FloatArray, axes: BoolArray, local: IntArray) -> Equalities:
     """Rows that make the derivatives of order ``problem.jumps`` continuous at the knots, for some axes.
 
     Parameters
@@ -73,7 +73,7 @@ def jump_rows(problem: Problem, base: FloatArray, axes: BoolArray, local: IntArr
     return Equalities(np.concatenate(columns), np.concatenate(values), np.concatenate([np.zeros(0), *sides]))
 
 
-def plane_rows(problem: Problem, base: FloatArray, axes: BoolArray, local: IntArray) -> Equalities:
+def plane_rows(problem: ReducedProblem, base: FloatArray, axes: BoolArray, local: IntArray) -> Equalities:
     """Rows that keep knots in the planes of their gates, for some axes."""
     mine = [(knot, normal) for knot, normal in problem.planes if normal[axes].any()]
     if not mine:

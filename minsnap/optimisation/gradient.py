@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.optimisation.normalised_constraints import WallRows
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.rows import RowSet
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.polynomials.bernstein import ends_to_highest, gram_root
@@ -32,14 +32,14 @@ def cost_gradient(solved: SolvedTask) -> FloatArray:
     return np.asarray(relative / problem.durations * unit)
 
 
-def row_slopes(problem: Problem, knots: FloatArray, rows: RowSet, multipliers: FloatArray) -> FloatArray:
+def row_slopes(problem: ReducedProblem, knots: FloatArray, rows: RowSet, multipliers: FloatArray) -> FloatArray:
     """Sum over rows of multiplier times T dg/dT, by piece: shape (pieces in all,), normalised."""
     used = np.flatnonzero(multipliers > 0.0)
     slopes = multipliers[used] * _row_values(problem, knots, rows.source, used)
     return np.bincount(rows.source.piece[used], slopes, len(problem.durations)).astype(np.float64)
 
 
-def _cost_slopes(problem: Problem, knots: FloatArray) -> FloatArray:
+def _cost_slopes(problem: ReducedProblem, knots: FloatArray) -> FloatArray:
     """T dc/dT of every piece at fixed knot derivatives, from the same squares as the cost."""
     k = problem.half
     ends = problem.moved_ends(knots)
@@ -50,7 +50,7 @@ def _cost_slopes(problem: Problem, knots: FloatArray) -> FloatArray:
     return np.asarray((value * slope).sum(axis=(1, 2)) * problem.durations ** (1.0 - 2.0 * k))
 
 
-def _row_values(problem: Problem, knots: FloatArray, rows: WallRows, used: np.ndarray) -> FloatArray:
+def _row_values(problem: ReducedProblem, knots: FloatArray, rows: WallRows, used: np.ndarray) -> FloatArray:
     """T dg/dT of the rows used: each end derivative of order a counts (a - order) times."""
     orders = np.tile(np.arange(problem.half), 2)
     values, plain = np.empty(len(used)), problem.plain_ends(knots)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.errors import SolverError
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.polynomials.bernstein import exact_ends_gram
 
 DIGITS = 60
@@ -27,7 +27,7 @@ RESOLVED = {2: np.inf, 3: 1e6, 4: 300.0, 5: 20.0, 6: 4.0}
 Decimals = npt.NDArray[Any]
 
 
-def is_extreme(problem: Problem) -> bool:
+def is_extreme(problem: ReducedProblem) -> bool:
     """Whether durations differ too much for double precision."""
     durations = problem.durations
     if len(durations) == 1:
@@ -48,7 +48,7 @@ def _decimals(values: FloatArray) -> Decimals:
     return np.array(flat, dtype=object).reshape(values.shape)
 
 
-def _piece_blocks(problem: Problem) -> Decimals:
+def _piece_blocks(problem: ReducedProblem) -> Decimals:
     """Hessian of every piece in its unscaled end derivatives, (pieces, 2k, 2k)."""
     k = problem.half
     durations = _decimals(problem.durations)
@@ -57,7 +57,7 @@ def _piece_blocks(problem: Problem) -> Decimals:
     return np.asarray(powers[:, orders[:, None] + orders[None, :]] * _gram(problem.degree))
 
 
-def decimal_optimum(problem: Problem, free: BoolArray, values: FloatArray) -> FloatArray:
+def decimal_optimum(problem: ReducedProblem, free: BoolArray, values: FloatArray) -> FloatArray:
     """Knot values of least cost, as ``banded`` finds them, for one pattern of free values per axis.
 
     Parameters
@@ -87,7 +87,7 @@ def decimal_optimum(problem: Problem, free: BoolArray, values: FloatArray) -> Fl
     return knots
 
 
-def _pull(problem: Problem, blocks: Decimals, values: FloatArray) -> Decimals:
+def _pull(problem: ReducedProblem, blocks: Decimals, values: FloatArray) -> Decimals:
     """Half the gradient at the pinned values: (knots, slots, dim)."""
     slots, k = problem.slots, problem.half
     ends = _decimals(np.concatenate((values[:-1, slots.start], values[1:, slots.end]), axis=1))
@@ -99,7 +99,7 @@ def _pull(problem: Problem, blocks: Decimals, values: FloatArray) -> Decimals:
     return pull
 
 
-def _chain(problem: Problem, blocks: Decimals, free: BoolArray, right: Decimals) -> Decimals:
+def _chain(problem: ReducedProblem, blocks: Decimals, free: BoolArray, right: Decimals) -> Decimals:
     """Solve the block tridiagonal system knot by knot: right (knots, slots) to the same shape."""
     slots, k, width = problem.slots, problem.half, problem.slots.count
     diagonal = np.full((len(free), width, width), Decimal(0), dtype=object)

@@ -13,19 +13,19 @@ from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.contradiction import find_contradiction
-from minsnap.optimisation.elastic import Elastic, Give, Relaxed
+from minsnap.optimisation.elastic import Elastic, Relaxation, Relaxed
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.problem import Task
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.rows import Curve, rows_in_unknowns, rows_outside
 from minsnap.optimisation.solve import solve
+from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
 
 NOTICEABLE = 1e-6
 """Slack, in widths, below which a problem counts as solvable after all."""
 
-ROOM = 1e-4
+WIDTH_ROOM = 1e-4
 """Share added to a smallest width so that it does."""
 
 
@@ -46,9 +46,9 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     if not compiled.blocks:
         return None
     groups, names = _leg_groups(corridor, compiled)
-    give = Give(groups, np.ones(len(groups)), len(names))
+    give = Relaxation(groups, np.ones(len(groups)), len(names))
     try:
-        found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True, inward=4.0 * ROOM).run()
+        found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True, inward=4.0 * WIDTH_ROOM).run()
     except SolverError as unsolved:
         return _standing(corridor, durations, problem, units, compiled) or unsolved
     if found.slacks.max() <= NOTICEABLE:
@@ -60,7 +60,7 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     if proof is None:
         return SolverError(f"{UNPROVED}widen the corridor of leg {leg}, or change durations that differ much")
     tried = _room(task, durations, problem, found)
-    room = ROOM if tried is None else tried
+    room = WIDTH_ROOM if tried is None else tried
     widths = compiled.widths * units.length * (1.0 + np.append(found.slacks, 0.0)[groups] * (1.0 + room) + room)
     on_leg = (groups >= 0) & (np.concatenate([block.leg for block in compiled.blocks]) // task.pieces == leg)
     width = float(widths[on_leg].max())
@@ -77,14 +77,14 @@ def explain_corridor(task: Task, durations: FloatArray) -> InfeasibleError | Sol
     return InfeasibleError(message, leg=leg, instant=instant, smallest_width=smallest, contradiction=proof)
 
 
-def _room(task: Task, durations: FloatArray, problem: Problem, found: Relaxed) -> float | None:
+def _room(task: Task, durations: FloatArray, problem: ReducedProblem, found: Relaxed) -> float | None:
     """Share to add to widths with which a plan was found that keeps the other walls and limits too; None without one.
 
     Curves with control points ten million legs away keep walls by differences of large numbers, which solvers find only
     a little inside.
     """
     giant = EXACT * np.abs(problem.relative_points(found.knots)).max() >= 0.01
-    for room in (100.0 * ROOM, 200.0 * ROOM) if giant else (ROOM, 100.0 * ROOM):
+    for room in (100.0 * WIDTH_ROOM, 200.0 * WIDTH_ROOM) if giant else (WIDTH_ROOM, 100.0 * WIDTH_ROOM):
         share = np.broadcast_to(found.slacks * (1.0 + room) + room, task.legs)
         walls = [wall if wall.order else _widened(wall, share[wall.leg]) for wall in task.walls]
         try:
@@ -113,11 +113,11 @@ def _sufficient(width: float, everywhere: bool, others: Mapping[int, float], tri
 
 
 def _standing(
-    task: Task, durations: FloatArray, problem: Problem, units: Units, compiled: Compiled
+    task: Task, durations: FloatArray, problem: ReducedProblem, units: Units, compiled: Compiled
 ) -> InfeasibleError | None:
     """Return the error where the walls contradict each other at waypoints, which widths of a corridor do not help."""
     count = len(compiled.widths)
-    give = Give(np.zeros(count, dtype=np.intp), np.ones(count), 1)
+    give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1)
     found = Elastic(problem, compiled, give, accuracy=NOTICEABLE, evident=True).run()
     proof = find_contradiction(task, durations, problem, found)
     if proof is None:
@@ -132,7 +132,7 @@ def _standing(
     )
 
 
-def _outside(problem: Problem, compiled: Compiled, found: Relaxed) -> Relaxed:
+def _outside(problem: ReducedProblem, compiled: Compiled, found: Relaxed) -> Relaxed:
     """Add the rows that a curve without unknowns breaks, each pressed by as much."""
     rows, _ = rows_outside(Curve(problem, compiled, problem.values), None, np.zeros(0))
     if not rows:
@@ -142,7 +142,7 @@ def _outside(problem: Problem, compiled: Compiled, found: Relaxed) -> Relaxed:
     return replace(found, rows=known, multipliers=pressed, evidence=pressed)
 
 
-def normalised(task: Task, durations: FloatArray) -> tuple[Problem, Units, Compiled]:
+def normalised(task: Task, durations: FloatArray) -> tuple[ReducedProblem, Units, Compiled]:
     """Return a task's problem at piece durations, its units and its walls."""
     units = task.units(durations)
     problem = task.problem(durations, units)
@@ -168,7 +168,7 @@ def _advice(task: Task) -> str:
     return ""
 
 
-def hardest_pressed(task: Task, problem: Problem, units: Units, found: Relaxed) -> tuple[int, float]:
+def hardest_pressed(task: Task, problem: ReducedProblem, units: Units, found: Relaxed) -> tuple[int, float]:
     """Leg and instant of the row with the largest multiplier."""
     if found.rows is None:
         return 0, 0.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Walls
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 
 
 def knot_walls(task: Task) -> list[Walls]:

@@ -11,7 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.optimisation.equalities import joined as joined_equalities
 from minsnap.optimisation.equalities import jump_rows, plane_rows
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
 
 DENSE = 300
 """Unknowns up to which rows and equations are dense, and the Hessian of a QP is made the identity."""
@@ -22,14 +22,14 @@ class LinearRows:
 
     Parameters
     ----------
-    problem : Problem
+    problem : ReducedProblem
     base : ndarray, shape (knots, slots, dim)
     scale : ndarray, shape (size + 1,), optional
         Value of each unknown in its own unit, and a zero; unless given, unknowns are differences of control points of
         the longer pieces.
     """
 
-    def __init__(self, problem: Problem, base: FloatArray, scale: FloatArray | None = None) -> None:
+    def __init__(self, problem: ReducedProblem, base: FloatArray, scale: FloatArray | None = None) -> None:
         self.problem = problem
         self._scale = scale
         self.size = problem.size
@@ -84,7 +84,7 @@ def of_unit_length(matrix: Any) -> tuple[Any, FloatArray]:
     return csr_matrix(diags(1.0 / norms) @ matrix), norms
 
 
-def joined_exactly(problem: Problem, knots: FloatArray) -> FloatArray:
+def joined_exactly(problem: ReducedProblem, knots: FloatArray) -> FloatArray:
     """Remove what a solver left of jumps above k - 1 and of distances to gates' planes, by the least change."""
     if not (problem.jumps or problem.planes) or not 0 < problem.size <= DENSE:
         return knots

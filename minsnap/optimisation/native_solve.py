@@ -12,7 +12,7 @@ from minsnap.native.free_optimum import pinned_optimum
 from minsnap.native.library import core
 from minsnap.native.status import Status
 from minsnap.optimisation.native_walls import native_walls
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import parted
 

@@ -11,7 +11,7 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.corridors.constraint import Walls
 from minsnap.native.corridor import WallArrays
 from minsnap.optimisation.knot_walls import ends_of_pieces, knot_walls
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 
 
 def native_walls(task: Task) -> WallArrays:

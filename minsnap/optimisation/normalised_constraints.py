@@ -16,8 +16,8 @@ from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.knot_walls import knot_walls
-from minsnap.optimisation.problem import Task
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
+from minsnap.optimisation.task import Task
 from minsnap.optimisation.touches import Side
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import basis, differentiate
@@ -87,7 +87,7 @@ class Compiled:
         parts = [np.full(len(block.leg), block.at is not None) for block in self.blocks]
         return np.concatenate([np.zeros(0, dtype=bool), *parts])
 
-    def excess(self, problem: Problem, points: FloatArray) -> list[FloatArray]:
+    def excess(self, problem: ReducedProblem, points: FloatArray) -> list[FloatArray]:
         """Control points of the excess over every wall, block by block."""
         by_order = {0: points}
         for order in {block.order for block in self.blocks} - {0}:
@@ -99,7 +99,7 @@ class Compiled:
         parts = np.split(amounts, self.first[1:-1])
         return replace(self, blocks=tuple(b.moved(part * b.width) for b, part in zip(self.blocks, parts, strict=True)))
 
-    def rows(self, problem: Problem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> WallRows:
+    def rows(self, problem: ReducedProblem, points: FloatArray, block: int, index: IntArray, s: FloatArray) -> WallRows:
         """Rows for some walls of a block, each at its own s."""
         chosen = self.blocks[block].chosen(index)
         s = s if chosen.at is None else chosen.at.astype(np.float64)
@@ -109,7 +109,7 @@ class Compiled:
         return WallRows.of(chosen, self.first[block] + index, s, chosen.tangents_at(value))
 
 
-def compile_walls(task: Task, problem: Problem, units: Units) -> Compiled:
+def compile_walls(task: Task, problem: ReducedProblem, units: Units) -> Compiled:
     """Convert a task's walls and the bounds of its waypoints to a problem's units, pieces and origins."""
     blocks = [_on_pieces(walls, problem, units, task.pieces) for walls in task.walls]
     blocks += [_at_knots(walls, task, problem) for walls in knot_walls(task)]
@@ -125,7 +125,7 @@ def _bounded(points: FloatArray, walls: Walls) -> FloatArray:
     return np.asarray(points[walls.leg, np.where(walls.at == 1, points.shape[1] - 1, 0)][:, None])
 
 
-def _on_pieces(walls: Walls, problem: Problem, units: Units, pieces: int) -> Walls:
+def _on_pieces(walls: Walls, problem: ReducedProblem, units: Units, pieces: int) -> Walls:
     """Walls of legs on all their pieces; a plane that a nominal knot lies on, but for rounding, goes through it."""
     row, piece = walls.on_pieces(pieces)
     unit, anchor = units.of_order(walls.order), walls.anchor[row]
@@ -138,7 +138,7 @@ def _on_pieces(walls: Walls, problem: Problem, units: Units, pieces: int) -> Wal
     return replace(found, radius=np.where(near, farther, found.radius))
 
 
-def _at_knots(walls: Walls, task: Task, problem: Problem) -> Walls:
+def _at_knots(walls: Walls, task: Task, problem: ReducedProblem) -> Walls:
     """Walls of waypoints, which they are measured from; those of derivatives go through zero, in normal units."""
     anchor = np.zeros(walls.anchor.shape)
     if walls.order == 0:

@@ -13,8 +13,8 @@ from minsnap.basics.arrays import FloatArray, bounded, numbers
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import MagnitudeWarning, YawError
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
+from minsnap.optimisation.task import Task
 from minsnap.trajectory.heading import ConstantHeading, Heading, shortest_turns, wrap
 from minsnap.trajectory.look_at import LookAt, heading_at
 from minsnap.trajectory.medium import Medium

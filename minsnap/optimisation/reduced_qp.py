@@ -64,7 +64,7 @@ class Slots:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class ReducedProblem:
     """A chain of pieces with the values pinned at its knots; normalised units.
 
     Parameters

@@ -32,21 +32,21 @@ from minsnap.basics.deadline import LateError
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import SolverError
 from minsnap.optimisation.elastic import ACCURACY as APPARENT
-from minsnap.optimisation.elastic import Elastic, Give
+from minsnap.optimisation.elastic import Elastic, Relaxation
 from minsnap.optimisation.linear_rows import DENSE, LinearRows, joined_exactly, of_unit_length
 from minsnap.optimisation.normalised_constraints import WallRows, compile_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.qp import ACCURACY, Programme, Solution, solve_qp
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.optimisation.rows import Curve, RowSet, momentary_rows, proved_rows, rows_in_unknowns, rows_outside
 from minsnap.optimisation.solved_task import SolvedTask
 from minsnap.optimisation.stop_and_go import least_share, leg_on_wall, straight, straight_inside
+from minsnap.optimisation.task import Task
 from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import ends_gram
 
-NEAR = 0.3
+MOST_INWARD = 0.3
 """Excess, in widths, below which walls are moved inwards, and room that a curve to blend with has at most."""
 
 MOST_INWARD = 1e-3
@@ -158,7 +158,7 @@ class ReferenceCore:
             return self._told(state, ())
         state = nearest = self._added(State(start), momentary_rows(start))
         try:
-            while state.rounds < ROUNDS and state.inward < NEAR and not self.task.deadline.passed:
+            while state.rounds < ROUNDS and state.inward < MOST_INWARD and not self.task.deadline.passed:
                 state, ended = self._round(state)
                 if ended:
                     return self._told(state, ())
@@ -224,7 +224,7 @@ class ReferenceCore:
 
     def _tightened(self, state: State) -> State:
         """Move walls inwards once the violation is small; later never further."""
-        if state.answer is None or state.excess > NEAR:
+        if state.answer is None or state.excess > MOST_INWARD:
             return state
         affordable = self._affordable(state)
         return replace(state, shift=min(state.shift, affordable) if state.shift else affordable)
@@ -312,7 +312,7 @@ class ReferenceCore:
         raise leg_on_wall(task, curve) or InfeasibleRowsError()
 
     def _with_room(self, curve: Curve) -> Curve | None:
-        """Return a curve with room to all walls, at most ``NEAR`` widths; None where none was found.
+        """Return a curve with room to all walls, at most ``MOST_INWARD`` widths; None where none was found.
 
         Raises
         ------
@@ -322,7 +322,7 @@ class ReferenceCore:
         count = len(self.compiled.widths)
         if not count:
             return None
-        give = Give(np.zeros(count, dtype=np.intp), np.ones(count), 1, -NEAR)
+        give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1, -MOST_INWARD)
         try:
             found = Elastic(self.problem, self.compiled, give, accuracy=ACCURACY, sign=True).run()
         except SolverError:
@@ -353,7 +353,7 @@ def _spread(curve: Curve, found: list[WallRows]) -> list[WallRows]:
     return more
 
 
-def _hessian(problem: Problem) -> tuple[Any, FloatArray]:
+def _hessian(problem: ReducedProblem) -> tuple[Any, FloatArray]:
     """Half the Hessian of the cost in unknowns that give it a unit diagonal, and what these are worth: (size + 1,)."""
     n, columns = problem.size, problem.piece_columns
     weights = problem.durations ** (1.0 - 2.0 * problem.half)
@@ -376,7 +376,7 @@ def _whitening(hessian: Any) -> FloatArray | None:
     return None if singular else np.asarray(dtrtri(factor, lower=1)[0].T)
 
 
-def _slope(problem: Problem, base: FloatArray, moving: BoolArray) -> FloatArray:
+def _slope(problem: ReducedProblem, base: FloatArray, moving: BoolArray) -> FloatArray:
     """Half the gradient at a base, (size,), that is optimal but for what is free at some knots, (knots,)."""
     if not moving.any():
         return np.zeros(problem.size)

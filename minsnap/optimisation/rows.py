@@ -12,7 +12,7 @@ from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.tolerances import ROUNDING
 from minsnap.corridors.constraint import Walls
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.polynomials.extrema import maxima
 from minsnap.polynomials.local_maxima import peaks
 
@@ -55,7 +55,7 @@ class RowSet:
         return RowSet(source, *rest)
 
 
-def rows_in_unknowns(problem: Problem, ends: FloatArray, compiled: Compiled, rows: WallRows) -> RowSet:
+def rows_in_unknowns(problem: ReducedProblem, ends: FloatArray, compiled: Compiled, rows: WallRows) -> RowSet:
     """Express rows in the deviations from a base with these plain end derivatives (pieces, 2k, dim)."""
     factors, widths = _factors(problem, rows), compiled.widths[rows.wall]
     values = rows.normal[:, :, None] * factors[:, None, :]
@@ -66,7 +66,7 @@ def rows_in_unknowns(problem: Problem, ends: FloatArray, compiled: Compiled, row
     return RowSet(rows, columns, values.reshape(flat), rows.bound - present, width)
 
 
-def _room(problem: Problem, rows: WallRows, factors: FloatArray, widths: FloatArray) -> FloatArray:
+def _room(problem: ReducedProblem, rows: WallRows, factors: FloatArray, widths: FloatArray) -> FloatArray:
     """Distance of each row's wall from a curve that stays inside, (r,), normalised.
 
     That curve is stop-and-go; where the whole leg lies on the wall, it is one that leaves the wall between the knots,
@@ -90,7 +90,7 @@ def _first_free(free: BoolArray, normal: FloatArray) -> IntArray:
     return np.asarray(np.where(along.any(axis=1), along.argmax(axis=1), free.shape[1]), dtype=np.intp)
 
 
-def _factors(problem: Problem, rows: WallRows) -> FloatArray:
+def _factors(problem: ReducedProblem, rows: WallRows) -> FloatArray:
     """Factors of the end derivatives of each row's piece, (r, 2k)."""
     if not len(rows.s) or (rows.order == rows.order[0]).all():
         return problem.row_factors(rows.piece, rows.s, int(rows.order[0]) if len(rows.s) else 0)
@@ -107,12 +107,12 @@ class Curve:
 
     Parameters
     ----------
-    problem : Problem
+    problem : ReducedProblem
     compiled : Compiled
     knots : ndarray, shape (knots, slots, dim)
     """
 
-    problem: Problem
+    problem: ReducedProblem
     compiled: Compiled
     knots: FloatArray
 

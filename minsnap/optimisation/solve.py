@@ -14,8 +14,8 @@ from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
+from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
 
 if TYPE_CHECKING:

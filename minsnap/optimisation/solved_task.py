@@ -14,8 +14,8 @@ from minsnap.corridors.margins import Margin, margin_to
 from minsnap.corridors.passing import passing
 from minsnap.native.corridor import CorridorAnswer
 from minsnap.optimisation.optimum import Optimum
-from minsnap.optimisation.problem import Task
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
+from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -37,7 +37,7 @@ class SolvedTask:
         [s].
     units : Units
     optimum : Optimum
-    reduced : Problem or None
+    reduced : ReducedProblem or None
         As which it was solved; None where the native core solved it as it is.
     """
 
@@ -45,10 +45,10 @@ class SolvedTask:
     durations: FloatArray
     units: Units
     optimum: Optimum
-    reduced: Problem | None = None
+    reduced: ReducedProblem | None = None
 
     @cached_property
-    def problem(self) -> Problem:
+    def problem(self) -> ReducedProblem:
         """The reduced problem."""
         return self.reduced or self.task.problem(self.durations, self.units)
 

@@ -7,8 +7,8 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.errors import CorridorError
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.rows import Curve
+from minsnap.optimisation.task import Task
 from minsnap.polynomials.extrema import maxima
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.errors import SolverError
 from minsnap.optimisation.high_precision import decimal_optimum, is_extreme
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
 from minsnap.polynomials.bernstein import ends_gram, rising_powers
 
 
-def unbounded_optimum(problem: Problem) -> FloatArray:
+def unbounded_optimum(problem: ReducedProblem) -> FloatArray:
     """Knot values of least cost that keep every pin, bounded positions held at their nominal values.
 
     Returns
@@ -28,7 +28,7 @@ def unbounded_optimum(problem: Problem) -> FloatArray:
     return _open_optimum(problem, free, problem.values)
 
 
-def _open_optimum(problem: Problem, free: BoolArray, values: FloatArray) -> FloatArray:
+def _open_optimum(problem: ReducedProblem, free: BoolArray, values: FloatArray) -> FloatArray:
     if is_extreme(problem):
         return decimal_optimum(problem, free, values)
     knots = values.copy()
@@ -41,7 +41,7 @@ def _open_optimum(problem: Problem, free: BoolArray, values: FloatArray) -> Floa
     return knots
 
 
-def _closed_optimum(problem: Problem, free: BoolArray) -> FloatArray:
+def _closed_optimum(problem: ReducedProblem, free: BoolArray) -> FloatArray:
     """Least cost over the state shared by first and last knot: responses to it, then a small linear system."""
     seam = free[0] & free[-1]
     inner = free.copy()
@@ -57,25 +57,25 @@ def _closed_optimum(problem: Problem, free: BoolArray) -> FloatArray:
     return np.asarray(particular + np.tensordot(shares, responses, axes=1))
 
 
-def _response(problem: Problem, free: BoolArray, place: IntArray) -> FloatArray:
+def _response(problem: ReducedProblem, free: BoolArray, place: IntArray) -> FloatArray:
     values = np.zeros_like(problem.values)
     values[0, place[0], place[1]] = values[-1, place[0], place[1]] = 1.0
     return _open_optimum(_still(problem), free, values)
 
 
-def _seam_pull(problem: Problem, knots: FloatArray, still: bool) -> FloatArray:
+def _seam_pull(problem: ReducedProblem, knots: FloatArray, still: bool) -> FloatArray:
     gradient = (_still(problem) if still else problem).gradient(knots)
     return np.asarray(gradient[0] + gradient[-1])
 
 
-def _still(problem: Problem) -> Problem:
+def _still(problem: ReducedProblem) -> ReducedProblem:
     """Return the problem without displacements, for responses to boundary values only."""
-    return Problem(
+    return ReducedProblem(
         problem.slots, problem.durations, np.zeros_like(problem.nominal), problem.values, problem.free, problem.held
     )
 
 
-def _slopes(problem: Problem, values: FloatArray) -> FloatArray:
+def _slopes(problem: ReducedProblem, values: FloatArray) -> FloatArray:
     """Minus half the gradient at the pinned values: (knots, slots, dim)."""
     k, slots, Q = problem.half, problem.slots, ends_gram(problem.degree)
     slopes = np.zeros(values.shape)
@@ -94,7 +94,7 @@ def _touched(values: FloatArray) -> IntArray:
     return np.flatnonzero(knots[:-1] | knots[1:])
 
 
-def _pinned_pull(problem: Problem, values: FloatArray, touched: IntArray) -> FloatArray:
+def _pinned_pull(problem: ReducedProblem, values: FloatArray, touched: IntArray) -> FloatArray:
     """Half the gradient that non-zero pinned values cause, from the pieces they touch."""
     k, slots, T = problem.half, problem.slots, problem.durations[touched]
     powers = np.concatenate((problem.powers[touched], problem.powers[touched]), axis=1)[:, :, None]
@@ -107,7 +107,7 @@ def _pinned_pull(problem: Problem, values: FloatArray, touched: IntArray) -> Flo
     return pull
 
 
-def _solve_axes(problem: Problem, free: BoolArray, slopes: FloatArray, knots: FloatArray, axes: slice) -> None:
+def _solve_axes(problem: ReducedProblem, free: BoolArray, slopes: FloatArray, knots: FloatArray, axes: slice) -> None:
     """Solve for the free values of some axes that share the pattern ``free`` (knots, slots), into ``knots``."""
     from scipy.linalg.lapack import dpbsv
 
@@ -129,7 +129,7 @@ def _solve_axes(problem: Problem, free: BoolArray, slopes: FloatArray, knots: Fl
     knots[:, first:, axes] += np.where(free[:, :, None], found, 0.0)
 
 
-def _bands(problem: Problem, first: int) -> FloatArray:
+def _bands(problem: ReducedProblem, first: int) -> FloatArray:
     """Lower bands of the Hessian, knot by knot: (knots, slots - first, 2 (slots - first))."""
     k, slots, Q = problem.half, problem.slots, ends_gram(problem.degree)
     width = slots.count - first

@@ -23,9 +23,9 @@ from minsnap.corridors.keep_out import Obstacle, clearance_of, supporting_planes
 from minsnap.errors import CorridorError, InfeasibleError, SolverError, TimingError, UnprovedError
 from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.native.joint_fleet import KINDS, ORDERS, FleetSearch, Settings
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.allocate import plan_timed
-from minsnap.time_allocation.timing import Timed, Timing
+from minsnap.time_allocation.timing import AttachHeading, Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
 
 PARTS, LEAST_PARTS, MOST_PARTS = 16, 4, 64
@@ -43,11 +43,9 @@ ROUNDS, GAIN = 8, 1e-3
 FINEST = 1e-9
 """How far the proof of a clearance and the truth may lie apart [m]."""
 
-Finish = Callable[[Trajectory], Trajectory]
-
 
 def plan_around(
-    task: Task, timing: Timing, finish: Finish, instants: int | None, obstacles: Sequence[Obstacle]
+    task: Task, timing: Timing, finish: AttachHeading, instants: int | None, obstacles: Sequence[Obstacle]
 ) -> Timed:
     """Choose durations and solve, out of all obstacles at every instant.
 
@@ -125,7 +123,7 @@ def _improved(
 def _attempt(
     task: Task,
     timing: Timing,
-    finish: Finish,
+    finish: AttachHeading,
     instants: int | None,
     obstacles: Sequence[Obstacle],
     parts: int,

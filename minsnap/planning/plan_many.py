@@ -12,7 +12,7 @@ import numpy.typing as npt
 from minsnap.basics.arrays import FloatArray, IntArray, owned
 from minsnap.basics.checks import check_degree, check_switch
 from minsnap.basics.needed_memory import planned_bytes, within_memory
-from minsnap.basics.progress import ProgressLine, told
+from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.basics.tolerances import GAP
 from minsnap.corridors.constraint import Constraint
 from minsnap.errors import InputError, MinsnapError
@@ -103,7 +103,7 @@ def plan_many(
     ends = end_states(start, "start", batch, half), end_states(end, "end", batch, half)
     others = further_arguments(len(batch), durations is None, limits=limits, pins=pins, total_time=total_time)
     walls, workers = corridors_of(corridor, len(batch)), thread_count(threads)
-    with told(progress, "planning", _problems_in) as watch:
+    with progress_line(progress, "planning", _problems_in) as watch:
         return _solved(ManyAsked(batch, half, ends, walls, others, workers, began, watch), gradients)
 
 

@@ -26,7 +26,7 @@ from minsnap.basics.checks import (
 )
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.basics.needed_memory import planned_bytes, within_memory
-from minsnap.basics.progress import ProgressLine, told
+from minsnap.basics.progress import ProgressLine, progress_line
 from minsnap.corridors.constraint import Constraint, walls_of
 from minsnap.corridors.gates import Ball, Gate
 from minsnap.corridors.given_waypoints import check_dimension, is_table, read_columns, warn_magnitude
@@ -37,7 +37,7 @@ from minsnap.corridors.sampled import Sampled, unsampled
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import TimingError
 from minsnap.optimisation.planned_yaw import Yaw, asked_heading
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.search_options import USUAL, Search, check_search
 from minsnap.time_allocation.timing import Timed, Timing
@@ -195,7 +195,7 @@ def plan(
     check_jumps(task.continuity, half, parts == 1 and not refine and not (task.upper > task.lower).any())
     task = task if deadline is NEVER else replace(task, deadline=deadline)
     heading = asked_heading(yaw, task.legs, task.closed, limits)
-    with told(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
+    with progress_line(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
         watched = timing if watch is None else replace(timing, progress=watch)
         chosen = partial(plan_around, obstacles=obstacles) if obstacles else plan_timed
         timed = chosen(task, watched, lambda curve: curve.with_yaw(heading(curve)), instants)
@@ -205,7 +205,7 @@ def plan(
 def _shown(found: Trajectory, progress: Progress | bool, on_interrupt: str) -> Trajectory:
     """Show the steps of a search that was too quick to be watched."""
     steps = () if found.report is None else found.report.steps
-    with told(progress, "searching", lambda line: _steps_in(line, on_interrupt)) as watch:
+    with progress_line(progress, "searching", lambda line: _steps_in(line, on_interrupt)) as watch:
         try:
             for step in steps:
                 if watch is not None:

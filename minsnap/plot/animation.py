@@ -10,7 +10,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.basics.checks import check_positive
-from minsnap.basics.progress import told
+from minsnap.basics.progress import progress_line
 from minsnap.errors import InputError, TimingError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.plot.film import Picture, check_film_name, write_film
@@ -228,7 +228,7 @@ class Moving:
         canvas.draw()
         canvas.figure.set_layout_engine("none")  # the layout of the first picture is that of all
         still = canvas.copy_from_bbox(canvas.figure.bbox)
-        with told(progress, "drawing", lambda line: line.show) as watch:
+        with progress_line(progress, "drawing", lambda line: line.show) as watch:
             for index in range(len(self.instants)):
                 if watch is not None:
                     watch(index / len(self.instants))

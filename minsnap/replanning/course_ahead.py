@@ -14,7 +14,7 @@ from minsnap.corridors.constraint import Constraint, Walls, walls_of
 from minsnap.corridors.knot_regions import place
 from minsnap.corridors.precheck import check_reach
 from minsnap.errors import CorridorError, WaypointError
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.trajectory import Trajectory
 

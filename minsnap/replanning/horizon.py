@@ -12,9 +12,9 @@ from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.replanning.splice import divided
-from minsnap.time_allocation.timing import Finish
+from minsnap.time_allocation.timing import AttachHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -37,7 +37,7 @@ class Near:
     tail: Trajectory | None
 
 
-def joined_with(curve: Trajectory, tail: Trajectory, finish: Finish) -> Trajectory:
+def joined_with(curve: Trajectory, tail: Trajectory, finish: AttachHeading) -> Trajectory:
     """Fly a curve through the first legs, then the tail."""
     pieces = max(curve.pieces, tail.pieces)
     return finish(grouped(curve, pieces).then(grouped(tail, pieces)))

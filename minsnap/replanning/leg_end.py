@@ -13,7 +13,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.limits.compliance import turns_within
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.replanning.horizon import grouped, legs_of, walls_from
 from minsnap.replanning.splice import Splice
 from minsnap.replanning.stopping import inside, within

@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.corridors.constraint import Walls
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.replanning.splice import Splice
 from minsnap.trajectory.trajectory import Trajectory
 

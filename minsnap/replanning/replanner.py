@@ -20,7 +20,7 @@ from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import InfeasibleError, InputError, LimitError, SolverError, TimingError
 from minsnap.limits.compliance import largest_use
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.planning.planner import plan
 from minsnap.replanning.change import Change
 from minsnap.replanning.clearance import moved_inwards
@@ -40,7 +40,7 @@ from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
 from minsnap.replanning.spliced_heading import has_angles, spliced, through_angles
 from minsnap.replanning.stopping import Stopping, inside, within
 from minsnap.replanning.time_budget import Takes, due_of
-from minsnap.time_allocation.timing import Finish
+from minsnap.time_allocation.timing import AttachHeading
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle import Quadrotor
 
@@ -354,7 +354,7 @@ class Replanner:
         walls = moved_inwards(task.walls, task.waypoints, self._clearance)
         return near(replace(task, walls=walls), self._limits, self._horizon, rest, guess)
 
-    def _search(self, part: Near, aim: Aim, finish: Finish, seconds: float) -> Better:
+    def _search(self, part: Near, aim: Aim, finish: AttachHeading, seconds: float) -> Better:
         found = search_ahead(part.task, aim, finish, part.guess, seconds)
         if part.tail is None:
             return found
@@ -363,7 +363,7 @@ class Replanner:
             raise SolverError("what is flown beyond the horizon exceeds the limits with the new headings")
         return replace(found, curve=curve)
 
-    def _finish(self, call: _Call, splice: Splice, passed: int = 0) -> Finish:
+    def _finish(self, call: _Call, splice: Splice, passed: int = 0) -> AttachHeading:
         """Return what gives a curve from a splice its heading; ``passed`` of the waypoints ahead are before it."""
         flown, instant, chosen = splice.flown, splice.instant, self._chosen
         limit = None if self._limits is None else self._limits.yaw_rate

@@ -13,12 +13,12 @@ from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.replanning.splice import Splice
 from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.moving_start import as_timed, shortest_from
-from minsnap.time_allocation.recovery import start_state, way_back
-from minsnap.time_allocation.timing import Finish, Timing
+from minsnap.time_allocation.recovery import connect_start, start_state
+from minsnap.time_allocation.timing import AttachHeading, Timing
 from minsnap.time_allocation.ways import from_end, joined
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -95,7 +95,7 @@ class Better:
     inside_from: float = 0.0
 
 
-def search_ahead(task: Task, aim: Aim, finish: Finish, guess: Trajectory | None, seconds: float) -> Better:
+def search_ahead(task: Task, aim: Aim, finish: AttachHeading, guess: Trajectory | None, seconds: float) -> Better:
     """Search from a start inside its corridor.
 
     Parameters
@@ -125,10 +125,10 @@ def search_ahead(task: Task, aim: Aim, finish: Finish, guess: Trajectory | None,
     return Better(found.trajectory, found.limits_from)
 
 
-def search_back(task: Task, aim: Aim, finish: Finish, seconds: float) -> Better:
+def search_back(task: Task, aim: Aim, finish: AttachHeading, seconds: float) -> Better:
     """Search from a start outside its corridor: the shortest way back first; like ``search_ahead`` otherwise."""
     assert aim.limits is not None
-    way = way_back(start_state(task), task.walls, aim.limits, task.deadline)
+    way = connect_start(start_state(task), task.walls, aim.limits, task.deadline)
     if way is None:
         raise SolverError("no way back into the corridor of leg 0 was found: stop, or widen it")
     ahead = search_ahead(from_end(task, way), aim, finish, None, seconds)

@@ -19,7 +19,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.limits.compliance import keeps, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points, split
 from minsnap.replanning.horizon import walls_from
 from minsnap.time_allocation.recovery import piece_demands, start_state, state_use, typical

@@ -11,12 +11,12 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_durations, refuse_repeated
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, SolverError, TimingError
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.least_cost import CostSearch, distance_split
-from minsnap.time_allocation.refused_times import by_necessary_walls, in_other_times, told
+from minsnap.time_allocation.refused_times import by_necessary_walls, explained_by_times, in_other_times
 from minsnap.time_allocation.timing import (
-    Finish,
+    AttachHeading,
     Run,
     Timed,
     Timing,
@@ -28,13 +28,13 @@ from minsnap.time_allocation.timing import (
 
 if TYPE_CHECKING:
     from minsnap.limits.limits import Limits
-    from minsnap.time_allocation.ways import Ways
+    from minsnap.time_allocation.ways import EndConnectors
 
 EACH = "give every leg a duration of its own"
 """Advice where waypoints repeat."""
 
 
-def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None = None) -> Timed:
+def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | None = None) -> Timed:
     """Choose durations and solve; a refusal says whether it is proved for other durations than those asked for.
 
     Parameters
@@ -68,7 +68,7 @@ def plan_timed(task: Task, timing: Timing, finish: Finish, samples: int | None =
         found = in_other_times(task, timing, finish, samples, refused)
         if found is not None:
             return looked_at(found, task, timing, samples)
-        raise told(refused, task, timing, lambda other: _timed(task, other, finish, samples)) from None
+        raise explained_by_times(refused, task, timing, lambda other: _timed(task, other, finish, samples)) from None
 
 
 def looked_at(found: Timed, task: Task, timing: Timing, samples: int | None = None) -> Timed:
@@ -84,7 +84,7 @@ def looked_at(found: Timed, task: Task, timing: Timing, samples: int | None = No
     return found
 
 
-def _timed(task: Task, timing: Timing, finish: Finish, samples: int | None = None) -> Timed:
+def _timed(task: Task, timing: Timing, finish: AttachHeading, samples: int | None = None) -> Timed:
     if timing.limits is not None:
         return _within_limits(task, timing, timing.limits, finish, samples)
     if timing.durations is not None:
@@ -96,9 +96,14 @@ def _timed(task: Task, timing: Timing, finish: Finish, samples: int | None = Non
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a step that overflows has no merit, and is refused
-def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, samples: int | None) -> Timed:
+def _within_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeading, samples: int | None) -> Timed:
     from minsnap.time_allocation.ways import on_limits
-    from minsnap.time_allocation.within_limits import check_pinned_limits, kept, limited_plan, shortest_plan
+    from minsnap.time_allocation.within_limits import (
+        check_pinned_limits,
+        limited_plan,
+        require_limits_kept,
+        shortest_plan,
+    )
 
     bounded, mended = task.with_walls(limits.walls(task.waypoints)), task.continuity <= task.half - 1
     check_pinned_limits(task, limits, mended)
@@ -106,36 +111,38 @@ def _within_limits(task: Task, timing: Timing, limits: Limits, finish: Finish, s
         return _from_limits(task, _checked(timing, task), limits, finish)
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
-        return kept(timed(solved_or_explained(bounded, durations, samples), finish), limits)
+        return require_limits_kept(timed(solved_or_explained(bounded, durations, samples), finish), limits)
     refuse_repeated(task.waypoints, EACH)
     if _shortest(timing):
         return shortest_plan(task, bounded, timing, limits, finish)
     return limited_plan(task, bounded, timing, limits, finish)
 
 
-def _from_limits(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+def _from_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Plan with an end on its limits: without limits if that keeps them, else between ways back and out."""
     from minsnap.limits.compliance import keeps
-    from minsnap.time_allocation.ways import ways_of
+    from minsnap.time_allocation.ways import connect_ends
 
     if timing.split != "trapezoid":
         free = _timed(task, replace(timing, limits=None, enforce=None), finish)
         if keeps(limits, free.trajectory):
             return free
-    ways = ways_of(task, limits)
+    ways = connect_ends(task, limits)
     return ways.around(_between(ways, ways.between(timing), limits, finish), limits, finish)
 
 
-def _between(ways: Ways, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+def _between(ways: EndConnectors, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Plan between two ways with the pieces asked for, then with more."""
-    from minsnap.time_allocation.ways import FINER
+    from minsnap.time_allocation.ways import PIECES_BETWEEN
 
     try:
         return _within_limits(replace(ways.task, explained=False), timing, limits, finish, None)
     except LateError:
         raise
     except (InfeasibleError, SolverError):
-        return _within_limits(replace(ways.task, pieces=max(FINER, ways.task.pieces)), timing, limits, finish, None)
+        return _within_limits(
+            replace(ways.task, pieces=max(PIECES_BETWEEN, ways.task.pieces)), timing, limits, finish, None
+        )
 
 
 def _checked(timing: Timing, task: Task) -> Timing:

@@ -13,7 +13,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import SolverError
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.time_stretch import touching_factor
 from minsnap.trajectory.trajectory import Trajectory
 

@@ -11,18 +11,18 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import SolverError
-from minsnap.optimisation.elastic import Elastic, Give, Relaxed
+from minsnap.optimisation.elastic import Elastic, Relaxation, Relaxed
 from minsnap.optimisation.gradient import row_slopes
 from minsnap.optimisation.normalised_constraints import Compiled, WallRows, compile_walls
-from minsnap.optimisation.problem import Task
-from minsnap.optimisation.reduced_qp import Problem
+from minsnap.optimisation.reduced_qp import ReducedProblem
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.least_cost import leg_sums
 from minsnap.time_allocation.time_stretch import nothing_limits
 
-CLOSE = 3e-3
+SCALE_FOUND = 3e-3
 """Relaxation below which one Newton step gives the scale."""
 
-FAR = 0.1
+ELASTIC_FAR = 0.1
 """Relaxation above which it need not be known to more than a hundredth for a Newton step."""
 
 NEWTON_STEPS = 40
@@ -74,7 +74,7 @@ class ElasticScale:
             found = None
             total = float(slopes.sum())
             if total > -FLAT:
-                if slack > CLOSE:
+                if slack > SCALE_FOUND:
                     self.scale += LARGEST_STEP
                     continue
                 if steep is not None:
@@ -83,9 +83,9 @@ class ElasticScale:
                 continue
             steep = slopes
             self.scale += float(np.clip(-slack / total, -LARGEST_STEP, LARGEST_STEP))
-            if abs(slack) < CLOSE:
+            if abs(slack) < SCALE_FOUND:
                 return slopes
-        if slack <= CLOSE and steep is None:
+        if slack <= SCALE_FOUND and steep is None:
             raise nothing_limits(sorted({wall.name for wall in self.task.walls if wall.order}))
         raise SolverError("no durations were found at which the corridor and the limits agree")
 
@@ -100,12 +100,12 @@ class ElasticScale:
         slopes = row_slopes(problem, found.knots, rows, multipliers)
         return float(found.slacks[0]), leg_sums(slopes, self.task.pieces)
 
-    def _relaxed(self, problem: Problem) -> Relaxed:
+    def _relaxed(self, problem: ReducedProblem) -> Relaxed:
         compiled = compile_walls(self.task, problem, self.units)
-        return Elastic(problem, compiled, give_limits(compiled), seed=self.seed, far=FAR).run()
+        return Elastic(problem, compiled, give_limits(compiled), seed=self.seed, far=ELASTIC_FAR).run()
 
 
-def give_limits(compiled: Compiled) -> Give:
+def give_limits(compiled: Compiled) -> Relaxation:
     """One slack for all walls on derivatives, weighted by what slowing down does: order times."""
     order = np.concatenate([np.full(len(block.leg), block.order) for block in compiled.blocks])
-    return Give(np.where(order > 0, 0, -1), order.astype(np.float64), 1, LOWEST)
+    return Relaxation(np.where(order > 0, 0, -1), order.astype(np.float64), 1, LOWEST)

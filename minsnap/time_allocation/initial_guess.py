@@ -7,7 +7,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.limit_kinds import KINDS
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 
 PEAKS = (2.1875, 7.5132, 52.5, 840.0)
 """Largest derivatives of the rest-to-rest profile 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7 over the unit interval."""

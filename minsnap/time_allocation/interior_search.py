@@ -18,11 +18,11 @@ from minsnap.limits.compliance import KEPT, largest_use
 from minsnap.limits.limits import Limits
 from minsnap.native.shortest_time import ShortestFound, ShortestQuestion, search_shortest
 from minsnap.optimisation.optimum import Optimum
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.shortest_question import INWARD, scales
 from minsnap.time_allocation.time_stretch import nearby_factor, nothing_limits, touching_factor
-from minsnap.time_allocation.timing import Finish
+from minsnap.time_allocation.timing import AttachHeading
 from minsnap.trajectory.cut_pieces import LONGEST_PIECE
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -32,7 +32,7 @@ INWARDS = 10.0
 TRIES, SEEN, ENOUGH = 3, 0.05, 2.0
 """How often is searched, the excess of a limit beyond which the search has not seen it, and how far it is tightened."""
 
-FAR = 1e-3
+NOT_LONGER = 1e-3
 """Share by which the certified curve may be slower than the one found; beyond, the search did not see a limit."""
 
 IDLE = 0.8
@@ -56,11 +56,11 @@ class InteriorSearch:
         Called with the total time before every iteration [s]; True ends the search.
     """
 
-    def __init__(self, task: Task, limits: Limits, finish: Finish, poll: Callable[[float, bool], bool]) -> None:
+    def __init__(self, task: Task, limits: Limits, finish: AttachHeading, poll: Callable[[float, bool], bool]) -> None:
         self.task, self.limits, self.finish, self.poll = task, limits, finish, poll
         self.found: ShortestFound | None = None
 
-    def run(self, question: ShortestQuestion, far: float = FAR) -> SolvedTask | None:
+    def run(self, question: ShortestQuestion, far: float = NOT_LONGER) -> SolvedTask | None:
         """Return a certified plan; None where none was found, or not one that can be certified nearby.
 
         Parameters
@@ -101,7 +101,7 @@ class InteriorSearch:
             excess = largest_use(self.limits, curve) - 1.0
             if excess <= KEPT:
                 return solved, excess
-            if far == FAR or not self.task.still:
+            if far == NOT_LONGER or not self.task.still:
                 return None, excess
         factor = float(np.ceil(_slowdown(self.limits, curve) * GRAIN)) / GRAIN
         if priced or any(wall.order for wall in self.task.walls):

@@ -24,8 +24,8 @@ from minsnap.corridors.passing import passing
 from minsnap.limits.compliance import KEPT, largest_use, use_from
 from minsnap.limits.limits import Limits
 from minsnap.native.quick_look import keeps
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.optimisation.task import Task
 from minsnap.trajectory.trajectory import Trajectory
 
 

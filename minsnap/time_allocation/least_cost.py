@@ -8,15 +8,15 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.native_split import native_split
 from minsnap.trajectory.report import Progress, Step
 
 if TYPE_CHECKING:
     pass
 
-SHORTEST = 1e-4
+SHORTEST_SHARE = 1e-4
 """Least share of its first guess that a leg may get; the most is one over it."""
 
 LEAST_SHARE = 1e-12
@@ -120,7 +120,7 @@ class CostSearch:
             return found.durations
         from scipy.optimize import minimize
 
-        reach = -np.log(SHORTEST)
+        reach = -np.log(SHORTEST_SHARE)
         bounds = [(-reach, reach)] * self.task.legs
         options = {"maxiter": ITERATIONS, "ftol": ACCURACY, "gtol": 1e-7, "maxcor": 20}
         minimize(self.evaluate, np.zeros(self.task.legs), jac=True, method="L-BFGS-B", bounds=bounds, options=options)

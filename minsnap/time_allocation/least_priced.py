@@ -11,22 +11,22 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.limits.compliance import keeps, largest_use
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.least_cost import CostSearch
 from minsnap.time_allocation.shortest_question import guess_of
 from minsnap.time_allocation.strategy import Strategy
-from minsnap.time_allocation.timing import Finish, Run, Timing, priced_first_guess, searched
+from minsnap.time_allocation.timing import AttachHeading, Run, Timing, priced_first_guess, searched
 from minsnap.trajectory.trajectory import Trajectory
 
 ROUNDS = 12
 """Searches with other prices until the total is reached."""
 
-NEAR = 1e-5
+BELOW_TOTAL = 1e-5
 """Share of the total by which the search ends before it; the plan is flown more slowly by that."""
 
-CLOSE, FARTHEST = 5e-5, 2.0
+TOTAL_MET, PRICE_STEP = 5e-5, 2.0
 """How near to the total, as a share of it, is near enough, and how far the logarithm of the price goes at once."""
 
 
@@ -43,7 +43,7 @@ class LeastPriced:
         Gives a trajectory its yaw.
     """
 
-    def __init__(self, task: Task, limits: Limits, timing: Timing, finish: Finish) -> None:
+    def __init__(self, task: Task, limits: Limits, timing: Timing, finish: AttachHeading) -> None:
         self.task, self.limits, self.timing, self.finish = task, limits, timing, finish
         self.strategy = Strategy(task, limits, timing, finish)
         self.log = self.strategy.log
@@ -79,7 +79,7 @@ class LeastPriced:
         The price of time is changed until the plan for it takes that long: the logarithm of the time is about linear in
         that of the price.
         """
-        goal, slope = total * (1.0 - NEAR), -0.5 / self.task.half
+        goal, slope = total * (1.0 - BELOW_TOTAL), -0.5 / self.task.half
         price = _grained((2 * self.task.half - 1) * free.cost / goal)
         best: SolvedTask | None = None
         found, low, high, before = self._from(free.trajectory, price), 0.0, np.inf, (np.nan, np.nan)
@@ -89,13 +89,15 @@ class LeastPriced:
             apart, place = float(np.log(found.trajectory.duration / goal)), float(np.log(price))
             if apart <= 0.0 and (best is None or found.trajectory.duration > best.trajectory.duration):
                 best = found
-            if -CLOSE <= apart <= 0.0:
+            if -TOTAL_MET <= apart <= 0.0:
                 break
             low, high = (price, high) if apart > 0.0 else (low, price)
             if place != before[0] and np.isfinite(before[0]):
                 slope = float(np.clip((apart - before[1]) / (place - before[0]), -1.0, -1e-3))
             before = place, apart
-            price = float(np.exp(np.clip(place - (apart + 0.5 * CLOSE) / slope, place - FARTHEST, place + FARTHEST)))
+            price = float(
+                np.exp(np.clip(place - (apart + 0.5 * TOTAL_MET) / slope, place - PRICE_STEP, place + PRICE_STEP))
+            )
             price = _grained(price if low < price < high else float(np.sqrt(low * high)))
             found = self._from(found.trajectory, price)
         return best

@@ -22,7 +22,7 @@ RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
 LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
 """The same where a plan is wanted, however long it takes."""
 
-CLOSE = 0.01
+TIME_FOUND = 0.01
 """How near the least factor on time is found."""
 
 Attempt = Callable[[FloatArray], Timed | None]
@@ -53,7 +53,7 @@ def least_longer(attempt: Attempt, durations: FloatArray, still: bool, due: floa
             break
     if found is None:
         return None
-    while high / low - 1.0 > CLOSE and monotonic() < due:
+    while high / low - 1.0 > TIME_FOUND and monotonic() < due:
         middle = float(np.sqrt(low * high))
         shorter = _attempted(attempt, durations * middle)
         low, high = (middle, high) if shorter is None else (low, middle)

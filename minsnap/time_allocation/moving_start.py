@@ -8,12 +8,21 @@ from minsnap.basics.deadline import LATE, LateError
 from minsnap.errors import InfeasibleError, SolverError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solved_task import SolvedTask
-from minsnap.time_allocation.recovery import start_state, start_use, way_back
+from minsnap.optimisation.task import Task
+from minsnap.time_allocation.recovery import connect_start, start_state, start_use
 from minsnap.time_allocation.strategy import searched_from
-from minsnap.time_allocation.timing import Finish, Run, Timed, Timing, timed
-from minsnap.time_allocation.ways import FINER, TOUCHING, Recovered, end_on_limit, from_end, joined, no_way, ways_of
+from minsnap.time_allocation.timing import AttachHeading, Run, Timed, Timing, timed
+from minsnap.time_allocation.ways import (
+    ON_LIMIT,
+    PIECES_BETWEEN,
+    Recovered,
+    connect_ends,
+    end_on_limit,
+    from_end,
+    joined,
+    no_connector,
+)
 from minsnap.trajectory.trajectory import Trajectory
 
 
@@ -23,7 +32,7 @@ def moves(task: Task) -> bool:
 
 
 def shortest_from(
-    task: Task, limits: Limits, timing: Timing, finish: Finish, first: Trajectory | None = None
+    task: Task, limits: Limits, timing: Timing, finish: AttachHeading, first: Trajectory | None = None
 ) -> tuple[SolvedTask, Run] | Recovered:
     """Find the shortest plan from a moving start.
 
@@ -47,10 +56,10 @@ def shortest_from(
     """
     began = task.deadline.clock()
     if end_on_limit(task, limits):
-        ways = ways_of(task, limits, start=False)
+        ways = connect_ends(task, limits, start=False)
         found = shortest_from(ways.task, limits, _remaining(timing, task, began), finish, first)
         return ways.around(as_timed(found, finish), limits, finish)
-    if start_use(task, limits) > (1.0 - TOUCHING if first is None else 1.0 + KEPT):
+    if start_use(task, limits) > (1.0 - ON_LIMIT if first is None else 1.0 + KEPT):
         return _brought_back(task, limits, timing, finish, None)
     try:
         return searched_from(task, limits, timing, finish, first)
@@ -71,14 +80,14 @@ def _remaining(timing: Timing, task: Task, began: float) -> Timing:
 
 
 def _brought_back(
-    task: Task, limits: Limits, timing: Timing, finish: Finish, refused: InfeasibleError | SolverError | None
+    task: Task, limits: Limits, timing: Timing, finish: AttachHeading, refused: InfeasibleError | SolverError | None
 ) -> Recovered:
     """Go the shortest way back, and plan from its end; raise ``refused`` where that fails too."""
     began = task.deadline.clock()
-    way = way_back(start_state(task), task.walls, limits, task.deadline)
+    way = connect_start(start_state(task), task.walls, limits, task.deadline)
     timing = _remaining(timing, task, began)
     if way is None:
-        raise refused or no_way(task, limits, 0)
+        raise refused or no_connector(task, limits, 0)
     solved, run = _searched_from_end(from_end(task, way), limits, timing, finish, refused)
     whole = finish(joined(way.piece, solved.trajectory))
     start = kept_from(limits, whole)
@@ -88,7 +97,7 @@ def _brought_back(
 
 
 def _searched_from_end(
-    task: Task, limits: Limits, timing: Timing, finish: Finish, refused: InfeasibleError | SolverError | None
+    task: Task, limits: Limits, timing: Timing, finish: AttachHeading, refused: InfeasibleError | SolverError | None
 ) -> tuple[SolvedTask, Run]:
     """Search with the pieces asked for, then with more."""
     began = task.deadline.clock()
@@ -97,12 +106,12 @@ def _searched_from_end(
     except LateError:
         raise
     except (InfeasibleError, SolverError) as again:
-        if task.pieces < FINER:
+        if task.pieces < PIECES_BETWEEN:
             timing = _remaining(timing, task, began)
-            return _searched_from_end(replace(task, pieces=FINER), limits, timing, finish, refused or again)
+            return _searched_from_end(replace(task, pieces=PIECES_BETWEEN), limits, timing, finish, refused or again)
         raise refused or again from None
 
 
-def as_timed(found: tuple[SolvedTask, Run] | Recovered, finish: Finish) -> Timed:
+def as_timed(found: tuple[SolvedTask, Run] | Recovered, finish: AttachHeading) -> Timed:
     """Wrap what was found."""
     return found if isinstance(found, Recovered) else timed(found[0], finish, found[1])

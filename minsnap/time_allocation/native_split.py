@@ -10,7 +10,7 @@ from minsnap.native.corridor import CorridorQuestion
 from minsnap.native.durations import SplitFound, best_corridor_split, best_split
 from minsnap.native.library import core
 from minsnap.optimisation.native_solve import corridor_question
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 
 
 def native_split(task: Task, first: FloatArray, price: float | None) -> SplitFound | None:

@@ -15,7 +15,7 @@ from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits
 from minsnap.time_allocation.single_piece import Demand, PieceFound, SinglePiece, walls_on
 from minsnap.trajectory.trajectory import Trajectory
@@ -34,16 +34,16 @@ LENIENCE = ((DOUBTFUL, 0.05), (np.inf, 0.3), (np.inf, 3.0))
 
 They are tried in this order."""
 
-ROOM = {0: 0.02, 1: 0.02}
+REST_ROOM = {0: 0.02, 1: 0.02}
 """Share of the room of a motion at rest that is left at the end of the piece, by order of the derivative."""
 
-HIGHER_ROOM = 0.5
+HIGHER_REST_ROOM = 0.5
 """The same for the orders above."""
 
-AHEAD = 0.1
+SHARE_AHEAD = 0.1
 """Moment ahead for which the end has room, in the time that full acceleration takes to the largest speed."""
 
-SHORTEST, LONGEST, FINER = 0.02, 20.0, 1.1
+SHORTEST_MOMENTS, LONGEST_MOMENTS, BISECTED = 0.02, 20.0, 1.1
 """Durations tried, in the same time, and how near the least one is found."""
 
 FEASIBLE = 1e-6
@@ -90,7 +90,7 @@ def state_use(state: FloatArray, limits: Limits) -> float:
     return max((used.fraction for used in limits.use_of_state(derivatives, state.shape[1])), default=0.0)
 
 
-def way_back(
+def connect_start(
     state: FloatArray, walls: Sequence[Walls], limits: Limits, deadline: Deadline = NEVER, leg: int = 0
 ) -> Recovery | None:
     """Return the shortest way back from a state; None where there is none.
@@ -113,7 +113,9 @@ def way_back(
     known = walls_on(walls, leg, state[0]) + walls_on(limits.walls(np.zeros((2, len(state[0])))), 0, state[0])
     for lenience in LENIENCE:
         demands = [demand for wall in known for demand in _demands(wall, piece.state, moment, lenience)]
-        duration, answer = shortest(_Solves(piece, demands), SHORTEST * moment, LONGEST * moment, FINER)
+        duration, answer = shortest(
+            _Solves(piece, demands), SHORTEST_MOMENTS * moment, LONGEST_MOMENTS * moment, BISECTED
+        )
         if answer is not None:
             return Recovery(Trajectory(answer.points[None] + state[0], np.array([duration])))
     return None
@@ -165,7 +167,7 @@ def _demands(walls: Walls, state: FloatArray, moment: float, lenience: tuple[flo
         return found
     found.append(Demand(walls, np.ones(1), _room(walls)))
     if order and order + 1 < len(state):
-        found.append(Demand(walls, np.ones(1), _room(walls), ahead=AHEAD * moment))
+        found.append(Demand(walls, np.ones(1), _room(walls), ahead=SHARE_AHEAD * moment))
     return found
 
 
@@ -202,12 +204,12 @@ def _soon(walls: Walls, state: FloatArray, moment: float) -> FloatArray:
     """Excess of a limit a moment ahead of the start, (r,); of a position at the start."""
     order = walls.order
     ahead = bool(order) and order + 1 < len(state)
-    return walls.excess_at(state[order] + AHEAD * moment * state[order + 1] if ahead else state[order])
+    return walls.excess_at(state[order] + SHARE_AHEAD * moment * state[order + 1] if ahead else state[order])
 
 
 def _room(walls: Walls) -> FloatArray:
     """Inward move at the end, (1, r): a share of the room that rest has, or of the width for positions."""
-    share = ROOM.get(walls.order, HIGHER_ROOM)
+    share = REST_ROOM.get(walls.order, HIGHER_REST_ROOM)
     if walls.order == 0:
         return np.full((1, len(walls.leg)), share)
     rest = walls.excess_at(np.zeros(walls.anchor.shape[1]))

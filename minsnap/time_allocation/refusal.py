@@ -10,13 +10,13 @@ from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverErro
 from minsnap.optimisation.contradiction import contradicting_joints, find_contradiction
 from minsnap.optimisation.elastic import Elastic
 from minsnap.optimisation.infeasibility import UNPROVED, explain_corridor, hardest_pressed, normalised
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.stop_and_go import leg_on_wall
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.elastic_scale import ElasticScale, give_limits
 from minsnap.time_allocation.least_cost import leg_sums
 
-ROOM = 1e-4
+STRETCH_ROOM = 1e-4
 """Share added to a stretch of time so that it does."""
 
 
@@ -69,7 +69,7 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverErro
     message = f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s"
     stretch: float | None = None
     try:
-        stretch = ElasticScale(task, leg_sums(durations, task.pieces), found).factor() * (1.0 + ROOM)
+        stretch = ElasticScale(task, leg_sums(durations, task.pieces), found).factor() * (1.0 + STRETCH_ROOM)
     except LateError:
         raise
     except (SolverError, LimitError):

@@ -14,12 +14,12 @@ from minsnap.basics.checks import check_durations
 from minsnap.basics.deadline import LateError
 from minsnap.errors import InfeasibleError, MinsnapError, SolverError, UnprovedError
 from minsnap.limits.compliance import keeps
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import distance_split
 from minsnap.time_allocation.longer_times import least_longer
 from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.timing import Finish, Run, Timed, Timing, solved_or_explained, timed
+from minsnap.time_allocation.timing import AttachHeading, Run, Timed, Timing, solved_or_explained, timed
 from minsnap.time_allocation.within_limits import plans_for
 
 if TYPE_CHECKING:
@@ -31,7 +31,9 @@ MORE = (1.0, 1.02, 1.2)
 """Times the factor that relaxed limits give, which are tried before one is named."""
 
 
-def in_other_times(task: Task, timing: Timing, finish: Finish, samples: int | None, refused: Refused) -> Timed | None:
+def in_other_times(
+    task: Task, timing: Timing, finish: AttachHeading, samples: int | None, refused: Refused
+) -> Timed | None:
     """Plan in other times where those that a search chose have no plan; None where none was found, or none may be.
 
     Longer ones where the plan chooses its time, other splits of a total; none where the refusal is a proof for all.
@@ -53,7 +55,7 @@ def in_other_times(task: Task, timing: Timing, finish: Finish, samples: int | No
 
 
 def by_necessary_walls(
-    task: Task, timing: Timing, finish: Finish, samples: int | None, refused: Refused
+    task: Task, timing: Timing, finish: AttachHeading, samples: int | None, refused: Refused
 ) -> Timed | Refused:
     """Plan anew, or refuse, where a proof is by walls that are sufficient for a limit, but not necessary."""
     limits, proof = timing.limits, refused.contradiction if isinstance(refused, InfeasibleError) else None
@@ -96,7 +98,7 @@ def _proportions(task: Task, timing: Timing, refused: Refused) -> Iterator[Float
         yield np.ones(task.legs * task.pieces)
 
 
-def told(refused: Refused, task: Task, timing: Timing, plan: Callable[[Timing], Timed]) -> MinsnapError:
+def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Callable[[Timing], Timed]) -> MinsnapError:
     """Return the refusal with what is proved of the times asked for, and a factor on them that was tried.
 
     Parameters

@@ -16,7 +16,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.optimisation.contradiction import PressedRow
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.corridors.regions import KnotRegion
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.shortest_time import ConeSets, Guess, ShortestQuestion
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
 from minsnap.time_allocation.instant_limits import instant_limits
 from minsnap.trajectory.heading import Heading

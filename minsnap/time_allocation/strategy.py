@@ -28,17 +28,17 @@ from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.library import NativeCoreError, core
 from minsnap.native.shortest_time import Guess, ShortestFound, ShortestQuestion, search_shortest
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
-from minsnap.time_allocation.interior_search import FAR, InteriorSearch, solved_at
+from minsnap.time_allocation.interior_search import NOT_LONGER, InteriorSearch, solved_at
 from minsnap.time_allocation.least_cost import Log
 from minsnap.time_allocation.longer_times import RESERVES
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import asked, guess_of
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits, touching_factor
-from minsnap.time_allocation.timing import Finish, Run, Timing
+from minsnap.time_allocation.timing import AttachHeading, Run, Timing
 from minsnap.time_allocation.yaw_pace import paced
 from minsnap.trajectory.cut_pieces import LONGEST_PIECE
 from minsnap.trajectory.heading import Heading
@@ -62,7 +62,7 @@ ANY = np.inf
 
 
 def searched_from(
-    task: Task, limits: Limits, timing: Timing, finish: Finish, first: Trajectory | None = None
+    task: Task, limits: Limits, timing: Timing, finish: AttachHeading, first: Trajectory | None = None
 ) -> tuple[SolvedTask, Run]:
     """Search for the shortest plan.
 
@@ -102,7 +102,7 @@ class Strategy:
     finish : callable
     """
 
-    def __init__(self, task: Task, limits: Limits, timing: Timing, finish: Finish) -> None:
+    def __init__(self, task: Task, limits: Limits, timing: Timing, finish: AttachHeading) -> None:
         task.deadline.check()
         if core().name != "native":
             raise NativeCoreError(
@@ -134,7 +134,7 @@ class Strategy:
         heading = self._heading()
         turns = self.limits.yaw_rate is not None and isinstance(heading, VelocityHeading | PlannedHeading)
         known = heading is None or heading.constant is not None or heading.medium is not None
-        far = FAR if known or self.limits.yaw_rate is not None else ANY
+        far = NOT_LONGER if known or self.limits.yaw_rate is not None else ANY
         question = replace(asked(self.task, self.limits, self.timing.refine, heading, guess), price=price)
         softer = self._softer(heading) if guess is None else None
         if softer is not None:
@@ -187,7 +187,7 @@ class Strategy:
             slower = float((least / guess.durations).max())
             guess = replace(guess, slower=slower, least=least)
         again = InteriorSearch(task, self.limits, self.finish, self.polled)
-        found = self._run(asked(task, self.limits, False, heading, guess), FAR, again)
+        found = self._run(asked(task, self.limits, False, heading, guess), NOT_LONGER, again)
         return found or self._slower(solved)
 
     def _slower(self, solved: SolvedTask) -> SolvedTask | None:

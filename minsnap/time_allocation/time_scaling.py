@@ -7,11 +7,11 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.errors import TimingError
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.derivative_walls import kept_factor, without_derivative_walls
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
 from minsnap.time_allocation.least_cost import Log, distance_split, trapezoid_times
-from minsnap.time_allocation.timing import Finish, Timed, Timing, searched, solved_or_explained, timed
+from minsnap.time_allocation.timing import AttachHeading, Timed, Timing, searched, solved_or_explained, timed
 
 SCALE_PRECISION = 1e-6
 """Of the logarithm of the time scale while proportions are searched."""
@@ -20,7 +20,7 @@ SCALED_LEGS = 20
 """Legs up to which the proportions of a plan that is only scaled are searched."""
 
 
-def scaled_plan(task: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+def scaled_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Plan in given proportions, or the best ones, and scale to touch the limits."""
     if not task.still:
         raise TimingError("derivatives that are pinned do not scale with time: use split='optimal' and enforce='qp'")
@@ -36,7 +36,7 @@ def scaled_plan(task: Task, timing: Timing, limits: Limits, finish: Finish) -> T
 class _ScaledSearch:
     """Proportions of the durations whose plan of least cost, scaled to the limits, is shortest; without gradients."""
 
-    def __init__(self, task: Task, timing: Timing, limits: Limits, finish: Finish) -> None:
+    def __init__(self, task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> None:
         self.task, self.limits, self.finish = task, limits, finish
         self.first, self.shape = stop_and_go_times(task.lengths, limits), without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)

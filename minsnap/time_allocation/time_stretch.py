@@ -13,7 +13,7 @@ from minsnap.limits.limits import Limits
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
 
-CLOSE, SECANTS, NEARBY = 2e-7, 6, 0.05
+LIMIT_MET, SECANTS, TIME_STEP = 2e-7, 6, 0.05
 """How near to 1 it is brought by the secant method, in how many steps, each how far at most."""
 
 CROSSING_STEPS = 100
@@ -98,13 +98,13 @@ def nearby_factor(limits: Limits, trajectory: Trajectory) -> float | None:
         excess = float(np.log(np.clip(used, 1e-3, 1e3)))
         if excess <= KEPT:
             best = min(best, place)
-            if excess >= -CLOSE:
+            if excess >= -LIMIT_MET:
                 break
-        if place > last[0] and excess > max(last[1], 0.0) + CLOSE:
+        if place > last[0] and excess > max(last[1], 0.0) + LIMIT_MET:
             break
         if place != last[0] and np.isfinite(last[0]):
             slope = float(np.clip((excess - last[1]) / (place - last[0]), -10.0, -0.2))
-        last, place = (place, excess), float(place - np.clip((excess + 0.5 * CLOSE) / slope, -NEARBY, NEARBY))
+        last, place = (place, excess), float(place - np.clip((excess + 0.5 * LIMIT_MET) / slope, -TIME_STEP, TIME_STEP))
     return float(np.exp(best)) if np.isfinite(best) else None
 
 

@@ -16,9 +16,9 @@ from minsnap.basics.checks import check_time
 from minsnap.basics.messages import shown
 from minsnap.errors import LimitError, SolverError, TimingError
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.least_cost import distance_split
 from minsnap.trajectory.report import Progress, Step
 from minsnap.trajectory.trajectory import Trajectory
@@ -156,11 +156,11 @@ class Timed:
         return self.trajectory.cost(self.solved.task.half)
 
 
-Finish = Callable[[Trajectory], Trajectory]
+AttachHeading = Callable[[Trajectory], Trajectory]
 """Gives a trajectory its yaw."""
 
 
-def timed(solved: SolvedTask, finish: Finish, search: Run | None = None, factor: float = 1.0) -> Timed:
+def timed(solved: SolvedTask, finish: AttachHeading, search: Run | None = None, factor: float = 1.0) -> Timed:
     """Wrap a solved task, stretched by a factor on time, with what its search left."""
     trajectory = solved.trajectory
     if factor != 1.0:

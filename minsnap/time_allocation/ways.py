@@ -15,16 +15,16 @@ from minsnap.corridors.margins import nearest_wall
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import split
-from minsnap.time_allocation.recovery import Recovery, start_state, start_use, state_at, state_use, way_back
-from minsnap.time_allocation.timing import Finish, Timed, Timing
+from minsnap.time_allocation.recovery import Recovery, connect_start, start_state, start_use, state_at, state_use
+from minsnap.time_allocation.timing import AttachHeading, Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
 
-FINER = 3
+PIECES_BETWEEN = 3
 """Pieces a leg with which is searched again where fewer find nothing between the ways."""
 
-TOUCHING = 1e-5
+ON_LIMIT = 1e-5
 """How near to a limit a start or an end counts as on it."""
 
 
@@ -48,7 +48,7 @@ class Recovered(Timed):
 
 
 @dataclass(frozen=True, eq=False)
-class Ways:
+class EndConnectors:
     """What is flown before and after a plan whose ends have room.
 
     Parameters
@@ -81,7 +81,7 @@ class Ways:
             durations[leg] = _left(float(durations[leg]), taken, leg % len(durations))
         return replace(timing, durations=durations)
 
-    def around(self, found: Timed, limits: Limits, finish: Finish) -> Recovered:
+    def around(self, found: Timed, limits: Limits, finish: AttachHeading) -> Recovered:
         """Fly the ways before and after a plan between them.
 
         Raises
@@ -111,7 +111,7 @@ def _left(duration: float, taken: float, leg: int | None) -> float:
     )
 
 
-def ways_of(task: Task, limits: Limits, start: bool = True) -> Ways:
+def connect_ends(task: Task, limits: Limits, start: bool = True) -> EndConnectors:
     """Return the ways that a task needs.
 
     Parameters
@@ -127,31 +127,31 @@ def ways_of(task: Task, limits: Limits, start: bool = True) -> Ways:
         If there is none.
     """
     before = after = None
-    if start and start_use(task, limits) > 1.0 - TOUCHING:
-        way = way_back(start_state(task), task.walls, limits, task.deadline)
+    if start and start_use(task, limits) > 1.0 - ON_LIMIT:
+        way = connect_start(start_state(task), task.walls, limits, task.deadline)
         if way is None:
-            raise no_way(task, limits, 0)
+            raise no_connector(task, limits, 0)
         before, task = way.piece, from_end(task, way)
     if end_on_limit(task, limits):
         signs = (-1.0) ** np.arange(task.half)
-        way = way_back(signs[:, None] * _end_state(task), task.walls, limits, task.deadline, task.legs - 1)
+        way = connect_start(signs[:, None] * _end_state(task), task.walls, limits, task.deadline, task.legs - 1)
         if way is None:
-            raise no_way(task, limits, task.legs)
+            raise no_connector(task, limits, task.legs)
         after = way.piece.reversed()
         task = _moved(task, task.legs, state_at(after, 0.0, task.half))
-    return Ways(task, before, after)
+    return EndConnectors(task, before, after)
 
 
 def on_limits(task: Task, limits: Limits) -> bool:
     """Whether the start of a task is on its limits or outside of them, or its end is on them."""
-    return not task.closed and (start_use(task, limits) > 1.0 - TOUCHING or end_on_limit(task, limits))
+    return not task.closed and (start_use(task, limits) > 1.0 - ON_LIMIT or end_on_limit(task, limits))
 
 
 def end_on_limit(task: Task, limits: Limits) -> bool:
     """Whether the end of a task is on a limit."""
     fixed = bool((task.upper[-1] <= task.lower[-1]).all()) and not task.closed
     moving = any(value.any() for value in task.pins.get(task.legs, {}).values())
-    return fixed and moving and state_use(_end_state(task), limits) > 1.0 - TOUCHING
+    return fixed and moving and state_use(_end_state(task), limits) > 1.0 - ON_LIMIT
 
 
 def _end_state(task: Task) -> FloatArray:
@@ -159,7 +159,7 @@ def _end_state(task: Task) -> FloatArray:
     return np.stack([task.waypoints[-1], *(pinned.get(order, zero) for order in range(1, task.half))])
 
 
-def no_way(task: Task, limits: Limits, waypoint: int) -> LimitError:
+def no_connector(task: Task, limits: Limits, waypoint: int) -> LimitError:
     """Say that no way between a state on or outside its limits and one with room was found."""
     used = max(limits.use_of_state(task.pins[waypoint], task.dim), key=lambda entry: entry.fraction)
     if waypoint:

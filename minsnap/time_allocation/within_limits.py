@@ -9,9 +9,9 @@ from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.optimum import InfeasibleRowsError
-from minsnap.optimisation.problem import Task
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
+from minsnap.optimisation.task import Task
 from minsnap.time_allocation.derivative_walls import kept_factor
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
@@ -23,7 +23,7 @@ from minsnap.time_allocation.strategy import searched_from
 from minsnap.time_allocation.time_scaling import proportions, scaled_plan
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
 from minsnap.time_allocation.timing import (
-    Finish,
+    AttachHeading,
     Run,
     Timed,
     Timing,
@@ -35,11 +35,11 @@ from minsnap.time_allocation.timing import (
 from minsnap.time_allocation.ways import end_on_limit
 from minsnap.trajectory.report import Utilisation
 
-TOUCHING, ROOM = 1e-6, 1e-2
+AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
 """How near to a limit a pinned state counts as at it, and the share of room that it should be left."""
 
 
-def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Find the shortest plan within limits.
 
     Parameters
@@ -71,7 +71,9 @@ def _leg_durations(solved: SolvedTask) -> FloatArray:
     return leg_sums(solved.trajectory.durations, solved.trajectory.pieces)
 
 
-def _smoother(task: Task, bounded: Task, fastest: SolvedTask, timing: Timing, finish: Finish, search: Run) -> Timed:
+def _smoother(
+    task: Task, bounded: Task, fastest: SolvedTask, timing: Timing, finish: AttachHeading, search: Run
+) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
     attempt = plans_for(replace(bounded, pieces=pieces), task, timing.limits, finish, search)
@@ -82,7 +84,7 @@ def _smoother(task: Task, bounded: Task, fastest: SolvedTask, timing: Timing, fi
 
 
 def plans_for(
-    bounded: Task, task: Task, limits: Limits | None, finish: Finish, search: Run, exact: bool = False
+    bounded: Task, task: Task, limits: Limits | None, finish: AttachHeading, search: Run, exact: bool = False
 ) -> Attempt:
     """Return what plans for durations, within limits as walls; None where there is no plan, or it is not certified.
 
@@ -109,17 +111,17 @@ def plans_for(
     return plan
 
 
-def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Plan for a total or a price, and limits besides; parameters as of :func:`shortest_plan`."""
     if timing.total_time is not None and timing.split != "optimal":
         durations = timing.total * proportions(task, timing.split, limits)
-        return kept(timed(solved_or_explained(bounded, task.piece_durations(durations)), finish), limits)
+        return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations)), finish), limits)
     if not _searchable(bounded, limits):
         price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
         found = _cheapest(bounded, timing, price, durations, finish, Run(()))
         if found is None:
             raise explain(bounded, task.piece_durations(durations))
-        return kept(found, limits, price is not None)
+        return require_limits_kept(found, limits, price is not None)
     if task.continuity <= task.half - 1:
         try:
             return _joint_plan(task, bounded, timing, limits, finish)
@@ -131,7 +133,7 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
         _check_total(float(durations.sum()), fastest)
     found = None if search.interrupted else _cheapest(bounded, timing, price, durations, finish, search)
     if found is not None and price is not None:
-        return kept(found, limits, True)
+        return require_limits_kept(found, limits, True)
     if found is not None and keeps(limits, found.trajectory):
         return found
     smooth = _smoother(task, bounded, fastest, timing, finish, search)
@@ -141,12 +143,12 @@ def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, fini
     return _stretched(smooth.solved, timing.total, limits, finish, search)
 
 
-def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: Finish) -> Timed:
+def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Search the curve and its durations together, for a price of time or a total."""
     search = LeastPriced(task, limits, timing, finish)
     if timing.time_weight is not None:
         solved, run = search.priced(timing.time_weight)
-        return kept(timed(solved, finish, run), limits, True)
+        return require_limits_kept(timed(solved, finish, run), limits, True)
     total = timing.total
     free, run = search.free(distance_split(task, total))
     if keeps(limits, finish(free.trajectory)):
@@ -163,7 +165,7 @@ def _joint_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finis
     return _stretched(fastest, total, limits, finish, run)
 
 
-def _lengthened(bounded: Task, best: SolvedTask, total: float, finish: Finish, run: Run) -> Timed | None:
+def _lengthened(bounded: Task, best: SolvedTask, total: float, finish: AttachHeading, run: Run) -> Timed | None:
     """Take a little more time: the same path flown more slowly, or a solve where pinned derivatives do not scale."""
     factor = total / best.trajectory.duration
     if best.task.still:
@@ -185,7 +187,7 @@ def _check_total(total: float, fastest: SolvedTask) -> None:
         )
 
 
-def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: Finish, search: Run) -> Timed:
+def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: AttachHeading, search: Run) -> Timed:
     """Fly the shortest plan more slowly, or say that nothing was found."""
     shortest = fastest.trajectory.duration
     found = timed(fastest, finish, search, total / shortest)
@@ -199,7 +201,7 @@ def _stretched(fastest: SolvedTask, total: float, limits: Limits, finish: Finish
 
 
 def _cheapest(
-    task: Task, timing: Timing, price: float | None, durations: FloatArray, finish: Finish, search: Run
+    task: Task, timing: Timing, price: float | None, durations: FloatArray, finish: AttachHeading, search: Run
 ) -> Timed | None:
     """Split a total, or a price of time, with the limits as walls of the QP; None where that has no solution."""
     try:
@@ -226,7 +228,7 @@ def _wished(task: Task, timing: Timing, fastest: FloatArray) -> tuple[float | No
     return None, fastest * (timing.total / fastest.sum())
 
 
-def kept(found: Timed, limits: Limits, stretchable: bool = False) -> Timed:
+def require_limits_kept(found: Timed, limits: Limits, stretchable: bool = False) -> Timed:
     """Return a plan that keeps all limits, those that are not walls of the QP too, or say how long it would take.
 
     Raises
@@ -273,7 +275,7 @@ def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> Non
             continue
         last = mended and waypoint == task.legs and bool((task.upper[-1] <= task.lower[-1]).all())
         for used in limits.use_of_state(state, task.dim):
-            if used.fraction > (1.0 + KEPT if last else 1.0 - TOUCHING):
+            if used.fraction > (1.0 + KEPT if last else 1.0 - AT_LIMIT):
                 raise _pinned_at(waypoint, used)
 
 
@@ -282,7 +284,7 @@ def _pinned_at(waypoint: int, used: Utilisation) -> LimitError:
     change = "lower the limit to at most" if lower else "raise the limit to at least"
     where, value = "beyond", used.value
     if used.fraction <= 1.0 + KEPT:
-        where, value = "at", used.value * (1.0 - ROOM if lower else 1.0 + ROOM)
+        where, value = "at", used.value * (1.0 - LIMIT_ROOM if lower else 1.0 + LIMIT_ROOM)
     return LimitError(
         f"the state pinned at waypoint {waypoint} has {used.name} {used.value:.6g}, {where} its limit "
         f"{used.limit:.6g}: {change} {value:.6g}",

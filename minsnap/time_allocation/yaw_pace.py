@@ -9,7 +9,7 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.limits.yaw_rate import largest_yaw_rate
-from minsnap.time_allocation.timing import Finish
+from minsnap.time_allocation.timing import AttachHeading
 from minsnap.trajectory.trajectory import Trajectory
 
 ROUNDS = 40
@@ -22,7 +22,7 @@ ENOUGH = 1e-3
 """Relative excess that is left."""
 
 
-def paced(curve: Trajectory, finish: Finish, limit: float) -> FloatArray | None:
+def paced(curve: Trajectory, finish: AttachHeading, limit: float) -> FloatArray | None:
     """Return durations of the pieces, none shorter than those of a curve, at which the yaw keeps a limit on its rate.
 
     Parameters

@@ -6,7 +6,7 @@ import pytest
 
 import minsnap
 from minsnap.basics import progress
-from minsnap.basics.progress import ProgressLine, told
+from minsnap.basics.progress import ProgressLine, progress_line
 
 CORNERS = [(0, 0, 1), (8, 0, 1), (8, 4, 1), (0, 4, 1)]
 
@@ -67,9 +67,9 @@ def test_progress_true_shows_a_flight_and_an_experiment(at_once, capsys):
 
 
 def test_other_callables_are_handed_on_and_an_error_removes_the_line(at_once, capsys):
-    with told(print, "searching", lambda line: line.show) as watch:
+    with progress_line(print, "searching", lambda line: line.show) as watch:
         assert watch is print
-    with pytest.raises(RuntimeError), told(True, "searching", lambda line: line.show) as watch:
+    with pytest.raises(RuntimeError), progress_line(True, "searching", lambda line: line.show) as watch:
         watch(0.5)
         raise RuntimeError
     assert capsys.readouterr().err.endswith("\x1b[2K")

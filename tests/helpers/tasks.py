@@ -3,7 +3,7 @@
 import numpy as np
 
 from minsnap.limits.vehicle_drag import medium_of
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.trajectory.tilt_heading import TiltHeading
 
 REFERENCE = np.array([(0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0)])

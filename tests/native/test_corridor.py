@@ -14,7 +14,7 @@ from minsnap.native import library
 from minsnap.native.corridor import solve_corridor
 from minsnap.native.status import Status
 from minsnap.optimisation.native_solve import corridor_question
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.trajectory.trajectory import Trajectory
 
 DURATIONS = np.array([4.0, 2.0, 4.0, 2.0])

@@ -12,7 +12,7 @@ from minsnap.corridors.tubes import Tube
 from minsnap.errors import SolverError
 from minsnap.limits.limits import Limits
 from minsnap.optimisation import elastic
-from minsnap.optimisation.elastic import Elastic, Give
+from minsnap.optimisation.elastic import Elastic, Relaxation
 from minsnap.optimisation.normalised_constraints import compile_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import solve
@@ -50,7 +50,7 @@ def test_one_slack_for_all_widths_is_the_least_that_does(seed):
     points, durations = random_legs(seed, 4)
     task = task_of(points, Tube(1e-3), continuity=5)
     walls = sum(len(wall.leg) for wall in task.walls)
-    found = relaxed(task, durations, give=Give(np.zeros(walls, int), np.ones(walls), 1), accuracy=1e-6)
+    found = relaxed(task, durations, give=Relaxation(np.zeros(walls, int), np.ones(walls), 1), accuracy=1e-6)
 
     def fits(width):
         return can_be_flown(task_of(points, Tube(width), continuity=5), durations)

@@ -10,7 +10,7 @@ from minsnap import Boxes, HalfSpaces, Limits, RoundTube, SolverError, Tube
 from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.library import core
 from minsnap.native.quick_look import keeps
-from minsnap.optimisation.problem import Task
+from minsnap.optimisation.task import Task
 from minsnap.planning import plan_many as batches
 from minsnap.time_allocation import allocate, resting
 from minsnap.time_allocation.last_look import fault

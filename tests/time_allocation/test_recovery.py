@@ -5,7 +5,7 @@ import pytest
 
 from minsnap import Boxes, Limits
 from minsnap.limits.compliance import kept_from
-from minsnap.time_allocation.recovery import way_back
+from minsnap.time_allocation.recovery import connect_start
 
 POINTS = np.array([(0.0, 0.0, 1.0), (2.0, 0.5, 1.0)])
 BOX = Boxes([(-0.5, -0.5, 0.5)], [(2.5, 1.0, 1.5)])
@@ -24,7 +24,7 @@ def state(speed, acceleration):
 @pytest.mark.parametrize(("speed", "acceleration"), [(3, 0), (3, 3), (3.1, 0), (4, 3), (2, 7), (4, -8)])
 def test_it_leads_from_the_state_inside_the_limits(name, speed, acceleration):
     limits, given = SETS[name], state(speed, acceleration)
-    way = way_back(given, BOX.walls(POINTS), limits)
+    way = connect_start(given, BOX.walls(POINTS), limits)
     for order in range(4):
         size = max(1.0, np.abs(way.piece(way.piece.duration, order)).max())
         assert way.piece(0.0, order) == pytest.approx(given[order], abs=1e-8 * size)
@@ -36,16 +36,16 @@ def test_it_leads_from_the_state_inside_the_limits(name, speed, acceleration):
 
 def test_it_takes_no_longer_than_braking_fully_does():
     """From 4 m/s to 3 m/s at 6 m/s^2, without a bound on jerk: a sixth of a second at least."""
-    way = way_back(state(4.0, 0.0), BOX.walls(POINTS), SETS["speed, acceleration"])
+    way = connect_start(state(4.0, 0.0), BOX.walls(POINTS), SETS["speed, acceleration"])
     limits_from = kept_from(SETS["speed, acceleration"], way.piece)
     assert 1.0 / 6.0 < limits_from < 1.5 / 6.0
 
 
 def test_limits_that_the_start_keeps_hold_on_the_way():
-    way = way_back(state(4.0, 0.0), BOX.walls(POINTS), SETS["speed, acceleration"])
+    way = connect_start(state(4.0, 0.0), BOX.walls(POINTS), SETS["speed, acceleration"])
     assert way.piece.max_norm(2)[0] <= 6.0 * (1.0 + 1e-6)
 
 
 def test_none_where_the_box_is_too_short():
     short = Boxes([(-0.5, -0.5, 0.5)], [(0.1, 0.5, 1.5)])
-    assert way_back(state(4.0, 0.0), short.walls(POINTS), SETS["speed, acceleration"]) is None
+    assert connect_start(state(4.0, 0.0), short.walls(POINTS), SETS["speed, acceleration"]) is None

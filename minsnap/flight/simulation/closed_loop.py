@@ -11,7 +11,7 @@ import numpy as np
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_able, check_kind, is_number
 from minsnap.basics.messages import shown
-from minsnap.basics.progress import told
+from minsnap.basics.progress import progress_line
 from minsnap.errors import DivergenceError, TimingError
 from minsnap.flight.simulation.controllers.controller import Command, Controller
 from minsnap.flight.simulation.flight_record import Flight
@@ -106,7 +106,7 @@ def simulate(
     check_steps(length, step)
     run = _Run(vehicle, controller, table, sensors, wind, round(length / step), step)
     run.delay = setpoint_delay
-    with told(progress, "flying", lambda line: line.show) as watch:
+    with progress_line(progress, "flying", lambda line: line.show) as watch:
         reason = run.fly(watch)
     flight = run.flight(path)
     if reason:

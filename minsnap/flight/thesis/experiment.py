@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from minsnap.basics.progress import told
+from minsnap.basics.progress import progress_line
 from minsnap.errors import InputError, VehicleError
 from minsnap.flight.simulation.closed_loop import STEP, simulate
 from minsnap.flight.simulation.controllers.cascade import CascadeController
@@ -174,7 +174,7 @@ def run_experiment(
     pilot = CascadeController(references="velocity") if controller is None else controller
     how: dict[str, Any] = {"sensors": sensors, "wind": wind, "step": step}
     runs = []
-    with told(progress, "flying", lambda line: line.show) as watch:
+    with progress_line(progress, "flying", lambda line: line.show) as watch:
         for index, compensation in enumerate(compensations):
             share = _share(watch, index, len(compensations))
             flight = simulate(craft, pilot, flown.samples, compensation=models[index], progress=share, **how)

@@ -13,7 +13,7 @@ from minsnap.basics.arrays import BoolArray, FloatArray, lengths_of
 from minsnap.basics.deadline import NEVER, Deadline
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.regions import KnotRegion
-from minsnap.optimisation.reduced_qp import Problem, Slots
+from minsnap.optimisation.reduced_qp import ReducedProblem, Slots
 from minsnap.optimisation.touches import touched_walls
 from minsnap.optimisation.units import Units
 
@@ -160,13 +160,13 @@ class Task:
         exponents = np.frexp(durations)[1]
         return Units(self.length, math.ldexp(1.0, int(exponents.sum()) // len(exponents)), self.waypoints[0])
 
-    def problem(self, durations: FloatArray, units: Units) -> Problem:
+    def problem(self, durations: FloatArray, units: Units) -> ReducedProblem:
         """Return the reduced problem for piece durations (pieces in all,) [s]."""
         values = np.zeros(self.free.shape)
         for knot, slot, order, value in self._pinned_slots():
             values[knot, slot] = value / units.of_order(order)
         known = (self.nominal, values, self.free, self.held, self.closed, self.jumps)
-        return Problem(self.slots, durations / units.time, *known, planes=self._planes)
+        return ReducedProblem(self.slots, durations / units.time, *known, planes=self._planes)
 
     @cached_property
     def own_regions(self) -> dict[int, KnotRegion]:
