@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,8 +16,12 @@ from minsnap.cli.app import app
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
+    from minsnap.files.formats.light_programme import Lights
     from minsnap.fleet.common_clock import Fleet
     from minsnap.studio.browser_page import Page
+
+    Shown = tuple[Fleet, Sequence[Lights | None] | None]
+    """A fleet, and the lights of its vehicles if the file has them."""
 
 
 @app.command()
@@ -68,25 +73,31 @@ def _page(file: Path | None, folder: Path, host: str, port: int, obstacles: Path
     return Studio(request, str(folder), host, port, obstacles=None if obstacles is None else read_obstacles(obstacles))
 
 
-def _fleet_page(fleet: Fleet, host: str, port: int) -> Page:
+def _fleet_page(shown: Shown, host: str, port: int) -> Page:
     from minsnap.studio.fleet_studio import FleetStudio
 
-    return FleetStudio(fleet, host, port)
+    return FleetStudio(shown[0], host, port, shown[1])
 
 
-def _fleet(file: Path, separation: float | None, downwash: float) -> Fleet | None:
-    """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned; None for a scene."""
+def _fleet(file: Path, separation: float | None, downwash: float) -> Shown | None:
+    """Return the fleet of a folder or a ``.skyc``, or of a show, which is planned, and its lights; None for a scene."""
     from minsnap.fleet.separation import Separation
     from minsnap.shows.fleet_files import is_fleet, read_fleet
     from minsnap.shows.show import fly
     from minsnap.shows.show_yaml import is_show, read_show
+    from minsnap.shows.skybrush_show import read_skyc
 
-    if is_fleet(file):
+    lights: Sequence[Lights | None] | None = None
+    if file.suffix.lower() == ".skyc":
+        held = read_skyc(file)
+        fleet, lights = held.fleet, held.lights
+    elif is_fleet(file):
         fleet = read_fleet(file)
     elif is_show(file):
-        fleet = fly(read_show(file), None, lambda line: print(f"minsnap: {line}", file=sys.stderr)).fleet
+        flown = fly(read_show(file), None, lambda line: print(f"minsnap: {line}", file=sys.stderr))
+        fleet, lights = flown.fleet, flown.lights
     elif separation is not None:
         raise InputError(f"{file} is one vehicle: --separation is for a fleet")
     else:
         return None
-    return fleet if separation is None else replace(fleet, separation=Separation(separation, downwash))
+    return fleet if separation is None else replace(fleet, separation=Separation(separation, downwash)), lights

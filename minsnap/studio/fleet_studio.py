@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
 from minsnap.errors import FleetError
+from minsnap.files.formats.light_programme import Lights
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.plot.fleet_figures import INSTANTS, least_distances, near_pairs
 from minsnap.studio.browser_page import Page, several
 from minsnap.studio.charts import data_with_cursor, round_up, time_chart
-from minsnap.studio.ground_view import GroundView
+from minsnap.studio.ground_view import BY_DAY, BY_NIGHT, GroundView
 from minsnap.studio.page_inputs import sentence, table
 from minsnap.studio.page_server import LOOPBACK, PORT
-from minsnap.studio.plan_drawing import pieces_of, speed_colours
+from minsnap.studio.plan_drawing import ColourArray, pieces_of, speed_colours
 from minsnap.studio.player import Player
 
 VEHICLE, NEAR = (31, 42, 68), (224, 49, 49)
-"""Colours of vehicles, and of those that are near another."""
+"""Colours of vehicles whose lamp is dark, and of those that are near another."""
 
-FADED = 0.6
-"""How much of the colour of time the paths have; the rest is white."""
+NIGHT, DAY = (16, 22, 38), (255, 255, 255)
+"""Colours behind a fleet with lights, and behind one without."""
+
+FADED = {NIGHT: 0.25, DAY: 0.6}
+"""How much of the colour of time the paths have; the rest is what is behind them."""
 
 LISTED = 6
 """Pairs that are named while they are near."""
@@ -41,23 +46,34 @@ class FleetStudio(Page):
         In space; pairs nearer than 1.25 times its ``separation`` are highlighted.
     host, port
         Address to listen on; port 0 is any that is free.
+    lights : sequence of Lights or None, optional
+        Of each vehicle, which has the colour of its lamp while that shines.
 
     Raises
     ------
     FleetError
-        If the fleet is plane.
+        If the fleet is plane, or there are lights for another number of vehicles.
     LinkError
         If it cannot listen there.
     ImportError
         If viser is not there.
     """
 
-    def __init__(self, fleet: Fleet, host: str = LOOPBACK, port: int = PORT) -> None:
+    def __init__(
+        self,
+        fleet: Fleet,
+        host: str = LOOPBACK,
+        port: int = PORT,
+        lights: Sequence[Lights | None] | None = None,
+    ) -> None:
         if fleet.dim != 3:
             raise FleetError(f"the studio shows fleets in space: this one has {fleet.dim} coordinates")
-        self.fleet = fleet
+        self.fleet, self._lights = fleet, (None,) * len(fleet) if lights is None else tuple(lights)
+        if len(self._lights) != len(fleet):
+            raise FleetError(f"there are lights for {len(self._lights)} of {len(fleet)} vehicles: give each its own")
         self.certificate = certify_fleet(fleet, fleet.separation)
         self._places = several(fleet)
+        self._behind = DAY if lights is None or not any(self._lights) else NIGHT
         super().__init__(host, port)
         self._build()
         self._show(0.0)
@@ -71,7 +87,9 @@ class FleetStudio(Page):
 
     def _build(self) -> None:
         server, gui = self._server, self._server.gui
-        GroundView(server).show("enu", self._places)
+        GroundView(server).show("enu", self._places, BY_DAY if self._behind == DAY else BY_NIGHT)
+        if self._behind != DAY:
+            server.scene.set_background_image(np.full((2, 2, 3), self._behind, dtype=np.uint8))
         self._draw_paths(server.scene)
         self._draw_vehicles(server.scene)
         gui.add_html(table(facts(self.certificate)) + verdict(self.certificate))
@@ -89,7 +107,8 @@ class FleetStudio(Page):
         """Draw the paths, coloured by time."""
         t = np.linspace(0.0, self.fleet.duration, 80)
         points = np.concatenate([pieces_of(curve) for curve in self.fleet(t)])
-        colours = FADED * speed_colours(t / self.fleet.duration) + (1.0 - FADED) * 255.0
+        faded = FADED[self._behind]
+        colours = faded * speed_colours(t / self.fleet.duration) + (1.0 - faded) * np.array(self._behind)
         pairs = np.stack([colours[:-1], colours[1:]], axis=1).round().astype(np.uint8)
         lines = {"thickness": 1.0, "thickness_units": "screen"}
         scene.add_line_segments("/fleet/paths", points, np.tile(pairs, (len(self.fleet), 1, 1)), **lines)
@@ -128,7 +147,7 @@ class FleetStudio(Page):
             places = self.fleet(now)
             apart = self.fleet.separation
             near = np.zeros((0, 2), dtype=np.intp) if apart is None else near_pairs(places, apart)
-            colours = np.tile(np.array(VEHICLE, dtype=np.uint8), (len(places), 1))
+            colours = self._colours(now)
             colours[near.reshape(-1)] = NEAR
             with self._server.atomic():
                 self._vehicles.batched_positions = places.astype(np.float32)
@@ -140,6 +159,13 @@ class FleetStudio(Page):
                 self._tell(places, near)
                 if self._chart is not None:
                     self._chart.data = data_with_cursor(self._t, self._least[None], self._edges, now)
+
+    def _colours(self, now: float) -> ColourArray:
+        """Return the colour of every vehicle, between its own and that of its lamp by how bright that shines."""
+        lamps = np.array([np.zeros(3) if lamp is None else lamp(now) for lamp in self._lights])
+        bright = lamps.max(axis=1, keepdims=True) / 255.0
+        full = np.divide(lamps, bright, out=np.zeros_like(lamps), where=bright > 0.0)
+        return np.asarray(np.round(bright * full + (1.0 - bright) * VEHICLE), dtype=np.uint8)
 
     def _tell(self, places: FloatArray, near: IntArray) -> None:
         """Name the pairs that are near, with their distances, heights divided by the downwash."""

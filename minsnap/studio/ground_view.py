@@ -22,6 +22,11 @@ AXES = {
 COLOURS = ((213, 0, 0), (0, 140, 0), (0, 60, 220))
 OBSTACLE = (134, 96, 62)
 
+Lines = tuple[tuple[int, int, int], tuple[int, int, int]]
+BY_DAY: Lines = ((222, 226, 230), (173, 181, 189))
+BY_NIGHT: Lines = ((30, 37, 56), (48, 57, 80))
+"""Colours of the lines of the ground: of cells, and of every fifth."""
+
 
 class GroundView:
     """Grid, axes and obstacles.
@@ -39,7 +44,7 @@ class GroundView:
         self._axes: tuple[Any, ...] = ()
         self._place: tuple[float, tuple[float, ...]] = (0.0, ())
 
-    def show(self, frame: str, points: FloatArray) -> None:
+    def show(self, frame: str, points: FloatArray, lines: Lines = BY_DAY) -> None:
         """Draw the ground under the waypoints, shape (n, 3) [m], and the axes of a frame."""
         center, size = points.mean(axis=0), float(np.ceil(2.0 * np.ptp(points, axis=0)[:2].max() + 8.0))
         middle = (float(np.round(center[0])), float(np.round(center[1])), 0.0)
@@ -48,8 +53,8 @@ class GroundView:
             "cell_size": cell,
             "section_size": 5.0 * cell,
             "fade_distance": 4.0 * size,
-            "cell_color": (222, 226, 230),
-            "section_color": (173, 181, 189),
+            "cell_color": lines[0],
+            "section_color": lines[1],
         }
         if self._place != (size, middle):
             self._place = size, middle

@@ -7,6 +7,7 @@ import minsnap
 import minsnap.shows
 from minsnap.cli.studio_command import _fleet
 from minsnap.errors import FleetError, InputError
+from minsnap.files.formats.light_programme import Lights
 from minsnap.studio import FleetStudio, show
 from minsnap.studio.fleet_studio import NEAR, VEHICLE, facts, verdict
 
@@ -57,17 +58,43 @@ def test_the_chart_is_the_least_distance_with_what_is_asked(page):
 
 def test_fleets_come_from_folders_and_shows_and_nothing_else(tmp_path):
     minsnap.shows.write_fleet(FLEET, tmp_path / "fleet")
-    held = _fleet(tmp_path / "fleet", 0.5, 3.0)
+    held, dark = _fleet(tmp_path / "fleet", 0.5, 3.0)
+    assert dark is None
     assert (held(1.0) == FLEET(1.0)).all() and (held.separation.distance, held.separation.downwash) == (0.5, 3.0)
     (tmp_path / "show.yaml").write_text(
         "{vehicles: 2, separation: 0.5, limits: {speed: 3, acceleration: 3}, home: {grid: {spacing: 2}}, "
-        "acts: [{formation: {circle: {radius: 2, height: 3}}, hold: 0}]}"
+        "acts: [{formation: {circle: {radius: 2, height: 3}}, hold: 4, colour: [255, 0, 0]}]}"
     )
-    assert len(_fleet(tmp_path / "show.yaml", None, 1.0)) == 2
+    flown, lights = _fleet(tmp_path / "show.yaml", None, 1.0)
+    minsnap.shows.write_fleet(flown, tmp_path / "show.skyc", lights=lights)
+    _, again = _fleet(tmp_path / "show.skyc", None, 1.0)
+    now = np.linspace(0.0, flown.duration, 40)[:-1]
+    assert len(flown) == 2 and any(lamp(t).tolist() == [255, 0, 0] for lamp in lights for t in now)
+    assert [lamp(now).tolist() for lamp in again] == [lamp(now).tolist() for lamp in lights]
     (tmp_path / "way.csv").write_text("x,y,z\n0,0,1\n1,0,1\n")
     assert _fleet(tmp_path / "way.csv", None, 1.0) is None
     with pytest.raises(InputError, match="one vehicle"):
         _fleet(tmp_path / "way.csv", 1.0, 1.0)
+
+
+def test_vehicles_have_the_colours_of_their_lamps_while_these_shine():
+    lamp = Lights([0.2, 1.0, 1.8], [(255, 0, 0), (0, 0, 255), (0, 0, 0)], [False, True, False])
+    opened = FleetStudio(FLEET, port=0, lights=(None, None, lamp))
+    try:
+        for now, colour in ((0.0, VEHICLE), (0.2, (255, 0, 0)), (1.0, (0, 0, 255)), (1.9, VEHICLE)):
+            opened.seek(now)
+            assert tuple(opened._vehicles.batched_colors[2]) == colour
+        assert tuple(opened._vehicles.batched_colors[0]) == VEHICLE
+        opened.seek(0.6)
+        assert opened._vehicles.batched_colors[2].tolist() == [
+            128 + VEHICLE[0] // 2,
+            VEHICLE[1] // 2,
+            128 + VEHICLE[2] // 2,
+        ]
+    finally:
+        opened.close()
+    with pytest.raises(FleetError, match="1 of 3 vehicles"):
+        FleetStudio(FLEET, port=0, lights=(lamp,))
 
 
 def test_plane_fleets_are_refused():
