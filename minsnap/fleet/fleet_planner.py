@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil
 from time import monotonic
 from typing import Any
@@ -23,6 +23,7 @@ from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_checks import check_task, refuse_meetings
 from minsnap.fleet.fleet_report import FleetReport
 from minsnap.fleet.fleet_task import FleetTask, way_of
+from minsnap.fleet.last_look import fleet_fault
 from minsnap.fleet.one_curve import PIECES, one_curve
 from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation
@@ -133,21 +134,41 @@ def plan_fleet(
     workers, deadline = processors(threads), None if time_limit is None else monotonic() + float(time_limit)
     with progress_line(progress, "fleet", _line) as callback:
         search = TimeSearch(task, count, workers, lambda: deadline is not None and monotonic() > deadline, callback)
-        curves, method, stopped = _searched(search, total_time, polish, seed, pieces)
-    report = _report(search, curves, method, stopped)
-    headed = (*_headed(task, curves, yaw), *task.fixed)
-    return Fleet(headed, None if names is None else tuple(names), task.separation, report)  # type: ignore[arg-type]
+        return _searched(_Finish(task, search, yaw, names), total_time, polish, seed, pieces)
 
 
-def _searched(
-    search: TimeSearch, total_time: float | None, polish: float, seed: int, pieces: Any
-) -> tuple[list[Trajectory], str, str]:
-    """Return the best certified curves, how they were found, and what ended the search early."""
+@dataclass(frozen=True)
+class _Finish:
+    """Makes a fleet of curves that were found, and looks at it."""
+
+    task: FleetTask
+    search: TimeSearch
+    yaw: Any
+    names: Sequence[str] | None
+
+    def fleet(self, curves: list[Trajectory], method: str, stopped: str = "") -> Fleet:
+        """Return the curves with headings, and those that were fixed, or raise UnprovedError."""
+        task, report = self.task, _report(self.search, curves, method, stopped)
+        headed = (*_headed(task, curves, self.yaw), *task.fixed)
+        names = None if self.names is None else tuple(self.names)
+        found = Fleet(headed, names, task.separation, report)  # type: ignore[arg-type]
+        wrong = fleet_fault(task, found, self.search.threads)
+        if wrong is not None:
+            raise UnprovedError(f"the fleet found is refused at the last look: {wrong}; give more time or another yaw")
+        return found
+
+
+def _searched(finish: _Finish, total_time: float | None, polish: float, seed: int, pieces: Any) -> Fleet:
+    """Return the best fleet found: by one curve where that decides it, or by a joint search."""
+    search, stopped = finish.search, ""
     count = PIECES * (max(len(points) for points in search.task.waypoints) == 2) or 3
     quick = one_curve(search.task, total_time, polish, count if pieces == "auto" else pieces)
     if quick is not None:
-        return *quick, ""
-    stopped = ""
+        try:
+            return finish.fleet(*quick)
+        except UnprovedError:
+            if len(quick[0]) == 1:
+                raise
     try:
         found = _joint(search, total_time, polish, seed)
         stopped = "time_limit" if search.stopped() else ""
@@ -155,7 +176,7 @@ def _searched(
         if search.best is None or total_time is not None:
             raise
         found, stopped = search.best, "Ctrl-C"
-    return flown(found.curves[: len(search.task)], found.time), "joint", stopped
+    return finish.fleet(flown(found.curves[: len(search.task)], found.time), "joint", stopped)
 
 
 def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: int) -> Certified:

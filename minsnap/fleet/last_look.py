@@ -1,0 +1,124 @@
+"""The last look at a fleet before it leaves: everything that was asked of its vehicles, alone and together.
+
+It judges the trajectories that are returned, with their headings, by their control points alone. Of the knots and the
+times that the search had in mind it takes nothing over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from minsnap.basics.arrays import FloatArray, IntArray
+from minsnap.basics.tolerances import EXACT
+from minsnap.corridors.boxes import Boxes
+from minsnap.fleet.common_clock import Fleet
+from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
+from minsnap.fleet.fleet_limits import extent_of
+from minsnap.fleet.fleet_task import FleetTask
+from minsnap.native.quick_look import keeps
+from minsnap.optimisation.problem import Task
+from minsnap.time_allocation.last_look import fault
+from minsnap.trajectory.trajectory import Trajectory
+
+HALF = 4
+"""Derivatives 0 ... k - 1 are continuous, and given at both ends."""
+
+
+def fleet_fault(task: FleetTask, fleet: Fleet, threads: int) -> str | None:
+    """Return what a fleet does not keep of all that was asked, or None.
+
+    Parameters
+    ----------
+    task : FleetTask
+    fleet : Fleet
+        With the headings; its first vehicles are those that were planned.
+    threads : int
+    """
+    planned = [fleet[vehicle] for vehicle in range(len(task))]
+    duration = planned[0].duration if task.total_time is None else task.total_time
+    for vehicle, curve in enumerate(planned):
+        wrong = next(_faults_alone(task, vehicle, curve, duration), None)
+        if wrong is not None:
+            return f"vehicle {vehicle}: {wrong}"
+    together = certify_fleet(fleet, task.separation, None, task.room, task.avoid, threads=threads)
+    return _broken_limit(task, fleet) or (None if together.ok else _fault_together(together))
+
+
+def _faults_alone(task: FleetTask, vehicle: int, curve: Trajectory, duration: float) -> Iterator[str]:
+    """Yield what one vehicle does not keep, but for limits."""
+    points, state, holds = task.waypoints[vehicle], task.states[vehicle], task.holds_of(vehicle)
+    found, boxes = _wrong_way(points, state, curve, duration), task.corridors[vehicle] if task.corridors else None
+    if found is not None:
+        yield found
+    if len(points) == 2 and boxes is None and not holds.any():
+        return
+    knots = passed_knots(curve, points)
+    if knots is None:
+        yield "it does not pass all of its waypoints in their order"
+        return
+    short = curve.breaks[knots[:, 1]] - curve.breaks[knots[:, 0]] < holds - EXACT * curve.duration
+    if short.any():
+        yield f"it does not rest at waypoint {int(short.argmax())} for {holds[short.argmax()]:.9g} s"
+    for leg in () if boxes is None else _outside_of(boxes, curve, knots):
+        yield f"it leaves the box of leg {leg}"
+
+
+def _wrong_way(
+    points: FloatArray, state: Mapping[int, FloatArray], curve: Trajectory, duration: float
+) -> str | None:
+    """Return what a curve does not keep as one leg from its state at the start to rest at the goal, or None."""
+    ends, times, control = points[[0, -1]], curve.durations, curve.control_points
+    if not state and curve.duration == duration and keeps(ends, times, control, HALF - 1, HALF - 1):
+        return None
+    still, exactly = {order: np.zeros(points.shape[1]) for order in range(1, HALF)}, np.zeros(ends.shape)
+    pins, pieces = {0: still | dict(state), 1: still}, len(times)
+    asked = Task(ends, exactly, exactly, pins, HALF, HALF - 1, False, pieces, (), "auto")
+    return fault(asked, Trajectory.unchecked(control_points=control, durations=times, pieces=pieces), None, duration)
+
+
+def passed_knots(curve: Trajectory, points: FloatArray) -> IntArray | None:
+    """Return the knots at which a curve arrives at each waypoint and leaves it, (n, 2); None where it misses one."""
+    resting = (curve.control_points == curve.control_points[:, :1]).all(axis=(1, 2))
+    places = np.concatenate((curve.control_points[:, 0], curve.control_points[-1:, -1]))
+    moves = np.append(np.flatnonzero(~resting), len(resting))
+    found, next_one = [], 0
+    for point in points[:-1]:
+        here = next_one + np.flatnonzero((places[next_one:] == point).all(axis=1))
+        if not len(here):
+            return None
+        leaves = int(moves[np.searchsorted(moves, here[0])])
+        found.append((int(here[0]), leaves))
+        next_one = leaves + 1
+    arrives = int(moves[-2]) + 1 if len(moves) > 1 else 0
+    return np.array([*found, (arrives, len(resting))]) if (places[-1] == points[-1]).all() else None
+
+
+def _outside_of(boxes: Boxes, curve: Trajectory, knots: IntArray) -> Iterator[int]:
+    """Yield legs in which a curve is not proved to be inside of their box."""
+    for leg in range(len(knots) - 1):
+        least, most = extent_of(curve.control_points[knots[leg, 0] : knots[leg + 1, 0]])
+        if (least < boxes.lower[leg] - EXACT).any() or (most > boxes.upper[leg] + EXACT).any():
+            yield leg
+
+
+def _broken_limit(task: FleetTask, fleet: Fleet) -> str | None:
+    if task.limits is None:
+        return None
+    for used in certify_fleet(fleet[: len(task)], limits=task.limits).utilisation:
+        if not used.kept:
+            own = used.use
+            return (
+                f"vehicle {used.vehicle}: {own.name} reaches {own.value:.9g} at {own.instant:.4g} s where "
+                f"{own.limit:.9g} is allowed"
+            )
+    return None
+
+
+def _fault_together(found: FleetCertificate) -> str:
+    if found.room_margin is not None and found.room_margin < -EXACT:
+        return f"vehicle {int(np.argmin(found.room_margins))} leaves the room by {-found.room_margin:.3g} m"  # type: ignore[arg-type]
+    if found.clearance is not None and found.clearance < -EXACT:
+        return f"vehicle {int(np.argmin(found.clearances))} is {-found.clearance:.3g} m inside an obstacle"  # type: ignore[arg-type]
+    return f"vehicles {found.pair} come as near as {found.least_distance:.9g} m at {found.instant:.4g} s"
