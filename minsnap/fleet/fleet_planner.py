@@ -21,9 +21,9 @@ from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_checks import check_task, refuse_meetings
+from minsnap.fleet.fleet_last_look import fleet_fault
 from minsnap.fleet.fleet_report import FleetReport
 from minsnap.fleet.fleet_task import FleetTask, way_of
-from minsnap.fleet.last_look import fleet_fault
 from minsnap.fleet.one_curve import PIECES, one_curve
 from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation

@@ -24,7 +24,7 @@ from minsnap.errors import CorridorError, InfeasibleError, SolverError, TimingEr
 from minsnap.native.fleet_border import FleetArrays, clearances
 from minsnap.native.joint_fleet import KINDS, ORDERS, FleetSearch, Settings
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.allocate import plan_timed
+from minsnap.time_allocation.allocate import looked_at, plan_timed
 from minsnap.time_allocation.timing import AttachHeading, Timed, Timing
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -55,8 +55,24 @@ def plan_around(
         If a waypoint is inside an obstacle.
     UnprovedError
         If no way around was found.
+    SolverError
+        If what was found does not keep everything at the last look.
     """
     _refuse_inside(task, obstacles)
+    found = looked_at(_found_around(task, timing, finish, instants, obstacles), task, timing, instants)
+    depth, instant, which = deepest(found.trajectory, obstacles)
+    if depth < -EXACT:
+        raise SolverError(
+            f"the plan found is refused at the last look: it is {-depth:.3g} m inside obstacle {which} at "
+            f"{instant:.4g} s; please report this question"
+        )
+    return found
+
+
+def _found_around(
+    task: Task, timing: Timing, finish: AttachHeading, instants: int | None, obstacles: Sequence[Obstacle]
+) -> Timed:
+    """Search for a way around and plan along it."""
     first = plan_timed(task, timing, finish, instants)
     depth, instant, which = deepest(first.trajectory, obstacles)
     if depth >= 0.0:

@@ -35,7 +35,7 @@ from minsnap.replanning.replan_options import (
     chosen_heading,
     waypoint_angles,
 )
-from minsnap.replanning.search import Aim, Better, search_ahead, search_back
+from minsnap.replanning.search import Aim, Better, search_ahead, search_back, seen_joined
 from minsnap.replanning.splice import Splice, ends_at_rest, splice_of
 from minsnap.replanning.spliced_heading import has_angles, spliced, through_angles
 from minsnap.replanning.stopping import Stopping, inside, within
@@ -343,11 +343,13 @@ class Replanner:
         end = end if end is not None and has_angles(end.left, call.angles) else None
         later = None if end is None else aim.after(end.left.duration)
         if end is None or later is None:
-            return self._search(self._part(task, rest, guess), aim, self._finish(call, splice), seconds)
+            part = self._part(task, rest, guess)
+            found = self._search(part, aim, self._finish(call, splice), seconds)
+            return found if part.tail is None else seen_joined(found, task, aim)
         part = self._part(task_after(task, end.after.state), after_first_leg(rest), after_first_leg(guess))
         found = self._search(part, later, self._finish(call, end.after, 1), seconds)
         starts = (start and start + end.left.duration for start in (found.limits_from, found.inside_from))
-        return Better(end.before(found.curve), *starts)
+        return seen_joined(Better(end.before(found.curve), *starts), task, aim)
 
     def _part(self, task: Task, rest: Trajectory | None, guess: Trajectory | None) -> Near:
         """Return the legs of the horizon, with the clearance from their walls."""

@@ -14,8 +14,10 @@ from minsnap.errors import SolverError, TimingError
 from minsnap.limits.compliance import KEPT, kept_from
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
+from minsnap.replanning.horizon import near
 from minsnap.replanning.splice import Splice
 from minsnap.time_allocation.allocate import looked_at, plan_timed
+from minsnap.time_allocation.last_look import fault
 from minsnap.time_allocation.moving_start import as_timed, shortest_from
 from minsnap.time_allocation.recovery import connect_start, start_state
 from minsnap.time_allocation.timing import AttachHeading, Timing
@@ -137,7 +139,25 @@ def search_back(task: Task, aim: Aim, finish: AttachHeading, seconds: float) -> 
     limited, inside = kept_from(aim.limits, whole), inside_from(whole, task)
     if max(limited, inside) > start:
         raise SolverError("the way back into the corridor could not be certified: stop, or widen it")
-    return Better(whole, limited, inside)
+    return seen_joined(Better(whole, limited, inside), replace(task, walls=()), Aim())
+
+
+def seen_joined(found: Better, task: Task, aim: Aim) -> Better:
+    """Return parts that were looked at alone, once their whole is seen to go on without a jump and to be inside.
+
+    Limits are proved of the parts: what is left of a leg has few digits of its derivatives.
+
+    Raises
+    ------
+    SolverError
+        If a waypoint, a joint, the state at the start, a time or a wall is not kept.
+    """
+    times = aim.durations if aim.total_time is None else float(aim.total_time)
+    asked = near(task, None, found.curve.legs, None, None).task
+    wrong = fault(asked, found.curve, None, times)  # type: ignore[arg-type]
+    if wrong is not None:
+        raise SolverError(f"the plan found is refused at the last look: {wrong}; please report this replan")
+    return found
 
 
 def inside_from(curve: Trajectory, task: Task) -> float:

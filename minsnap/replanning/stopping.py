@@ -22,6 +22,7 @@ from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points, split
 from minsnap.replanning.horizon import walls_from
+from minsnap.time_allocation.last_look import fault_as_one_leg
 from minsnap.time_allocation.recovery import piece_demands, start_state, state_use, typical
 from minsnap.time_allocation.single_piece import SinglePiece, walls_on
 from minsnap.trajectory.trajectory import Trajectory
@@ -149,9 +150,14 @@ class Stopping:
         origin = self.task.waypoints[0]
         for curve in islice((candidate.curve(origin) for candidate in candidates), EXACT_TRIES):
             self.deadline.check()
-            if inside(curve, self._walls) and back_within(curve, self.limits):
+            if inside(curve, self._walls) and back_within(curve, self.limits) and not self._misses(curve):
                 return curve
         return None
+
+    def _misses(self, curve: Trajectory) -> bool:
+        """Whether a curve does not go on from the state of the start to rest, without a jump."""
+        ends = np.stack((self.task.waypoints[0], curve.control_points[-1, -1]))
+        return fault_as_one_leg(curve, ends, self.task.pins[0], self.task.half, curve.duration) is not None
 
 
 def _caps(task: Task, legs: int) -> list[Walls]:

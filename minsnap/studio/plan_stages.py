@@ -62,7 +62,8 @@ def planned_in_stages(
     """Plan a request.
 
     Where durations are searched within limits, the first plan has the durations of the last one, as often stretched as
-    the limits need, so that it is there in milliseconds; every plan is certified.
+    the limits need, so that it is there in milliseconds; it is left out where it does not keep everything. Every plan
+    is certified.
 
     Parameters
     ----------
@@ -89,8 +90,9 @@ def planned_in_stages(
     limits: Limits | None = arguments.get("limits")
     if limits is not None and request.durations is None and request.total_time is None:
         quick = _quick_plan(request, dict(arguments), limits, durations)
-        if quick is not None:
-            yield _certified(request, quick, limits, False, began)
+        shown = None if quick is None else _certified(request, quick, limits, False, began)
+        if shown is not None and shown.certificate.ok:
+            yield shown
     if superseded():
         raise Superseded
     curve = plan(**arguments, progress=_ender(superseded)) if _searches(arguments) else plan(**arguments)

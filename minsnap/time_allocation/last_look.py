@@ -61,6 +61,32 @@ def fault(
     )
 
 
+def fault_as_one_leg(
+    curve: Trajectory, ends: FloatArray, start: Mapping[int, FloatArray], half: int, duration: float
+) -> str | None:
+    """Return what a curve of whatever legs does not keep on its way from a state at the start to rest, or None.
+
+    Parameters
+    ----------
+    curve : Trajectory
+    ends : ndarray, shape (2, dim)
+        Where it begins and ends [m].
+    start : mapping of int to ndarray, shape (dim,)
+        Derivatives at the start, by order; those that are not named are zero [m/s^order].
+    half : int
+        Derivatives 0 ... k - 1 are continuous, and those of order 1 ... k - 1 are zero at the end.
+    duration : float
+        [s]
+    """
+    times, points, moves = curve.durations, curve.control_points, any(value.any() for value in start.values())
+    if not moves and curve.duration == duration and keeps(ends, times, points, half - 1, half - 1):
+        return None
+    still, exactly = {order: np.zeros(curve.dim) for order in range(1, half)}, np.zeros(ends.shape)
+    pins = {0: still | dict(start), 1: still}
+    asked = Task(ends, exactly, exactly, pins, half, half - 1, False, len(times), (), "auto")
+    return fault(asked, Trajectory.unchecked(control_points=points, durations=times, pieces=len(times)), None, duration)
+
+
 def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | None:
     if times is None:
         return None

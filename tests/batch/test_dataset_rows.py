@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from batches import good_row, walks, write_problems
@@ -6,6 +8,7 @@ import minsnap
 from minsnap.batch.dataset_rows import STATUSES, Asked, stopped_row
 from minsnap.batch.requests import request
 from minsnap.batch.spec import read_mapping
+from minsnap.time_allocation import allocate
 
 
 def test_a_row_is_what_plan_and_certify_return():
@@ -72,3 +75,15 @@ def test_options_of_plan_reach_it(option):
     row = Asked(walks(**option), 0).row()
     curve = minsnap.plan(**request(walks(**option), 0).arguments)
     assert row["status"] == "done" and row["certified"] and (row["control_points"] == curve.control_points).all()
+
+
+def test_what_the_last_look_refuses_is_no_row_of_a_data_set(monkeypatch):
+    """A limit is switched off inside: the row says so, and has no curve."""
+    spec, solve = walks(limits={"speed": 2.0}), allocate._timed
+    faster = minsnap.Limits(speed=9.0)
+    monkeypatch.setattr(
+        allocate, "_timed", lambda task, timing, *rest: solve(task, replace(timing, limits=faster), *rest)
+    )
+    monkeypatch.setattr(allocate, "in_other_times", lambda *question: None)
+    row = Asked(spec, 0).row()
+    assert row["status"] == "unsolved" and "last look: speed reaches" in row["error"] and "control_points" not in row

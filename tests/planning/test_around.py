@@ -1,13 +1,16 @@
 """Plans around obstacles: clear of them at every instant, with everything else that a plan keeps."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import minsnap
-from minsnap import Cuboid, Cylinder, Ellipsoid, Gate, Limits, Room
+from minsnap import Cuboid, Cylinder, Ellipsoid, Gate, Limits, Room, SolverError
 from minsnap.cli import main
 from minsnap.corridors.keep_out import clearance_of, supporting_planes
 from minsnap.files.request_yaml import read_request, write_request
+from minsnap.planning import around
 
 ACROSS = [(0.0, 0.0, 1.0), (6.0, 0.0, 1.0)]
 LIMITS = Limits(speed=2.0, acceleration=4.0)
@@ -131,3 +134,29 @@ def test_malformed_obstacles_in_files_are_refused(tmp_path, said):
     (tmp_path / "asked.yaml").write_text(f"waypoints: [[0, 0, 1], [6, 0, 1]]\ntotal_time: 5\navoid: [{said}]\n")
     with pytest.raises(minsnap.InputError):
         read_request(tmp_path / "asked.yaml").arguments()
+
+
+OFF = {
+    "obstacle": ({}, "m inside obstacle 0 at"),
+    "wall": ({"walls": ()}, "it leaves the corridor of leg 0"),
+    "waypoint": ({"waypoints": ACROSS + np.array([(0, 0, 0), (0, 0, 1e-6)])}, "it passes a waypoint"),
+    "start": ({"pins": {0: {}, 1: {}}}, "derivative 1 at waypoint 0"),
+}
+
+
+@pytest.mark.parametrize("off", OFF)
+def test_what_the_search_around_does_not_know_is_seen(monkeypatch, off):
+    """The search has the question without one of its parts, and what it finds must not leave."""
+    asked = {"waypoints": ACROSS, "limits": LIMITS, "corridor": 0.9, "start": {"velocity": (0.5, 0.9, 0.0)}}
+    asked["avoid"] = Cylinder((3.0, 0.3), 0.5)
+    search, (changed, sentence) = around._found_around, OFF[off]
+    obstacles = [Cylinder((9.0, 9.0), 0.1)] if off == "obstacle" else None
+
+    def without(task, timing, finish, instants, known):
+        other = task if off == "obstacle" else dataclasses.replace(task, **changed)
+        return search(other, timing, finish, instants, obstacles or known)
+
+    minsnap.plan(**asked)
+    monkeypatch.setattr(around, "_found_around", without)
+    with pytest.raises(SolverError, match=f"refused at the last look: .*{sentence}"):
+        minsnap.plan(**asked)

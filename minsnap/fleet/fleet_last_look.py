@@ -6,7 +6,7 @@ times that the search had in mind it takes nothing over.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -17,9 +17,7 @@ from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.fleet.fleet_limits import extent_of
 from minsnap.fleet.fleet_task import FleetTask
-from minsnap.native.quick_look import keeps
-from minsnap.optimisation.problem import Task
-from minsnap.time_allocation.last_look import fault
+from minsnap.time_allocation.last_look import fault_as_one_leg
 from minsnap.trajectory.trajectory import Trajectory
 
 HALF = 4
@@ -48,8 +46,9 @@ def fleet_fault(task: FleetTask, fleet: Fleet, threads: int) -> str | None:
 
 def _faults_alone(task: FleetTask, vehicle: int, curve: Trajectory, duration: float) -> Iterator[str]:
     """Yield what one vehicle does not keep, but for limits."""
-    points, state, holds = task.waypoints[vehicle], task.states[vehicle], task.holds_of(vehicle)
-    found, boxes = _wrong_way(points, state, curve, duration), task.corridors[vehicle] if task.corridors else None
+    points, holds = task.waypoints[vehicle], task.holds_of(vehicle)
+    found = fault_as_one_leg(curve, points[[0, -1]], task.states[vehicle], HALF, duration)
+    boxes = task.corridors[vehicle] if task.corridors else None
     if found is not None:
         yield found
     if len(points) == 2 and boxes is None and not holds.any():
@@ -63,19 +62,6 @@ def _faults_alone(task: FleetTask, vehicle: int, curve: Trajectory, duration: fl
         yield f"it does not rest at waypoint {int(short.argmax())} for {holds[short.argmax()]:.9g} s"
     for leg in () if boxes is None else _outside_of(boxes, curve, knots):
         yield f"it leaves the box of leg {leg}"
-
-
-def _wrong_way(
-    points: FloatArray, state: Mapping[int, FloatArray], curve: Trajectory, duration: float
-) -> str | None:
-    """Return what a curve does not keep as one leg from its state at the start to rest at the goal, or None."""
-    ends, times, control = points[[0, -1]], curve.durations, curve.control_points
-    if not state and curve.duration == duration and keeps(ends, times, control, HALF - 1, HALF - 1):
-        return None
-    still, exactly = {order: np.zeros(points.shape[1]) for order in range(1, HALF)}, np.zeros(ends.shape)
-    pins, pieces = {0: still | dict(state), 1: still}, len(times)
-    asked = Task(ends, exactly, exactly, pins, HALF, HALF - 1, False, pieces, (), "auto")
-    return fault(asked, Trajectory.unchecked(control_points=control, durations=times, pieces=pieces), None, duration)
 
 
 def passed_knots(curve: Trajectory, points: FloatArray) -> IntArray | None:

@@ -1,0 +1,33 @@
+"""Plans of the studio keep everything that the scene holds, the quick one as the last: what does not is not shown."""
+
+import pytest
+
+import minsnap
+from minsnap.files.plan_request import PlanRequest
+from minsnap.studio import plan_stages
+from minsnap.studio.plan_stages import planned_in_stages
+
+SCENE = PlanRequest(
+    waypoints=((0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 3.0, 1.0)), corridor=(0.3, 0.3), limits=(("speed", 2.0),)
+)
+
+
+def shown(durations=None):
+    return [plan.final for plan in planned_in_stages(SCENE, durations, lambda: False) if plan.certificate.ok]
+
+
+def test_a_quick_plan_that_exceeds_a_limit_is_not_shown(monkeypatch):
+    assert shown() == [False, True]
+    monkeypatch.setattr(plan_stages, "_stretch", lambda name, fraction: min(1.0, fraction))
+    assert [plan.final for plan in planned_in_stages(SCENE, [1.0, 1.0], lambda: False)] == [True]
+
+
+@pytest.mark.parametrize("other", [{"corridor": None}, {"corridor": (0.9, 0.9)}])
+def test_a_quick_plan_that_leaves_the_corridor_is_not_shown(monkeypatch, other):
+    exact = minsnap.plan
+
+    def loose(*given, **asked):
+        return exact(*given, **(asked | other if "limits" not in asked else asked))
+
+    monkeypatch.setattr(plan_stages, "plan", loose)
+    assert shown() == [True]
