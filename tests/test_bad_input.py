@@ -35,7 +35,7 @@ def replaced(index, point):
 
 WAYPOINTS = (
     ({"waypoints": []}, WaypointError, "shape"),
-    ({"waypoints": [(0, 0, 1)], "durations": []}, WaypointError, "at least 2 waypoints, 1 given"),
+    ({"waypoints": [(0, 0, 1)], "durations": []}, WaypointError, "at least 2 waypoints, not 1"),
     ({"waypoints": [0, 1, 2, 3]}, WaypointError, r"shape \(4,\).*\(n, 3\)"),
     ({"waypoints": 3.0}, WaypointError, r"shape \(\)"),
     ({"waypoints": np.zeros((5, 0))}, WaypointError, "shape"),
@@ -64,7 +64,7 @@ TIMES = (
     ({"durations": None, "total_time": "12"}, TimingError, "total_time is '12'"),
     ({"durations": None, "total_time": True}, TimingError, "total_time is True"),
     ({"durations": None, "total_time": [12]}, TimingError, r"total_time is \[12\]"),
-    ({"durations": [4, 2, 4]}, TimingError, "4 legs need 4 durations, 3 given"),
+    ({"durations": [4, 2, 4]}, TimingError, "4 legs need 4 durations, not 3"),
     ({"durations": 4.0}, TimingError, "4 legs need 4 durations"),
     ({"durations": [4, 2, "x", 2]}, TimingError, "durations must be numbers"),
     ({"durations": [4, 2, 0, 2]}, TimingError, "duration of leg 2 is 0.0 s.*positive"),

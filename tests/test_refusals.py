@@ -70,7 +70,7 @@ SITES = [
         {"waypoints": POINTS, "total_time": 3e4, "limits": LIMITS, "corridor": 0.2, "continuity": 4, **FAST},
     ),
     (
-        ("within_limits", "kept", UnprovedError),
+        ("within_limits", "require_limits_kept", UnprovedError),
         "the plan of least cost in 3 s does not keep body_rate: it reaches 4.3.* 5.0.* s would do",
         {"waypoints": POINTS, "durations": [1, 1, 1], "limits": Limits(body_rate=1.0)},
     ),
@@ -86,11 +86,11 @@ SITES = [
     ),
     (
         ("ways", "_left", UnprovedError),
-        "leg 0 has 0.0101 s, and the way found between its limits",
+        "leg 0 has 0.0101 s, and the way between its limits",
         {"waypoints": NEAR, "durations": [0.0101, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
     ),
     (
-        ("around", "plan_around", UnprovedError),
+        ("around", "_found_around", UnprovedError),
         "no way around the obstacles was found; without them the path is 0.5 m inside obstacle 0",
         {"waypoints": [(0, 0, 0), (6, 0, 0)], "durations": [3], "corridor": 0.2, "avoid": [BLOCK]},
     ),
@@ -98,8 +98,12 @@ SITES = [
 """Module, function and class of what is raised, the sentence, and a question that ends there."""
 
 
-ELSEWHERE = {("passage", "_too_narrow", InfeasibleError), ("fleet_planner", "_not_found", UnprovedError)}
-"""Tested in ``routes/test_separation.py`` and ``fleet/test_fleet_planner.py``."""
+ELSEWHERE = {
+    ("passage", "_too_narrow", InfeasibleError),
+    ("fleet_planner", "_not_found", UnprovedError),
+    ("fleet_planner", "fleet", UnprovedError),
+}
+"""Tested in ``routes/test_separation.py``, ``fleet/test_fleet_planner.py`` and ``fleet/test_fleet_last_look.py``."""
 
 
 def raising_sites():

@@ -25,17 +25,22 @@ def explains_names(moved: Mapping[str, str]) -> Callable[[Called], Called]:
     Returns
     -------
     callable
-        A decorator; what it returns has the same signature and raises ArgumentNameError for an unknown name.
+        A decorator; what it returns has the same signature and raises ArgumentNameError for an unknown name. Of a
+        function that passes keywords on, only names in ``moved`` are unknown.
     """
 
     def explained(called: Called) -> Called:
         target: Callable[..., Any] = vars(called)["__init__"] if isinstance(called, type) else called
-        known = frozenset(inspect.signature(target).parameters)
+        parameters = inspect.signature(target).parameters
+        passes_on = any(one.kind is one.VAR_KEYWORD for one in parameters.values())
+        known = frozenset(parameters)
 
         @wraps(target)
         def checked(*args: Any, **kwargs: Any) -> Any:
             if not kwargs.keys() <= known:
-                raise _unknown(called.__name__, next(name for name in kwargs if name not in known), known, moved)
+                for name in kwargs:
+                    if name in moved or not (name in known or passes_on):
+                        raise _unknown(called.__name__, name, known, moved)
             return target(*args, **kwargs)
 
         if isinstance(called, type):

@@ -54,7 +54,7 @@ def check_waypoints(waypoints: npt.ArrayLike) -> FloatArray:
     if points.ndim != 2 or points.shape[1] < 1:
         raise WaypointError(f"waypoints have shape {points.shape}: give (n, 3) or (n, 2), one row per waypoint")
     if len(points) < 2:
-        raise WaypointError(f"a trajectory needs at least 2 waypoints, {len(points)} given")
+        raise WaypointError(f"a trajectory needs at least 2 waypoints, not {len(points)}")
     if not bounded(points).all():
         index = int(np.flatnonzero(~bounded(points).all(axis=1))[0])
         raise WaypointError(
@@ -71,7 +71,7 @@ def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
         raise TimingError("durations must be numbers, one for each leg [s]")
     if values.shape != (legs,):
         count = len(values) if values.ndim == 1 else f"shape {values.shape}"
-        raise TimingError(f"{legs} legs need {legs} durations, {count} given")
+        raise TimingError(f"{legs} legs need {legs} durations, not {count}")
     good = (values >= SHORTEST) & (values <= LONGEST)
     if not good.all():
         leg = int(np.flatnonzero(~good)[0])
@@ -191,7 +191,7 @@ def check_jumps(continuity: int, half: int, between_waypoints: bool) -> None:
     if continuity < half - 1 and not between_waypoints:
         raise DegreeError(
             f"continuity {continuity} at degree {2 * half - 1} leaves the curve undetermined unless every leg is one "
-            f"polynomial between given waypoints: use continuity {half - 1}, or pieces=1 and no waypoint_tolerance"
+            f"polynomial between fixed waypoints: use continuity {half - 1}, or pieces=1 and no waypoint_tolerance"
         )
 
 

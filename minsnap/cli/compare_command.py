@@ -98,7 +98,7 @@ def _compared(
         wanted = wanted if lead is None else replace(wanted, lead=lead)
         if sent and len(sent) != len(paths):
             raise InputError(
-                f"--sent is given {len(sent)} times for {len(paths)} flights: once a flight, in their order"
+                f"--sent stands {len(sent)} times beside {len(paths)} flights: write it once a flight, in their order"
             )
         for index, path in enumerate(paths):
             commanded = read_samples(sent[index], frame) if sent else None

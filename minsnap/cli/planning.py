@@ -148,7 +148,7 @@ class TimingOptions(LimitOptions):
 
     def __post_init__(self) -> None:
         if self.time is not None and self.time_weight is not None:
-            raise TimingError("--time and --time-weight were given: give the duration or the price of time, not both")
+            raise TimingError("--time and --time-weight exclude each other: give the duration or the price of time")
 
     @property
     def limits(self) -> Limits | None:
@@ -207,7 +207,7 @@ class RectanglePlanning(Planning):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.no_corridor and self.corridor is not None:
-            raise InputError(f"--no-corridor and --corridor {self.corridor} were given: leave out one of them")
+            raise InputError(f"--no-corridor and --corridor {self.corridor} exclude each other: leave out one")
 
     @property
     def walls(self) -> float | list[float] | None:

@@ -186,9 +186,7 @@ class PlanRequest:
     def _corridor(self) -> Any:
         """Half-widths where the tube is alone, so that the native core sees the plain problem."""
         if self.corridor is not None and len(self.corridor) != max(self.legs, 1):
-            raise CorridorError(
-                f"{len(self.corridor)} half-widths were given for {self.legs} legs: give one, or one per leg"
-            )
+            raise CorridorError(f"{len(self.corridor)} half-widths for {self.legs} legs: give one, or one per leg")
         if self.boxes is None:
             return None if self.corridor is None else _plain(self.corridor)
         from minsnap.corridors.boxes import Boxes

@@ -86,7 +86,7 @@ def frame_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
     kept = said_frame(path) or name
     if asked is not None and kept != name:
         where = "its header" if _headed(path) else _beside(path)
-        raise FrameError(f"{path} is in {kept}, as {where} says, and was asked for in {name}: leave the frame out")
+        raise FrameError(f"{path} is in {kept}, as {where} says, not in {name}: leave the frame out")
     return kept
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, numbers
-from minsnap.basics.checks import check_state, check_waypoints
+from minsnap.basics.checks import check_state, check_waypoints, point_text
 from minsnap.basics.messages import shown
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.boxes import Boxes
@@ -165,10 +165,12 @@ def _refuse_outside(task: FleetTask) -> None:
     for vehicle, points in enumerate(task.waypoints):
         for index, point in enumerate(points):
             if task.room is not None and ((point < task.room.lower) | (point > task.room.upper)).any():
-                text = f"waypoint {index} of vehicle {vehicle}, {point}, is outside of the room"
+                text = f"waypoint {index} of vehicle {vehicle}, {point_text(point)}, is outside of the room"
                 raise FleetError(f"{text}: move it or make the room larger", vehicle=vehicle)
             for which, obstacle in enumerate(task.avoid):
                 depth = -clearance_of(obstacle, point)
                 if depth > EXACT:
-                    text = f"waypoint {index} of vehicle {vehicle}, {point}, is {depth:.3g} m inside obstacle {which}"
-                    raise FleetError(f"{text}: move it", vehicle=vehicle)
+                    text = f"{depth:.3g} m inside obstacle {which}: move it"
+                    raise FleetError(
+                        f"waypoint {index} of vehicle {vehicle}, {point_text(point)}, is {text}", vehicle=vehicle
+                    )

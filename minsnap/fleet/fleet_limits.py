@@ -46,7 +46,7 @@ def limits_of(limits: Any, vehicles: int) -> list[Limits]:
     """Return the limits of each vehicle, from one for all or one each."""
     if isinstance(limits, Sequence):
         if len(limits) != vehicles:
-            raise FleetError(f"{len(limits)} limits are given for {vehicles} vehicles: give one for all, or one each")
+            raise FleetError(f"{len(limits)} limits for {vehicles} vehicles: give one for all, or one each")
         each = list(limits)
     else:
         each = [limits] * vehicles

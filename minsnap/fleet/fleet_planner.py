@@ -154,7 +154,7 @@ class _Finish:
         found = Fleet(headed, names, task.separation, report)  # type: ignore[arg-type]
         wrong = fleet_fault(task, found, self.search.threads)
         if wrong is not None:
-            raise UnprovedError(f"the fleet found is refused at the last look: {wrong}; give more time or another yaw")
+            raise UnprovedError(f"the fleet is refused at the last look: {wrong}; give more time or another yaw")
         return found
 
 
@@ -239,7 +239,7 @@ def _headed(task: FleetTask, curves: list[Trajectory], yaw: Any) -> list[Traject
     """Return the curves with the headings that are asked for."""
     each = list(yaw) if isinstance(yaw, list | tuple) else [yaw] * len(curves)
     if len(each) != len(curves):
-        raise FleetError(f"{len(each)} yaws are given for {len(curves)} vehicles: give one for all, or one each")
+        raise FleetError(f"{len(each)} yaws for {len(curves)} vehicles: give one for all, or one each")
     limits = task.limits or (None,) * len(curves)
     return [
         curve if own is None else curve.with_yaw(asked_heading(own, 1, False, limit)(curve))

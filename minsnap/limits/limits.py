@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import radians
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -122,7 +123,7 @@ class Limits:
             If the vehicle cannot hover, the reserve is out of its range, or another limit is malformed.
         """
         if not hasattr(vehicle, "max_thrust_to_weight"):
-            raise LimitError(f"the limits of a Quadrotor are asked for, not of a {type(vehicle).__name__}")
+            raise LimitError(f"Limits.of takes a Quadrotor, not {type(vehicle).__name__}")
         if not (is_number(reserve) and 0.0 <= reserve < 1.0):
             raise LimitError(f"the reserve is {shown(reserve)}: it must be at least 0 and below 1")
         ratio = vehicle.max_thrust_to_weight
@@ -214,7 +215,8 @@ def _check_limit(kind: Kind, limit: float) -> None:
     if limit <= kind.above:
         bounds, what = {"smallest": kind.above}, f"above {kind.above:g}"
     elif limit >= kind.below:
-        bounds, what = {"largest": kind.below}, f"below {kind.below:.4g}"
+        degrees = f"; {limit:g} degrees are {radians(limit):.4g} rad" if kind.unit == "rad" else ""
+        bounds, what = {"largest": kind.below}, f"below {kind.below:.4g}{degrees}"
     else:
         return
     raise LimitError(f"{kind.name} is {limit} {kind.unit}: no vehicle holds altitude unless it is {what}", **bounds)

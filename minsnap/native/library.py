@@ -121,7 +121,7 @@ def _chosen(choice: str) -> Core:
         return Core(None, "MINSNAP_CORE=python was asked for")
     found = _loaded()
     if choice == "native" and found.library is None:
-        raise NativeCoreError(f"MINSNAP_CORE=native was asked for, but {found.reason}")
+        raise NativeCoreError(f"MINSNAP_CORE is native, but {found.reason}")
     return found
 
 

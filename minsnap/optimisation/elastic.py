@@ -285,7 +285,7 @@ class Elastic:
                 if answer.lost <= max(SOLVED, 0.01 * answer.slacks.max()):
                     break
         if not found:
-            raise SolverError("it was not found whether a curve keeps all walls: change units, durations or pins")
+            raise SolverError("whether a curve keeps all walls is not known: change units, durations or pins")
         way, best = min(found, key=lambda one: one[1].lost)
         self._ways = [way, *(other for other in self._ways if other != way)]
         self.multipliers = best.multipliers

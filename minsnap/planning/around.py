@@ -16,7 +16,7 @@ from time import monotonic
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.checks import check_durations
+from minsnap.basics.checks import check_durations, point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.keep_out import Obstacle, clearance_of, supporting_planes
@@ -113,7 +113,9 @@ def _refuse_inside(task: Task, obstacles: Sequence[Obstacle]) -> None:
         for which, obstacle in enumerate(obstacles):
             depth = -clearance_of(obstacle, _in_space(point))
             if depth > EXACT:
-                raise CorridorError(f"waypoint {index}, {point}, is {depth:.3g} m inside obstacle {which}: move it")
+                raise CorridorError(
+                    f"waypoint {index}, {point_text(point)}, is {depth:.3g} m inside obstacle {which}: move it"
+                )
 
 
 def _parts(task: Task) -> Iterator[int]:

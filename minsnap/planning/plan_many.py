@@ -132,7 +132,7 @@ def _check_gradients(asked: ManyAsked) -> None:
         for o in asked.others or ()
         for name, value in o.items()
     ):
-        raise InputError("gradients are known for given durations: leave out gradients=True, or limits and total_time")
+        raise InputError("gradients are known for fixed durations: leave out gradients=True, or limits and total_time")
     for corridor in asked.corridors or ():
         for part in corridor if isinstance(corridor, (list, tuple)) else [corridor]:
             if hasattr(part, "walls") and CONSTRAINTS.get(type(part).__name__) is not type(part):

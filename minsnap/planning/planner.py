@@ -63,6 +63,13 @@ if TYPE_CHECKING:
         "yaw_rate": "yaw=Velocity(yaw_rate=1.5)",
         "hold_below": "yaw=Velocity(hold_below=0.3)",
         "dim": "nothing: the waypoints have as many coordinates as their rows",
+        "max_speed": "limits=Limits(speed=3)",
+        "speed": "limits=Limits(speed=3)",
+        "max_acceleration": "limits=Limits(acceleration=6)",
+        "acceleration": "limits=Limits(acceleration=6)",
+        "vehicle": "limits=Limits.of(vehicle)",
+        "time": "total_time=10",
+        "gates": "each gate among the waypoints, in the order of the flight",
     }
 )
 @within_memory("this plan", planned_bytes)

@@ -85,7 +85,7 @@ class ProblemRows:
     @classmethod
     def _of_rows(cls, waypoints: list[Any], durations: list[Any]) -> ProblemRows:
         if len(waypoints) != len(durations):
-            raise TimingError(f"{len(waypoints)} problems need as many rows of durations, {len(durations)} given")
+            raise TimingError(f"{len(waypoints)} problems need as many rows of durations, not {len(durations)}")
         pairs: list[Any] = [(numbers(p), numbers(t)) for p, t in zip(waypoints, durations, strict=True)]
         shapes = [p.shape for p, _ in pairs if p is not None and p.ndim == 2 and p.shape[1]]
         dim = next((p.shape[1] for p, t in pairs if _fit(p, t)), shapes[0][1] if shapes else 1)
@@ -149,7 +149,7 @@ def corridors_of(corridor: Any, count: int) -> list[Any] | None:
         return [corridor] * count
     each = list(corridor)
     if len(each) != count:
-        raise CorridorError(f"{count} problems need one corridor, or one for each, {len(each)} given")
+        raise CorridorError(f"{count} problems need one corridor, or one for each, not {len(each)}")
     return each
 
 
@@ -176,7 +176,7 @@ def further_arguments(count: int, without_durations: bool, **given: Any) -> list
             values = list(value)
         if len(values) != count:
             kind = LimitError if name == "limits" else WaypointError if name == "pins" else TimingError
-            raise kind(f"{count} problems need one {name}, or one for each, {len(values)} given")
+            raise kind(f"{count} problems need one {name}, or one for each, not {len(values)}")
         for own, one in zip(each, values, strict=True):
             own[name] = one
     return each

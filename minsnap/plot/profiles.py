@@ -133,7 +133,7 @@ def available_orders(samples: Samples, orders: Sequence[int] = (0, 1, 2, 3, 4)) 
         raise InputError(f"the orders are {tuple(orders)}: choose from 0 (position) to 4 (snap)")
     found = [order for order in orders if getattr(samples, QUANTITIES[order]) is not None]
     if not found:
-        raise InputError("the samples have none of the derivatives asked for")
+        raise InputError("the samples have none of these derivatives")
     return found
 
 

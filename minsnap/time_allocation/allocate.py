@@ -80,7 +80,7 @@ def looked_at(found: Timed, task: Task, timing: Timing, samples: int | None = No
     start = found.limits_from
     wrong = fault(asked, found.trajectory, timing.limits, times, start, found.solved)
     if wrong is not None:
-        raise SolverError(f"the plan found is refused at the last look: {wrong}; please report this question")
+        raise SolverError(f"the plan is refused at the last look: {wrong}; please report this question")
     return found
 
 

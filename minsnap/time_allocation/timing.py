@@ -92,10 +92,10 @@ class Timing:
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) > 1:
             raise TimingError(
-                f"{' and '.join(given)} were given: give one of durations, total_time, time_weight, limits"
+                f"{' and '.join(given)} exclude each other: give one of durations, total_time, time_weight, limits"
             )
         if not given and self.limits is None:
-            raise TimingError("no durations were asked for: give one of durations, total_time, time_weight, limits")
+            raise TimingError("the plan has no times: give one of durations, total_time, time_weight, limits")
         self._check_ignored(given)
 
     def _check_limits(self) -> None:

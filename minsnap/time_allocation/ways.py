@@ -105,7 +105,7 @@ def _left(duration: float, taken: float, leg: int | None) -> float:
     if taken < duration:
         return duration - taken
     raise UnprovedError(
-        f"{'the plan' if leg is None else f'leg {leg}'} has {duration:.6g} s, and the way found between its limits and "
+        f"{'the plan' if leg is None else f'leg {leg}'} has {duration:.6g} s, and the way between its limits and "
         f"a state with room takes {taken:.4g} s: give it more time",
         leg=leg,
     )

@@ -137,7 +137,7 @@ class Trajectories:
             If there is no plan of this number.
         """
         if not -len(self) <= index < len(self):
-            raise IndexError(f"plan {index} was asked for, of {len(self)} that are counted from 0")
+            raise IndexError(f"there is no plan {index}: {len(self)} plans are counted from 0")
         number = range(len(self))[index]
         error, how = self.errors[number], self.reports[number]
         if error is not None:

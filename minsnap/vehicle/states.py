@@ -192,7 +192,7 @@ def check_rotor_limits(vehicle: Quadrotor, states: FlatStates, t: npt.ArrayLike)
         limit, side = (most, "above the most") if high else (least, "below the least")
         instant = float(np.asarray(t, dtype=np.float64)[worst])
         raise ThrustError(
-            f"at t = {instant:.3f} s a rotor is asked for {excess:.3g} N {side} it can give ({limit:.3g} N): "
+            f"at t = {instant:.3f} s a rotor must give {excess:.3g} N {side} it can ({limit:.3g} N): "
             "fly it slower, or with a stronger vehicle",
             instant=instant,
             excess=excess,

@@ -54,6 +54,12 @@ def test_a_heading_of_90_is_asked_whether_it_is_degrees(call, tmp_path):
     assert run.returncode == 2 and "heading is 90 rad, beyond a turn: write heading_deg: 90 for degrees" in run.stderr
 
 
+def test_a_gate_that_is_listed_apart_is_named_as_that(call, tmp_path):
+    gates = "gates: [{center: [2,0,1], width: 1, heading: 0}, {center: [4,0,1], width: 1, heading: 90}]\n"
+    (tmp_path / "a.yaml").write_text("waypoints: [[0,0,1], [1,0,1]]\n" + gates)
+    assert "a.yaml: gates 1: heading is 90 rad" in call("plan", "a.yaml").stderr
+
+
 def test_a_tilt_is_told_in_the_degrees_that_it_was_asked_in(call):
     run = call("line", "--max-tilt", 5)
     assert "limit tilt          100.00 %, 5 of 5 degrees, on leg 0" in run.stdout

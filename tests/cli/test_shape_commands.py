@@ -94,7 +94,7 @@ def test_rect_without_a_time_is_flown_within_careful_limits_and_uses_one_in_full
 def test_contradicting_options_are_refused(call):
     run = call("rect", "--no-corridor", "--corridor", "0.3", "-o", "a.csv")
     assert (run.returncode, run.stdout) == (2, "")
-    assert run.stderr == "minsnap: --no-corridor and --corridor 0.3 were given: leave out one of them [input]\n"
+    assert run.stderr == "minsnap: --no-corridor and --corridor 0.3 exclude each other: leave out one [input]\n"
 
 
 def test_limits_asked_for_are_kept_and_told(call):
@@ -169,7 +169,7 @@ def test_no_clobber_keeps_what_is_there(call, tmp_path, target):
         (["circle", "--rate", "nan", "-o", "a.csv"], "rate"),
         (["circle", "--plot", "a.jpg"], ".png"),
         (["circle", "--yaw", "sideways"], "--yaw"),
-        (["circle", "--period", "3", "--speed", "1"], "both"),
+        (["circle", "--period", "3", "--speed", "1"], "exclude each other"),
         (["circle", "--radius", "nan"], "radius"),
         (["rect", "--corridor", "wide"], "--corridor"),
         (["rect", "--corridor", "-0.1"], "corridor"),

@@ -40,7 +40,7 @@ def test_the_next_flight_misses_the_plan_by_half(call, tmp_path):
     assert errors[1] < 0.5 * errors[0]
     assert [both[name]["rmse_3d"] for name in ("1.ulg", "2.ulg")] == pytest.approx(errors, abs=0.02)
     once = call("compare", "plan.csv", "1.ulg", "2.ulg", "--sent", "next.csv")
-    assert once.returncode == 2 and "--sent is given 1 times for 2 flights" in once.stderr
+    assert once.returncode == 2 and "--sent stands 1 times beside 2 flights" in once.stderr
     checked = call("check", "next.csv")
     assert checked.returncode == 0
     wrong = call("tune", "plan.csv", "next.csv", "-o", "x.csv")

@@ -140,7 +140,7 @@ def test_clearance_is_below_every_sample():
         ({"separation": 0.0}, "positive distance"),
         ({"separation": minsnap.Separation(radii=[1.0])}, "1 radii for 2"),
         ({"avoid": [4]}, "cylinders"),
-        ({"limits": [minsnap.Limits(speed=1.0)]}, "1 limits are given for 2"),
+        ({"limits": [minsnap.Limits(speed=1.0)]}, "1 limits for 2"),
         ({"room": ((0, 0), (1, 1))}, "Room with as many"),
         ({"reach": 0.1}, "reach"),
         ({"threads": 0}, "threads"),

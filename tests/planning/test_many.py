@@ -154,9 +154,9 @@ def test_evaluation_takes_one_instant_shared_ones_or_each_plans_own():
 @pytest.mark.parametrize(
     ("arguments", "error", "said"),
     [
-        ({"durations": [[1.0]] * 3}, TimingError, "2 problems need as many rows of durations, 3 given"),
+        ({"durations": [[1.0]] * 3}, TimingError, "2 problems need as many rows of durations, not 3"),
         ({"durations": 1.0}, InputError, "durations are 1.0"),
-        ({"corridor": [0.3]}, CorridorError, "2 problems need one corridor, or one for each, 1 given"),
+        ({"corridor": [0.3]}, CorridorError, "2 problems need one corridor, or one for each, not 1"),
         ({"threads": 0}, InputError, "threads is 0"),
         ({"threads": True}, InputError, "threads is True"),
         ({"degree": 4}, InputError, "degree"),
@@ -182,7 +182,7 @@ def test_a_plan_that_is_not_there_is_named():
     many = minsnap.plan_many(*questions(2, 2))
     assert np.array_equal(many[-1].control_points, many[1].control_points)
     for index in (2, -3):
-        with pytest.raises(IndexError, match=f"plan {index} was asked for, of 2"):
+        with pytest.raises(IndexError, match=f"there is no plan {index}: 2 plans"):
             many[index]
 
 
@@ -260,7 +260,7 @@ def test_limits_pins_and_totals_for_all_or_for_each():
         assert same(pinned[index], minsnap.plan(points[index], durations=durations[index], pins=pins[index]), False)
     total = minsnap.plan_many(points, total_time=[5.0, 6.0, 7.0], start={"velocity": (0.1, 0.0, 0.0)})
     assert np.allclose(total.duration, [5.0, 6.0, 7.0]) and np.allclose(total(0.0, 1), (0.1, 0.0, 0.0))
-    with pytest.raises(TimingError, match="3 problems need one total_time, or one for each, 2 given"):
+    with pytest.raises(TimingError, match="3 problems need one total_time, or one for each, not 2"):
         minsnap.plan_many(points, total_time=[5.0, 6.0])
 
 

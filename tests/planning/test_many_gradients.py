@@ -207,8 +207,8 @@ def test_a_plan_that_fails_in_walls_has_no_gradients_and_the_others_have():
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"limits": minsnap.Limits(speed=3.0)}, "for given durations"),
-        ({"total_time": 3.0}, "for given durations"),
+        ({"limits": minsnap.Limits(speed=3.0)}, "for fixed durations"),
+        ({"total_time": 3.0}, "for fixed durations"),
         ({"corridor": [Stranger(), Stranger()]}, "not of Stranger"),
     ],
 )

@@ -17,9 +17,9 @@ LIMITS = Limits(speed=3.0, acceleration=6.0)
     ("given", "said"),
     [
         ({}, "give one of durations, total_time, time_weight, limits"),
-        ({"time_weight": 1.0, "total_time": 4.0}, "total_time and time_weight were given"),
-        ({"durations": [1.0] * 4, "total_time": 4.0}, "durations and total_time were given"),
-        ({"durations": [1.0] * 4, "time_weight": 4.0}, "durations and time_weight were given"),
+        ({"time_weight": 1.0, "total_time": 4.0}, "total_time and time_weight exclude each other"),
+        ({"durations": [1.0] * 4, "total_time": 4.0}, "durations and total_time exclude each other"),
+        ({"durations": [1.0] * 4, "time_weight": 4.0}, "durations and time_weight exclude each other"),
         ({"time_weight": 0.0}, "must be a positive number"),
         ({"time_weight": -1.0}, "must be a positive number"),
         ({"time_weight": float("nan")}, "must be a positive number"),

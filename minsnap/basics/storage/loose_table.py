@@ -157,7 +157,8 @@ def _check_names(where: str, names: list[str], columns: LooseColumns) -> None:
     for name in names:
         if name not in columns.known:
             known = ",".join(columns.known)
-            raise FileError(f"{where}: column {name[:40]!r} is not known; the columns are {known}")
+            hint = "; setpoints are planned already" if {"vx", "ax"} & set(names) else ""
+            raise FileError(f"{where}: column {name[:40]!r} is not known; the columns are {known}{hint}")
         if names.count(name) > 1:
             raise FileError(f"{where}: column {name} is there twice")
 

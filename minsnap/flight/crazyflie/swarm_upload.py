@@ -59,7 +59,7 @@ def uploads(fleet: Fleet, uris: Sequence[str]) -> list[Upload]:
         raise FleetError(f"there are {len(uris)} addresses for {len(fleet)} vehicles: give one for each")
     twice = next((uri for uri in uris if list(uris).count(uri) > 1), None)
     if twice is not None:
-        raise FleetError(f"the address {twice} is given twice: each vehicle needs its own")
+        raise FleetError(f"the address {twice} stands twice: each vehicle needs its own")
     return [upload_of(curve) for curve in fleet]
 
 

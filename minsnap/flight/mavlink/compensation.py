@@ -49,7 +49,7 @@ class FeedForward:
         if not (math.isfinite(self.drag) and self.drag >= 0.0):
             raise InputError(f"the drag is {shown(self.drag)} 1/s: it must be 0 or more")
         if self.drag and self.vehicle is not None:
-            raise InputError("a drag and a vehicle were given: the vehicle has its own drag, so give one of them")
+            raise InputError("a drag and a vehicle exclude each other, since the vehicle has its own drag: give one")
         if not 0.0 <= self.lead <= LONGEST_LEAD:
             raise InputError(f"the lead is {shown(self.lead)} s: it must be between 0 and {LONGEST_LEAD:g} s")
 

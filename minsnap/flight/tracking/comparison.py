@@ -131,7 +131,7 @@ class Comparison:
             If no instant lies between them.
         """
         if not (is_number(start) and is_number(end)):
-            raise InputError(f"a part from {shown(start)} to {shown(end)} was asked for: give two instants [s]")
+            raise InputError(f"the part is from {shown(start)} to {shown(end)}: give two instants [s]")
         kept = (self.t >= start) & (self.t <= end)
         if not kept.any():
             raise InputError(f"nothing was flown between {start} and {end} s: it is {self.t[0]:g} to {self.t[-1]:g} s")

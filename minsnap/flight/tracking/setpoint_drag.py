@@ -83,7 +83,7 @@ def fit_setpoint_drag(reference: Samples, flight: Samples, settings: CascadeSett
         If setpoints have no velocities, or the flight is too short.
     """
     if reference.velocity is None:
-        raise FitError("the setpoints of the log have no velocities, so what the controller asked for is not known")
+        raise FitError("the setpoints of the log have no velocities, so the goal of the controller is not known")
     series = _Series(reference, flight, settings or CascadeSettings())
     rest = {pair: series.rest(*pair) for pair in product(DELAYS, DELAYS)}
     best = min(rest, key=lambda pair: series.squares(rest[pair]))

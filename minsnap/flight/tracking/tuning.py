@@ -96,7 +96,7 @@ def tune_in_flight(
         What is sent first, in place of the plan.
     """
     if flights < 1:
-        raise InputError(f"{flights} flights were asked for: one at least")
+        raise InputError(f"flights is {flights}: fly at least once")
     flown: list[TunedFlight] = []
     sent = sent or plan
     for number in range(1, flights + 1):

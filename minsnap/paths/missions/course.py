@@ -126,7 +126,7 @@ class Course:
                 give = "True, False, or where on the ground, (x, y, z)"
                 check_array(name, getattr(self, name), ((3,),), give, WaypointError)
         if self.boxes is None and len(self.stops) < 2:
-            raise WaypointError(f"a course has at least 2 waypoints or gates, {len(self.stops)} given")
+            raise WaypointError(f"a course has at least 2 waypoints or gates, not {len(self.stops)}")
         if self.boxes is not None and (self.laps > 1 or self.closed or self.stops):
             raise WaypointError("a course through boxes has a start and an end: give no waypoints, laps or closed")
 

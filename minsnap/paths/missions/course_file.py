@@ -131,19 +131,15 @@ def _course(where: str, said: Mapping[str, Any], path: Path) -> Course:
     entries = [*said.get("waypoints", ()), *said.get("gates", ())]
     balls, margin = said.get("ball", 0.0), said.get("margin", 0.0)
     if isinstance(balls, tuple) and len(balls) != len(entries):
-        raise FileError(
-            f"{where}: {len(balls)} balls were given for {len(entries)} waypoints: give one, or one for each"
-        )
+        raise FileError(f"{where}: {len(balls)} balls for {len(entries)} waypoints: give one, or one for each")
     balls = balls if isinstance(balls, tuple) else (balls,) * len(entries)
-    stops = [
-        _stop(f"{where}: waypoints {i}", entry, ball, margin)
-        for i, (entry, ball) in enumerate(zip(entries, balls, strict=True))
-    ]
+    named = [f"{where}: {key} {i}" for key in ("waypoints", "gates") for i in range(len(said.get(key, ())))]
+    stops = [_stop(name, entry, ball, margin) for name, entry, ball in zip(named, entries, balls, strict=True)]
     closed = said.get("closed", False)
     if closed and len(stops) > 2 and np.array_equal(stops[0].center, stops[-1].center):
         stops.pop()
-    named = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land")
-    given = {key: said[key] for key in named if key in said}
+    optional = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land")
+    given = {key: said[key] for key in optional if key in said}
     boxes = Boxes(**said["boxes"]) if "boxes" in said else None
     limits = _limits(path.parent, said)
     return Course(tuple(stops), closed, limits=limits, boxes=boxes, name=said.get("name", path.stem), **given)

@@ -188,7 +188,7 @@ def _look_at(curve: Trajectory, corridor: Sequence[HalfSpaces], asked: int | Non
         wrong = f"it leaves the walls of leg {nearest.leg} by {-nearest.value:.3g} m at {nearest.instant:.4g} s"
     else:
         return
-    raise SolverError(f"the mission found is refused at the last look: {wrong}; please report this course")
+    raise SolverError(f"the mission is refused at the last look: {wrong}; please report this course")
 
 
 def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from minsnap.basics.argument_names import explains_names
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive, check_switch
 from minsnap.errors import ShapeError
@@ -20,6 +21,13 @@ RAMP = math.pi / 2.0
 """Angle over which shapes spin up and down unless told otherwise [rad]."""
 
 
+@explains_names(
+    {
+        "diameter": "radius=, half of it",
+        "duration": "period=, of one lap, or limits=",
+        "total_time": "period=, of one lap",
+    }
+)
 def circle(
     radius: float = 3.0,
     *,
@@ -91,6 +99,7 @@ def circle(
     return _paced(Shape(law, _center(center, altitude), np.zeros(3), harmonics), yaw, limits)
 
 
+@explains_names({"turns": "laps="})
 def helix(
     radius: float = 1.0,
     pitch: float = 0.5,
@@ -140,6 +149,7 @@ def helix(
     return _paced(Shape(law, _center(center, altitude), np.array([0.0, 0.0, climb]), harmonics), yaw, limits)
 
 
+@explains_names({"size": "length= and width="})
 def lemniscate(
     length: float = 6.0,
     width: float = 3.0,

@@ -46,9 +46,7 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
         Angle of the spin-up, and of the spin-down [rad].
     """
     if period is not None and speed is not None:
-        raise ShapeError(
-            f"both a period ({shown(period)} s) and a speed ({shown(speed)} m/s) were given: one follows from the other"
-        )
+        raise ShapeError(f"a period ({shown(period)} s) and a speed ({shown(speed)} m/s) exclude each other: give one")
     angle = 2.0 * math.pi * check_positive("the number of laps", laps, "", ShapeError)
     if not (is_number(ramp) and 0.0 <= ramp <= angle / 2.0):
         raise ShapeError(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from minsnap.basics.argument_names import explains_names
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_positive, check_switch, is_whole, refuse_repeated
 from minsnap.basics.messages import shown
@@ -29,6 +30,7 @@ LINE_SAMPLES = 120
 """Samples of the constant-speed line at 20 Hz, both ends included, unless it is given a time."""
 
 
+@explains_names({"length": "start= and end=, two points"})
 def line(
     start: Sequence[float] = (0.0, 1.0, 1.5),
     goal: Sequence[float] = (7.0, 1.0, 1.5),
@@ -77,6 +79,7 @@ def line(
     return _plan(ends, total_time=total_time, limits=limits, **options)
 
 
+@explains_names({"size": "width= and length=", "height": "altitude=", "speed": "limits=Limits(speed=3)"})
 def rectangle(
     width: float = 6.0,
     length: float = 4.0,

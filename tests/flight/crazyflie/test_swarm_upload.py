@@ -113,7 +113,7 @@ def test_a_vehicle_that_disappears_in_the_air_lands_the_others():
 def test_addresses_must_fit_the_vehicles():
     with pytest.raises(FleetError, match="1 addresses for 2 vehicles"):
         uploads(pair(), ["udp://127.0.0.1:1"])
-    with pytest.raises(FleetError, match="is given twice"):
+    with pytest.raises(FleetError, match="stands twice"):
         uploads(pair(), ["udp://127.0.0.1:1"] * 2)
 
 

@@ -131,7 +131,7 @@ def test_another_vehicle_is_not_held_against_what_was_flown() -> None:
 
 def test_a_course_that_the_rotors_cannot_lift_is_refused_with_its_instant() -> None:
     weak = replace(Quadrotor.dji_f330(), mass=2.7)
-    with pytest.raises(ThrustError, match=r"at t = \d+\.\d+ s a rotor is asked for .* N above the most") as caught:
+    with pytest.raises(ThrustError, match=r"at t = \d+\.\d+ s a rotor must give .* N above the most") as caught:
         run_experiment("circle", 1, vehicle=weak)
     assert caught.value.instant >= 5.0 and caught.value.excess > 0
 

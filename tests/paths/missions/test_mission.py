@@ -134,7 +134,7 @@ def test_a_heading_along_the_velocity_is_that_of_the_whole():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Course((Stop((0, 0, 1)),)), "at least 2 waypoints or gates, 1 given"),
+        (lambda: Course((Stop((0, 0, 1)),)), "at least 2 waypoints or gates, not 1"),
         (lambda: Course(YARD, laps=0), "laps is 0"),
         (lambda: Stop((0, 0, 1), hold=-1.0), "hold of a waypoint is -1.0"),
         (lambda: Stop((0, 0, 1), straight=1.0), "only a gate with a crossing"),

@@ -191,7 +191,7 @@ def test_constant_speed_line_is_120_equal_steps():
         (lambda: minsnap.circle("3"), "radius"),
         (lambda: minsnap.circle(period=0.0), "period"),
         (lambda: minsnap.circle(speed=-2.0), "speed"),
-        (lambda: minsnap.circle(period=6.0, speed=1.0), "both"),
+        (lambda: minsnap.circle(period=6.0, speed=1.0), "exclude each other"),
         (lambda: minsnap.circle(laps=0), "laps"),
         (lambda: minsnap.circle(ramp=4.0), "ramp"),
         (lambda: minsnap.circle(ramp=-0.1), "ramp"),

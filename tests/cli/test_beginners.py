@@ -1,0 +1,99 @@
+"""Mistakes of a first day: each is one sentence that names what to do, status 2, and no file."""
+
+from __future__ import annotations
+
+import pytest
+
+import minsnap
+from minsnap.errors import ArgumentNameError
+
+FILES = {
+    "w.csv": "x,y,z\n0,0,1\n5,0,1\n5,5,1\n",
+    "set.csv": "t,x,y,z,vx,vy,vz\n0,0,0,1,1,0,0\n1,1,0,1,1,0,0\n",
+    "ragged.csv": "x,y,z\n0,0,1\n5,0\n",
+    "text.csv": "x,y,z\n0,0,1\n5,0,abc\n",
+    "one.csv": "x,y,z\n0,0,1\n",
+    "twice.csv": "x,y,z\n0,0,1\n0,0,1\n3,3,1\n",
+    "empty.csv": "",
+    "mm.csv": "x [mm],y [mm],z [mm]\n0,0,1000\n5000,0,1000\n",
+    "below.csv": "x,y,z\n0,0,-1\n5,0,-1\n",
+    "places.csv": "lat,lon,alt\n47.1,8.1,10\n47.2,8.2,10\n",
+    "names.csv": "east,north,up\n0,0,1\n5,0,1\n",
+    "typo.yaml": "waypoints: [[0,0,1], [5,0,1]]\nlimit: {speed: 3}\n",
+    "list.yaml": "waypoints: 3\n",
+    "notes.txt": "fly around the tree\n",
+}
+
+MISTAKES = [
+    ("plan none.csv", "none.csv cannot be read"),
+    ("plan set.csv", "setpoints are planned already"),
+    ("plan ragged.csv", "line 3: 2 numbers, but there are 3 columns"),
+    ("plan text.csv", "line 3: z is 'abc'"),
+    ("plan one.csv", "at least 2 waypoints, not 1"),
+    ("plan twice.csv", "waypoints 0 and 1 are both (0, 0, 1): remove one"),
+    ("plan empty.csv", "is empty"),
+    ("plan mm.csv", "convert it to m"),
+    ("plan below.csv", "give --from-frame ned, or enu"),
+    ("plan places.csv", "Write them as a QGroundControl mission"),
+    ("plan names.csv", "column 'east' is not known; the columns are x,y,z"),
+    ("plan typo.yaml", "'limit' is not known: did you mean limits"),
+    ("plan list.yaml", "needs a list of waypoints"),
+    ("plan notes.txt", "notes.txt"),
+    ("plan w.csv --corridor -1", "must be positive"),
+    ("plan w.csv --corridor wide", "it takes numbers"),
+    ("plan w.csv --corridor 0.3,0.3,0.3", "for 2 legs: give one"),
+    ("plan w.csv --time 0", "--time is 0.0: it must be positive"),
+    ("plan w.csv --max-speed 0", "it must be a positive number"),
+    ("plan w.csv --max-speed 3m/s", "not a valid float"),
+    ("plan w.csv --max-tilt 95", "95 degrees: it must be below 90"),
+    ("plan w.csv --yaw north", "it takes degrees, velocity or tilt"),
+    ("plan w.csv --degree 6", "it must be odd"),
+    ("plan w.csv --from-frame nwu", "choose one of enu, ned"),
+    ("plan w.csv --vehicle dji -o o.csv", "give f330, crazyflie, px4-sih, or a YAML file"),
+    ("plan w.csv --time 10 -o o.xlsx", "cannot be written by its ending"),
+    ("plan w.csv --time 10 -o none/o.csv", "cannot be written"),
+    ("plan w.csv --time 10 --plot o.jpg", ".png, .svg, .pdf"),
+    ("rect --widht 6", "--width"),
+    ("rect --width 0", "the width is 0.0: it must be a positive number"),
+    ("rect --no-corridor --corridor 0.3", "exclude each other"),
+    ("circle --radius -2 -o o.csv", "the radius is -2.0"),
+    ("circle --period 6 --speed 2", "exclude each other: give one"),
+    ("retc", "Did you mean 'rect'?"),
+    ("check w.csv", "waypoints have no instants before they are planned"),
+    ("simulate w.csv", "waypoints have no instants before they are planned"),
+    ("plot set.csv", "--output"),
+    ("convert w.csv o.foo", "o.foo cannot be written by its ending"),
+    ("fit w.csv", "w.csv is no log of a flight"),
+]
+
+
+@pytest.mark.parametrize(("words", "said"), MISTAKES, ids=[words for words, _ in MISTAKES])
+def test_a_mistake_is_one_sentence_status_2_and_no_file(call, tmp_path, words, said):
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    run = call(*words.split())
+    assert run.returncode == 2 and run.stdout == ""
+    assert run.stderr.startswith("minsnap: ") and run.stderr.count("\n") == 1 and said in run.stderr
+    assert {file.name for file in tmp_path.iterdir()} == set(FILES)
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: minsnap.line(length=5.0), "line has no argument length: write start= and end="),
+        (lambda: minsnap.circle(diameter=3.0), "circle has no argument diameter: write radius="),
+        (lambda: minsnap.circle(raduis=3.0), "circle has no argument 'raduis': did you mean radius?"),
+        (lambda: minsnap.rectangle(speed=3.0), "write limits=Limits"),
+        (lambda: minsnap.helix(turns=3), "write laps="),
+        (lambda: minsnap.lemniscate(size=3.0), "write length= and width="),
+    ],
+)
+def test_shapes_name_the_argument_that_is_meant(made, said):
+    with pytest.raises(ArgumentNameError) as refused:
+        made()
+    assert said in str(refused.value)
+
+
+def test_a_tilt_in_degrees_is_told_in_radians():
+    with pytest.raises(minsnap.LimitError, match="30 degrees are 0.5236 rad"):
+        minsnap.Limits(tilt=30)
