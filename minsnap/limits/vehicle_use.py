@@ -46,14 +46,9 @@ def measure_vehicle(
     LimitError
         If the heading follows from the tilt at another gravity than the vehicle's: no attitude has both.
     """
-    medium = traj.yaw.medium
-    if medium is not None and medium.gravity != vehicle.gravity:
-        raise LimitError(
-            f"the heading follows from the tilt at a gravity of {medium.gravity:g} m/s^2, the vehicle's is "
-            f"{vehicle.gravity:g} m/s^2: plan with the vehicle's, or give the heading the same"
-        )
+    _check_gravity(vehicle, traj)
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
-    lifted = {name: given[name] for name in LIFTED if name in given} if medium_of(vehicle).drags else {}
+    lifted = lifted_limits(vehicle, given)
     found = dict(zip((*lifted, *ROTORS), VehicleBound(vehicle, traj, lifted).run(), strict=True))
     used = {
         name: used_at(traj, name, limit, -found[name][0] if KIND[name].least else found[name][0], *found[name][1:])
@@ -65,6 +60,37 @@ def measure_vehicle(
         values = hover + side * excess, hover + (1.0 - reserve) * room
         used[name] = Utilisation(name, *values, share, leg_at(traj, instant), instant, method)
     return used
+
+
+def keeps_vehicle(vehicle: Quadrotor, reserve: float, given: Mapping[str, float], traj: Trajectory) -> bool:
+    """Whether the same quantities are proved to be within their limits; sooner than they are measured.
+
+    False also where there are no interval bounds.
+
+    Raises
+    ------
+    LimitError
+        As ``measure_vehicle``.
+    """
+    _check_gravity(vehicle, traj)
+    hover, lifted = vehicle.hover_thrust, lifted_limits(vehicle, given)
+    room = [(1.0 - reserve) * abs(limit - hover) for limit in reversed(vehicle.rotor_thrust_limits)]
+    most = [-limit if KIND[name].least else limit for name, limit in lifted.items()]
+    return VehicleBound(vehicle, traj, lifted).stays_below(np.array([*most, *room]))
+
+
+def lifted_limits(vehicle: Quadrotor, given: Mapping[str, float]) -> dict[str, float]:
+    """Return the limits of ``LIFTED`` that depend on the drag of a vehicle."""
+    return {name: given[name] for name in LIFTED if name in given} if medium_of(vehicle).drags else {}
+
+
+def _check_gravity(vehicle: Quadrotor, traj: Trajectory) -> None:
+    medium = traj.yaw.medium
+    if medium is not None and medium.gravity != vehicle.gravity:
+        raise LimitError(
+            f"the heading follows from the tilt at a gravity of {medium.gravity:g} m/s^2, the vehicle's is "
+            f"{vehicle.gravity:g} m/s^2: plan with the vehicle's, or give the heading the same"
+        )
 
 
 class VehicleBound:
@@ -98,6 +124,12 @@ class VehicleBound:
             (float(value), float(t[i]), "interval" if proof else "sampled")
             for value, i, proof in zip(values, sampled.argmax(axis=1), provable, strict=True)
         ]
+
+    def stays_below(self, most: FloatArray) -> bool:
+        """Whether every quantity is proved to stay below a value (count,), with the margin at samples."""
+        if not self._provable.all() or not (self.sampled()[1].max(axis=1) + self.margins <= most).all():
+            return False
+        return bool((proved(most, partial(self.bounds, self.names), self.medium, self.traj) <= most).all())
 
     def sampled(self) -> tuple[FloatArray, FloatArray]:
         """Return many instants (m,) [s] and the quantities there, (count, m)."""

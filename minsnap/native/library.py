@@ -39,7 +39,10 @@ from minsnap.native.build import LIBRARY, STAMP
 KINDS = "dlqLQiIB?"
 """Characters of the kinds of arrays that entry points take: float64, integers and booleans."""
 
-ABI = 7
+FEW = 1 << 14
+"""Bytes that are copied faster than the address of an array is read."""
+
+ABI = 8
 """What ``minsnap_abi`` of a matching library returns."""
 
 CHOICES = ("auto", "native", "python")
@@ -207,11 +210,21 @@ def address(array: Any) -> Any:
     TypeError
         If the array is not contiguous, or of a kind that no entry point takes.
     """
-    if array.dtype.char not in KINDS or not array.flags.c_contiguous:
+    flags = array.flags
+    if array.dtype.char not in KINDS or not flags.c_contiguous:
         raise TypeError(f"the native core takes contiguous float64 or integers, not {array.dtype} of {array.strides}")
-    if array.flags.writeable and array.size:
-        return writable(array)
-    return array.ctypes.data
+    return writable(array) if flags.writeable and array.size else array.ctypes.data
+
+
+def readable(array: Any) -> Any:
+    """Return what the native core only reads, in the form that costs least to pass: a copy of few numbers.
+
+    Raises
+    ------
+    TypeError
+        As :func:`address`.
+    """
+    return array.tobytes() if array.nbytes <= FEW and array.dtype.char in KINDS else address(array)
 
 
 def optional_address(array: Any) -> Any:

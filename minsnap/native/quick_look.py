@@ -7,9 +7,9 @@ from ctypes import c_int32, c_int64, c_void_p
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.native.library import Entry, address, optional_address
+from minsnap.native.library import Entry, address, readable
 
-_ONE = Entry("minsnap_last_look", *[c_void_p] * 3, c_int64, *[c_int32] * 6, c_void_p)
+_ONE = Entry("minsnap_last_look", *[c_void_p] * 4, c_int64, *[c_int32] * 6, c_void_p)
 _MANY = Entry("minsnap_last_looks", *[c_void_p] * 4, c_int64, *[c_int32] * 3, *[c_void_p] * 2)
 
 
@@ -20,8 +20,9 @@ def keeps(
     continuity: int,
     pinned: int,
     widths: FloatArray | None = None,
+    states: FloatArray | None = None,
 ) -> bool:
-    """Whether a curve is seen to pass the waypoints, to be at rest at its ends, to join, and to stay in a tube.
+    """Whether a curve is seen to pass the waypoints, to have its states at the ends, to join, and to stay in a tube.
 
     Parameters
     ----------
@@ -34,9 +35,11 @@ def keeps(
     continuity : int
         Derivatives that are continuous.
     pinned : int
-        Derivatives that are zero at both ends.
+        Derivatives that are zero at both ends, or as in ``states``.
     widths : ndarray, shape () or (legs,), optional
         Half-widths of a ``Tube`` [m], for one piece per leg.
+    states : ndarray, shape (2, pinned, dim), optional
+        Derivatives of order 1 ... at the start and at the end [m/s^order].
 
     Returns
     -------
@@ -49,8 +52,10 @@ def keeps(
     pieces, size, dim = curve.shape
     legs = len(points) - 1
     return not look(
-        *(address(points), address(durations), optional_address(widths), legs, pieces // legs, dim, size - 1),
-        *(continuity, pinned, widths is not None and widths.ndim == 0, address(curve)),
+        *(readable(points), readable(durations)),
+        *(None if widths is None else readable(widths), None if states is None else readable(states)),
+        *(legs, pieces // legs, dim, size - 1),
+        *(continuity, pinned, widths is not None and widths.ndim == 0, readable(curve)),
     )
 
 

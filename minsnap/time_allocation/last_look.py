@@ -21,7 +21,8 @@ from minsnap.corridors.constraint import Walls
 from minsnap.corridors.knot_regions import STORED, Placement
 from minsnap.corridors.margins import margin_to
 from minsnap.corridors.passing import passing
-from minsnap.limits.compliance import KEPT, largest_use, use_from
+from minsnap.limits.compliance import KEPT, use_from
+from minsnap.limits.compliance import keeps as keeps_limits
 from minsnap.limits.limits import Limits
 from minsnap.native.quick_look import keeps
 from minsnap.optimisation.solved_task import SolvedTask
@@ -90,6 +91,8 @@ def fault_as_one_leg(
 def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | None:
     if times is None:
         return None
+    if not isinstance(times, float) and curve.pieces == 1 and curve.durations.tobytes() == times.tobytes():
+        return None
     own: FloatArray | float = curve.duration if isinstance(times, float) else np.diff(curve.leg_breaks)
     apart = float(np.abs(np.subtract(own, times)).max())
     return (
@@ -98,15 +101,17 @@ def _wrong_times(curve: Trajectory, times: FloatArray | float | None) -> str | N
 
 
 def _seen_at_once(task: Task, curve: Trajectory) -> bool:
-    """Whether the native core sees waypoints that are fixed, rest at both ends and nowhere else, and every joint."""
+    """Whether the native core sees waypoints that are fixed, the states at both ends and no others, and every joint."""
     if task.regions or task.closed or len(curve.durations) != task.legs * task.pieces or curve.dim != task.dim:
         return False
-    highest = 0
-    for waypoint, state in task.pins.items():
-        if any(value.any() for value in state.values()) or (state and 0 < waypoint < task.legs):
-            return False
-        highest = max(highest, *state, 0)
-    return keeps(task.waypoints, curve.durations, curve.control_points, task.continuity, highest)
+    start, end = (sorted(task.pins.get(k, {}).items()) for k in (0, task.legs))
+    highest = len(start)
+    orders = [*range(1, highest + 1)] * 2
+    if [order for order, _ in start + end] != orders or any(task.pins[k] for k in task.pins if 0 < k < task.legs):
+        return False
+    states = np.array([value for _, value in start + end])
+    asked = task.waypoints, curve.durations, curve.control_points, task.continuity, highest
+    return keeps(*asked, states=states if states.any() else None)
 
 
 def _wrong_waypoints(task: Task, curve: Trajectory) -> str | None:
@@ -194,7 +199,7 @@ def _left_walls(walls: Sequence[Walls], curve: Trajectory, solved: SolvedTask | 
 
 
 def _broken_limits(limits: Limits | None, curve: Trajectory, start: float) -> str | None:
-    if limits is None or (start <= 0.0 and largest_use(limits, curve) <= 1.0 + KEPT):
+    if limits is None or (start <= 0.0 and keeps_limits(limits, curve)):
         return None
     for used in use_from(limits, curve, start):
         if not used.fraction <= 1.0 + KEPT:

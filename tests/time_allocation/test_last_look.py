@@ -7,6 +7,7 @@ import pytest
 
 import minsnap
 from minsnap import Boxes, HalfSpaces, Limits, RoundTube, SolverError, Tube
+from minsnap.basics.checks import DERIVATIVES
 from minsnap.native.free_optimum import resting_optimum
 from minsnap.native.library import core
 from minsnap.native.quick_look import keeps
@@ -139,6 +140,22 @@ def test_the_native_look_sees_every_control_point(dim, half):
         changed = curve.copy()
         changed[place] += 1e-4
         assert not keeps(*asked, changed, half - 1, half - 1), place
+
+
+@native
+@pytest.mark.parametrize("half", [2, 3, 4, 5, 6])
+def test_the_native_look_sees_every_derivative_at_the_ends(half):
+    draw = np.random.default_rng(half)
+    states, times = draw.normal(size=(2, half - 1, 3)), np.array(TIMES)
+    named = [dict(zip(DERIVATIVES[1:half], state, strict=True)) for state in states]
+    curve = np.array(minsnap.plan(POINTS, TIMES, degree=2 * half - 1, start=named[0], end=named[1]).control_points)
+    asked = POINTS, times, curve, half - 1, half - 1
+    assert keeps(*asked, states=states)
+    assert not keeps(*asked)
+    for place in np.ndindex(states.shape):
+        other = states.copy()
+        other[place] += 1e-6
+        assert not keeps(*asked, states=other), place
 
 
 @native

@@ -87,13 +87,13 @@ private:
             return true;
         }
         double row[(Order + 1) * most], size = 0.0, factor = 1.0;
-        for (int j = 0; j <= Order; ++j)
+        for (int j = 0; j <= asked_.pinned; ++j)
             for (int d = 0; d < dim(); ++d) row[j * dim() + d] = from[j * step + d];
         for (int d = 0; d < dim(); ++d) size = larger(size, std::fabs(from[d]));
         double rounding = stored * size;
-        for (int p = 1; p <= Order; ++p, state += dim()) {
+        for (int p = 1; p <= asked_.pinned; ++p, state += dim()) {
             const double share = (asked_.degree + 1 - p) / duration;
-            differ(row, dim(), (Order + 1 - p) * dim());
+            differ(row, dim(), (asked_.pinned + 1 - p) * dim());
             factor *= share, rounding *= 2.0 * std::fabs(share);
             for (int d = 0; d < dim(); ++d)
                 if (!(std::fabs(factor * row[d] - state[d]) <= exact * std::fabs(state[d]) + rounding)) return false;
@@ -155,7 +155,7 @@ private:
 bool well_sized(const Asked &asked) {
     return asked.legs >= 1 && asked.pieces >= 1 && asked.degree >= 1 && asked.degree <= max_curve_degree && asked.dim >= 1 &&
            asked.dim <= max_curve_dim && asked.continuity >= 0 && asked.continuity <= asked.degree && asked.pinned >= 0 &&
-           asked.pinned <= asked.degree && (asked.widths == nullptr || asked.pieces == 1);
+           asked.pinned <= (asked.start ? asked.continuity : asked.degree) && (asked.widths == nullptr || asked.pieces == 1);
 }
 
 template <int Order>
@@ -183,13 +183,14 @@ bool passes_last_look(const Asked &asked, const double *curve) {
 
 }  // namespace minsnap
 
-// Whether a curve keeps what is asked, at rest at its ends; see Asked.
+// Whether a curve keeps what is asked, with states (2, pinned, dim) at its start and end, or at rest there; see Asked.
 MINSNAP_EXPORT std::int32_t minsnap_last_look(const double *points, const double *durations, const double *widths,
-                                              std::int64_t legs, std::int32_t pieces, std::int32_t dim, std::int32_t degree,
+                                              const double *states, std::int64_t legs, std::int32_t pieces, std::int32_t dim, std::int32_t degree,
                                               std::int32_t continuity, std::int32_t pinned, std::int32_t shared,
                                               const double *curve) {
     using namespace minsnap;
-    const Asked asked = {points, durations, nullptr, nullptr, widths, shared != 0, legs, pieces, degree, dim, continuity, pinned};
+    const double *const end = states ? states + std::int64_t(pinned) * dim : nullptr;
+    const Asked asked = {points, durations, states, end, widths, shared != 0, legs, pieces, degree, dim, continuity, pinned};
     return std::int32_t(passes_last_look(asked, curve) ? Status::done : Status::not_proved);
 }
 

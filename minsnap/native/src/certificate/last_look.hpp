@@ -8,8 +8,8 @@
 namespace minsnap {
 
 // What is asked of a curve: waypoints (legs + 1, dim), durations of all pieces, states at
-// the ends (continuity, dim) from the first derivative on, or null where ``pinned`` derivatives are zero, half-widths of a
-// tube (legs,) or one for all, or null.
+// the ends (pinned, dim) from the first derivative on, or null where these derivatives are zero, half-widths of a tube
+// (legs,) or one for all, or null.
 struct Asked {
     const double *points, *durations, *start, *end, *widths;
     bool shared;
