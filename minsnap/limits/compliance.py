@@ -52,7 +52,7 @@ def kept_from(limits: Limits, trajectory: Trajectory) -> float:
 def keeps(limits: Limits, trajectory: Trajectory, start: float = 0.0) -> bool:
     """Whether a trajectory keeps all limits from an instant on [s]."""
     if start <= 0.0:
-        return limits.proved_kept(trajectory) or largest_use(limits, trajectory) <= 1.0 + KEPT
+        return largest_use(limits, trajectory) <= 1.0 + KEPT
     return all(used.fraction <= 1.0 + KEPT for used in use_from(limits, trajectory, start))
 
 

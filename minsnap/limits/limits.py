@@ -16,13 +16,12 @@ from minsnap.basics.arrays import GRAVITY, FloatArray
 from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.limit_kinds import KIND, KINDS, Kind
 from minsnap.basics.messages import shown
-from minsnap.basics.tolerances import EXACT
 from minsnap.corridors.constraint import Walls
 from minsnap.errors import LimitError, MagnitudeWarning
 from minsnap.limits.measures import MEASURES, Extent, Motion, exact_motion
 from minsnap.limits.utilisation import measured
 from minsnap.limits.vehicle_drag import medium_of
-from minsnap.limits.vehicle_use import ROTORS, keeps_vehicle, lifted_limits, measure_vehicle
+from minsnap.limits.vehicle_use import measure_vehicle
 from minsnap.trajectory.medium import Medium
 from minsnap.trajectory.report import Utilisation
 from minsnap.trajectory.trajectory import Trajectory
@@ -157,10 +156,6 @@ class Limits:
         self._check_dim(traj.dim)
         return self._measured(self.given(), traj)
 
-    def proved_kept(self, traj: Trajectory) -> bool:  # noqa: ARG002
-        """Whether a quicker proof than that of the utilisation says that all limits are kept; there is none."""
-        return False
-
     def use_of_state(self, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
         """Return the utilisation of each limit by the state at a single instant.
 
@@ -256,15 +251,6 @@ class VehicleLimits(Limits):
         others = {name: limit for name, limit in given.items() if name not in own}
         used = {entry.name: entry for entry in self._measured(others, traj)} | own
         return tuple(used[kind.name] for kind in KINDS if kind.name in used)
-
-    def proved_kept(self, traj: Trajectory) -> bool:
-        """Whether all limits are proved to be kept, with less work than for their utilisation."""
-        self._check_dim(traj.dim)
-        given = self.given()
-        own = {*lifted_limits(self.vehicle, given), *ROTORS}
-        others = {name: limit for name, limit in given.items() if name not in own}
-        kept = all(used.fraction <= 1.0 + EXACT for used in self._measured(others, traj))
-        return kept and keeps_vehicle(self.vehicle, self.reserve, given, traj)
 
     @cached_property
     def medium(self) -> Medium:

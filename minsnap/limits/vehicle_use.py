@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError
-from minsnap.limits.proved_bound import MARGIN, Lift, proved
-from minsnap.limits.rotor_bounds import Part, axis_ranges, heading_ranges, rotor_ranges
+from minsnap.limits.proved_bound import MARGIN, proved
 from minsnap.limits.utilisation import leg_at, used_at
 from minsnap.limits.vehicle_drag import flat_drag, lateral_alike, medium_of
-from minsnap.polynomials.intervals import Interval, cross, dot, length
+from minsnap.native.library import core
+from minsnap.native.vehicle_bounds import VehicleNumbers, vehicle_bounds
 from minsnap.trajectory.report import Utilisation
 
 if TYPE_CHECKING:
@@ -46,9 +46,14 @@ def measure_vehicle(
     LimitError
         If the heading follows from the tilt at another gravity than the vehicle's: no attitude has both.
     """
-    _check_gravity(vehicle, traj)
+    medium = traj.yaw.medium
+    if medium is not None and medium.gravity != vehicle.gravity:
+        raise LimitError(
+            f"the heading follows from the tilt at a gravity of {medium.gravity:g} m/s^2, the vehicle's is "
+            f"{vehicle.gravity:g} m/s^2: plan with the vehicle's, or give the heading the same"
+        )
     hover, (least, most) = vehicle.hover_thrust, vehicle.rotor_thrust_limits
-    lifted = lifted_limits(vehicle, given)
+    lifted = {name: given[name] for name in LIFTED if name in given} if medium_of(vehicle).drags else {}
     found = dict(zip((*lifted, *ROTORS), VehicleBound(vehicle, traj, lifted).run(), strict=True))
     used = {
         name: used_at(traj, name, limit, -found[name][0] if KIND[name].least else found[name][0], *found[name][1:])
@@ -62,39 +67,8 @@ def measure_vehicle(
     return used
 
 
-def keeps_vehicle(vehicle: Quadrotor, reserve: float, given: Mapping[str, float], traj: Trajectory) -> bool:
-    """Whether the same quantities are proved to be within their limits; sooner than they are measured.
-
-    False also where there are no interval bounds.
-
-    Raises
-    ------
-    LimitError
-        As ``measure_vehicle``.
-    """
-    _check_gravity(vehicle, traj)
-    hover, lifted = vehicle.hover_thrust, lifted_limits(vehicle, given)
-    room = [(1.0 - reserve) * abs(limit - hover) for limit in reversed(vehicle.rotor_thrust_limits)]
-    most = [-limit if KIND[name].least else limit for name, limit in lifted.items()]
-    return VehicleBound(vehicle, traj, lifted).stays_below(np.array([*most, *room]))
-
-
-def lifted_limits(vehicle: Quadrotor, given: Mapping[str, float]) -> dict[str, float]:
-    """Return the limits of ``LIFTED`` that depend on the drag of a vehicle."""
-    return {name: given[name] for name in LIFTED if name in given} if medium_of(vehicle).drags else {}
-
-
-def _check_gravity(vehicle: Quadrotor, traj: Trajectory) -> None:
-    medium = traj.yaw.medium
-    if medium is not None and medium.gravity != vehicle.gravity:
-        raise LimitError(
-            f"the heading follows from the tilt at a gravity of {medium.gravity:g} m/s^2, the vehicle's is "
-            f"{vehicle.gravity:g} m/s^2: plan with the vehicle's, or give the heading the same"
-        )
-
-
 class VehicleBound:
-    """Largest values of quantities of a vehicle along a path: sampled, then proved by interval bounds.
+    """Largest values of quantities of a vehicle along a path: sampled, then proved by bounds on parts.
 
     These are, of ``LIFTED``, thrust and minus the least one over weight, tilt [rad] and body rate [rad/s]; then the
     largest deviations of the rotors' thrusts from hover, upwards and downwards [N].
@@ -119,17 +93,11 @@ class VehicleBound:
         provable = self._provable & np.isfinite(values)
         if provable.any():
             names = [name for name, proof in zip(self.names, provable, strict=True) if proof]
-            values[provable] = proved(values[provable], partial(self.bounds, names), self.medium, self.traj)
+            values[provable] = proved(values[provable], partial(self.bounds, names), self.traj)
         return [
             (float(value), float(t[i]), "interval" if proof else "sampled")
             for value, i, proof in zip(values, sampled.argmax(axis=1), provable, strict=True)
         ]
-
-    def stays_below(self, most: FloatArray) -> bool:
-        """Whether every quantity is proved to stay below a value (count,), with the margin at samples."""
-        if not self._provable.all() or not (self.sampled()[1].max(axis=1) + self.margins <= most).all():
-            return False
-        return bool((proved(most, partial(self.bounds, self.names), self.medium, self.traj) <= most).all())
 
     def sampled(self) -> tuple[FloatArray, FloatArray]:
         """Return many instants (m,) [s] and the quantities there, (count, m)."""
@@ -147,12 +115,15 @@ class VehicleBound:
 
     @property
     def _provable(self) -> BoolArray:
-        """Whether there are interval bounds: of rotors, if the yaw is a polynomial or the body turns about no axis."""
+        """Whether there are bounds: of rotors, if the yaw is a polynomial or the body turns about no axis.
+
+        The native core computes them.
+        """
         if self.yaw.medium is not None:
             known = self.yaw.medium.values[1:3] == self.medium.values[1:3]
         else:
             known = bool(np.isfinite(self._turns))
-        alike = lateral_alike(self.vehicle)
+        alike = lateral_alike(self.vehicle) and core().library is not None
         return np.array([alike and (known or name not in ROTORS) for name in self.names])
 
     def _quantities(self, states: FlatStates) -> FloatArray:
@@ -168,42 +139,34 @@ class VehicleBound:
         }
         return np.array([found[name] for name in self.names])
 
-    def bounds(self, names: Sequence[str], motion: Lift, start: FloatArray, width: FloatArray) -> FloatArray:
+    def bounds(self, names: Sequence[str], points: FloatArray, start: FloatArray, width: FloatArray) -> FloatArray:
         """Upper bounds of some quantities on parts that begin at instants and are so wide [s], (names, parts)."""
-        found = self._lifted(motion) if names[0] in LIFTED else {}
-        if "rotor_thrust" in names:
-            rotors = rotor_ranges(self.vehicle, self._part(motion, start + 0.5 * width, 0.5 * width))
-            found["rotor_thrust"] = np.max([rotor.high for rotor in rotors], axis=0) - self.hover
-            found["min_rotor_thrust"] = self.hover - np.min([rotor.low for rotor in rotors], axis=0)
-        return np.array([found[name] for name in names])
-
-    def _lifted(self, motion: Lift) -> dict[str, FloatArray]:
-        force, gravity = motion.force, self.medium.gravity
-        thrust = motion.thrust(self.medium.more_linear, self.medium.more_quadratic)
-        aside = np.hypot(*(np.maximum(-part.low, part.high) for part in force[:2]))
-        rate = (length(cross(force, motion.change)) / dot(force, force)).high
-        return {
-            "max_thrust": thrust.high / gravity,
-            "min_thrust": -thrust.low / gravity,
-            "tilt": np.where(force[2].low > 0.0, np.arctan2(aside, force[2].low), np.pi),
-            "body_rate": np.minimum(rate, (length(motion.change) / length(force)).high),
+        half = 0.5 * width
+        heading = self._heading(start + half) if "rotor_thrust" in names else {}
+        found = vehicle_bounds(self._numbers, points, half, **heading)
+        if found is None:
+            return np.full((len(names), len(half)), np.inf)
+        thrust, least, tangent, rate, most, down = found.T
+        known = {
+            "max_thrust": thrust / self.medium.gravity,
+            "min_thrust": least / self.medium.gravity,
+            "tilt": np.where(np.isfinite(tangent), np.arctan(np.sqrt(tangent)), np.pi),
+            "body_rate": np.sqrt(rate),
+            "rotor_thrust": most - self.hover,
+            "min_rotor_thrust": down + self.hover,
         }
+        return np.array([known[name] for name in names])
 
-    def _part(self, motion: Lift, middle: FloatArray, half: FloatArray) -> Part:
-        """Ranges of the motion with those of the heading."""
-        thrust = motion.thrust(self.medium.more_linear, self.medium.more_quadratic)
-        lift = motion.force, motion.change, motion.bend
+    @cached_property
+    def _numbers(self) -> VehicleNumbers:
+        vehicle = self.vehicle
+        return VehicleNumbers(vehicle.mass, np.array(self.medium.values), vehicle.inertia, vehicle.inverse_mixer)
+
+    def _heading(self, middle: FloatArray) -> dict[str, Any]:
+        """Return what the bounds take of the heading in the middle of each part."""
         axes = self.yaw.axes(middle)
-        if axes is None:
-            return Part(thrust, *lift, heading_ranges(*self._yaw_ranges(middle, half)))
-        x, y = axis_ranges(motion.force, motion.change, axes[:2], half)
-        return Part(thrust, *lift, (x, y, x), True)
-
-    def _yaw_ranges(self, middle: FloatArray, half: FloatArray) -> tuple[Interval, Interval, Interval]:
-        """Ranges of yaw and its derivatives around the middle of each part, from a bound of the third one."""
-        spread, ranges = self._turns + np.zeros(len(half)), []
-        for order in (2, 1, 0):
-            value = self.yaw(middle, order)
-            ranges.append(Interval(value - half * spread, value + half * spread))
-            spread = np.abs(value) + half * spread
-        return ranges[2], ranges[1], ranges[0]
+        if axes is not None:
+            return {"axes": np.ascontiguousarray(np.moveaxis(np.array(axes[:2]), 2, 0))}
+        yaw = self.yaw(middle)
+        turns = np.stack((np.cos(yaw), np.sin(yaw), self.yaw(middle, 1), self.yaw(middle, 2)), axis=1)
+        return {"yaw": turns, "jerk": self._turns}

@@ -130,3 +130,14 @@ class SplitRecord(Record):
         *_integers("evaluations"),
     )
     arrays: ClassVar = dict.fromkeys(("durations", "history"), NUMBERS)
+
+
+class VehicleRecord(Record):
+    """A vehicle on parts of a path, and where their bounds are written; see ``vehicle_bounds``."""
+
+    _fields_ = (
+        *_integers("parts", "count"),
+        *_floats("mass", "jerk"),
+        *_arrays("medium", "inertia", "mixer", "points", "half", "yaw", "axes", "bounds"),
+    )
+    arrays: ClassVar = dict.fromkeys(("medium", "inertia", "mixer", "points", "half", "yaw", "axes", "bounds"), NUMBERS)

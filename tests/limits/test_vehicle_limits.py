@@ -8,7 +8,6 @@ from tasks import REFERENCE, random_legs, spinless
 
 import minsnap
 from minsnap.errors import InfeasibleError, LimitError
-from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits
 from minsnap.limits.measures import sampled_motion
 from minsnap.limits.vehicle_drag import flat_drag, lateral_alike
@@ -249,20 +248,3 @@ def test_a_drag_that_is_not_of_the_body_has_no_part_in_limits():
     path = minsnap.plan(*random_legs(0, 1))
     bare = rotors(Limits.of(dataclasses.replace(vehicle, drag=BodyDrag())), path)
     assert [used.value for used in rotors(Limits.of(vehicle), path)] == [used.value for used in bare]
-
-
-@pytest.mark.parametrize("vehicle", VEHICLES)
-@pytest.mark.parametrize("yaw", [0.3, "tilt", "velocity"])
-def test_limits_of_a_vehicle_are_proved_to_be_kept_where_the_utilisation_says_so(vehicle, yaw):
-    """Both are asked at speeds about the one at which the rotors are just enough."""
-    limits = Limits.of(VEHICLES[vehicle], reserve=0.2, speed=9.0, tilt=0.9, body_rate=9.0)
-    points = np.cumsum(np.random.default_rng(3).normal(size=(5, 3)), axis=0)
-    curve, seen = minsnap.plan(points, limits=limits, yaw=None if yaw == "velocity" else yaw), []
-    for factor in (0.9, 0.99, 0.9999, 1.0, 1.0001, 1.01, 1.1, 2.0):
-        slower = curve.stretched(factor)
-        slower = minsnap.plan(points, durations=np.diff(slower.leg_breaks), yaw=yaw) if yaw == "velocity" else slower
-        uses = [used.fraction for used in limits.utilisation(slower)]
-        seen.append(limits.proved_kept(slower))
-        assert seen[-1] is (max(uses) <= 1.0 + 1e-9 and yaw != "velocity")
-        assert keeps(limits, slower) is (max(uses) <= 1.0 + 1e-9)
-    assert len(set(seen)) == (1 if yaw == "velocity" else 2)

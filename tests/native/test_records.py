@@ -7,9 +7,9 @@ import pytest
 
 from minsnap.native import library, records
 from minsnap.native.library import NativeCoreError, address
-from minsnap.native.records import CorridorAnswerRecord, CorridorRecord, Record, SplitRecord, WallsRecord
+from minsnap.native.records import CorridorAnswerRecord, CorridorRecord, Record, SplitRecord, VehicleRecord, WallsRecord
 
-EVERY = [WallsRecord, CorridorRecord, CorridorAnswerRecord, SplitRecord]
+EVERY = [WallsRecord, CorridorRecord, CorridorAnswerRecord, SplitRecord, VehicleRecord]
 
 
 @pytest.fixture

@@ -1,7 +1,7 @@
 // Numbers with their derivatives in several directions: forward differentiation, exact to rounding.
 #pragma once
 
-#include <cmath>
+#include "arithmetic/space.hpp"
 
 namespace minsnap {
 
@@ -69,49 +69,9 @@ inline Dual<n> root(const Dual<n> &a) {
     return c;
 }
 
-inline double root(double a) { return std::sqrt(a); }
-
 template <int n>
 inline double value_of(const Dual<n> &a) {
     return a.value;
-}
-
-inline double value_of(double a) { return a; }
-
-// Vectors in space of such numbers or of plain ones.
-template <class Real>
-struct Space {
-    Real x, y, z;
-};
-
-template <class Real>
-inline Space<Real> operator+(const Space<Real> &a, const Space<Real> &b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-
-template <class Real>
-inline Space<Real> operator-(const Space<Real> &a, const Space<Real> &b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-template <class Real>
-inline Space<Real> operator*(const Real &a, const Space<Real> &b) {
-    return {a * b.x, a * b.y, a * b.z};
-}
-
-template <class Real>
-inline Real inner(const Space<Real> &a, const Space<Real> &b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-template <class Real>
-inline Space<Real> cross(const Space<Real> &a, const Space<Real> &b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-template <class Real>
-inline Real norm(const Space<Real> &a, double floor) {
-    return root(inner(a, a) + floor);
 }
 
 }  // namespace minsnap

@@ -52,6 +52,21 @@ struct SplitRecord {
     std::int64_t evaluations;
 };
 
+// A vehicle on parts of a path, and where bounds are written: greatest and minus the least thrust per mass [m/s^2], square of the tilt's tangent, square
+// of the body rate [rad^2/s^2], greatest and minus the least thrust of a rotor [N].
+struct VehicleRecord {
+    std::int64_t parts, count;  // control points of each coordinate
+    double mass, jerk;          // [kg]; bound of the yaw's third derivative [rad/s^3]
+    const double *medium;       // (5,) gravity, and drag per mass: linear, quadratic, and by how much more along the thrust
+    const double *inertia;      // (3, 3) [kg m^2]
+    const double *mixer;        // (4, 4) from thrust and torques to thrusts of the rotors
+    const double *points;       // (parts, 4, 3, count) velocity to snap
+    const double *half;         // (parts,) half of what each takes [s]
+    const double *yaw;          // (parts, 4) in the middle: cosine, sine, rate, acceleration; or null
+    const double *axes;         // (parts, 2, 3) x and y of a body without spin there; or null
+    double *bounds;             // (parts, 6); no rotors without heading
+};
+
 struct BorderField {
     const char *record, *name;
     std::int64_t offset, size;
@@ -104,6 +119,18 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(SplitRecord, durations),
     MINSNAP_FIELD(SplitRecord, history),
     MINSNAP_FIELD(SplitRecord, evaluations),
+    MINSNAP_FIELD(VehicleRecord, parts),
+    MINSNAP_FIELD(VehicleRecord, count),
+    MINSNAP_FIELD(VehicleRecord, mass),
+    MINSNAP_FIELD(VehicleRecord, jerk),
+    MINSNAP_FIELD(VehicleRecord, medium),
+    MINSNAP_FIELD(VehicleRecord, inertia),
+    MINSNAP_FIELD(VehicleRecord, mixer),
+    MINSNAP_FIELD(VehicleRecord, points),
+    MINSNAP_FIELD(VehicleRecord, half),
+    MINSNAP_FIELD(VehicleRecord, yaw),
+    MINSNAP_FIELD(VehicleRecord, axes),
+    MINSNAP_FIELD(VehicleRecord, bounds),
 };
 
 #undef MINSNAP_FIELD

@@ -1,13 +1,13 @@
 // Limits that depend on several derivatives at an instant: body rate, rotors' thrusts, thrust and tilt with drag, turns of the velocity and of a view.
 //
-// The thrust axis lies along f = a + g e_z + (linear + quadratic |v|) v / m where the drag is the same along the body's two lateral axes
-// (M. Faessler, A. Franchi and D. Scaramuzza, RA-L 2018); rates and torques follow as from D. Mellinger and V. Kumar, ICRA 2011. Each limit is one or
-// more functions that must not be positive, written once for plain numbers and for numbers with derivatives. They are squared where a norm would
-// have a kink. What does not depend on directions is a function of the products of f and its derivatives with each other: six numbers, not nine.
+// Each limit is one or more functions that must not be positive, of what `vehicle/` says of a motion, written once for plain numbers and for numbers
+// with derivatives. They are squared where a norm would have a kink. What does not depend on directions is a function of the products of f and its
+// derivatives with each other: six numbers, not nine.
 #pragma once
 
 #include "arithmetic/curved.hpp"
 #include "shortest_time/border.hpp"
+#include "vehicle/rotors.hpp"
 
 namespace minsnap {
 
@@ -22,50 +22,13 @@ enum class LimitKind : std::int64_t {
     look_rate = 7,
 };
 
-constexpr double tiny_share = 1e-12;  // of the square of a norm that counts as large, so that its root is smooth
-
-// Gravity, and drag per mass: linear and quadratic across, and by how much more along the thrust.
-struct Medium {
-    static constexpr int values = 5;
-    double gravity, linear, quadratic, more_linear, more_quadratic;
-    explicit Medium(const double *p) : gravity(p[0]), linear(p[1]), quadratic(p[2]), more_linear(p[3]), more_quadratic(p[4]) {}
-    bool drag() const { return linear != 0.0 || quadratic != 0.0 || more_linear != 0.0 || more_quadratic != 0.0; }
-    double floor() const { return tiny_share * gravity * gravity; }
-};
-
-// What the thrust must be, and its derivatives, from velocity, acceleration, jerk and snap.
-template <class Real>
-struct Lift {
-    Space<Real> force, change, bend;
-    Real speed;
-
-    Lift(const Medium &m, const Space<Real> *x, int derivatives) : force(x[1]) {
-        force.z = force.z + m.gravity;
-        if (derivatives > 0) change = x[2];
-        if (derivatives > 1) bend = x[3];
-        if (!m.drag()) return;
-        speed = norm(x[0], m.floor());
-        const Real first = inner(x[0], x[1]) / speed, share = m.quadratic * speed + m.linear;
-        force = force + share * x[0];
-        if (derivatives > 0) change = change + (m.quadratic * first) * x[0] + share * x[1];
-        if (derivatives < 2) return;
-        const Real second = (inner(x[1], x[1]) + inner(x[0], x[2]) - first * first) / speed;
-        bend = bend + (m.quadratic * second) * x[0] + (2.0 * (m.quadratic * first)) * x[1] + share * x[2];
-    }
-
-    // By how much the thrust per mass along the axis, of length `size`, is more than that.
-    Real more(const Medium &m, const Real &size, const Space<Real> &velocity) const {
-        return m.drag() ? (m.more_quadratic * speed + m.more_linear) * (inner(force, velocity) / size) : Real(0.0);
-    }
-};
-
 // Parameters: medium, ratio.
 template <class Real>
 inline void least_thrust(const double *p, const Space<Real> *x, Real *out) {
     const Medium m(p);
     const Lift<Real> f(m, x, 0);
     const Real size = norm(f.force, m.floor());
-    out[0] = (-1.0 / m.gravity) * (size + f.more(m, size, x[0])) + p[Medium::values];
+    out[0] = (-1.0 / m.gravity) * f.thrust(m, size, x[0]) + p[Medium::values];
 }
 
 // Parameters: medium, ratio.
@@ -74,7 +37,7 @@ inline void most_thrust(const double *p, const Space<Real> *x, Real *out) {
     const Medium m(p);
     const Lift<Real> f(m, x, 0);
     const Real size = norm(f.force, m.floor());
-    out[0] = (1.0 / (p[Medium::values] * m.gravity)) * (size + f.more(m, size, x[0])) - 1.0;
+    out[0] = (1.0 / (p[Medium::values] * m.gravity)) * f.thrust(m, size, x[0]) - 1.0;
 }
 
 // Parameters: medium, tangent of the limit.
@@ -111,14 +74,14 @@ inline void body_rate(const double *p, const Real *products, Real *out) {
 // Parameters: medium, mass, least and most thrust of a rotor, its most thrust for an angular acceleration and for a rate of one.
 // The rotor with most to do has at most the mean thrust, its share of the torque, and that of unequal inertias.
 template <class Real>
-inline void unspun_rotors(const double *p, const Real *products, const Real &more, Real *out) {
+inline void unspun_rotors(const double *p, const Real *products, const Real &thrust, Real *out) {
     const double *rest = p + Medium::values;
     constexpr double rounded = 3e-4;  // thrust by which the norm of the torque is rounded at its tip
     const double mass = rest[0], least = rest[1], most = rest[2], share = rest[3] / most;
     const Real force = products[0] + Medium(p).floor(), pull = products[1] / force;
     const Real across = products[2] - products[1] * pull, mixed = products[4] - products[3] * pull;
     const Real turn = (products[5] - products[3] * (products[3] / force)) - 4.0 * (pull * (mixed - pull * across));
-    const Real mean = (0.25 * mass / most) * (root(force) + more), gyration = (rest[4] / most) * (across / force);
+    const Real mean = (0.25 * mass / most) * thrust, gyration = (rest[4] / most) * (across / force);
     const Real push = root((share * share) * (turn / force) + rounded * rounded) + gyration;
     out[0] = (mean + push) - 1.0;
     out[1] = (push - mean) + least / most;
@@ -131,30 +94,11 @@ inline void yawed_rotors(const double *p, const Space<Real> *x, Real *out) {
     const double *rest = p + Medium::values, *inertia = rest + 5, *mixer = rest + 14;
     const double least = rest[1], most = rest[2];
     const Lift<Real> f(m, x, 2);
-    const Space<Real> heading{Real(rest[3]), Real(rest[4]), Real(0.0)};
     const Real size = norm(f.force, m.floor());
-    const Space<Real> up = (Real(1.0) / size) * f.force;
-    const Space<Real> lateral = cross(f.force, heading);
-    const Space<Real> left = (Real(1.0) / norm(lateral, m.floor())) * lateral, ahead = cross(left, up);
-    const Real forward = inner(ahead, heading), upward = inner(up, heading), pull = inner(up, f.change) / size;
-    const Space<Real> rate{-1.0 * (inner(left, f.change) / size), inner(ahead, f.change) / size, Real(0.0)};
-    const Real spin = rate.x * upward / forward;
-    const Real p_rate = spin * rate.y - 2.0 * (rate.x * pull) - inner(left, f.bend) / size;
-    const Real q_rate = inner(ahead, f.bend) / size - spin * rate.x - 2.0 * (rate.y * pull);
-    const Real r_rate = (rate.x * rate.y * forward + spin * rate.y * upward + p_rate * upward) / forward;
-    const Real turn[3] = {p_rate, q_rate, r_rate}, rates[3] = {rate.x, rate.y, spin};
-    Real wrench[4] = {rest[0] * (size + f.more(m, size, x[0])), Real(0.0), Real(0.0), Real(0.0)}, momentum[3];
-    for (int i = 0; i < 3; ++i) {
-        momentum[i] = inertia[3 * i] * rates[0] + inertia[3 * i + 1] * rates[1] + inertia[3 * i + 2] * rates[2];
-        wrench[i + 1] = inertia[3 * i] * turn[0] + inertia[3 * i + 1] * turn[1] + inertia[3 * i + 2] * turn[2];
-    }
-    for (int i = 0; i < 3; ++i) {
-        const int a = (i + 1) % 3, b = (i + 2) % 3;
-        wrench[i + 1] = wrench[i + 1] + (rates[a] * momentum[b] - rates[b] * momentum[a]);
-    }
+    Real wrench[4];
+    wrench_of(rest[0], inertia, f.thrust(m, size, x[0]), turning(m, f, size, FixedHeading{rest[3], rest[4]}), wrench);
     for (int i = 0; i < 4; ++i) {
-        Real thrust = mixer[4 * i] * wrench[0];
-        for (int j = 1; j < 4; ++j) thrust = thrust + mixer[4 * i + j] * wrench[j];
+        const Real thrust = rotor_of(mixer + 4 * i, wrench);
         out[i] = (1.0 / most) * (thrust - most);
         out[i + 4] = (-1.0 / most) * (thrust - least);
     }
@@ -204,10 +148,9 @@ struct InstantLimit {
         functions = kind == LimitKind::tilt ? 2 : kind == LimitKind::unspun_rotors ? 2 : kind == LimitKind::yawed_rotors ? 8 : 1;
         low = kind == LimitKind::look_rate ? 0 : 1;
         high = kind == LimitKind::look_rate ? 1 : kind == LimitKind::body_rate ? 3 : rotors() ? 4 : 2;
-        if (!drag && (kind == LimitKind::body_rate || kind == LimitKind::unspun_rotors)) {
-            low = 2;
-            products = kind == LimitKind::body_rate ? 3 : 6;
-        }
+        if (!drag && (kind == LimitKind::body_rate || rotors())) low = 2;
+        if (!drag && kind == LimitKind::body_rate) products = 3;
+        if (!drag && kind == LimitKind::unspun_rotors) products = 6;
     }
 
     static bool known(const MomentaryLimit &asked, std::int64_t dim) {
@@ -237,7 +180,7 @@ struct InstantLimit {
         const Lift<Real> f(m, x, high - 2);
         Real found[6] = {};
         products_of(f, high - 2, found);
-        of_products(found, m.drag() ? f.more(m, root(found[0] + m.floor()), x[0]) : Real(0.0), out);
+        of_products(found, rotors() ? f.thrust(m, root(found[0] + m.floor()), x[0]) : Real(0.0), out);
     }
 
     // Add up for weights of the functions, `stride` apart.
@@ -254,9 +197,9 @@ struct InstantLimit {
 
 private:
     template <class Real>
-    void of_products(const Real *found, const Real &more, Real *out) const {
+    void of_products(const Real *found, const Real &thrust, Real *out) const {
         if (kind == LimitKind::body_rate) return body_rate(parameters, found, out);
-        unspun_rotors(parameters, found, more, out);
+        unspun_rotors(parameters, found, thrust, out);
     }
 
     template <int n, class Function>
@@ -295,7 +238,7 @@ private:
                 }
             }
         InstantTerms own;
-        const auto function = [this](const auto *x, auto *out) { of_products(x, decltype(x[0] * x[0])(0.0), out); };
+        const auto function = [this](const auto *x, auto *out) { of_products(x, rotors() ? root(x[0] + Medium(parameters).floor()) : 0.0 * x[0], out); };
         if (products == 3)
             sum<3>(function, found, hessian, outer, gradient, stride, own);
         else
