@@ -1,6 +1,7 @@
 """Two stand-in autopilots on one clock: they begin at the same instant, and what stops one stops both."""
 
 import threading
+from dataclasses import replace
 
 import pytest
 from clocks import SharedClock, enter, leave
@@ -21,7 +22,7 @@ PATHS = excursion(5.0, reach=2.0), excursion(7.0, reach=2.0)
 class Pair:
     """Both vehicles at the start, and their flight in threads that share the clock."""
 
-    def __init__(self, monkeypatch):
+    def __init__(self, monkeypatch, paths=PATHS, **how):
         self.clock, self.said, self.found = SharedClock(), [], None
         fly = Streamer.run
 
@@ -33,9 +34,9 @@ class Pair:
 
         monkeypatch.setattr(Streamer, "run", run)
         self.vehicles = [StandIn(clock=self.clock, body=PointMass(START)) for _ in PATHS]
-        options = [StreamOptions(trigger="now", rules=patient_rules()) for _ in PATHS]
+        options = [StreamOptions(trigger="now", rules=patient_rules(), **how) for _ in PATHS]
         self.links = [open_link(f"udpout:127.0.0.1:{vehicle.port}", self.clock) for vehicle in self.vehicles]
-        tables = [prepare(path, option) for path, option in zip(PATHS, options, strict=True)]
+        tables = [prepare(path, option) for path, option in zip(paths, options, strict=True)]
         how = (tables, self.links, options, ("first", "second"), self.clock, self.said.append)
         self.thread = threading.Thread(target=lambda: setattr(self, "found", stream_together(*how, begun=self.begun)))
 
@@ -85,6 +86,19 @@ def test_they_begin_in_the_same_slot_and_end_each_at_its_end(monkeypatch):
     assert [report.completed for report in found] == [True, True]
     first = [next(t for t, m in one if m.vy) for one in begins]
     assert first[0] == pytest.approx(first[1], abs=0.021), "the stand-ins look every hundredth of a second"
+
+
+def test_a_fleet_on_one_map_is_flown_by_autopilots_that_each_count_from_their_own_place(monkeypatch):
+    apart = [replace(path, position=path.position + [2.0 * k, 2.0 * k, 0.0]) for k, path in enumerate(PATHS, 1)]
+    with Pair(monkeypatch, apart, relative=True) as pair:
+        pair.both_enter()
+        pair.vehicles[1].until(lambda v: {"first: holding the end", "second: holding the end"} <= set(pair.said))
+        sent = [[(m.x, m.y, m.z) for _, m in vehicle.setpoints] for vehicle in pair.vehicles]
+        found = pair.leave()
+    assert [report.completed for report in found] == [True, True]
+    for path, places in zip(PATHS, sent, strict=True):
+        assert max(place[1] for place in places) == pytest.approx(path.position[:, 0].max(), abs=1e-5)
+        assert places[0] == pytest.approx(START, abs=1e-5)
 
 
 def test_what_stops_one_stops_the_other_where_it_is(monkeypatch):
