@@ -70,6 +70,7 @@ class Link:
         self.numbering: Callable[[], int] | None = None
         self._codec = self._dialect.MAVLink(self, srcSystem=source_system, srcComponent=source_component)
         self._parsers: dict[Peer, Any] = {}
+        self._peer: Peer | None = None
         self._next_heartbeat = clock.now()
         if signing_key is not None:
             self._sign(signing_key)
@@ -137,8 +138,9 @@ class Link:
         if not data:
             return None
         parsed = self._parser(peer).parse_buffer(data) or ()
-        messages = [message for message in parsed if self._is_from_vehicle(message)]
+        messages = [message for message in parsed if self._is_from_vehicle(message, peer)]
         if messages:
+            self._peer = peer
             self._transport.choose(peer)
         return messages
 
@@ -152,10 +154,11 @@ class Link:
             self._parsers[peer] = parser
         return self._parsers[peer]
 
-    def _is_from_vehicle(self, message: Message) -> bool:
+    def _is_from_vehicle(self, message: Message, peer: Peer) -> bool:
         """Whether a message is from the chosen vehicle; the first suitable heartbeat chooses the vehicle.
 
-        Messages of an unknown type are ignored, since their checksum cannot be verified.
+        Messages of an unknown type are ignored, since their checksum cannot be verified. So are those that come in its
+        name from another address, until the vehicle has been silent for a while: then it may have a new one.
         """
         if message.get_type() == "BAD_DATA" or message.get_type().startswith("UNKNOWN"):
             self.refused += message.get_type() == "BAD_DATA"
@@ -165,7 +168,8 @@ class Link:
             self.vehicle = replace(self.vehicle, system=sender[0], component=sender[1])
             self.ignored.pop(sender, None)
         chosen = (self.vehicle.system, self.vehicle.component)
-        if chosen == (0, 0) or sender != chosen:
+        elsewhere = self._peer not in (None, peer) and self._clock.now() - self.vehicle.heard < _MOVES
+        if chosen == (0, 0) or sender != chosen or elsewhere:
             self.ignored[sender] += 1
             return False
         self.vehicle = self.vehicle.told(message, self._clock.now(), self._events)
@@ -212,6 +216,9 @@ class Link:
             said += f"; {self.refused} messages were damaged or not signed with this key"
         return said
 
+
+_MOVES = 2.0
+"""Silence after which a vehicle may come from another address [s]."""
 
 _PEERS = 64
 """Senders that are kept apart at a time."""

@@ -45,6 +45,7 @@ _COMMANDS = {176: "change the mode", 400: "arm", 22: "take off", 21: "land", 20:
 _RESULTS = {1: "temporarily rejected", 2: "denied", 3: "unsupported", 4: "failed", 5: "in progress", 6: "cancelled"}
 _WARNING = 4  # MAV_SEVERITY_WARNING: its number and smaller ones
 _KEPT = 3  # warnings that are kept
+_LONGEST = 500  # characters of a warning that came in parts
 _ACCEPTED, _IN_PROGRESS = 0, 5
 _ASIDE = (511, 401)  # a refused MAV_CMD_SET_MESSAGE_INTERVAL or MAV_CMD_RUN_PREARM_CHECKS may be ignored
 
@@ -129,7 +130,7 @@ class VehicleState:
         if kind == "LOCAL_POSITION_NED":
             position = (float(message.x), float(message.y), float(message.z))
             velocity = (float(message.vx), float(message.vy), float(message.vz))
-            if all(map(math.isfinite, position)):
+            if all(map(math.isfinite, (*position, *velocity))):
                 return replace(self, heard=now, position=position, velocity=velocity, positioned=now)
         if kind == "COMMAND_ACK" and message.command not in _ASIDE and message.result != _IN_PROGRESS:
             return replace(self, heard=now, refusal=self._refusal(message))
@@ -141,9 +142,9 @@ class VehicleState:
 
     def _warned(self, message: Message) -> tuple[str, ...]:
         """Return the warnings with a new one, or with the rest of one that came in parts."""
-        text = str(message.text).rstrip("\0")
+        text = "".join(filter(str.isprintable, str(message.text)))
         if getattr(message, "chunk_seq", 0) and self.warnings:
-            return (*self.warnings[:-1], self.warnings[-1] + text)
+            return (*self.warnings[:-1], (self.warnings[-1] + text)[:_LONGEST])
         return (*(before for before in self.warnings if before != text), text)[-_KEPT:]
 
     def _refusal(self, message: Message) -> Refusal | None:

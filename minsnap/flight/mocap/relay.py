@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -59,6 +60,9 @@ MESSAGES = {
 }
 """What a pose can be sent as."""
 
+RECENT = 3000
+"""Poses of which the rate and the latency are told: a minute of them."""
+
 
 def euler_angles(attitude: list[float]) -> tuple[float, float, float]:
     """Roll, pitch and yaw (about z, then y, then x) of a unit quaternion (w, x, y, z) [rad]."""
@@ -81,9 +85,9 @@ class RelayReport:
     rejected : int
         Packets that held no usable pose.
     rate : float
-        Poses passed on a second [Hz].
+        Poses passed on a second, of the last ``RECENT`` [Hz].
     latency, latency_p99 : float
-        From a pose's arrival to its departure, median and 99th percentile [s].
+        From a pose's arrival to its departure, of the same, median and 99th percentile [s].
     """
 
     sent: int
@@ -139,7 +143,8 @@ class Relay:
         self._max_age, self._rate = max_age, rate
         self._schedule = Schedule(rate, clock.now())
         self._last = -math.inf
-        self._sent: list[tuple[float, float]] = []
+        self._sent: deque[tuple[float, float]] = deque(maxlen=RECENT)
+        self._count = 0
         self._stale = 0
         self._stopped = False
 
@@ -170,6 +175,7 @@ class Relay:
         position = map_vectors(pose.position, self._frame, self._target).tolist()
         attitude = map_quaternions(pose.attitude, self._frame, self._target).tolist()
         self._link.send(self._build(max(0, round(pose.received * 1e6)), position, attitude, self._target))
+        self._count += 1
         self._sent.append((now, self._clock.now() - pose.received))
 
     def report(self) -> RelayReport:
@@ -179,4 +185,4 @@ class Relay:
         when, late = np.array(self._sent).T
         rate = (len(when) - 1) / (when[-1] - when[0]) if len(when) > 1 else 0.0
         median, p99 = np.percentile(late, [50, 99])
-        return RelayReport(len(when), self._stale, self._source.rejected, float(rate), float(median), float(p99))
+        return RelayReport(self._count, self._stale, self._source.rejected, float(rate), float(median), float(p99))

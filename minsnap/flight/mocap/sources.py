@@ -6,6 +6,7 @@ import json
 import math
 import threading
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,12 @@ from minsnap.flight.mavlink._udp import bind_udp
 from minsnap.flight.mavlink.schedule import Clock
 
 Quaternion = tuple[float, float, float, float]
+
+FARTHEST = 1e6
+"""Coordinate beyond which a packet holds no pose of a room [m]."""
+
+MOST = 1e6
+"""Length of a quaternion above which it is none."""
 
 
 @dataclass(frozen=True)
@@ -104,23 +111,29 @@ class UdpJsonSource(PoseSource):
         try:
             said = json.loads(data)
             if self._body is None or said.get("body") == self._body:
-                self._pose = Pose(self._clock.now(), *_pose_numbers(said))
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+                self._pose = _measured(self._clock.now(), *_pose_numbers(said))
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
             self.rejected += 1
 
 
-def _pose_numbers(said: dict[str, Any]) -> tuple[tuple[float, float, float], Quaternion]:
-    """Return position and attitude of a JSON pose, or raise ValueError, TypeError or KeyError."""
-    x, y, z = (float(value) for value in said["position"])
+def _pose_numbers(said: dict[str, Any]) -> tuple[Iterable[Any], Iterable[Any]]:
+    """Return position and attitude of a JSON pose, or raise KeyError, TypeError or ValueError."""
     if "quaternion" in said:
-        w, i, j, k = (float(value) for value in said["quaternion"])
-    else:
-        half = float(said["yaw"]) / 2
-        w, i, j, k = math.cos(half), 0.0, 0.0, math.sin(half)
+        return said["position"], said["quaternion"]
+    half = float(said["yaw"]) / 2
+    return said["position"], (math.cos(half), 0.0, 0.0, math.sin(half))
+
+
+def _measured(now: float, position: Iterable[Any], attitude: Iterable[Any]) -> Pose:
+    """Return what a source says as a pose, or raise ValueError, TypeError or OverflowError."""
+    x, y, z = (float(value) for value in position)
+    w, i, j, k = (float(value) for value in attitude)
     length = math.hypot(w, i, j, k)
-    if not (math.isfinite(x + y + z) and math.isfinite(length) and length > 0.5):
-        raise ValueError("not a pose")
-    return (x, y, z), (w / length, i / length, j / length, k / length)
+    if not (max(abs(x), abs(y), abs(z)) <= FARTHEST and math.isfinite(x + y + z)):
+        raise ValueError("not a position")
+    if not 0.5 < length <= MOST:
+        raise ValueError("not an attitude")
+    return Pose(now, (x, y, z), (w / length, i / length, j / length, k / length))
 
 
 class NatNetSource(PoseSource):
@@ -171,9 +184,12 @@ class NatNetSource(PoseSource):
         for body in frame.rigid_bodies:
             if self._body not in (None, body.id_num):
                 continue
-            if body.tracking_valid is False:
+            try:
+                if body.tracking_valid is False:
+                    raise ValueError("not tracked")
+                i, j, k, w = body.rot
+                self._pose = _measured(self._clock.now(), body.pos, (w, i, j, k))
+            except ValueError:
                 self.rejected += 1
                 continue
-            i, j, k, w = body.rot
-            self._pose = Pose(self._clock.now(), tuple(body.pos), (w, i, j, k))
             return

@@ -2,17 +2,21 @@
 
 import os
 import socket
+import struct
 import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 from clocks import SharedClock
 from standin import StandIn, mavutil
 
 from minsnap.errors import FileError, LinkError
 from minsnap.flight.mavlink.connection import open_transport
-from minsnap.flight.mavlink.link import open_link, read_signing_key
+from minsnap.flight.mavlink.dialect import load_dialect
+from minsnap.flight.mavlink.link import Link, open_link, read_signing_key
+from minsnap.flight.mavlink.link_transport import LinkTransport
 from minsnap.flight.mavlink.schedule import Clock
 
 
@@ -166,6 +170,97 @@ def test_other_systems_and_ground_stations_are_ignored():
         assert link.ignored[(255, 0)] == 1
     link.close()
     ground.close()
+
+
+def test_messages_in_the_name_of_the_vehicle_from_another_address_are_ignored_while_it_is_heard():
+    """A forged heartbeat would turn the setpoints to its sender, and a forged position end the flight."""
+    clock = SharedClock()
+    link = open_link("udpin:127.0.0.1:0", clock)
+    bound = socket.socket(fileno=os.dup(link._transport.readers()[0]))
+    address = f"udpout:127.0.0.1:{bound.getsockname()[1]}"
+    bound.close()
+    forger = mavutil.mavlink_connection(address, source_system=7, source_component=1)
+    with StandIn(address, clock=clock, system=7) as vehicle:
+        assert link.wait_for_vehicle(20.0).system == 7
+        home = link.outlet()
+        while link.ignored[(7, 1)] < 3:
+            forger.mav.heartbeat_send(2, 12, 0, 0, 4)
+            forger.mav.local_position_ned_send(0, 99.0, 99.0, 99.0, 0.0, 0.0, 0.0)
+            list(link.pump(clock.now() + 0.2))
+            assert link.vehicle.position in (None, (0.0, 0.0, 0.0)) and link.outlet() == home
+        vehicle.until(lambda v: link.vehicle.position is not None or not list(link.pump(clock.now() + 0.1)))
+    while link.outlet() == home:
+        forger.mav.heartbeat_send(2, 12, 0, 0, 4)
+        list(link.pump(clock.now() + 0.5))
+    link.close()
+    forger.close()
+
+
+class Fed(LinkTransport):
+    """Gives datagrams of a list, all from one address."""
+
+    address = "fed"
+
+    def __init__(self):
+        self.waiting = []
+
+    def send(self, data):
+        pass
+
+    def receive(self):
+        return (self.waiting.pop(0), ("here", 1)) if self.waiting else (b"", None)
+
+    def readers(self):
+        return []
+
+    def close(self):
+        pass
+
+
+def forged(draw, dialect):
+    """Return a message of any kind with any numbers in the name of the vehicle, a fifth of them with a flipped bit."""
+    kinds = list(dialect.mavlink_map.values())
+    while True:
+        kind = kinds[draw.integers(len(kinds))]
+        counts = dict(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))
+        fields = [number(draw, of, counts[name]) for name, of in zip(kind.fieldnames, kind.fieldtypes, strict=True)]
+        try:
+            data = bytearray(kind(*fields).pack(dialect.MAVLink(None, srcSystem=1, srcComponent=1)))
+        except (TypeError, struct.error):  # a kind of field that is not drawn
+            continue
+        if draw.random() < 0.2:
+            data[draw.integers(len(data))] ^= 1 << draw.integers(8)
+        return bytes(data)
+
+
+def number(draw, kind, count):
+    if kind == "char":
+        return draw.bytes(max(count, 1))
+    if kind in ("float", "double"):
+        own = [float("nan"), float("inf"), -float("inf"), 0.0, 1e38, -1e38, 1.5]
+    else:
+        bits = int("".join(filter(str.isdigit, kind.split("_")[0])))
+        signed = not kind.startswith("u")
+        own = [0, 1, 2 ** (bits - signed) - 1, -(2 ** (bits - 1)) if signed else 2 ** (bits - 1)]
+    drawn = [own[draw.integers(len(own))] for _ in range(max(count, 1))]
+    return drawn if count else drawn[0]
+
+
+def test_forged_messages_of_every_kind_leave_a_state_of_numbers():
+    """No message raises, positions stay finite, and texts can be printed."""
+    dialect, clock, draw = load_dialect(), Clock(), np.random.default_rng(1)
+    fed = Fed()
+    link = Link(fed, clock)
+    beat = dialect.MAVLink_heartbeat_message(2, 12, 81, 0, 4, 3)
+    fed.waiting = [bytes(beat.pack(dialect.MAVLink(None, srcSystem=1, srcComponent=1)))]
+    heard = {message.get_type() for message in link.pump(clock.now())}
+    for _ in range(4000):
+        fed.waiting = [forged(draw, dialect)]
+        heard |= {message.get_type() for message in link.pump(clock.now())}
+        known = link.vehicle
+        assert known.position is None or np.isfinite([*known.position, *known.velocity]).all()
+        assert all(text.isprintable() and len(text) <= 500 for text in known.warnings)
+    assert {"HEARTBEAT", "LOCAL_POSITION_NED", "COMMAND_ACK", "STATUSTEXT"} <= heard and link.refused
 
 
 KEY = bytes(range(32))

@@ -143,7 +143,10 @@ def test_json_over_udp():
         send(bad)
     send({"body": "drone", "position": [1, 2, float("nan")], "yaw": 0})
     send({"body": "drone", "position": [1, 2, 3], "quaternion": [0, 0, 0, 0]})
-    wait_for(lambda: source.rejected == 8)
+    for huge in (10**400, 1e300, 1e7, -float("inf")):
+        send({"body": "drone", "position": [1, 2, huge], "yaw": 0})
+        send({"body": "drone", "position": [1, 2, 3], "quaternion": [huge, 0, 0, 0]})
+    wait_for(lambda: source.rejected == 16)
     assert source.latest().position == (1, 2, 3)
     send({"body": "drone", "position": [4, 5, 6], "yaw": math.pi / 2})
     wait_for(lambda: source.latest().position == (4, 5, 6))
