@@ -1,7 +1,7 @@
 """Published missions of several vehicles, written out from their facts, with the best flight time that was published.
 
 Sources: qwerty35/swarm_simulator (RBP), qwerty35/lsc_planner (LSC), carlosluis/multiagent_planning (DMPC), ZJU-FAST-Lab
-(EGO-Swarm) and utiasDSL/AMSwarm. ``fleets/`` has the starts and goals that were drawn at random, one row a vehicle.
+(EGO-Swarm) and utiasDSL/AMSwarm. ``fleets/`` has the starts and goals of DMPC's 200 vehicles, one row a vehicle.
 """
 
 from __future__ import annotations
@@ -72,6 +72,25 @@ def table(name):
     return np.loadtxt(TABLES / f"{name}.csv", delimiter=",", skiprows=1).reshape(-1, 2, 3)
 
 
+def at_random():
+    """Return the ways of LSC's 30 missions of 60 vehicles (missions/empty/60agents of lsc_planner), (30, 60, 2, 3).
+
+    They are what MATLAB draws after its start: MT19937 with the seed 5489, of which five numbers were drawn before,
+    places nearer than 0.5 m to one before (heights halved) were dropped, and five digits were written.
+    """
+    numbers = np.random.RandomState(5489).random_sample(218291)[5:].reshape(-1, 3)
+    drawn, ways = iter(numbers * [3.0, 3.0, 2.0] + [-1.5, -1.5, 0.2]), []
+    while len(ways) < 60:
+        kept = np.empty((0, 3))
+        while len(kept) < 60:
+            place = next(drawn)
+            if (((kept - place) * [1.0, 1.0, 0.5]) ** 2).sum(axis=1).min(initial=1.0) >= 0.25:
+                kept = np.vstack((kept, place))
+        ways.append(kept)
+    written = [float(f"{number:.5g}") for number in np.ravel(ways)]
+    return np.reshape(written, (30, 2, 60, 3)).transpose(0, 2, 1, 3)
+
+
 def show(assigned):
     """Return a show of 1,000: from a grid of 1.5 m on the ground to places at random, at least 1.5 m apart."""
     grid = 1.5 * np.stack(np.meshgrid(np.arange(32.0), np.arange(32.0), indexing="ij"), axis=-1).reshape(-1, 2)[:1000]
@@ -100,7 +119,10 @@ def missions():
     every = [
         FleetMission("RBP, 64 across a square", square(0.5), axis(1.7, 6.2), crazyflie, 16.4, room),
         FleetMission("LSC, 16 across a square", square(2.0), axis(1.0, 2.0), crazyflie, 21.8, low),
-        *(FleetMission(f"LSC, 60 at random, {i}", table(f"lsc60_{i}"), lsc, crazyflie, None, small) for i in (1, 2, 3)),
+        *(
+            FleetMission(f"LSC, 60 at random, {i}", ways, lsc, crazyflie, None, small)
+            for i, ways in enumerate(at_random(), 1)
+        ),
         FleetMission(
             "DMPC, 200 at random", table("dmpc200"), axis(2.0, 1.0), Separation(0.35, downwash=2.0), 16.4, cube
         ),

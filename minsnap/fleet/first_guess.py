@@ -67,25 +67,24 @@ def straight(starts: FloatArray, goals: FloatArray, pieces: int) -> FloatArray:
     return np.asarray(curves)
 
 
-def guess(task: FleetTask, pieces: int, seed: int) -> FloatArray:
-    """Return first curves: the seed chooses how they bend, the first one by what the fleet looks like."""
+def guess(task: FleetTask, pieces: int, seed: int, kind: int) -> FloatArray:
+    """Return first curves: kind 0 bends as suits the fleet, 1 the other way, 2 and 3 twice as far, 4 and 5 thrice."""
     curves = np.concatenate([_through(task, vehicle, pieces) for vehicle in range(len(task))])
     flat = bool(np.ptp(np.concatenate((task.starts, task.goals))[:, 2]) <= 0.2 * np.ptp(task.starts[:, :2]))
-    bends = flat if seed % 2 == 0 else not flat
-    offsets = _offsets(task, bends, seed)
+    offsets = _offsets(task, flat if kind % 2 == 0 else not flat, 1 + kind // 2, seed)
     pinned = [len(points) > 2 or bool(task.holds_of(i).any()) for i, points in enumerate(task.waypoints)]
     offsets[pinned] = 0.0  # these are where they are on their way
     return np.asarray(curves + bump(pieces)[None, :, :, None] * offsets[:, None, None, :])
 
 
-def _offsets(task: FleetTask, bends: bool, seed: int) -> FloatArray:
+def _offsets(task: FleetTask, bends: bool, times: int, seed: int) -> FloatArray:
     noise = uniform(3 * len(task), seed).reshape(-1, 3)
     if not bends:
-        return 0.3 * (1 + seed // 2) * task.length * noise
+        return 0.3 * times * task.length * noise
     way = task.goals - task.starts
     length = np.sqrt((way * way).sum(axis=1))
     mean = max(float(length.mean()), 1e-9)
-    share = min(0.3, max(0.05, 1.2 * len(task) * task.length / (2.0 * np.pi * mean))) * (1 + seed // 2)
+    share = min(0.3, max(0.05, 1.2 * len(task) * task.length / (2.0 * np.pi * mean))) * times
     right = np.stack([way[:, 1], -way[:, 0], np.zeros(len(way))], axis=1) * share
     right[:, 2] += 0.1 * task.length * noise[:, 2]
     return np.asarray(right + 0.02 * task.length * noise)

@@ -19,28 +19,31 @@ from minsnap.corridors.keep_out import Obstacle
 from minsnap.corridors.room import Room
 from minsnap.errors import FleetError, TimingError, UnprovedError
 from minsnap.fleet.common_clock import Fleet
-from minsnap.fleet.fleet_certificate import certify_fleet
 from minsnap.fleet.fleet_checks import check_task, refuse_meetings
 from minsnap.fleet.fleet_last_look import fleet_fault
 from minsnap.fleet.fleet_report import FleetReport
 from minsnap.fleet.fleet_task import FleetTask, way_of
+from minsnap.fleet.nothing_found import not_found
 from minsnap.fleet.one_curve import PIECES, one_curve
 from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation
-from minsnap.fleet.time_search import COARSE, FINE, FIRST, LAST, WARM, Certified, TimeSearch, TimeTried, flown
+from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.planned_yaw import Yaw, asked_heading
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
-GUESSES = 4
-"""First guesses that are tried."""
+GUESSES = (0, 1, 4, 2)
+"""Kinds of guesses, in the order in which they are tried."""
+
+NEAR, AGREEING, CROWD = 0.01, 0.005, 8
+"""Guesses are tried until a time is near the least by a share, two agree, or there is one for each so many vehicles."""
+
+EXPLORING, LOWERING, ENDING = (0.07, 0.03), (0.035, 0.01), (0.02, 0.004)
+"""Shares by which the time is lowered: at first, and at last. From each guess; then the best, coarsely and finely."""
 
 BELOW_ALONE = 0.9995
 """Least time that is tried, over that of the slowest vehicle alone: shorter ones are hardly ever reached."""
-
-LONGER, NEARER = (1.25, 1.6, 2.0), (0.9, 0.75, 0.5)
-"""Shares of the time, and of the separation, that are tried where nothing was found, to say what would do."""
 
 Told = Callable[[float, float], None]
 
@@ -180,18 +183,34 @@ def _searched(finish: _Finish, total_time: float | None, polish: float, seed: in
 
 
 def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: int) -> Certified:
-    bound = float(search.task.bounds.max())
+    bound = least = float(search.task.bounds.max())
     if total_time is not None:
         return _timed(search, float(total_time), seed)
-    curves = search.open(range(seed, seed + GUESSES), max(bound, 1e-3))
-    if curves is None or search.best is None:
-        raise _not_found(search, "", seed)
-    search.alone = _alone(search)
-    least = max(bound, BELOW_ALONE * search.alone)
-    search.shorten(curves, COARSE, WARM, 0.93, 0.01, least)
-    search.shorten(search.best.curves, FINE, LAST, 0.98, 0.004, least)
+    found: list[Certified] = []
+    for kind in GUESSES:
+        begun = search.open(seed, kind, max(bound, 1e-3))
+        if begun is not None and not found:
+            search.alone = _alone(search)
+            least = max(bound, BELOW_ALONE * search.alone)
+        if begun is not None:
+            found.append(search.shorten(begun, COARSE, WARM, EXPLORING, least))
+        if search.stopped() or _settled(found, len(search.task), least):
+            break
+    if search.best is None:
+        raise not_found(search, "", seed)
+    search.shorten(search.best, COARSE, WARM, LOWERING, least)
+    search.shorten(search.best, FINE, LAST, ENDING, least)
     best = search.best
     return (search.least_snap(best.time * (1.0 + polish)) if polish > 0.0 else None) or best
+
+
+def _settled(found: list[Certified], vehicles: int, least: float) -> bool:
+    """Whether another guess is not worth its time: one came near the least time, two agree, or vehicles are few."""
+    times = sorted(each.time for each in found)
+    if not times:
+        return False
+    agree = len(times) > 1 and times[1] <= times[0] * (1.0 + AGREEING)
+    return agree or times[0] <= least * (1.0 + NEAR) or len(times) > vehicles // CROWD
 
 
 def _alone(search: TimeSearch) -> float:
@@ -206,33 +225,23 @@ def _alone(search: TimeSearch) -> float:
 
 
 def _lone_task(task: FleetTask, vehicle: int) -> FleetTask:
-    limits = None if task.limits is None else task.limits[vehicle : vehicle + 1]
-    state = task.states[vehicle : vehicle + 1]
-    return FleetTask(
-        task.waypoints[vehicle : vehicle + 1],
-        state,
-        limits,
-        None,
-        task.room,
-        task.avoid,
-        (),
-        task.corridors[vehicle : vehicle + 1],
-        task.holds[vehicle : vehicle + 1],
-    )
+    one = slice(vehicle, vehicle + 1)
+    lone = replace(task, waypoints=task.waypoints[one], states=task.states[one], separation=None, fixed=())
+    return replace(lone, limits=task.limits and task.limits[one], corridors=task.corridors[one], holds=task.holds[one])
 
 
 def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
     """Return curves of little snap at a given time, or raise UnprovedError."""
     settings = replace(LAST, smoothness=1e-5, tau=0.02, iterations=200)
-    for each in range(seed, seed + GUESSES):
-        curves = search.opening(each, time)
+    for kind in GUESSES:
+        curves = search.opening(seed, kind, time)
         search.nearest = search.attempt(search.search_of(FINE), curves, time, settings)
         if search.nearest.certified is not None and search.nearest.certified.time <= time * (1.0 + 1e-9):
             search.best = replace(search.nearest.certified, time=time)
             return search.least_snap(time) or search.best
         if search.stopped():
             break
-    raise _not_found(search, f" in {time:g} s", seed)
+    raise not_found(search, f" in {time:g} s", seed)
 
 
 def _headed(task: FleetTask, curves: list[Trajectory], yaw: Any) -> list[Trajectory]:
@@ -293,46 +302,6 @@ def _check_time(task: FleetTask, total_time: Any) -> None:
             f"total_time is {given:g} s, and vehicle {slowest} alone needs {bound:.4g} s for its way of "
             f"{way_of(task.waypoints[slowest]):.4g} m within its speed and acceleration: give more time"
         )
-
-
-def _not_found(search: TimeSearch, when: str, seed: int) -> UnprovedError:
-    """Say what was reached in the longest time that was tried, which pair presses, and what more or less would do."""
-    tried = search.nearest
-    if tried is None:
-        return UnprovedError("no fleet was found, as the search ended before it began: give a longer time_limit")
-    found = certify_fleet(flown(tried.curves[: len(search.task)], tried.time), search.task.separation)
-    text = f"no fleet was found that is apart at every instant{when}"
-    if found.pair is not None and not found.ok:
-        one, two = found.pair
-        text += f": in {tried.time:.4g} s vehicles {one} and {two} came as near as {found.least_distance:.3g} m at "
-        text += f"{found.instant:.4g} s, {found.nearest[0].share:.0%} of their separation"
-    elif tried.outcome.over_by > 0.0:
-        text += f": in {tried.time:.4g} s limits or walls were exceeded by {tried.outcome.over_by:.1%}"
-    did = [] if search.stopped() else [*_longer(search, tried, seed), *_nearer(search, tried, seed)]
-    advice = "give more time, more room, less separation, more pieces, or another seed"
-    return UnprovedError(f"{text}; {' and '.join(did) + ': ' if did else ''}{advice}")
-
-
-def _longer(search: TimeSearch, tried: TimeTried, seed: int) -> list[str]:
-    """Return which time did, if one of a few longer ones does."""
-    for more in LONGER:
-        if _does(search, search.task, more * tried.time, seed):
-            return [f"{more * tried.time:.4g} s did"]
-    return []
-
-
-def _nearer(search: TimeSearch, tried: TimeTried, seed: int) -> list[str]:
-    """Return which share of the separation did in the same time, if one of a few does."""
-    apart = search.task.separation
-    for share in NEARER:
-        if apart and _does(search, replace(search.task, separation=apart.scaled(share)), tried.time, seed):
-            return [f"{share:.0%} of the separation did"]
-    return []
-
-
-def _does(search: TimeSearch, task: FleetTask, time: float, seed: int) -> bool:
-    other = TimeSearch(task, search.pieces, search.threads, search.stopped)
-    return other.attempt(other.search_of(FINE), other.opening(seed, time), time, FIRST).certified is not None
 
 
 def _line(line: ProgressLine) -> Told:

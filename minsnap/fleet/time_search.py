@@ -29,11 +29,14 @@ COARSE, FINE = 12, 16
 """Samples of a piece while the time falls fast, and in the end."""
 
 FIRST = Settings(iterations=200)
-WARM = Settings()
+WARM = Settings(short_by=2.5e-3)
 LAST = Settings(inflation=1.002, smoothness=1e-6, tau=0.005, iterations=60, inner=60, over_by=2e-3)
 
 OPENINGS = (2.0, 2.6, 3.4)
 """Times tried first, in units of the bound."""
+
+GROWTH, ENOUGH = 1.4, 0.3
+"""How the share by which time is lowered grows, and from which share of the gain aimed at; else it is halved."""
 
 _LEFT = np.array(
     [[1, 0, 0, 0], [1, 1 / 7, 0, 0], [1, 2 / 7, 1 / 42, 0], [1, 3 / 7, 3 / 42, 1 / 210]],
@@ -120,9 +123,9 @@ class TimeSearch:
         way = float(np.abs(self.task.goals - self.task.starts).max()) or 1.0
         return 4.0 * way / bound**2 if np.isfinite(bound) and bound > 1e-9 else way
 
-    def opening(self, seed: int, time: float) -> FloatArray:
-        """Return first curves for a time."""
-        curves = guess(self.task, self.pieces, seed)
+    def opening(self, seed: int, kind: int, time: float) -> FloatArray:
+        """Return a guess of a kind for a time."""
+        curves = guess(self.task, self.pieces, seed, kind)
         if self.task.fixed:
             still = np.stack([frozen(each, time, self.pieces) for each in self.task.fixed])
             curves = np.concatenate((curves, still))
@@ -191,38 +194,35 @@ class TimeSearch:
         factor = slowed(flown(curves, time), self.task.limits or ())
         return time * factor if factor > 0.0 else time
 
-    def open(self, seeds: range, bound: float) -> FloatArray | None:
-        """Find first certified curves, at ever longer times and from ever other guesses; None if there are none."""
-        for seed in seeds:
-            search = self.search_of(COARSE)
-            for opening in OPENINGS:
-                time = opening * bound
-                curves = self.opening(seed, time)
-                self.nearest = self.attempt(search, curves, time, FIRST)
-                if self.nearest.certified is not None:
-                    return curves
-                if self.stopped():
-                    return None
-                search.forget()
-        return None
+    def open(self, seed: int, kind: int, bound: float) -> Certified | None:
+        """Find first certified curves from a guess, at ever longer times; None if there are none."""
+        search = self.search_of(COARSE)
+        for opening in OPENINGS:
+            self.nearest = self.attempt(search, self.opening(seed, kind, opening * bound), opening * bound, FIRST)
+            if self.nearest.certified is not None or self.stopped():
+                break
+            search.forget()
+        return None if self.nearest is None else self.nearest.certified
 
     def shorten(
-        self, curves: FloatArray, samples: int, settings: Settings, factor: float, end: float, bound: float
-    ) -> None:
-        """Lower the time as far as it goes: by a factor that nears 1 where a time is not reached."""
-        search, reached = self.search_of(samples), self.best.time if self.best is not None else bound
-        kept = curves.copy()
-        while 1.0 - factor > end and not self.stopped():
-            time = max(reached * factor, bound)
-            if time >= reached * (1.0 - 0.2 * end):
-                return
-            curves = self.at_time(kept, time)
-            self.nearest = found = self.attempt(search, curves, time, settings)
-            if found.certified is not None and found.certified.time < reached:
-                kept, reached = curves, found.certified.time
+        self, begun: Certified, samples: int, settings: Settings, shares: tuple[float, float], bound: float
+    ) -> Certified:
+        """Lower the time as far as it goes: by the first share at most, by less where a time is not reached."""
+        search, best, (largest, end) = self.search_of(samples), begun, shares
+        share = largest
+        while share > end and not self.stopped():
+            time = max(best.time * (1.0 - share), bound)
+            if time >= best.time * (1.0 - 0.2 * end):
+                break
+            self.nearest = self.attempt(search, self.at_time(best.curves, time), time, settings)
+            found, aim = self.nearest.certified, best.time - time
+            gain = best.time - found.time if found is not None else 0.0
+            if found is not None and gain > 0.0:
+                best = found
             else:
                 search.forget()
-                factor = 1.0 - 0.5 * (1.0 - factor)
+            share = min(largest, GROWTH * share) if gain > ENOUGH * aim else 0.5 * share
+        return best
 
     def least_snap(self, time: float, weights: tuple[float, ...] = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)) -> Certified | None:
         """Return curves of little snap that are certified at a time, from the best ones; None if none are."""

@@ -54,6 +54,7 @@ class _JointRun(Structure):
         ("tau", c_double),
         ("iterations", c_int64),
         ("inner", c_int64),
+        ("patience", c_int64),
         ("short_by", c_double),
         ("over_by", c_double),
         ("settle", c_int64),
@@ -77,6 +78,8 @@ class Settings:
         Weight of the penalty, and below which violation it is soft, relatively.
     iterations, inner : int
         Most steps, and most steps of conjugate gradients in each.
+    patience : int
+        It ends after so many steps without progress.
     short_by, over_by : float
         It ends once separations are short by less, and limits exceeded by less, relatively.
     settle : bool
@@ -89,6 +92,7 @@ class Settings:
     tau: float = 0.02
     iterations: int = 80
     inner: int = 25
+    patience: int = 17
     short_by: float = 1e-3
     over_by: float = 5e-3
     settle: bool = False
@@ -184,7 +188,7 @@ class FleetSearch:
         stop, found = c_int32(0), np.zeros(4)
         weight = settings.smoothness / (unit * (time / (curves.shape[1] - 1)) ** 2) ** 2
         numbers = (time, settings.inflation, weight, settings.rho, settings.tau, settings.iterations, settings.inner)
-        ends = (settings.short_by, settings.over_by, int(settings.settle))
+        ends = (settings.patience, settings.short_by, settings.over_by, int(settings.settle))
         run = _JointRun(sizeof(_JointRun), *numbers, *ends, curves.ctypes.data, addressof(stop), found.ctypes.data)
         call = native_function(_RUN)
         failed: list[BaseException] = []

@@ -7,6 +7,7 @@ import pytest
 
 import minsnap
 from minsnap.errors import FileError
+from minsnap.files.formats.bezier_segments import packed, unpacked
 from minsnap.files.formats.cubic_segments import TOLERANCE, cubic_segments
 from minsnap.files.formats.light_programme import Lights, light_bytes, lights_of
 from minsnap.files.formats.skybrush import checksum, read_skybrush, skybrush_bytes, write_skybrush
@@ -39,6 +40,7 @@ def test_bytes_are_those_of_the_format():
 def test_the_checksum_is_that_of_the_polynomial():
     content = np.random.default_rng(0).bytes(300)
     assert checksum(content) == remainder(content)
+    assert checksum(b"hello-world") == 0xDA53B3B7  # published in the tests of libskybrush
 
 
 @pytest.mark.parametrize(("far", "scale"), [(0.0, 1), (40.0, 2), (150.0, 5)])
@@ -99,6 +101,35 @@ def read_of(content):
     from minsnap.files.formats.skybrush import parsed
 
     return parsed(content).trajectory
+
+
+LINES = "02 0500 0a00 0700 9204  55 1027 0a00 1400 0f00 3408  41 8813 0f00 e40c  04 8813 1900  10 983a 0000  00 e803"
+CUBICS = """02 0000 0000 0000 0000  aa 1027 00001900 1900 00001e00 1e00 00002300 2300 000020032003
+    aa 8813 320064009600 64009600c800 9600c800fa00 900178056009"""
+ROUND = "01 0000 0000 0000 0000  10 1027 1027  01 1027 1027  04 1027 1027  05 1027 0000 0000  10 1027 0000"
+"""Trajectory blocks that libskybrush's tests publish, or describe field by field."""
+
+PLAYED = {
+    LINES: {0: (10, 20, 14), 10: (20, 40, 30), 15: (30, 40, 30), 17.5: (30, 45, 30), 20: (30, 50, 30), 36: (30, 50, 0)},
+    CUBICS: {0: (0, 0, 0), 5: (25, 30, 35), 10: (50, 60, 70), 15: (300, 400, 500)},
+    ROUND: {5: (0, 0, 5000), 15: (5000, 0, 10000), 25: (10000, 5000, 10000), 35: (5000, 5000, 10000), 50: (0, 0, 0)},
+}
+
+
+@pytest.mark.parametrize("block", PLAYED)
+def test_published_trajectories_are_read_as_they_are_played_and_packed_as_they_were(block):
+    body = bytes.fromhex("".join(block.split()))
+    path = read_of(b"skyb\x01" + struct.pack("<BH", 1, len(body)) + body)
+    for instant, place in PLAYED[block].items():
+        assert 1e3 * path(instant) == pytest.approx(place, abs=1e-9), instant
+    assert path.duration == max(PLAYED[block])
+    milliseconds, points, _ = unpacked(body[9:], struct.unpack_from("<4h", body, 1))
+    rows = []
+    for duration, piece in zip(milliseconds, points.astype(int), strict=True):
+        still, line = np.ptp(piece, axis=1) == 0, block != CUBICS
+        controls = piece[:, [0, -1]] if line else piece
+        rows.append(packed(int(duration), controls, np.where(still, 0, 1 if line else 3)))
+    assert b"".join(rows) == body[9:]
 
 
 def test_lights_are_read_as_written():

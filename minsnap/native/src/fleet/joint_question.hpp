@@ -33,6 +33,7 @@ struct JointRun {
     double smoothness;  // weight of the squared fourth derivative in units of the piece's time [1/m^2]
     double rho, tau;
     Integer iterations, inner;  // at most so many steps, each with at most so many steps of conjugate gradients
+    Integer patience;           // ends after so many steps without progress: the larger of both has not fallen by a tenth
     double short_by, over_by;   // ends once separations are short by less, and limits exceeded by less, relatively
     Integer settle;             // 1: goes on until the cost is settled, too
     double *curves;             // (vehicles, pieces + 1, 4, 3): h^q times the derivatives at knots [m], h = time / pieces

@@ -29,13 +29,18 @@ public:
 
     Status run(JointRun &run) {
         double *x = run.curves;
-        Integer stalled = 0, taken = 0;
+        Integer waited = 0, taken = 0;
+        double least = infinite;
         for (; taken < run.iterations && *run.stop == 0; ++taken) {
             if (!terms_.evaluate(run, x, true, false)) return Status::no_memory;
             const double before = terms_.value;
             report(run, taken);
             const bool kept = taken > 0 && terms_.short_by < run.short_by && terms_.over_by < run.over_by;
             if (kept && run.settle == 0) break;
+            const double off = std::fmax(terms_.short_by, terms_.over_by);
+            waited = kept || off < 0.9 * least ? 0 : waited + 1;
+            least = std::fmin(least, off);
+            if (waited > run.patience) break;
             if (!factor()) return Status::singular;
             conjugate_gradients(int(run.inner));
             const double descent = dot(gradient_, step_);
@@ -44,11 +49,7 @@ public:
             damping_ = share == 1.0 ? std::fmax(damping_ / 3.0, 1e-7) : share < 0.3 ? std::fmin(damping_ * 4.0, 1e3) : damping_;
             if (share > 0.0) std::copy_n(trial_.data(), std::size_t(q_.vehicles * (q_.pieces + 1)) * knot_size, x);
             if (kept && -descent < 1e-3 * std::fabs(before)) break;
-            if (share > 0.0 && terms_.short_by < 0.15 && terms_.over_by < 0.5) {
-                if (!terms_.evaluate(run, x, false, true)) return Status::no_memory;
-            } else if ((share == 0.0 && damping_ > 1e2) || (share > 0.0 && -descent < 1e-5 * std::fabs(before))) {
-                if (++stalled > 6) break;
-            }
+            if (share > 0.0 && terms_.short_by < 0.15 && terms_.over_by < 0.5 && !terms_.evaluate(run, x, false, true)) return Status::no_memory;
         }
         if (!terms_.evaluate(run, x, false, false)) return Status::no_memory;
         report(run, taken);
