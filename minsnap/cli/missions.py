@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -49,8 +48,7 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     further: dict[str, Any] = {"parts": parts} | _other_vehicle(mission, destination)
     further |= _beside(flown, asked, mission, took)
-    further |= {"gates": [asdict(passed) for passed in mission.gate_passages()]}
-    how: dict[str, Any] = {"limits": mission.limits, "further": further}
+    how: dict[str, Any] = {"limits": mission.limits, "further": further, "gates": mission.gates}
     destination.deliver(mission.trajectory, mission.corridor or None, **how, draw=lambda: _figure(mission, destination))
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from minsnap.cli import options
 from minsnap.cli.summary import as_json, as_text, summarise
@@ -17,11 +17,13 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure
 
+    from minsnap.corridors.gates import Gate
     from minsnap.corridors.keep_out import Obstacle
     from minsnap.flight.mavlink.compensation import FeedForward
     from minsnap.limits.limits import Limits
     from minsnap.trajectory.path import Path
     from minsnap.trajectory.samples import Samples
+    from minsnap.trajectory.trajectory import Trajectory
 
 STANDARD_OUTPUT = FilePath("-")
 
@@ -142,20 +144,21 @@ class Destination:
         draw: Callable[[], Figure] | None = None,
         origin: Sequence[float] | None = None,
         avoid: Sequence[Obstacle] = (),
+        gates: Mapping[int, Gate] | None = None,
     ) -> None:
         """Write the requested files, then print the summary: on stderr when standard output carries the setpoints.
 
         ``further`` are figures for the summary beside those of the path; ``draw`` makes the figure to write, that of
         :func:`minsnap.plot.plot_overview` unless given, with the obstacles to ``avoid``; ``origin`` is what
-        :func:`minsnap.write_csv` takes.
+        :func:`minsnap.write_csv` takes. How ``gates`` are passed is told, by their numbers.
         """
-        figures = summarise(path, corridor, waypoints, limits) | dict(further or {})
+        figures = summarise(path, corridor, waypoints, limits) | _passed(path, gates) | dict(further or {})
         if self.plot is not None and draw is not None:
             self._save(draw())
         elif self.plot is not None:
             self._draw(path, corridor=corridor, waypoints=waypoints, limits=limits, avoid=avoid)
         if self.output is not None:
-            known = {"waypoints": waypoints, "corridor": corridor, "limits": limits}
+            known = {"waypoints": waypoints, "corridor": corridor, "limits": limits, "gates": gates}
             facts = known | {"command": ("minsnap", *sys.argv[1:])}
             said = (figures["note"], self._write(path, facts, origin))
             figures["note"] = "; ".join(filter(None, said)) or None
@@ -225,6 +228,15 @@ class Destination:
 
         if self.plot is not None:
             save_figure(figure, self.plot, clobber=not self.no_clobber)
+
+
+def _passed(path: Path, gates: Mapping[int, Gate] | None) -> dict[str, Any]:
+    """Return when, how fast and how far from its edges each gate is passed; nothing without gates."""
+    if not gates:
+        return {}
+    from minsnap.corridors.gate_passages import numbered_passages
+
+    return {"gates": [asdict(passed) for passed in numbered_passages(cast("Trajectory", path), gates)]}
 
 
 def check_figure(plot: FilePath | None, view: str | None, colour_by: str | None = None) -> None:

@@ -78,7 +78,7 @@ def plan(
     if asked.get("closed") and searched:
         further |= standing(lambda: plan_path(**plan_arguments(asked | {"closed": False})), path)
     how: dict[str, Any] = {"limits": asked.get("limits"), "origin": _home(file), "further": further}
-    how["avoid"] = asked.get("avoid") or ()
+    how |= {"avoid": asked.get("avoid") or (), "gates": found.gates}
     points = path(path.leg_breaks) if found.openings else found.waypoints
     destination.deliver(path, found.walls, points, **how)
 
@@ -132,7 +132,8 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
     inside = found.corridor_margin is None or found.corridor_margin >= 0.0
     kept = inside and all(used.kept for used in found.utilisation)
     note = {} if kept else {"note": "the plan is not within the corridor and the limits of its file"}
-    destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, limits=stored.limits, further=note)
+    how: dict[str, Any] = {"limits": stored.limits, "gates": stored.gates, "further": note}
+    destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, **how)
 
 
 def _closed(given: PlanRequest, file: Path, searched: bool) -> PlanRequest:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -55,6 +55,13 @@ def gate_passages(trajectory: Trajectory, gates: Iterable[Gate], within: float =
         for knot in np.flatnonzero(clear > -reach):
             found.append(GatePassage(index, float(instants[knot]), float(speeds[knot]), max(float(clear[knot]), 0.0)))
     return tuple(sorted(found, key=lambda passage: passage.instant))
+
+
+def numbered_passages(trajectory: Trajectory, gates: Mapping[int, Gate]) -> tuple[GatePassage, ...]:
+    """Return the passages of gates that have numbers of their own, such as their places among waypoints."""
+    numbers = list(gates)
+    found = gate_passages(trajectory, gates.values())
+    return tuple(replace(passed, gate=numbers[passed.gate]) for passed in found)
 
 
 def clearances(gate: Gate, places: FloatArray, reach: float) -> FloatArray:

@@ -125,6 +125,11 @@ class PlanRequest:
         return places
 
     @property
+    def gates(self) -> dict[int, Any]:
+        """The gates, by the waypoints in whose place they are."""
+        return {index: self.places[index] for index, *_ in self.openings}
+
+    @property
     def walls(self) -> Any:
         """Tube, boxes and room together, as ``certify`` takes a corridor; None without any.
 

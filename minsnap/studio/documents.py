@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from minsnap.errors import FileError, WaypointError, YawError
 from minsnap.files.convert import RATE, written
 from minsnap.files.format import Writing
 from minsnap.files.formats.headings import heading_rule
-from minsnap.files.plan_request import PlanRequest
+from minsnap.files.plan_request import Opening, PlanRequest
 from minsnap.files.request_yaml import is_request, read_request, write_request
 from minsnap.files.setpoint_csv import write_csv
 from minsnap.paths.missions.course import Course
@@ -144,9 +145,9 @@ def save_as(kind: str, scene: PlannedScene | None, request: PlanRequest, path: P
     if kind.startswith("setpoints"):
         write_csv(scene.trajectory, path, RATE, request.frame)
         return ""
-    if request.openings and kind.startswith("plan"):
-        raise FileError("a plan in JSON holds no gates: save the request, from which minsnap plan makes the same plan")
-    facts: dict[str, Any] = {"waypoints": np.array(request.waypoints), "corridor": request.walls}
+    passed = scene.trajectory(scene.trajectory.leg_breaks)
+    facts: dict[str, Any] = {"waypoints": passed if request.openings else np.array(request.waypoints)}
+    facts |= {"corridor": request.walls, "gates": request.gates}
     facts |= {"limits": request.bounds, "command": ("minsnap", "studio")}
     return written(scene.trajectory, path, chosen.format, RATE, Writing(request.frame, True, facts))[1] or ""
 
@@ -174,8 +175,7 @@ def _of_course(course: Course) -> PlanRequest:
             f"{course.name} has laps, boxes, states, tolerances, holds or take-off: the studio holds points, gates, a "
             "tube and limits of a course; minsnap plan flies all of it"
         )
-    gates = [(i, stop.place) for i, stop in enumerate(course.stops) if isinstance(stop.place, Gate)]
-    openings = tuple((i, tuple(map(tuple, g.corners.tolist())), g.crossing, g.margin) for i, g in gates)
+    openings = _openings({i: stop.place for i, stop in enumerate(course.stops) if isinstance(stop.place, Gate)})
     points = tuple(tuple(stop.center.tolist()) for stop in course.stops)
     yaw = tuple(course.yaw) if isinstance(course.yaw, (list, tuple)) else course.yaw
     scene = PlanRequest(points, openings=openings, yaw=yaw, **bounds_of(course.bounds))
@@ -189,7 +189,16 @@ def _of_plan(path: str | os.PathLike[str]) -> PlanRequest:
 
     stored = read_polynomials(path)
     scene = scene_of(stored.trajectory, stored.waypoints, stored.corridor, stored.limits)
-    return replace(scene, yaw=_heading(stored.trajectory))
+    scene = replace(scene, yaw=_heading(stored.trajectory))
+    if stored.waypoints is None or not stored.gates:
+        return scene
+    centers = {number: tuple(gate.center.tolist()) for number, gate in stored.gates.items()}
+    points = tuple(centers.get(number, point) for number, point in enumerate(scene.waypoints))
+    return replace(scene, waypoints=points, openings=_openings(stored.gates))
+
+
+def _openings(gates: Mapping[int, Gate]) -> tuple[Opening, ...]:
+    return tuple((i, tuple(map(tuple, gate.corners.tolist())), gate.crossing, gate.margin) for i, gate in gates.items())
 
 
 def _heading(curve: Trajectory) -> float | str | tuple[float, ...] | None:

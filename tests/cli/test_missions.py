@@ -84,3 +84,16 @@ def test_what_does_not_go_with_a_course_is_refused(call, write, arguments, messa
     write("t,x,y,z\n0,0,0,1\n2,3,0,1\n", "timed.csv")
     done = call("plan", *arguments)
     assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_a_plan_kept_as_a_file_says_how_its_gates_are_passed(call, tmp_path):
+    gates = "{center: [4,0,1], width: 1, heading: 0}, {center: [6,3,1.5], radius: 0.5, heading_deg: 90, margin: 0.1}"
+    (tmp_path / "course.yaml").write_text(f"waypoints: [[0,0,1], {gates}, [6,6,1]]\n")
+    planned = json.loads(call("plan", "course.yaml", "--json", "-o", "plan.json").stdout)
+    again = json.loads(call("plan", "plan.json", "--json").stdout)
+    kept = json.loads((tmp_path / "plan.json").read_text())
+    assert [passed["gate"] for passed in planned["gates"]] == [1, 2]
+    for one, two, three in zip(planned["gates"], again["gates"], kept["certificate"]["gates"], strict=True):
+        assert one == pytest.approx(two, abs=1e-9) and two == pytest.approx(three, abs=1e-12)
+    assert [opening["waypoint"] for opening in kept["openings"]] == [1, 2] and kept["openings"][1]["margin"] == 0.1
+    assert len(kept["openings"][0]["corners"]) == 4

@@ -99,12 +99,14 @@ def test_the_page_draws_and_turns_gates(tmp_path):
         page.close()
 
 
-def test_a_plan_with_gates_is_drawn_but_not_saved_as_what_holds_none(tmp_path):
+def test_a_plan_with_gates_is_drawn_and_saved_with_them(tmp_path):
     from minsnap.studio.plan_stages import planned_in_stages
 
     planned = list(planned_in_stages(SCENE, None, lambda: False))[-1]
     documents.save_as("figure (SVG)", planned, SCENE, tmp_path / "a.svg")
     assert (tmp_path / "a.svg").stat().st_size > 1000
-    with pytest.raises(FileError, match="save the request"):
-        documents.save_as("plan (JSON)", planned, SCENE, tmp_path / "a.json")
+    documents.save_as("plan (JSON)", planned, SCENE, tmp_path / "a.json")
+    opened = documents.open_scene(tmp_path / "a.json")
+    assert opened.openings == SCENE.openings and np.allclose(opened.waypoints, SCENE.waypoints, atol=1e-12)
+    assert np.array_equal(opened.durations, np.diff(planned.trajectory.leg_breaks))
     assert planned.certificate.ok and replace(SCENE) == planned.request

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -19,6 +19,8 @@ from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import check_regular, reading
 from minsnap.basics.storage.text import load_yaml, read_text
 from minsnap.basics.version import __version__
+from minsnap.corridors.gate_passages import numbered_passages
+from minsnap.corridors.gates import Gate
 from minsnap.corridors.named_constraints import CONSTRAINTS
 from minsnap.errors import FileError
 from minsnap.files.format import Format, Writing
@@ -33,6 +35,7 @@ from minsnap.vehicle.yaml import description_of
 
 MARK = "minsnap polynomials"
 VERSION = 1
+NO_GATES: Mapping[int, Gate] = {}
 LARGEST_JSON = 1 << 28
 """Bytes of the largest JSON file that is read."""
 
@@ -54,6 +57,8 @@ class PlanFile:
         Program and version.
     certificate : mapping
         What held when it was written.
+    gates : mapping of int to Gate
+        By their numbers.
     """
 
     trajectory: Trajectory
@@ -63,6 +68,7 @@ class PlanFile:
     command: tuple[str, ...] = ()
     made_by: str = ""
     certificate: Mapping[str, Any] | None = None
+    gates: Mapping[int, Gate] = field(default_factory=dict)
 
 
 def write_polynomials(
@@ -73,6 +79,7 @@ def write_polynomials(
     corridor: Any = None,
     limits: Limits | None = None,
     command: tuple[str, ...] = (),
+    gates: Mapping[int, Gate] | None = None,
     clobber: bool = True,
 ) -> None:
     """Write a trajectory with what it was planned with, as YAML by the endings ``.yaml`` and ``.yml``, else as JSON.
@@ -88,6 +95,8 @@ def write_polynomials(
         As :func:`minsnap.certify` takes them; the certificate over them is written too.
     command : tuple of str
         The command line, if there was one.
+    gates : mapping of int to Gate, optional
+        By the numbers of the waypoints in whose place they are; when and how fast each is passed is written too.
     clobber : bool
         False: a destination that exists is an error.
 
@@ -98,7 +107,7 @@ def write_polynomials(
     YawError
         If the heading is no polynomial.
     """
-    content = description(polynomials_of(trajectory)[0], waypoints, corridor, limits, command)
+    content = description(polynomials_of(trajectory)[0], waypoints, corridor, limits, command, gates or {})
     if FilePath(path).suffix.lower() in (".yaml", ".yml"):
         import yaml
 
@@ -110,7 +119,12 @@ def write_polynomials(
 
 
 def description(
-    trajectory: Trajectory, waypoints: Any = None, corridor: Any = None, limits: Limits | None = None, command: Any = ()
+    trajectory: Trajectory,
+    waypoints: Any = None,
+    corridor: Any = None,
+    limits: Limits | None = None,
+    command: Any = (),
+    gates: Mapping[int, Gate] = NO_GATES,
 ) -> dict[str, Any]:
     """Return the file's content as plain numbers, text, lists and mappings; see :func:`write_polynomials`."""
     from minsnap.certificate import certify
@@ -130,9 +144,11 @@ def description(
         "yaw": yaw_description(trajectory),
         "waypoints": None if waypoints is None else np.asarray(waypoints, dtype=np.float64).tolist(),
         "corridor": _corridor(corridor),
+        "openings": _openings(gates),
         "limits": None if limits is None else _limits(limits),
         "certificate": {name: getattr(found, name) for name in names}
-        | {"limits": [asdict(used) for used in found.utilisation]},
+        | {"limits": [asdict(used) for used in found.utilisation]}
+        | {"gates": [asdict(passed) for passed in numbered_passages(trajectory, gates)]},
     }
 
 
@@ -175,10 +191,18 @@ def _plan(where: str, said: Mapping[str, Any]) -> PlanFile:
     points = None if waypoints is None else np.array(waypoints, dtype=np.float64)
     limits = None if said.get("limits") is None else limits_of(f"{where}: limits", said["limits"], FilePath())
     words = tuple(str(word) for word in said.get("command", ()))
-    certificate = dict(said.get("certificate") or {})
-    return PlanFile(
-        trajectory, points, _constraint(said.get("corridor")), limits, words, str(said.get("made_by", "")), certificate
-    )
+    gates = {int(gate.pop("waypoint")): Gate.polygon(**gate) for gate in map(dict, said.get("openings", ()))}
+    made_by, certificate = str(said.get("made_by", "")), dict(said.get("certificate") or {})
+    return PlanFile(trajectory, points, _constraint(said.get("corridor")), limits, words, made_by, certificate, gates)
+
+
+def _openings(gates: Mapping[int, Gate]) -> list[dict[str, Any]]:
+    """Return gates in space as a request has them."""
+    return [
+        {"waypoint": number, "corners": gate.corners.tolist(), "crossing": gate.crossing, "margin": gate.margin}
+        for number, gate in gates.items()
+        if len(gate.center) == 3
+    ]
 
 
 def _corridor(corridor: Any) -> Any:

@@ -12,7 +12,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.checks import check_kind
 from minsnap.certificate import continuity
 from minsnap.corridors.constraint import Constraint, Walls, walls_of
-from minsnap.corridors.gate_passages import GatePassage, gate_passages
+from minsnap.corridors.gate_passages import GatePassage, numbered_passages
 from minsnap.corridors.gates import Gate
 from minsnap.corridors.half_spaces import HalfSpaces
 from minsnap.corridors.margins import nearest_wall
@@ -79,12 +79,14 @@ class Mission:
     limits: Limits
     corridor: tuple[HalfSpaces, ...] = ()
 
+    @property
+    def gates(self) -> dict[int, Gate]:
+        """The gates, by their numbers among the stops."""
+        return {number: stop.place for number, stop in enumerate(self.course.stops) if isinstance(stop.place, Gate)}
+
     def gate_passages(self) -> tuple[GatePassage, ...]:
         """Return when, how fast and how far from its edges each gate is passed; by its number among the stops."""
-        gates = {number: stop.place for number, stop in enumerate(self.course.stops) if isinstance(stop.place, Gate)}
-        numbers = list(gates)
-        found = gate_passages(self.trajectory, gates.values())
-        return tuple(replace(passed, gate=numbers[passed.gate]) for passed in found)
+        return numbered_passages(self.trajectory, self.gates)
 
 
 def plan_mission(course: Course, **planning: Any) -> Mission:
