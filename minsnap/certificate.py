@@ -50,7 +50,7 @@ class Certificate:
     Parameters
     ----------
     ok : bool
-        Everything that was asked holds.
+        All conditions hold.
     corridor_margin : float or None
         Least distance to a wall [m], negative outside; None if no corridor was asked about. The exact one is not less.
     nearest : Margin or None
@@ -162,7 +162,7 @@ def certify(
     traj : Trajectory or Path
         From ``plan`` or from anywhere else; of a shape, the polynomials within a micrometre of it.
     waypoints : array_like, shape (legs + 1, dim), or sequence with Gates among them, optional
-        What it should pass through; the corridor runs between them. Its own knots unless given.
+        What it should pass through; the corridor runs between them. By default its own knots.
     corridor : float, array_like, Constraint or sequence of Constraint, optional
         Half-widths of a ``Tube`` [m], or constraints.
     limits : Limits, optional

@@ -104,7 +104,7 @@ class LimitError(InputError):
 
 
 class DegreeError(InputError):
-    """The degree, the continuity or the number of pieces asked for does not exist."""
+    """There is no such degree, continuity or number of pieces."""
 
 
 class YawError(InputError):
@@ -132,7 +132,7 @@ class VehicleError(InputError):
 
 
 class LinkError(InputError):
-    """A vehicle cannot be reached, or its link does not support what was asked for.
+    """A vehicle cannot be reached, or its link does not support the request.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class LinkError(InputError):
 
 
 class OutOfMemoryError(MinsnapError, MemoryError):
-    """What was asked for takes more memory than there is.
+    """The request takes more memory than there is.
 
     Attributes
     ----------
@@ -187,7 +187,7 @@ class ThrustError(VehicleError):
 
 
 class FleetError(InputError):
-    """What is asked of several vehicles is malformed, or contradicts itself.
+    """The question of several vehicles is malformed, or contradicts itself.
 
     Attributes
     ----------
@@ -233,11 +233,11 @@ class FirmwareWarning(UserWarning):
 
 
 class UnknownSolverError(InputError):
-    """The solver asked for is not known or not installed."""
+    """The solver is not known or not installed."""
 
 
 class InfeasibleError(InputError):
-    """No trajectory meets everything that was asked for, which ``verify()`` proves.
+    """No trajectory meets all conditions, which ``verify()`` proves.
 
     Where that has no proof, because a search only found none, the error is an :class:`UnprovedError`.
 

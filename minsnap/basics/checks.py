@@ -80,7 +80,7 @@ def check_durations(durations: npt.ArrayLike, legs: int) -> FloatArray:
 
 
 def check_time(what: str, value: Any, error: type[MinsnapError]) -> float:
-    """Return a time from ``SHORTEST`` to ``LONGEST`` as a float [s], or raise the error given."""
+    """Return a time from ``SHORTEST`` to ``LONGEST`` as a float [s], or raise this error."""
     if not is_number(value) or not SHORTEST <= float(value) <= LONGEST:
         raise error(f"{what} is {shown(value)}: {TIME}")
     return float(value)
@@ -94,7 +94,7 @@ def check_array(
     error: type[MinsnapError],
     least: float = -LARGEST,
 ) -> FloatArray:
-    """Return a read-only array of one of some shapes, finite and not below ``least``, or raise the error given."""
+    """Return a read-only array of one of some shapes, finite and not below ``least``, or raise this error."""
     array = numbers(value)
     if array is None or array.shape not in shapes or not bounded(array).all() or (array < least).any():
         raise error(f"{what} is {shown(value)}: give {give}")
@@ -102,14 +102,14 @@ def check_array(
 
 
 def check_distance(what: str, value: Any, error: type[MinsnapError]) -> float:
-    """Return a finite number of 0 or more as a float, or raise the error given."""
+    """Return a finite number of 0 or more as a float, or raise this error."""
     if not is_number(value) or value < 0.0:
         raise error(f"{what} is {shown(value)}: give a distance of 0 or more [m]")
     return float(value)
 
 
 def check_positive(what: str, value: Any, unit: str, error: type[MinsnapError]) -> float:
-    """Return a positive, finite number as a float, or raise the error given."""
+    """Return a positive, finite number as a float, or raise this error."""
     if not is_number(value) or float(value) < SMALLEST:
         named = f" [{unit}]" if unit else ""
         raise error(f"{what} is {shown(value)}: it must be a positive number{named}{beyond(value)}")
@@ -183,7 +183,7 @@ def check_continuity(continuity: Any, half: int) -> int:
 
 
 def check_jumps(continuity: int, half: int, between_waypoints: bool) -> None:
-    """Raise DegreeError for continuity k - 2 unless every leg is one polynomial between given waypoints.
+    """Raise DegreeError for continuity k - 2 unless every leg is one polynomial between fixed waypoints.
 
     Where polynomials of degree k - 1 may meet at a free position with a jump of derivative k - 1, curves that differ
     cost the same.

@@ -165,7 +165,7 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     Parameters
     ----------
     workers : int or None
-        Processes on this machine; as many as it has processors unless given.
+        Processes on this machine; by default as many as it has processors.
     scheduler : str or None
         Address of a scheduler, such as ``tcp://host:8786``.
 

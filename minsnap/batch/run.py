@@ -70,7 +70,7 @@ def run_batch(
     folder : str or path
         Where the dataset is written; files that are there already are kept.
     workers : int, optional
-        Processes on this machine; as many as it has processors unless given.
+        Processes on this machine; by default as many as it has processors.
     scheduler : str, optional
         Address of a Dask scheduler instead; its workers must reach the folder under the same name.
     problem_timeout : float

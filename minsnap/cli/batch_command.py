@@ -23,7 +23,7 @@ def batch(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the dataset.")],
     workers: Annotated[
         int | None,
-        typer.Option("--workers", metavar="N", help="Processes on this machine; all processors unless given."),
+        typer.Option("--workers", metavar="N", help="Processes on this machine; by default all processors."),
     ] = None,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask scheduler instead: tcp://host:8786.")

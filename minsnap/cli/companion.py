@@ -47,7 +47,7 @@ class Listening:
     room : Room
         Which all changes stay in.
     port : str or None
-        UDP, ``[HOST:]PORT``; the standard input unless given.
+        UDP, ``[HOST:]PORT``; by default the standard input.
 
     Raises
     ------

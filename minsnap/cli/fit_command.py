@@ -37,10 +37,10 @@ def fit(
     base: Annotated[
         Path | None,
         typer.Option(
-            "--base", metavar="FILE", help="Vehicle YAML with all else; PX4's simulated quadrotor unless given."
+            "--base", metavar="FILE", help="Vehicle YAML with all else; by default PX4's simulated quadrotor."
         ),
     ] = None,
-    mass: Annotated[float | None, typer.Option("--mass", metavar="KG", help="The base's unless given.")] = None,
+    mass: Annotated[float | None, typer.Option("--mass", metavar="KG", help="By default the base's.")] = None,
     lead: options.FlownLead = None,
     plot: options.Plot = None,
     json: options.Json = False,

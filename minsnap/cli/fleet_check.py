@@ -17,7 +17,7 @@ LISTED = 10
 
 
 def check_fleet(path: Path, separation: float | None, downwash: float, json: bool) -> int:
-    """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than is asked."""
+    """Print how far apart the vehicles of files stay, over all time; return 1 if that is less than their separation."""
     from minsnap.fleet.fleet_certificate import certify_fleet
     from minsnap.fleet.separation import Separation
     from minsnap.shows.fleet_files import read_fleet

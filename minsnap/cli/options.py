@@ -45,7 +45,7 @@ TRIGGER = typer.Option("--trigger", help="enter, mode (when the vehicle enters O
 ABORT_DISTANCE = typer.Option(
     "--abort-distance",
     metavar="M",
-    help="Distance of the vehicle from the plan at which the flight stops; fits its lag unless given.",
+    help="Distance of the vehicle from the plan at which the flight stops; by default fits its lag.",
 )
 ARM = typer.Option("--arm", help="Change the mode and arm. Never done without this.")
 LAND = typer.Option("--land", help="Land at the end instead of holding.")
@@ -101,7 +101,7 @@ def limit_options() -> set[str]:
 
 
 def given_limits(options: Any) -> dict[str, Any]:
-    """Return the limits that were given among options, by name, in the units of the library."""
+    """Return the limits that the options name, in the units of the library."""
     values = {kind: getattr(options, option_field(kind)) for kind in KINDS if kind.option}
     for kind, value in values.items():
         if kind.degrees and value is not None and value >= degrees(kind.below):
@@ -172,7 +172,7 @@ Pieces = Annotated[
     typer.Option(
         "--pieces",
         metavar="N|auto",
-        help="Polynomials per leg; 1 unless given. auto: with limits, as many as shorten the flight.",
+        help="Polynomials per leg; by default 1. auto: with limits, as many as shorten the flight.",
     ),
 ]
 TimeLimit = Annotated[

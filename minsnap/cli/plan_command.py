@@ -34,7 +34,7 @@ def plan(
     ] = False,
     laps: Annotated[int | None, typer.Option("--laps", help="How often the course is flown.")] = None,
     from_frame: Annotated[
-        str | None, typer.Option("--from-frame", help="Axes of the waypoints: enu unless given, or ned, …")
+        str | None, typer.Option("--from-frame", help="Axes of the waypoints: by default enu, or ned, …")
     ] = None,
     takeoff: Annotated[bool, typer.Option("--takeoff", help="Climb from the ground below the first waypoint.")] = False,
     land: Annotated[bool, typer.Option("--land", help="Descend to the ground below the last waypoint.")] = False,

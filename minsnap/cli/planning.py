@@ -156,7 +156,7 @@ class TimingOptions(LimitOptions):
         return limits_of(self)
 
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of a plan that were given."""
+        """Return the arguments of a plan that the options name."""
         how = {"time_weight": self.time_weight, "split": self.split, "time_limit": self.time_limit}
         how |= {"pieces": options.parse_pieces(self.pieces)}
         return options.given(
@@ -191,7 +191,7 @@ class Planning(TimingOptions):
         return limits_of(self)
 
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of a plan that were given."""
+        """Return the arguments of a plan that the options name."""
         chosen = options.given(corridor=self.walls, continuity=self.continuity, avoid=options.parse_avoid(self.avoid))
         chosen |= options.given(yaw_rate=self.yaw_rate, hold_below=self.hold_below)
         return super().arguments() | chosen | {"degree": self.degree, "solver": self.solver}
@@ -254,7 +254,7 @@ class Turning(PaceOptions):
     look_at: options.LookAtPoint = None
 
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of a shape that were given."""
+        """Return the arguments of a shape that the options name."""
         angles = {
             "yaw": options.chosen_yaw(self.yaw, self.look_at),
             "ramp": None if self.ramp is None else radians(self.ramp),

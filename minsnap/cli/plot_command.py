@@ -27,7 +27,7 @@ def plot(
         Path | None, typer.Option("--waypoints", metavar="FILE", help="Waypoints to draw too, as for plan.")
     ] = None,
     corridor: options.Corridor = None,
-    title: Annotated[str | None, typer.Option("--title", help="Written above; the file's name unless given.")] = None,
+    title: Annotated[str | None, typer.Option("--title", help="Written above; by default the file's name.")] = None,
     no_clobber: options.NoClobber = False,
 ) -> None:
     """Draw a file: the path, and its position, derivatives and heading against time; or the flight, moving."""

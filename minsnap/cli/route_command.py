@@ -34,7 +34,7 @@ class MapOptions:
         float | None, typer.Option("--resolution", metavar="M", help="Side of a cell of an array or a cloud [m].")
     ] = None
     origin: Annotated[
-        str | None, typer.Option("--origin", metavar="X,Y[,Z]", help="Corner of an array [m]; zero unless given.")
+        str | None, typer.Option("--origin", metavar="X,Y[,Z]", help="Corner of an array [m]; by default zero.")
     ] = None
     threshold: Annotated[
         float | None, typer.Option("--threshold", metavar="P", help="Probability from which a cell is occupied.")
@@ -46,7 +46,7 @@ class MapOptions:
     transpose: Annotated[bool, typer.Option("--transpose", help="The first axis of the array is y.")] = False
 
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of a route that were given."""
+        """Return the arguments of a route that the options name."""
         chosen = options.given(threshold=self.threshold, altitudes=self.altitudes, resolution=self.resolution)
         corner = None if self.origin is None else options.parse_numbers("--origin", self.origin)
         return chosen | options.given(origin=corner) | {"clearance": self.clearance, "unknown": self.unknown}

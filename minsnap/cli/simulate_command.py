@@ -115,7 +115,7 @@ def _write(
     view: str,
     shown: bool,
 ) -> dict[str, str | None]:
-    """Write what was asked for; return the names."""
+    """Write the requested files; return their names."""
     if output is not None:
         from minsnap.files.setpoint_csv import write_csv
 

@@ -28,7 +28,7 @@ def stream(
         ),
     ],
     connect: options.Connect,
-    rate: Annotated[float | None, typer.Option("--rate", metavar="HZ", help="The file's own unless given.")] = None,
+    rate: Annotated[float | None, typer.Option("--rate", metavar="HZ", help="By default the file's own.")] = None,
     fields: Annotated[
         str | None, typer.Option("--fields", help="Fields to send, of position,velocity,acceleration,yaw,yaw_rate.")
     ] = None,

@@ -31,7 +31,7 @@ def tune(
         typer.Option("--output", "-o", metavar="FILE", help="Setpoint CSV of the next flight."),
     ] = Path("tuned.csv"),
     sent: Annotated[
-        Path | None, typer.Option("--sent", metavar="FILE", help="What was sent in that flight; the plan unless given.")
+        Path | None, typer.Option("--sent", metavar="FILE", help="What was sent in that flight; by default the plan.")
     ] = None,
     gain: Annotated[float, typer.Option("--gain", help="Share of the error that is corrected.")] = 0.8,
     frame: options.ReadFrame = None,

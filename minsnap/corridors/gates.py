@@ -84,9 +84,9 @@ class Gate(ReadOnly):
     width : float
         Horizontal side [m]; in the plane the only one.
     height : float, optional
-        The other side [m]; the width unless given.
+        The other side [m]; by default the width.
     up : array_like, shape (3,)
-        The height is measured along it, as far as it lies in the opening's plane. z unless given; for a level opening
+        The height is measured along it, as far as it lies in the opening's plane. By default z; for a level opening
         y.
     crossing : {0, 1, -1}
         1: flown through along the normal; -1: against it; 0: either way.

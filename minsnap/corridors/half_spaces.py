@@ -27,7 +27,7 @@ class HalfSpaces(ReadOnly):
     offset : array_like, shape (m,) or ()
         c, in metres for a normal of unit length.
     legs : sequence of int, optional
-        Legs on which they hold; all unless given.
+        Legs on which they hold; by default all.
     order : int
         What is bounded: 0 the position, 1 the velocity (the offset in m/s), 2 the acceleration.
 

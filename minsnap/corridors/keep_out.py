@@ -70,7 +70,7 @@ class Cylinder(ReadOnly):
     radius : float
         [m].
     low, high : float
-        Heights of its ends [m]; from minus infinity to infinity unless given.
+        Heights of its ends [m]; by default from minus infinity to infinity.
 
     Raises
     ------

@@ -68,7 +68,7 @@ def corridor_from_grid(
     path : array_like, shape (m, dim)
         Polyline through free cells [m], such as the cells' centers that a graph search gives.
     origin : array_like, shape (dim,), optional
-        Outer corner of cell (0, 0, 0) [m]; zero unless given.
+        Outer corner of cell (0, 0, 0) [m]; by default zero.
     clearance : float
         How far the boxes keep from every occupied cell [m]: the vehicle's radius.
     largest : float

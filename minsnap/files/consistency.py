@@ -4,7 +4,7 @@ The criterion for derivatives is the mean value theorem: over a time step, a coo
 value that its derivative takes inside the step. So the slope over every step must lie in the range of the derivative's
 column around it: the range of the two samples of the step and their neighbours, widened on either side by its own
 length and by rounding. A smooth path sampled densely enough to be flown always passes; a column in other units, of
-another axis, with the wrong sign or shifted in time does not. Where no velocities are given, the acceleration implied
+another axis, with the wrong sign or shifted in time does not. Where there are no velocities, the acceleration implied
 by the positions must be one that can be flown.
 """
 

@@ -1,4 +1,4 @@
-"""Conversion between file formats, which are recognised by the ending of the file or given by name."""
+"""Conversion between file formats, which are recognised by the ending of the file or by name."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def written(
 
 
 def check_frame(chosen: Format, frame: str) -> None:
-    """Raise FrameError if a frame other than the default is asked of a format that has its own."""
+    """Raise FrameError for a frame other than the default in a format that has its own."""
     name = get_frame(frame).name
     if chosen.frame and name not in ("enu", chosen.frame):
         raise FrameError(f"{chosen.name} is written in {chosen.frame}, not in {name}: leave the frame out")

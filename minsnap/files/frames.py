@@ -35,7 +35,7 @@ from minsnap.trajectory.samples import Samples
 
 @dataclass(frozen=True)
 class Frame:
-    """Axes given by signed permutations of the world's, and how yaw is counted in them.
+    """Axes as signed permutations of the world's, and how yaw is counted in them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A plan as it is asked for: waypoints, times, walls, limits and heading as one value, and as arguments of ``plan``."""
+"""The question of a plan: waypoints, times, walls, limits and heading as one value, and as arguments of ``plan``."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SHORT_NAMES = {"f330": "dji_f330", "px4-sih": "px4_sih"}
 
 @dataclass(frozen=True)
 class PlanRequest:
-    """What :func:`minsnap.plan` is asked for, as plain numbers; two equal requests give the same plan.
+    """The question of :func:`minsnap.plan` as plain numbers; two equal requests give the same plan.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ def frame_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
     Raises
     ------
     FrameError
-        If another frame was asked for than the file or the note says, or they say different ones.
+        If the caller, the file and the note name different frames.
     FileError
         If the note is damaged, or the CSV was changed after it was written.
     """

@@ -70,7 +70,7 @@ class FleetCertificate:
     Parameters
     ----------
     ok : bool
-        Everything that was asked holds: separations and limits to ``EXACT`` of themselves, clearances and the room to
+        All conditions hold: separations and limits to ``EXACT`` of themselves, clearances and the room to
         ``EXACT`` [m].
     least_distance : float or None
         Of the pair that comes nearest to its separation, heights divided by the downwash [m]; None for one vehicle.
@@ -132,7 +132,7 @@ def certify_fleet(
     fleet : Fleet or sequence of Trajectory
         On one clock; who ends before the others stays at its end.
     separation : Separation or float, optional
-        How far apart any two are to be [m]; the fleet's own unless given.
+        How far apart any two are to be [m]; by default the fleet's own.
     limits : Limits or sequence of Limits, optional
         What each vehicle should not exceed, or one for each.
     room : Room or pair of corners, optional
@@ -142,7 +142,7 @@ def certify_fleet(
     reach : float
         Pairs that come nearer than so many times their separation are listed.
     threads : int, optional
-        As many as processors unless given; they change nothing in the result.
+        By default as many as processors; they change nothing in the result.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Checks of what is asked of a fleet: every refusal is one sentence that names the vehicle or the pair."""
+"""Checks of the question of a fleet: every refusal is one sentence that names the vehicle or the pair."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def check_task(
     corridors: Any,
     holds: Any,
 ) -> FleetTask:
-    """Return what is asked, or raise FleetError in one sentence."""
+    """Return the question, or raise FleetError in one sentence."""
     points = _checked_waypoints(waypoints)
     flying = tuple(fixed) if isinstance(fixed, Sequence | Fleet) else ()
     for curve in flying:

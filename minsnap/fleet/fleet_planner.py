@@ -86,7 +86,7 @@ def plan_fleet(
     avoid : obstacle or sequence of obstacles, optional
         Cylinders, ellipsoids and cuboids to keep out of.
     total_time : float, optional
-        Common flight time [s]; the shortest within the limits unless given. With it, curves have little snap.
+        Common flight time [s]; by default the shortest within the limits. With it, curves have little snap.
     pieces : int or "auto"
         Polynomials of each vehicle.
     start : sequence of mapping, optional
@@ -111,7 +111,7 @@ def plan_fleet(
     progress : bool or callable, optional
         True for a line on the terminal, or what is called with each time reached [s] and its least distance [m].
     threads : int, optional
-        As many as processors unless given.
+        By default as many as processors.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def plan_fleet(
     Raises
     ------
     FleetError
-        If what is asked is malformed or contradicts itself.
+        If the question is malformed or contradicts itself.
     TimingError
         If no time and no limits are given, or the total time is shorter than the way of a vehicle allows.
     UnprovedError
@@ -214,7 +214,7 @@ def _settled(found: list[Certified], vehicles: int, least: float) -> bool:
 
 
 def _alone(search: TimeSearch) -> float:
-    """Return the shortest time found for the slowest vehicle alone, with the same pieces; 0 if none was."""
+    """Return the shortest time known for the slowest vehicle alone, with the same pieces; 0 if none was."""
     if len(search.task) + len(search.task.fixed) == 1:
         return 0.0
     lone = TimeSearch(_lone_task(search.task, int(np.argmax(search.task.bounds))), search.pieces, 1, search.stopped)
@@ -245,7 +245,7 @@ def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
 
 
 def _headed(task: FleetTask, curves: list[Trajectory], yaw: Any) -> list[Trajectory]:
-    """Return the curves with the headings that are asked for."""
+    """Return the curves with the requested headings."""
     each = list(yaw) if isinstance(yaw, list | tuple) else [yaw] * len(curves)
     if len(each) != len(curves):
         raise FleetError(f"{len(each)} yaws for {len(curves)} vehicles: give one for all, or one each")

@@ -20,7 +20,7 @@ class FleetReport:
     slowest : int
         Which vehicle that is.
     alone : float
-        The shortest time found for the slowest vehicle alone, with as many polynomials [s].
+        The shortest time known for the slowest vehicle alone, with as many polynomials [s].
     pieces : int
         Polynomials per vehicle.
     tried : int

@@ -1,4 +1,4 @@
-"""What is asked of a fleet, checked, as the joint search takes it."""
+"""The question of a fleet, checked, as the joint search takes it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PLAIN = ("speed", "acceleration", "jerk", "snap")
 
 @dataclass(frozen=True, eq=False)
 class FleetTask:
-    """What is asked of vehicles that fly at once.
+    """The question of vehicles that fly at once.
 
     Parameters
     ----------

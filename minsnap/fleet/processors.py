@@ -10,7 +10,7 @@ from minsnap.errors import FleetError
 
 
 def processors(threads: int | None) -> int:
-    """Return how many threads to use: as many as processors unless given."""
+    """Return how many threads to use: by default as many as processors."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if not is_whole(threads) or not 1 <= threads <= 256:

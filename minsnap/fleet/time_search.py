@@ -143,7 +143,7 @@ class TimeSearch:
         return moved
 
     def attempt(self, search: FleetSearch, curves: FloatArray, time: float, settings: Settings) -> TimeTried:
-        """Search at one time, moving the curves, and certify what is found."""
+        """Search at one time, moving the curves, and certify the result."""
         outcome = search.run(curves, time, self.unit, settings, self.stopped)
         self.tried += 1
         self.iterations += outcome.iterations

@@ -67,7 +67,7 @@ def cost_gradient(
     half : int
         k, for degree 2k - 1.
     pins : mapping, optional
-        At rest at both ends unless given.
+        By default at rest at both ends.
     closed : bool
         The state at the end is the state at the start, and free.
 

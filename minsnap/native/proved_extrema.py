@@ -47,7 +47,7 @@ def maxima(
     points : ndarray, shape (m, n + 1)
         Bernstein control points.
     errors : ndarray, shape (m, n + 1), optional
-        How far each may be off; zero unless given.
+        How far each may be off; by default zero.
     groups : int
         Number of groups, a divisor of m; m for the maximum of each polynomial.
 

@@ -35,9 +35,9 @@ def solve(
     Parameters
     ----------
     samples : int, optional
-        Instants per piece at which walls hold, nothing being promised between them; at every instant unless given.
+        Instants per piece at which walls hold, nothing being promised between them; by default at every instant.
     units : Units, optional
-        Units to use; those of these durations unless given.
+        Units to use; by default those of these durations.
     gap : float
         Share of the cost that may be given away for fewer rounds.
     prove : bool

@@ -78,7 +78,7 @@ def plan_many(
         half-widths of tubes: for given durations, without limits, in walls of this library. Plans in tubes from rest to
         rest are then solved more accurately, and may differ from those of ``plan`` by some 1e-6 of their cost.
     threads : int, optional
-        Threads to use; as many as processors unless given.  The result does not depend on it.
+        Threads to use; by default as many as processors.  The result does not depend on it.
     progress : callable or bool, optional
         Called with the numbers of problems that are planned and of all; True shows a line on standard error where it
         takes long.
@@ -113,7 +113,7 @@ def _problems_in(line: ProgressLine) -> Callable[[int, int], None]:
 
 
 def _solved(asked: ManyAsked, gradients: bool) -> Trajectories:
-    """Plan in the way that fits what is asked for."""
+    """Plan in the way that fits the request."""
     widths = asked.widths()
     if check_switch("gradients", gradients):
         _check_gradients(asked)

@@ -126,7 +126,7 @@ def plan(
     yaw : float, array_like of shape (n,), "velocity", "tilt", Velocity, LookAt, callable, optional
         Constant yaw [rad]; one yaw per waypoint, joined by the shortest turns with the least integral of squared
         angular acceleration; along the velocity; such that the body never spins about its thrust axis; towards a
-        point; or a function of time. Zero unless given.
+        point; or a function of time. By default zero.
     start, end : mapping, optional
         Derivatives at the ends, such as ``{"velocity": (1, 0, 0)}`` [m/s]; those up to order k - 1 that are not
         named are zero. Without waypoints also the ``"position"`` [m].

@@ -35,7 +35,7 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
     view : {"xy", "xz", "yz"}
         From above, or from a side.
     ax : Axes, optional
-        New ones unless given.
+        By default new ones.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def plot_separation(certificate: FleetCertificate, ax: Axes | None = None) -> Ax
     certificate : FleetCertificate
         Of two vehicles or more, with a separation.
     ax : Axes, optional
-        New ones unless given.
+        By default new ones.
 
     Raises
     ------

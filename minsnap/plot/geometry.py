@@ -69,7 +69,7 @@ def plot_path(
     corridor : Constraint, sequence of Constraint, or array_like, optional
         What :func:`minsnap.plan` was given; drawn as one body a leg.
     waypoints : array_like, shape (n, dim), or sequence with Gates among them, optional
-        [m]; those of a planned trajectory unless given. Gates are drawn as outlines.
+        [m]; by default those of a planned trajectory. Gates are drawn as outlines.
     tolerance : Ball, optional
         What :func:`minsnap.plan` was given as ``waypoint_tolerance``; drawn as circles. Boxes are not drawn.
     avoid : sequence of Obstacle

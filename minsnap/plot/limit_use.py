@@ -35,7 +35,7 @@ def plot_utilisation(path: Path | Samples, limits: Limits, ax: Axes | None = Non
     limits : Limits
         Those that are set are drawn.
     ax : matplotlib axes, optional
-        Where to draw; a new figure unless given.
+        Where to draw; by default a new figure.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def plot_convergence(trajectory: Trajectory, ax: Axes | None = None) -> Axes:
     trajectory : Trajectory
         With a report of a search: planned with limits, a total time split optimally, or a price of time.
     ax : matplotlib axes, optional
-        Where to draw; a new figure unless given.
+        Where to draw; by default a new figure.
 
     Returns
     -------

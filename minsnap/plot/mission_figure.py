@@ -35,7 +35,7 @@ def plot_mission(
         As :func:`plot_path` takes them; numbers, and when and how fast gates are passed, are written where the view is
         ``"xy"``.
     title : str, optional
-        Written above; the course's name and the duration unless given.
+        Written above; by default the course's name and the duration.
 
     Returns
     -------

@@ -49,7 +49,7 @@ def plot_profiles(
         Samples are drawn with the derivatives that they have; the acceleration with their feed-forward is drawn thin
         beside the acceleration.
     axes : sequence of matplotlib axes, optional
-        One an order drawn; a new figure of stacked axes unless given.
+        One an order drawn; by default a new figure of stacked axes.
     orders : sequence of int
         Which derivatives, 0 to 4.
     limits : Limits, optional
@@ -88,7 +88,7 @@ def plot_heading(path: Path | Samples, axes: npt.ArrayLike | None = None) -> npt
     path : Path or Samples
         Samples without a yaw rate are drawn with their yaw alone.
     axes : sequence of matplotlib axes, optional
-        One for the yaw, one for its rate; a new figure of stacked axes unless given.
+        One for the yaw, one for its rate; by default a new figure of stacked axes.
 
     Returns
     -------

@@ -31,7 +31,7 @@ def plot_rotors(path: Path, vehicle: Quadrotor, ax: Axes | None = None) -> Axes:
         dim 2 or 3; with its heading; with the drag that ``Limits.of`` includes.
     vehicle : Quadrotor
     ax : matplotlib axes, optional
-        Where to draw; a new figure unless given.
+        Where to draw; by default a new figure.
 
     Returns
     -------

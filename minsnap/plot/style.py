@@ -83,7 +83,7 @@ def legend_beside(ax: Axes, handles: Sequence[Any] | None = None) -> None:
     ----------
     ax : matplotlib axes
     handles : sequence of artists, optional
-        What the legend names; all that have a name unless given. Nothing to name gives no legend.
+        What the legend names; by default all that have a name. Nothing to name gives no legend.
     """
     named = ax.get_legend_handles_labels()[0] if handles is None else handles
     if named:

@@ -55,7 +55,7 @@ def maxima(points: FloatArray, errors: FloatArray | None = None) -> Maxima:
     points : ndarray, shape (m, n + 1)
         Bernstein control points of m scalar polynomials, finite.
     errors : ndarray, shape (m, n + 1), optional
-        How far each may be off; zero unless given.
+        How far each may be off; by default zero.
     """
     return _Search(points, errors, np.arange(len(points))).run()
 

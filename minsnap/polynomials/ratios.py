@@ -26,7 +26,7 @@ def largest_ratio(top: FloatArray, bottom: FloatArray, maximum: Maximum = extrem
     top, bottom : ndarray, shape (m, n + 1)
         Control points of p and q, of the same degree.
     maximum : callable, optional
-        The Python one unless given.
+        By default the Python one.
 
     Returns
     -------

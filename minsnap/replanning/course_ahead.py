@@ -67,7 +67,7 @@ def course_ahead(
     waypoints : array_like, shape (n, dim), or None
         Still to be passed; with None the course leads from box to box to the goal.
     goal : array_like, shape (dim,), or None
-        Without waypoints; the end of the flown plan unless given.
+        Without waypoints; by default the end of the flown plan.
     leg_start : ndarray, shape (dim,)
         Where the first leg begins, for corridors that run along legs [m].
     constraints : sequence of Constraint

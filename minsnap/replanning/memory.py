@@ -1,4 +1,4 @@
-"""What a Replanner keeps of its last answer: what it was asked for, and from where the next search can begin."""
+"""What a Replanner keeps of its last answer: its question, and from where the next search can begin."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Memory:
     leg_start : ndarray, shape (dim,)
         Where its first leg begins, for corridors that run along legs [m].
     legs : list of bytes
-        What was asked of every leg.
+        The conditions of every leg.
     settled : bool
         Whether the search behind it ended by itself.
     guess : Trajectory or None
@@ -39,7 +39,7 @@ class Memory:
     guess: Trajectory | None = None
 
     def same(self, splice: Splice, legs: list[bytes]) -> bool:
-        """Whether the same is asked of every leg ahead as for this answer, and its search had ended."""
+        """Whether every leg ahead has the same conditions as for this answer, and its search had ended."""
         return self.settled and self.answer is splice.flown and self.legs[splice.passed :] == legs
 
     def first_guess(self, splice: Splice, legs: int) -> Trajectory | None:
@@ -57,7 +57,7 @@ def leg_start_of(splice: Splice, memory: Memory | None) -> FloatArray:
 
 
 def asked_of_legs(task: Task) -> list[bytes]:
-    """Everything that is asked of each leg, in a form that can be compared."""
+    """All conditions of each leg, in a form that can be compared."""
     ends = [task.waypoints[1:].tobytes(), task.lower[1:].tobytes(), task.upper[1:].tobytes()]
     size = len(ends[0]) // task.legs
     parts = [[end[leg * size : (leg + 1) * size] for end in ends] for leg in range(task.legs)]

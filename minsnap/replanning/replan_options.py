@@ -1,4 +1,4 @@
-"""Checks of what a Replanner is asked for."""
+"""Checks of the questions of a Replanner."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | Non
 
 
 def chosen_heading(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
-    """Return what gives a curve the heading that was asked for; None where it is held."""
+    """Return what gives a curve the requested heading; None where it is held."""
     if yaw is None:
         return None
     if not isinstance(yaw, str) and not is_number(yaw):

@@ -90,7 +90,7 @@ class Replanner:
     vehicle : Quadrotor, optional
         Whose rotors' limits are kept too (``Limits.of``).
     yaw : float, "velocity", "tilt", optional
-        Heading of new plans, reached smoothly from the flown one; the flown heading at the splice is held unless given,
+        Heading of new plans, reached smoothly from the flown one; by default the flown heading at the splice is held,
         or one per waypoint to :meth:`replan`.
     recover : float
         Distance by which a start may be outside the walls of its leg [m]; the plan then flies back first.
@@ -176,7 +176,7 @@ class Replanner:
         corridor : float, Constraint or sequence of Constraint, optional
             For this call instead of the replanner's own.
         goal : array_like, shape (dim,), optional
-            Without waypoints; the end of the flown plan unless given [m].
+            Without waypoints; by default the end of the flown plan [m].
         durations : array_like, shape (n,), optional
             Of the legs ahead [s]: least cost instead of least time.
         total_time : float, optional
@@ -294,7 +294,7 @@ class Replanner:
         return rest_within(call.splice, self._limits) and inside(rest, task.walls)
 
     def _with_angles(self, call: _Call, rest: Trajectory) -> Trajectory | None:
-        """Return a rest with the headings asked for at the waypoints; None where it does not keep the limits so."""
+        """Return a rest with the requested headings at the waypoints; None where it does not keep the limits so."""
         if has_angles(rest, call.angles):
             return rest
         turned = self._finish(call, call.splice)(rest)

@@ -61,7 +61,7 @@ class Aim:
         return curve.duration if self.timed else curve.cost()
 
     def compares(self, rest: Trajectory) -> bool:
-        """Whether a rest takes the time that was asked for."""
+        """Whether a rest takes the requested time."""
         if self.durations is not None:
             asked = np.asarray(self.durations, dtype=np.float64)
             own = np.diff(rest.leg_breaks)
@@ -69,7 +69,7 @@ class Aim:
         return self.total_time is None or abs(rest.duration - self.total_time) <= EQUAL_TIMES * self.total_time
 
     def after(self, left: float) -> Aim | None:
-        """Return what is asked of the legs after the first, if that may be flown in ``left`` seconds; None if not."""
+        """Return the conditions of the legs after the first, if that may be flown in ``left`` seconds; None if not."""
         if self.durations is not None:
             first, *others = np.asarray(self.durations, dtype=np.float64).ravel()
             return (

@@ -70,7 +70,7 @@ def write_fleet(
         A file ending in ``.skyc``, or a folder, which is made.
     to : str, optional
         ``csv``: one file of polynomials a vehicle and a manifest with the hash of each; ``crazyswarm2``: the same with
-        ``crazyflies.yaml`` and a script that flies it; ``skyc``: a Skybrush show. By the ending unless given.
+        ``crazyflies.yaml`` and a script that flies it; ``skyc``: a Skybrush show. By default by the ending.
     lights : sequence of Lights or None, optional
         Of each vehicle; only Skybrush shows hold them.
     clobber : bool

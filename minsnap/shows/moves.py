@@ -37,7 +37,7 @@ class Move:
     along : ndarray, shape (n, 3), or None
         Way of its center, from where it is: ``[[0, 0, 0], [5, 0, 2]]`` [m].
     seconds : float or None
-        How long it takes; as short as the limits allow unless given [s].
+        How long it takes; by default as short as the limits allow [s].
     """
 
     turn: float = 0.0

@@ -47,7 +47,7 @@ class SafetyReport:
     held : FleetCertificate
         Of what was read back from the files: separation, room, and how far each limit is used.
     planned : FleetCertificate
-        Of the plan: its limits are those that were asked.
+        Of the plan: its limits are those of the show.
     distance : float
         How far the files may be from the plan [m].
     stages : sequence of Stage
@@ -70,7 +70,7 @@ class SafetyReport:
 
     @property
     def exceeded(self) -> list[str]:
-        """What the files use of limits beyond what was asked, by rounding and cubics: a sentence each."""
+        """What the files use beyond the limits, by rounding and cubics: a sentence each."""
         return [
             f"the files reach {used.use.name} {used.use.value:.4g} of {used.use.limit:.4g}: lower that limit to keep it"
             for used in self.held.utilisation

@@ -273,7 +273,7 @@ def _flight(
 
 
 def _key(show: Show, starts: FloatArray, goals: FloatArray) -> str:
-    """Return a name of what is asked of a flight."""
+    """Return a name of the question of a flight."""
     apart = show.separation
     radii = None if apart.radii is None else apart.radii.tolist()
     room = None if show.room is None else [np.asarray(corner).tolist() for corner in show.room]

@@ -80,7 +80,7 @@ class Page:
             frame(client, self._seen())
 
     def say(self, text: str) -> None:
-        """Show a sentence about what was asked for last; nothing where it is empty."""
+        """Show a sentence about the last request; nothing where it is empty."""
         raise NotImplementedError
 
     def attempt(self, act: Callable[[], None]) -> None:

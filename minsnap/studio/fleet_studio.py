@@ -79,7 +79,7 @@ class FleetStudio(Page):
         self._show(0.0)
 
     def say(self, text: str) -> None:
-        """Show a sentence about what was asked for last; nothing where it is empty."""
+        """Show a sentence about the last request; nothing where it is empty."""
         self._message.content = sentence(text, "refusal")
 
     def _seen(self) -> FloatArray:

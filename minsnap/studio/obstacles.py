@@ -114,7 +114,7 @@ def grid(occupancy: npt.ArrayLike, resolution: npt.ArrayLike, origin: npt.ArrayL
     resolution : float or array_like
         Side of a cell [m].
     origin : array_like, optional
-        Outer corner of the first cell [m]; zero unless given.
+        Outer corner of the first cell [m]; by default zero.
 
     Raises
     ------

@@ -21,7 +21,7 @@ Refused = Callable[[PlanRequest, MinsnapError], None]
 
 
 class PlanWorker:
-    """A thread that plans what was asked for last.
+    """A thread that plans the last request.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Li
     ----------
     curve : Trajectory
     waypoints : array_like, shape (legs + 1, 3), optional
-        Its own unless given [m].
+        By default its own [m].
     corridor, limits
         What it is to keep, as ``plan`` takes them.
 

@@ -53,7 +53,7 @@ def show(
     traj : Trajectory or Fleet
         In space. A fleet is shown and played; it takes ``host``, ``port``, ``browser`` and ``block`` alone.
     waypoints : array_like, shape (legs + 1, 3), optional
-        Its own unless given [m].
+        By default its own [m].
     corridor : float, array_like of shape (legs,), Tube, Boxes, Room, or sequence of these, optional
         Half-widths, one box per leg, a room with six sides [m]; other walls cannot be edited and are refused.
     limits : Limits, optional

@@ -43,7 +43,7 @@ class StatusPanel:
         self._told.content = told(state)
 
     def say(self, text: str, kind: str = "refusal") -> None:
-        """Show a sentence about what was asked for last; nothing where it is empty."""
+        """Show a sentence about the last request; nothing where it is empty."""
         self._message.content = sentence(text, kind)
         self._message.visible = bool(text)
 

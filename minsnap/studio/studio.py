@@ -114,7 +114,7 @@ class Studio(Page):
         return self._working.wait(timeout)
 
     def say(self, text: str) -> None:
-        """Show a sentence about what was asked for last; nothing where it is empty."""
+        """Show a sentence about the last request; nothing where it is empty."""
         self._status.say(text)
 
     def _end(self) -> None:

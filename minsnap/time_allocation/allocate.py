@@ -45,7 +45,7 @@ def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int |
     finish : callable
         Gives a curve its yaw.
     samples : int, optional
-        Instants per polynomial at which walls hold; at every instant unless given.
+        Instants per polynomial at which walls hold; by default at every instant.
 
     Raises
     ------

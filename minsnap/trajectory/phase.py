@@ -90,7 +90,7 @@ class PhasePath(Path):
     harmonics : array_like of complex, shape (h, dim)
         a_k for k = 1, …, h [m].
     yaw : Heading, optional
-        Yaw as a function of time; zero unless given.
+        Yaw as a function of time; by default zero.
     """
 
     law: PhaseLaw

@@ -71,7 +71,7 @@ class Trajectory(ReadOnly, Path):
     durations : array_like, shape (pieces in all,)
         T, from ``SHORTEST_PIECE`` to ``LONGEST_PIECE`` [s].
     yaw : Heading, optional
-        Yaw as a function of time; zero unless given.
+        Yaw as a function of time; by default zero.
     pieces : int
         Polynomials per leg; a divisor of the number of pieces.
     how : ReportMaker, optional
@@ -241,7 +241,7 @@ class Trajectory(ReadOnly, Path):
         Parameters
         ----------
         order : int, optional
-            p; ``cost_order`` unless given, so that the cost is the one that a plan minimises.
+            p; by default ``cost_order``, so that the cost is the one that a plan minimises.
 
         Returns
         -------

@@ -39,9 +39,9 @@ class Velocity:
     Parameters
     ----------
     yaw_rate : float, optional
-        Largest rate at which a held heading turns [rad/s]; the limit on the yaw rate unless given, or 2 rad/s.
+        Largest rate at which a held heading turns [rad/s]; by default the limit on the yaw rate, or 2 rad/s.
     hold_below : float, optional
-        Horizontal speed below which the heading is held [m/s]; a tenth of the top one unless given, at most 0.5 m/s.
+        Horizontal speed below which the heading is held [m/s]; by default a tenth of the top one, at most 0.5 m/s.
 
     Raises
     ------
@@ -84,10 +84,10 @@ class VelocityHeading(Heading):
     path : Path
         Anything with a horizontal velocity: dim 2 or more.
     yaw_rate : float, optional
-        Largest rate of a held heading [rad/s]; 2 unless given. Where the path itself turns faster, at speed, the
+        Largest rate of a held heading [rad/s]; by default 2. Where the path itself turns faster, at speed, the
         heading does so too.
     hold_below : float, optional
-        Horizontal speed below which the heading is held [m/s]; a tenth of the top one unless given, at most 0.5 m/s.
+        Horizontal speed below which the heading is held [m/s]; by default a tenth of the top one, at most 0.5 m/s.
 
     Raises
     ------

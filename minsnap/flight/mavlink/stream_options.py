@@ -31,7 +31,7 @@ class StreamOptions:
     fields : sequence of str or None
         Which of position, velocity, acceleration, yaw, yaw_rate; None for all that the source has.
     frame : str or None
-        Of a file that does not say so itself (``enu`` unless given), and with it the vehicle's: enu and ned fly in NED;
+        Of a file that does not say so itself (by default ``enu``), and with it the vehicle's: enu and ned fly in NED;
         flu, frd and optitrack in the room's z-down twin.
     laps : int
         How often.

@@ -65,7 +65,7 @@ class DrydenWind:
     length : tuple of 3 floats
         Scale lengths along, across and up [m]. Those of MIL-F-8785C at the 1.5 m of a flight room are 19, 19 and 1.5 m.
     airspeed : float or None
-        V, at which the frozen gusts pass the vehicle [m/s]; the mean wind's speed unless given, at least 1 m/s.
+        V, at which the frozen gusts pass the vehicle [m/s]; by default the mean wind's speed, at least 1 m/s.
     seed : int
         Repeats the same gusts.
 

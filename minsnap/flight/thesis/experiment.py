@@ -137,15 +137,15 @@ def run_experiment(
     literal : bool
         Start and repeat as in the thesis; otherwise from rest and without jumps.
     vehicle : Quadrotor or None
-        The thesis's DJI F330 unless given.
+        By default the thesis's DJI F330.
     controller : Controller or None
         PX4's cascade, following position and velocity, unless given.
     setpoint_rate : float
         20 Hz in the thesis.
     sensors : Sensors or None
-        Poses at 50 Hz without delay or noise unless given.
+        By default poses at 50 Hz without delay or noise.
     wind : Wind or None
-        Still air unless given.
+        By default still air.
     step : float
         Of the simulation [s].
     progress : callable, bool or None

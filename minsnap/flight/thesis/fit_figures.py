@@ -36,7 +36,7 @@ def plot_coefficient_fit(
     speed, values : array_like, shape (m,)
         What was fitted [rad/s], [N] or [N m].
     ax : matplotlib.axes.Axes or None
-        Where to draw; a new figure unless given.
+        Where to draw; by default a new figure.
     quantity : str
         What the values are, for the axis.
 
@@ -71,7 +71,7 @@ def plot_surface(surface: Surface, table: dict[str, FloatArray] | None = None, a
     table : dict of columns or None
         Measurements to draw: the variables and ``drag``; those near the held values count.
     ax : matplotlib 3-D axes or None
-        Where to draw; a new figure unless given.
+        Where to draw; by default a new figure.
     **held
         Values of the other variables, such as ``velocity=10``.
 

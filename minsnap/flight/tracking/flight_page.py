@@ -51,7 +51,7 @@ def write_flight_page(
     logs : mapping of str to path, optional
         Of which drag, wind and delay are fitted.
     waypoints : array_like, shape (n, dim), optional
-        Where legs begin and end; where the plan slows down unless given.
+        Where legs begin and end; by default where the plan slows down.
     clobber : bool
         False: a file that is there is an error.
     """

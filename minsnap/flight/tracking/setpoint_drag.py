@@ -71,7 +71,7 @@ def fit_setpoint_drag(reference: Samples, flight: Samples, settings: CascadeSett
     flight : Samples
         Positions and velocities of the vehicle, on the same clock.
     settings : CascadeSettings, optional
-        Gains of the vehicle's loops; PX4's defaults unless given.
+        Gains of the vehicle's loops; by default PX4's defaults.
 
     Returns
     -------

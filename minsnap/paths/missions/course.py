@@ -82,7 +82,7 @@ class Course:
     laps : int
         How often it is flown.
     limits : Limits or None
-        3 m/s and 6 m/s^2 unless given.
+        By default 3 m/s and 6 m/s^2.
     tube : float or None
         Half-width of a corridor around the legs [m].
     boxes : Boxes or None

@@ -29,7 +29,7 @@ class GridMap(ReadOnly):
     resolution : float or array_like, shape (dim,)
         Sides of a cell [m].
     origin : array_like, shape (dim,), optional
-        Outer corner of cell (0, 0, 0) [m]; zero unless given.
+        Outer corner of cell (0, 0, 0) [m]; by default zero.
     name : str
         What messages call it.
 

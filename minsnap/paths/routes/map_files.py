@@ -42,7 +42,7 @@ def read_map(
     resolution : float, optional
         Side of a cell [m]; needed unless the map is YAML, which says it.
     origin : array_like, shape (dim,), optional
-        Outer corner of cell (0, 0, 0) of an array [m]; zero unless given.
+        Outer corner of cell (0, 0, 0) of an array [m]; by default zero.
     threshold : float, optional
         Probability from which a cell is occupied; 0.5, or what the YAML says.
     unknown : {"occupied", "free"}

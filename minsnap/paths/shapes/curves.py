@@ -53,7 +53,7 @@ def circle(
     radius : float
         R [m].
     period, speed : float, optional
-        Seconds per lap at full speed, or that speed [m/s]; one of them. 6 s unless given.
+        Seconds per lap at full speed, or that speed [m/s]; one of them. By default 6 s.
     laps : float
         Turns, spin-up and spin-down included.
     ramp : float
@@ -126,7 +126,7 @@ def helix(
     pitch : float
         p, the climb a lap [m]; negative to descend.
     period, speed : float, optional
-        Seconds per lap at full speed, or that speed along the helix [m/s]; one of them. 6 s unless given.
+        Seconds per lap at full speed, or that speed along the helix [m/s]; one of them. By default 6 s.
     laps, ramp, center, start_angle, clockwise, yaw, limits
         As for :func:`circle`.
     altitude : float
@@ -175,7 +175,7 @@ def lemniscate(
     width : float
         W, its extent along y [m].
     period, speed : float, optional
-        Seconds per lap at full rate, or the greatest speed, that at the crossing [m/s]; one of them. 6 s unless given.
+        Seconds per lap at full rate, or the greatest speed, that at the crossing [m/s]; one of them. By default 6 s.
     laps, ramp, center, altitude, yaw, limits
         As for :func:`circle`.
     clockwise : bool

@@ -52,7 +52,7 @@ def drag_feed_forward(vehicle: Quadrotor, reference: Samples, drag: Drag | None 
     reference : Samples
         With velocity; without, nothing can be offset and the answer is zero.
     drag : Drag or None
-        The model to offset; the vehicle's own unless given.
+        The model to offset; by default the vehicle's own.
 
     Returns
     -------
