@@ -35,10 +35,12 @@ def convert(
     A trajectory is sampled at --rate where the format holds samples; samples are fitted with polynomials to 1 mm
     where it holds those.
     """
+    from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.convert import check_frame, format_of, formats, read_any, written
     from minsnap.files.format import Writing
 
     check_frame(format_of(target, to), frame)
+    refuse_source(target, source)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         content = read_any(source, from_frame)

@@ -74,9 +74,12 @@ def _fit_flight(
     plot: Path | None,
     json: bool,
 ) -> None:
+    from minsnap.basics.storage.atomic import refuse_source
     from minsnap.flight.tracking.flight_fit import default_name, fit_flight
     from minsnap.vehicle import read_vehicle
 
+    refuse_source(output, file)
+    refuse_source(plot, file, base)
     found = fit_flight(file, lead)
     if plot is not None:
         from minsnap.flight.tracking.flight_fit_plot import plot_flight_fit

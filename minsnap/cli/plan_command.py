@@ -53,8 +53,7 @@ def plan(
     from minsnap.files.request_yaml import read_request
     from minsnap.planning.planner import plan as plan_path
 
-    if destination.output is not None:
-        refuse_source(destination.output, file)
+    refuse_source(destination.output, file)
     if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
         _deliver_again(file, planning, destination, closed or bool(laps) or takeoff or land or from_frame is not None)
         return

@@ -31,7 +31,7 @@ def plot(
     no_clobber: options.NoClobber = False,
 ) -> None:
     """Draw a file: the path, and its position, derivatives and heading against time; or the flight, moving."""
-    from minsnap.basics.storage.atomic import check_destination
+    from minsnap.basics.storage.atomic import check_destination, refuse_source
     from minsnap.files.convert import read_samples
     from minsnap.files.waypoints import read_waypoints
     from minsnap.plot.animation import animate_fleet, animate_path, check_animation_name
@@ -48,6 +48,7 @@ def plot(
     else:
         check_figure_name(output)
     check_destination(output, clobber=not no_clobber)
+    refuse_source(output, file, waypoints)
     how: dict[str, Any] = {"clobber": not no_clobber, "progress": on_terminal(quiet=False)}
     if is_fleet(file):
         fleet = read_fleet(file)

@@ -58,8 +58,8 @@ def simulate(
 
     check_figure(plot, view if plot else None)
     _check_files(output, log, plot, animate, view)
-    if output is not None:
-        refuse_source(output, file)
+    for written in (output, log, plot, animate):
+        refuse_source(written, file)
     path = read_any(file, frame)
     if path.dim != 3:
         raise InputError(f"{file} has {path.dim} coordinates: a vehicle flies in three; write it with an altitude")

@@ -53,6 +53,7 @@ def tune(
     With --connect it flies the plan, fetches the log, learns, flies again, and compares; with a log it learns from
     that flight, and the next one's with --sent. Three flights took 84 to 94 % off the error in simulation.
     """
+    from minsnap.basics.storage.atomic import refuse_source
     from minsnap.files.setpoint_csv import read_csv, write_csv
     from minsnap.files.sidecar import frame_of
     from minsnap.flight.tracking.flight_page import write_flight_page
@@ -61,6 +62,8 @@ def tune(
 
     if (flight is None) == (connect is None):
         raise InputError("give the log of a flight, or --connect to fly: one of them")
+    for written in (output, report):
+        refuse_source(written, plan, flight, sent)
     wanted, before, axes = read_csv(plan, frame), read_csv(sent or plan, frame), frame_of(plan, frame)
     settings = LearningSettings(gain=gain)
     if flight is not None:

@@ -60,6 +60,13 @@ REFUSED = [
     (("plan", "w.csv", "-o", "w.csv"), "w.csv is the file that is read: choose another name"),
     (("plan", "w.csv", "-o", "./link.csv"), "link.csv is the file that is read: choose another name"),
     (("simulate", "s.csv", "-o", "s.csv"), "s.csv is the file that is read: choose another name"),
+    (("simulate", "s.csv", "--log", "s.ulg"), "s.ulg is the file that is read: choose another name"),
+    (("plot", "s.csv", "-o", "s.png"), "s.png is the file that is read: choose another name"),
+    (("plot", "s.csv", "--waypoints", "w.csv", "-o", "w.svg"), "w.svg is the file that is read: choose another name"),
+    (("convert", "s.csv", "s.csv", "--frame", "ned"), "s.csv is the file that is read: choose another name"),
+    (("convert", "s.csv", "again.json"), "again.json is the file that is read: choose another name"),
+    (("tune", "s.csv", "late.csv", "-o", "late.csv"), "late.csv is the file that is read: choose another name"),
+    (("fit", "late.csv", "-o", "late.csv"), "late.csv is the file that is read: choose another name"),
     (("plan", "w.csv", "--yaw", "north"), "--yaw is 'north': it takes degrees, velocity or tilt"),
     (("plan", "w.csv", "--max-tilt", "120"), "--max-tilt is 120 degrees: it must be below 90"),
     (("plan", "w.csv", "-o", "w.traj", "--frame", "ned"), "crazyflie-compressed is written in enu, not in ned: leave"),
@@ -72,14 +79,16 @@ REFUSED = [
 def test_what_is_careless_is_refused(call, arguments, said):
     Path("w.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,4,1\n")
     Path("twice.csv").write_text("x,y,z\n0,0,1\n0,0,1\n4,4,1\n")
-    Path("link.csv").symlink_to("w.csv")
+    for name, source in (("link.csv", "w.csv"), ("w.svg", "w.csv"), ("s.png", "s.csv"), ("s.ulg", "s.csv")):
+        Path(name).symlink_to(source)
+    Path("again.json").symlink_to("s.csv")
     samples = minsnap.line(total_time=8.0).sample(20.0)
     minsnap.write_csv(samples, "s.csv")
     minsnap.write_csv(Samples(samples.t + 1e9, samples.position), "late.csv")
-    before = Path("w.csv").read_text()
+    before = [Path(name).read_bytes() for name in ("w.csv", "s.csv", "late.csv")]
     run = call(*arguments)
     assert run.returncode == 2 and said in run.stderr and run.stderr.count("\n") == 1
-    assert Path("w.csv").read_text() == before and not Path("o.csv").exists()
+    assert [Path(name).read_bytes() for name in ("w.csv", "s.csv", "late.csv")] == before and not Path("o.csv").exists()
 
 
 def test_closed_appends_the_first_waypoint(call):

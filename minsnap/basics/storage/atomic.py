@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import shutil
@@ -58,7 +59,7 @@ def atomic_write(
     if "b" not in mode:
         options = {"encoding": "utf-8", "newline": ""} | options
     if destination.exists() and not destination.is_file():
-        with _named(destination, destination), open(destination, mode, **options) as file:
+        with _named(destination, destination), open(destination, mode, opener=_open_at_once, **options) as file:
             yield file
         return
     beside = destination.with_name(f".{secrets.token_hex(8)}.part")
@@ -99,10 +100,25 @@ def check_destination(path: str | os.PathLike[str], *, clobber: bool = True) -> 
     return destination
 
 
-def refuse_source(path: str | os.PathLike[str], source: str | os.PathLike[str]) -> None:
-    """Raise FileError if a file that is to be written is the one that is read, under whatever name."""
-    if Path(path).is_file() and Path(source).exists() and os.path.samefile(path, source):
-        raise FileError(f"{path} is the file that is read: choose another name")
+def refuse_source(path: str | os.PathLike[str] | None, *sources: str | os.PathLike[str] | None) -> None:
+    """Raise FileError if a file that is to be written is one that is read, under whatever name; None is no file."""
+    for source in sources:
+        if path is None or source is None or not Path(path).is_file():
+            continue
+        if Path(source).exists() and os.path.samefile(path, source):
+            raise FileError(f"{path} is the file that is read: choose another name")
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Open a device or a pipe, or raise FileError where nobody reads the pipe, instead of waiting for a reader."""
+    try:
+        opened = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    except OSError as error:
+        if error.errno == errno.ENXIO:
+            raise FileError(f"{path} is a pipe that nobody reads: begin to read it first") from None
+        raise
+    os.set_blocking(opened, True)
+    return opened
 
 
 @contextmanager

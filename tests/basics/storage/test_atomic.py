@@ -91,3 +91,16 @@ def test_a_full_device_is_named():
         atomic_write("/dev/full") as file,
     ):
         file.write("x")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+def test_a_pipe_is_written_where_somebody_reads_it_and_refused_where_nobody_does(tmp_path):
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    with pytest.raises(FileError, match="pipe.csv is a pipe that nobody reads"), atomic_write(pipe) as file:
+        file.write("lost")
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    with atomic_write(pipe) as file:
+        file.write("0,1\n" * 100)
+    assert os.read(reader, 4096) == b"0,1\n" * 100
+    os.close(reader)
