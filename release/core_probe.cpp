@@ -19,7 +19,7 @@ static void *entry(const char *library, const char *name) {
 }
 #endif
 
-using Free = std::int32_t (*)(const double *, const double *, std::int64_t, std::int32_t, std::int32_t, double *, double *);
+using Free = std::int32_t (*)(const double *, const double *, std::int64_t, std::int32_t, std::int32_t, double *);
 using Tube = std::int32_t (*)(const double *, const double *, const double *, std::int64_t, std::int32_t, std::int32_t,
                               std::int32_t, double, double *, double *, double *);
 
@@ -48,7 +48,7 @@ int main(int count, char **arguments) {
         for (int i = 0; i < (legs + 1) * dim; ++i) points.push_back(uniform(-8.0, 8.0));
         for (int i = 0; i < legs; ++i) durations.push_back(uniform(1.0, 4.0));
         const double width = uniform(0.25, 0.5);
-        const std::int32_t status = free(points.data(), durations.data(), legs, dim, half, out.data(), breaks.data());
+        const std::int32_t status = free(points.data(), durations.data(), legs, dim, half, out.data());
         std::printf("free %2d %d %016llx\n", problem, int(status), static_cast<unsigned long long>(digest(out)));
         const std::int32_t held = tube(points.data(), durations.data(), &width, legs, dim, half, 1, 1e-6, out.data(),
                                        breaks.data(), figures.data());

@@ -14,6 +14,7 @@ from minsnap.errors import InputError
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 BoolArray = npt.NDArray[np.bool_]
+FLOAT64 = np.dtype(np.float64)
 
 GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]."""
@@ -46,6 +47,10 @@ def numbers(values: Any, copy: bool = True) -> FloatArray | None:
 
     Without ``copy`` it is a view of what is such an array already, which must not be kept.
     """
+    if type(values) is np.ndarray and values.dtype is FLOAT64 and values.flags.c_contiguous:  # the usual, at once
+        array = values.copy() if copy else values.view()
+        array.setflags(write=False)
+        return array
     try:
         array = _floats(values)
     except (TypeError, ValueError, OverflowError):

@@ -126,9 +126,8 @@ def is_transposed(rows: int, columns: int) -> bool:
 
 def warn_magnitude(points: FloatArray) -> None:
     """Warn of waypoints (n, dim) that look like millimetres, or like latitudes and longitudes, in place of metres."""
-    first, second = points[0].tolist(), points[1].tolist()
-    largest = max(map(abs, first + second))
-    if largest < LONG / 2.0 and not _beside(first, second):
+    first, second = points[:2].tolist()
+    if max(map(abs, first + second)) < LONG / 2.0 and not _beside(first, second):
         return
     extent = np.ptp(points, axis=0)
     whole = bool((points == np.round(points)).all())
@@ -145,6 +144,8 @@ def warn_magnitude(points: FloatArray) -> None:
 
 def _beside(first: list[float], second: list[float]) -> bool:
     """Whether two points are so near to each other, and so far from zero, as degrees on the globe are."""
+    if abs(second[0] - first[0]) >= DEGREES_EXTENT:
+        return False
     steps = [abs(b - a) for a, b in zip(first[:2], second[:2], strict=True)]
     return 0.0 < max(steps) < DEGREES_EXTENT and 1.0 < max(map(abs, first[:2])) <= 180.0
 

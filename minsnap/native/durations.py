@@ -2,37 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from ctypes import c_double, c_int32, c_int64, c_void_p
+from ctypes import c_double, c_int32, c_void_p
 from math import inf
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
 from minsnap.native.corridor import CorridorQuestion, corridor_record
-from minsnap.native.library import Entry, address, optional_address
-from minsnap.native.records import CorridorRecord, SplitRecord
+from minsnap.native.free_optimum import Pins, chain_record
+from minsnap.native.library import Entry, address
+from minsnap.native.records import ChainRecord, CorridorRecord, SplitRecord
 from minsnap.native.status import Status
 
-_CHAIN = (*[c_void_p] * 2, c_int64, *[c_void_p] * 3)
-"""States at the ends; pins: how many, knots, masks, values."""
-
-_GRADIENT = Entry("minsnap_cost_gradient", *[c_int64] * 4, *[c_void_p] * 2, *_CHAIN, *[c_void_p] * 3)
-_SPLIT = Entry(
-    "minsnap_best_split", *[c_int64] * 4, *[c_void_p] * 2, c_double, *_CHAIN, c_double, c_int64, *[c_void_p] * 3
-)
+_GRADIENT = Entry("minsnap_cost_gradient", ChainRecord, *[c_void_p] * 3)
+_SPLIT = Entry("minsnap_best_split", ChainRecord, SplitRecord)
 _CORRIDOR_SPLIT = Entry("minsnap_best_corridor_split", CorridorRecord, SplitRecord)
-_TUBE_SPLIT = Entry(
-    "minsnap_best_tube_split", *[c_void_p] * 3, c_int64, *[c_int32] * 3, c_double, c_int64, *[c_void_p] * 3
-)
+_TUBE_SPLIT = Entry("minsnap_best_tube_split", *[c_void_p] * 3, *[c_int32] * 3, c_double, SplitRecord)
 
 EVALUATIONS = 2000
 """Evaluations after which a search is given up."""
-
-Pins = Mapping[int, Mapping[int, FloatArray]]
-"""Derivatives of order 1 … k - 1 by waypoint and order; what is not given at an open end is zero."""
 
 
 class CostGradient(NamedTuple):
@@ -81,12 +71,8 @@ def cost_gradient(
         return None
     points, durations = _floats(points), _floats(durations)
     cost, slopes, forces = np.zeros(1), np.empty(len(durations)), np.empty(points.shape)
-    kept, chain = _chain(len(durations), points.shape[1], half, pins or {})
-    status = call(
-        *(half, len(durations), points.shape[1], closed, address(points), address(durations)),
-        *(*chain, address(cost), address(slopes), address(forces)),
-    )
-    del kept
+    chain = chain_record(points, durations, half, pins or {}, closed)
+    status = call(chain, address(cost), address(slopes), address(forces))
     return Status(status) if status else CostGradient(float(cost[0]), slopes, forces)
 
 
@@ -116,14 +102,8 @@ def best_split(
     if call is None:
         return None
     points, first = _floats(points), _floats(first)
-    kept, chain = _chain(len(first), points.shape[1], half, pins)
-    found = _Found(len(first))
-    status = call(
-        *(half, len(first), points.shape[1], closed, address(points), address(first), price or 0.0),
-        *(*chain, seconds, EVALUATIONS, *found.addresses()),
-    )
-    del kept
-    return Status(status) if status else found.split()
+    split = _split_record(len(first), 1, price, seconds)
+    return _found(call(chain_record(points, first, half, pins, closed), split), split)
 
 
 def best_corridor_split(
@@ -147,14 +127,9 @@ def best_corridor_split(
     call = _CORRIDOR_SPLIT.function()
     if call is None:
         return None
-    first, found = _floats(first), _Found(len(first))
-    split = SplitRecord(
-        **{"legs": len(first), "per_leg": pieces, "capacity": EVALUATIONS, "price": price or 0.0, "seconds": seconds},
-        **{"durations": found.durations, "history": found.history},
-    )
-    status = call(corridor_record(question, first, gap), split)
-    found.figures[0] = split.evaluations
-    return Status(status) if status else found.split()
+    first = _floats(first)
+    split = _split_record(len(first), pieces, price, seconds)
+    return _found(call(corridor_record(question, first, gap), split), split)
 
 
 def best_tube_split(
@@ -174,45 +149,24 @@ def best_tube_split(
     call = _TUBE_SPLIT.function()
     if call is None:
         return None
-    points, first, found = _floats(points), _floats(first), _Found(len(first))
-    status = call(
-        *(address(points), address(first), address(widths), len(first), points.shape[1], half, widths.ndim == 0, gap),
-        *(EVALUATIONS, *found.addresses()),
+    points, first = _floats(points), _floats(first)
+    split = _split_record(len(first), 1, None, inf)
+    where = (address(array) for array in (points, first, widths))
+    return _found(call(*where, points.shape[1], half, widths.ndim == 0, gap, split), split)
+
+
+def _split_record(legs: int, pieces: int, price: float | None, seconds: float) -> SplitRecord:
+    """Return a search for the durations of legs, with room for what it finds."""
+    return SplitRecord(
+        **{"legs": legs, "per_leg": pieces, "capacity": EVALUATIONS, "price": price or 0.0, "seconds": seconds},
+        **{"durations": np.empty(legs), "history": np.empty((EVALUATIONS, 2))},
     )
-    return Status(status) if status else found.split()
 
 
-class _Found:
-    """Where a search writes what it finds."""
-
-    def __init__(self, legs: int) -> None:
-        self.durations, self.history, self.figures = np.empty(legs), np.empty((EVALUATIONS, 2)), np.zeros(1)
-
-    def addresses(self) -> list[Any]:
-        return [address(array) for array in (self.durations, self.history, self.figures)]
-
-    def split(self) -> SplitFound:
-        return SplitFound(self.durations, self.history[: int(self.figures[0])].copy())
-
-
-def _chain(legs: int, dim: int, half: int, pins: Pins) -> tuple[list[Any], tuple[Any, ...]]:
-    """Arrays of states at the ends and of pins at inner knots, to be kept alive, and their arguments."""
-    ends = [_state(pins[knot], half, dim) if knot in pins else None for knot in (0, legs)]
-    inner = sorted(knot for knot in pins if 0 < knot < legs and pins[knot])
-    knots = np.array(inner, dtype=np.int64)
-    masks = np.array([sum(1 << order for order in pins[knot]) for knot in inner], dtype=np.uint32)
-    values = np.array([_state(pins[knot], half, dim) for knot in inner]).reshape(len(inner), half - 1, dim)
-    kept = [*ends, knots, masks, values]
-    where = [optional_address(array) for array in kept]
-    return kept, (*where[:2], len(inner), *where[2:])
-
-
-def _state(state: Mapping[int, FloatArray], half: int, dim: int) -> FloatArray:
-    """Return derivatives 1 … k - 1, shape (k - 1, dim); those not given are zero."""
-    values = np.zeros((half - 1, dim))
-    for order, value in state.items():
-        values[order - 1] = value
-    return values
+def _found(status: int, split: SplitRecord) -> SplitFound | Status:
+    if status:
+        return Status(status)
+    return SplitFound(split.kept["durations"], split.kept["history"][: split.evaluations].copy())
 
 
 def _floats(array: FloatArray) -> FloatArray:

@@ -8,27 +8,18 @@ from ctypes import c_int32, c_int64, c_void_p
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.native.library import Entry, address, writable
+from minsnap.native.library import Entry, address, readable, writable
+from minsnap.native.records import ChainRecord
 from minsnap.native.status import Status
 
-_RESTING = Entry("minsnap_unconstrained", c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p)
-_PINNED = Entry(
-    "minsnap_unconstrained_pinned",
-    *(c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p),
-    *(c_int64, c_void_p, c_void_p, c_void_p, c_int32, c_void_p, c_void_p, c_void_p),
-)
-
-Curve = tuple[FloatArray, FloatArray]
-"""Control points (legs, 2k, dim) [m] and instants of the knots (legs + 1,) [s]."""
-
-PinnedCurve = tuple[FloatArray, FloatArray, FloatArray]
-"""The same and derivatives 1 … k - 1 at the knots, (legs + 1, k - 1, dim) [m/s^order]."""
+_RESTING = Entry("minsnap_unconstrained", c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p)
+_PINNED = Entry("minsnap_unconstrained_pinned", ChainRecord, c_void_p, c_void_p)
 
 Pins = Mapping[int, Mapping[int, FloatArray]]
-"""Derivatives of order 1 … k - 1 by waypoint and order."""
+"""Derivatives of order 1 … k - 1 by waypoint and order; what is not given at an open end is zero."""
 
 
-def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> Curve | Status | None:
+def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> FloatArray | Status | None:
     """Return the curve of least integral of the squared k-th derivative through points, at rest at both ends.
 
     Parameters
@@ -42,22 +33,22 @@ def resting_optimum(points: FloatArray, durations: FloatArray, half: int) -> Cur
 
     Returns
     -------
-    (control points, breaks), Status or None
-        A status says why the native core does not answer; None, that the Python core is in use.
+    ndarray of shape (legs, 2k, dim), Status or None
+        Control points [m]; a status says why the native core does not answer; None, that the Python core is in use.
     """
     solve = _RESTING.ready or _RESTING.function()
     if solve is None:
         return None
     legs, dim = len(durations), points.shape[1]
-    found, breaks = np.empty((legs, 2 * half, dim)), np.empty(legs + 1)
-    status = solve(address(points), address(durations), legs, dim, half, writable(found), writable(breaks))
-    return Status(status) if status else (found, breaks)
+    found = np.empty((legs, 2 * half, dim))
+    status = solve(readable(points), readable(durations), legs, dim, half, writable(found))
+    return Status(status) if status else found
 
 
 def pinned_optimum(
     points: FloatArray, durations: FloatArray, half: int, pins: Pins, closed: bool
-) -> PinnedCurve | Status | None:
-    """Return the same and the states of the knots, with derivatives pinned; those of an open end not given are zero.
+) -> tuple[FloatArray, FloatArray] | Status | None:
+    """Return the same and derivatives 1 … k - 1 at the knots, (legs + 1, k - 1, dim) [m/s^order], with pins.
 
     Parameters
     ----------
@@ -71,26 +62,23 @@ def pinned_optimum(
     if solve is None:
         return None
     legs, dim = len(durations), points.shape[1]
-    ends = [_state(pins.get(knot, {}), half, dim) for knot in (0, legs)]
+    found, states = np.empty((legs, 2 * half, dim)), np.empty((legs + 1, half - 1, dim))
+    status = solve(chain_record(points, durations, half, pins, closed), address(found), address(states))
+    return Status(status) if status else (found, states)
+
+
+def chain_record(points: FloatArray, durations: FloatArray, half: int, pins: Pins, closed: bool) -> ChainRecord:
+    """Return a chain of legs as the native core takes it; arguments as of ``pinned_optimum``."""
+    legs, dim = len(durations), points.shape[1]
+    ends = [_state(pins[knot], half, dim) if knot in pins else None for knot in (0, legs)]
     inner = sorted(knot for knot in pins if 0 < knot < legs and pins[knot])
-    knots = np.array(inner, dtype=np.int64)
-    masks = np.array([sum(1 << order for order in pins[knot]) for knot in inner], dtype=np.uint32)
-    values = np.array([_state(pins[knot], half, dim) for knot in inner]).reshape(len(inner), half - 1, dim)
-    found, breaks, states = np.empty((legs, 2 * half, dim)), np.empty(legs + 1), np.empty((legs + 1, half - 1, dim))
-    status = solve(
-        *(address(points), address(durations), legs, dim, half, address(ends[0]), address(ends[1])),
-        *(
-            len(inner),
-            address(knots),
-            address(masks),
-            address(values),
-            closed,
-            writable(found),
-            writable(breaks),
-            writable(states),
-        ),
+    return ChainRecord(
+        **{"half": half, "legs": legs, "dim": dim, "pins": len(inner), "closed": closed},
+        **{"points": points, "durations": durations, "start": ends[0], "end": ends[1]},
+        knots=np.array(inner, dtype=np.int64),
+        masks=np.array([sum(1 << order for order in pins[knot]) for knot in inner], dtype=np.uint32),
+        values=np.array([_state(pins[knot], half, dim) for knot in inner]).reshape(len(inner), half - 1, dim),
     )
-    return Status(status) if status else (found, breaks, states)
 
 
 def _state(state: Mapping[int, FloatArray], half: int, dim: int) -> FloatArray:

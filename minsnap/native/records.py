@@ -120,6 +120,19 @@ class CorridorAnswerRecord(Record):
     arrays: ClassVar = {"wall": INTEGERS, **dict.fromkeys(("points", "knots", "s", "multiplier"), NUMBERS)}
 
 
+class ChainRecord(Record):
+    """A chain of legs without walls; see ``chain_record``."""
+
+    _fields_ = (
+        *_integers("half", "legs", "dim", "pins", "closed"),
+        *_arrays("points", "durations", "start", "end", "knots", "masks", "values"),
+    )
+    arrays: ClassVar = {
+        **dict.fromkeys(("points", "durations", "start", "end", "values"), NUMBERS),
+        **{"knots": INTEGERS, "masks": (np.uint32,)},
+    }
+
+
 class SplitRecord(Record):
     """A search for the durations of legs that cost least, and where it writes what it finds."""
 

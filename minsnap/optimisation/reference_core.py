@@ -46,7 +46,7 @@ from minsnap.optimisation.unconstrained import unbounded_optimum
 from minsnap.optimisation.units import Units
 from minsnap.polynomials.bernstein import ends_gram
 
-MOST_INWARD = 0.3
+NEARLY_INSIDE = 0.3
 """Excess, in widths, below which walls are moved inwards, and room that a curve to blend with has at most."""
 
 MOST_INWARD = 1e-3
@@ -110,10 +110,8 @@ class ReferenceCore:
 
     Parameters
     ----------
-    task : Task
-    durations : ndarray, shape (pieces in all,)
-        [s].
-    units : Units
+    task, durations, units
+        As of the ``SolvedTask`` that comes back.
     gap : float
         Share of the cost that may be given away for fewer rounds.
     prove : bool
@@ -158,7 +156,7 @@ class ReferenceCore:
             return self._told(state, ())
         state = nearest = self._added(State(start), momentary_rows(start))
         try:
-            while state.rounds < ROUNDS and state.inward < MOST_INWARD and not self.task.deadline.passed:
+            while state.rounds < ROUNDS and state.inward < NEARLY_INSIDE and not self.task.deadline.passed:
                 state, ended = self._round(state)
                 if ended:
                     return self._told(state, ())
@@ -224,7 +222,7 @@ class ReferenceCore:
 
     def _tightened(self, state: State) -> State:
         """Move walls inwards once the violation is small; later never further."""
-        if state.answer is None or state.excess > MOST_INWARD:
+        if state.answer is None or state.excess > NEARLY_INSIDE:
             return state
         affordable = self._affordable(state)
         return replace(state, shift=min(state.shift, affordable) if state.shift else affordable)
@@ -312,7 +310,7 @@ class ReferenceCore:
         raise leg_on_wall(task, curve) or InfeasibleRowsError()
 
     def _with_room(self, curve: Curve) -> Curve | None:
-        """Return a curve with room to all walls, at most ``MOST_INWARD`` widths; None where none was found.
+        """Return a curve with room to all walls, at most ``NEARLY_INSIDE`` widths; None where none was found.
 
         Raises
         ------
@@ -322,7 +320,7 @@ class ReferenceCore:
         count = len(self.compiled.widths)
         if not count:
             return None
-        give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1, -MOST_INWARD)
+        give = Relaxation(np.zeros(count, dtype=np.intp), np.ones(count), 1, -NEARLY_INSIDE)
         try:
             found = Elastic(self.problem, self.compiled, give, accuracy=ACCURACY, sign=True).run()
         except SolverError:

@@ -84,10 +84,10 @@ def _free(
     points: FloatArray, times: FloatArray, half: int, history: FloatArray | None, began: float
 ) -> Trajectory | None:
     found = resting_optimum(points, times, half)
-    if not isinstance(found, tuple):
+    if not isinstance(found, np.ndarray):
         return None
     return Trajectory.unchecked(
-        control_points=found[0], durations=times, how=LinearSystem(began, perf_counter(), "native", history)
+        control_points=found, durations=times, how=LinearSystem(began, perf_counter(), "native", history)
     )
 
 

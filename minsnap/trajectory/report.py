@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import degrees
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -202,8 +202,7 @@ class HasCost(Spatial, Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class LinearSystem:
+class LinearSystem(NamedTuple):
     """What is known of a plan without walls when it is made; its report is made when somebody asks for it.
 
     Parameters

@@ -123,10 +123,10 @@ class Trajectory(ReadOnly, Path):
     def unchecked(cls, **values: Any) -> Trajectory:
         """Return a trajectory of checked values: what a core has just made, which keeps the arrays themselves."""
         made = object.__new__(cls)
-        for name, value in values.items():
+        for value in values.values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
-            object.__setattr__(made, name, value)
+        object.__setattr__(made, "__dict__", values)
         return made
 
     def _with(self, **changes: Any) -> Trajectory:

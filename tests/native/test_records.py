@@ -7,9 +7,17 @@ import pytest
 
 from minsnap.native import library, records
 from minsnap.native.library import NativeCoreError, address
-from minsnap.native.records import CorridorAnswerRecord, CorridorRecord, Record, SplitRecord, VehicleRecord, WallsRecord
+from minsnap.native.records import (
+    ChainRecord,
+    CorridorAnswerRecord,
+    CorridorRecord,
+    Record,
+    SplitRecord,
+    VehicleRecord,
+    WallsRecord,
+)
 
-EVERY = [WallsRecord, CorridorRecord, CorridorAnswerRecord, SplitRecord, VehicleRecord]
+EVERY = [WallsRecord, CorridorRecord, CorridorAnswerRecord, ChainRecord, SplitRecord, VehicleRecord]
 
 
 @pytest.fixture

@@ -79,7 +79,7 @@ def test_every_kind_of_task_costs_the_same_as_in_python(others):
     compare(REFERENCE, DURATIONS, **{"corridor": 0.3} | others)
 
 
-@pytest.mark.parametrize(("continuity", "width"), [(4, 0.5), (5, 0.5), (6, 4.0)])
+@pytest.mark.parametrize(("continuity", "width"), [(4, 0.5), (5, 0.5), (6, 4.0), (6, None)])
 @pytest.mark.parametrize("closed", [False, True])
 def test_splines_are_as_often_differentiable_as_asked(continuity, width, closed):
     asked = {"continuity": continuity, "pieces": 2, "closed": closed, "corridor": width}

@@ -41,6 +41,18 @@ struct CorridorAnswerRecord {
     std::int64_t rows, rounds, attempts;
 };
 
+// A chain of legs without walls.
+struct ChainRecord {
+    std::int64_t half, legs, dim, pins;
+    std::int64_t closed;            // whether the state at the end is that at the start, and free
+    const double *points;           // (legs + 1, dim) [m]
+    const double *durations;        // (legs,) [s]; of a search to begin with
+    const double *start, *end;      // (half - 1, dim) derivatives at the ends, or null at rest
+    const std::int64_t *knots;      // (pins,) inner ones, ascending
+    const std::uint32_t *masks;     // (pins,) bit a stands for order a
+    const double *values;           // (pins, half - 1, dim) [m/s^order]
+};
+
 // A search for the durations of legs that cost least, and what it writes.
 struct SplitRecord {
     std::int64_t legs, per_leg;  // pieces of each leg
@@ -111,6 +123,18 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(CorridorAnswerRecord, rows),
     MINSNAP_FIELD(CorridorAnswerRecord, rounds),
     MINSNAP_FIELD(CorridorAnswerRecord, attempts),
+    MINSNAP_FIELD(ChainRecord, half),
+    MINSNAP_FIELD(ChainRecord, legs),
+    MINSNAP_FIELD(ChainRecord, dim),
+    MINSNAP_FIELD(ChainRecord, pins),
+    MINSNAP_FIELD(ChainRecord, closed),
+    MINSNAP_FIELD(ChainRecord, points),
+    MINSNAP_FIELD(ChainRecord, durations),
+    MINSNAP_FIELD(ChainRecord, start),
+    MINSNAP_FIELD(ChainRecord, end),
+    MINSNAP_FIELD(ChainRecord, knots),
+    MINSNAP_FIELD(ChainRecord, masks),
+    MINSNAP_FIELD(ChainRecord, values),
     MINSNAP_FIELD(SplitRecord, legs),
     MINSNAP_FIELD(SplitRecord, per_leg),
     MINSNAP_FIELD(SplitRecord, capacity),

@@ -265,25 +265,19 @@ private:
     bool ended_ = false;
 };
 
-// What a search for durations starts from and leaves.
+// A search for durations: from where, what the cost is worth, and what the caller gives and gets.
 struct Split {
-    Integer legs;
-    int per_leg;          // pieces of a leg
     const double *first;  // (legs,) [s]
-    double price;         // cost of a second; zero where the total is that of `first`
-    double unit;          // what the cost is worth
-    double seconds;       // from now on, after which the best so far is returned
-    Integer capacity;     // evaluations at most
-    double *durations;    // (legs,)
-    double *history;      // (capacity, 2): total time and what is minimised, evaluation by evaluation
-    double *figures;      // evaluations
+    double unit;
+    SplitRecord &record;
 };
 
 // Minimise the logarithm of cost + price * time over logarithms of factors on the first durations; at a fixed total the
 // durations are the shares of it. evaluate(durations of pieces, cost, slopes) gives a status.
 template <class Cost>
 Status find_split(const Split &split, double gain, Cost &&evaluate) {
-    const Integer legs = split.legs, pieces = legs * split.per_leg;
+    SplitRecord &record = split.record;
+    const Integer legs = record.legs, per_leg = record.per_leg, pieces = legs * per_leg;
     QuasiNewton search;
     Buffer<double> times, slopes;
     if (!search.allocate(int(legs)) || !times.allocate(std::size_t(pieces)) || !slopes.allocate(std::size_t(pieces))) {
@@ -291,34 +285,35 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
     }
     double total = 0.0, best = 0.0;
     Integer evaluations = 0;
+    const bool priced = record.price > 0.0;
     Status last = Status::done;
-    TimeLeft left(split.seconds);
+    TimeLeft left(record.seconds);
     for (Integer i = 0; i < legs; ++i) total += split.first[i];
     auto function = [&](const double *x, double *gradient, double &value) {
         double sum = 0.0, cost = 0.0, all = 0.0;
         for (Integer i = 0; i < legs; ++i) sum += gradient[i] = split.first[i] * exponential(x[i]);
-        const double share = split.price > 0.0 ? 1.0 : total / sum;
+        const double share = priced ? 1.0 : total / sum;
         for (Integer i = 0; i < legs; ++i) {
             gradient[i] *= share;
-            for (int p = 0; p < split.per_leg; ++p) times[std::size_t(i * split.per_leg + p)] = gradient[i] / split.per_leg;
+            for (Integer p = 0; p < per_leg; ++p) times[std::size_t(i * per_leg + p)] = gradient[i] / double(per_leg);
         }
-        if (evaluations == split.capacity || (evaluations > 0 && left.over())) return false;
+        if (evaluations == record.capacity || (evaluations > 0 && left.over())) return false;
         last = evaluate(times.data(), cost, slopes.data());
         if (last != Status::done || !(cost > 0.0)) return false;
         cost *= split.unit;
-        const double time = sum * share, price = split.price > 0.0 ? split.price : 0.0;
+        const double time = sum * share, price = priced ? record.price : 0.0;
         const double worth = cost + price * time;
         if (evaluations == 0 || worth < best) {
             best = worth;
-            for (Integer i = 0; i < legs; ++i) split.durations[i] = gradient[i];
+            for (Integer i = 0; i < legs; ++i) record.durations[i] = gradient[i];
         }
-        split.history[2 * evaluations] = time;
-        split.history[2 * evaluations++ + 1] = worth;
+        record.history[2 * evaluations] = time;
+        record.history[2 * evaluations++ + 1] = worth;
         for (Integer i = 0; i < pieces; ++i) all += slopes[std::size_t(i)];
         for (Integer i = 0; i < legs; ++i) {
             double slope = 0.0;
-            for (int p = 0; p < split.per_leg; ++p) slope += slopes[std::size_t(i * split.per_leg + p)];
-            const double own = split.price > 0.0 ? price * gradient[i] : -split.unit * all * gradient[i] / time;
+            for (Integer p = 0; p < per_leg; ++p) slope += slopes[std::size_t(i * per_leg + p)];
+            const double own = priced ? price * gradient[i] : -split.unit * all * gradient[i] / time;
             gradient[i] = (split.unit * slope + own) / worth;
         }
         value = logarithm(worth);
@@ -326,30 +321,21 @@ Status find_split(const Split &split, double gain, Cost &&evaluate) {
     };
     Stopping stopping;
     stopping.gain = gain;
-    stopping.evaluations = int(split.capacity);
+    stopping.evaluations = int(record.capacity);
     const Status status = search.minimise(stopping, function);
-    split.figures[0] = double(evaluations);
+    record.evaluations = evaluations;
     if (left.ended()) return Status::done;
     return status == Status::infeasible && last != Status::done ? last : status;
 }
 
 // The same for a request, whose durations are not read.
-Status split_in_corridor(const Request &given, Split split) {
+Status split_in_corridor(const Request &given, const double *first, SplitRecord &record) {
     CorridorCost corridor(given);
     if (!corridor.allocate()) return Status::no_memory;
-    split.unit = given.length * given.length / power(given.time, 2 * given.half - 1);
-    return find_split(split, given.gap, [&](const double *pieces, double &cost, double *slopes) {
+    const double unit = given.length * given.length / power(given.time, 2 * given.half - 1);
+    return find_split({first, unit, record}, given.gap, [&](const double *pieces, double &cost, double *slopes) {
         return corridor.evaluate(pieces, cost, slopes);
     });
-}
-
-bool fill_pins(const ChainProblem &chain, int half, const std::uint32_t *masks, const double *values, Buffer<Pin> &pins) {
-    if (!pins.allocate(std::size_t(chain.pin_count))) return false;
-    for (Integer i = 0; i < chain.pin_count; ++i) {
-        Pin &pin = pins[std::size_t(i)];
-        pin.mask = masks[i], pin.stride = chain.stride, pin.values = values + i * (half - 1) * chain.stride;
-    }
-    return true;
 }
 
 bool well_sized(Integer half, Integer legs, Integer dim, Integer pins) {
@@ -362,27 +348,22 @@ bool well_sized(Integer half, Integer legs, Integer dim, Integer pins) {
 
 using namespace minsnap;
 
-// Optimal cost of the curve through points (legs + 1, dim) and its exact gradient in the durations (legs,) and, unless
-// null, in the points (legs + 1, dim); pins and ends as in unconstrained.cpp.
-MINSNAP_EXPORT std::int32_t minsnap_cost_gradient(Integer half, Integer legs, Integer dim, Integer closed,
-                                                  const double *points, const double *durations, const double *start,
-                                                  const double *end, Integer pins, const Integer *knots,
-                                                  const std::uint32_t *masks, const double *values, double *cost,
-                                                  double *gradient, double *point_gradient) {
-    if (!well_sized(half, legs, dim, pins)) return int(Status::bad_size);
+// Optimal cost of a chain and its exact gradient in the durations (legs,) and the points (legs + 1, dim).
+MINSNAP_EXPORT std::int32_t minsnap_cost_gradient(const ChainRecord *given, double *cost, double *gradient,
+                                                  double *point_gradient) {
+    const Integer legs = given->legs, dim = given->dim;
+    if (!well_sized(given->half, legs, dim, given->pins)) return int(Status::bad_size);
+    Pins pins;
     ChainProblem chain;
-    chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = int(dim);
-    chain.start = start, chain.end = end, chain.pin_count = pins, chain.knots = knots;
-    Buffer<Pin> room;
-    Buffer<double> forces;
-    if (!fill_pins(chain, int(half), masks, values, room)) return int(Status::no_memory);
-    chain.pins = room.data();
-    if (point_gradient && !forces.allocate(std::size_t(legs * dim))) return int(Status::no_memory);
-    FreeCost free(chain, int(half), closed != 0);
-    const Status status = free.evaluate(durations, *cost, gradient, point_gradient ? forces.data() : nullptr);
+    Status status = read_chain(*given, pins, chain);
     if (status != Status::done) return int(status);
-    for (Integer leg = 0; leg < legs; ++leg) gradient[leg] /= durations[leg];
-    for (Integer i = 0; point_gradient && i < (legs + 1) * dim; ++i) {
+    Buffer<double> forces;
+    if (!forces.allocate(std::size_t(legs * dim))) return int(Status::no_memory);
+    FreeCost free(chain, int(given->half), given->closed != 0);
+    status = free.evaluate(chain.durations, *cost, gradient, forces.data());
+    if (status != Status::done) return int(status);
+    for (Integer leg = 0; leg < legs; ++leg) gradient[leg] /= chain.durations[leg];
+    for (Integer i = 0; i < (legs + 1) * dim; ++i) {
         const double before = i >= dim ? forces[std::size_t(i - dim)] : 0.0;
         point_gradient[i] = before - (i < legs * dim ? forces[std::size_t(i)] : 0.0);
     }
@@ -412,24 +393,16 @@ MINSNAP_EXPORT std::int32_t minsnap_many_gradients(const double *points, const d
     return int(Status::done);
 }
 
-// The split of least cost without walls. first (legs,) [s]; price: cost of a second, or zero for a fixed total. Out:
-// durations (legs,); history (capacity, 2): total time and value, evaluation by evaluation; figures (1,): how many.
-MINSNAP_EXPORT std::int32_t minsnap_best_split(Integer half, Integer legs, Integer dim, Integer closed,
-                                               const double *points, const double *first, double price,
-                                               const double *start, const double *end, Integer pins,
-                                               const Integer *knots, const std::uint32_t *masks, const double *values,
-                                               double seconds, Integer capacity, double *durations, double *history,
-                                               double *figures) {
-    if (!well_sized(half, legs, dim, pins) || capacity < 1) return int(Status::bad_size);
+// The split of least cost without walls, for the chain's durations to begin with.
+MINSNAP_EXPORT std::int32_t minsnap_best_split(const ChainRecord *given, SplitRecord *found) {
+    if (!well_sized(given->half, given->legs, given->dim, given->pins)) return int(Status::bad_size);
+    if (found->legs != given->legs || found->per_leg != 1 || found->capacity < 1) return int(Status::bad_size);
+    Pins pins;
     ChainProblem chain;
-    chain.points = points, chain.durations = first, chain.legs = legs, chain.stride = int(dim);
-    chain.start = start, chain.end = end, chain.pin_count = pins, chain.knots = knots;
-    Buffer<Pin> room;
-    if (!fill_pins(chain, int(half), masks, values, room)) return int(Status::no_memory);
-    chain.pins = room.data();
-    FreeCost free(chain, int(half), closed != 0);
-    const Split split = {legs, 1, first, price, 1.0, seconds, capacity, durations, history, figures};
-    return int(find_split(split, 1e-10, [&](const double *times, double &cost, double *slopes) {
+    const Status status = read_chain(*given, pins, chain);
+    if (status != Status::done) return int(status);
+    FreeCost free(chain, int(given->half), given->closed != 0);
+    return int(find_split({given->durations, 1.0, *found}, 1e-10, [&](const double *times, double &cost, double *slopes) {
         return free.evaluate(times, cost, slopes, nullptr);
     }));
 }
@@ -449,24 +422,16 @@ MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(const CorridorRecord *as
     const Request given = request_of(*asked, pieces, times.data());
     const Status checked = check_request(given);
     if (checked != Status::done) return int(checked);
-    double evaluations = 0.0;
-    const Split split = {legs, int(per_leg), asked->durations, found->price, 1.0, found->seconds, found->capacity,
-                         found->durations, found->history, &evaluations};
-    const Status status = split_in_corridor(given, split);
-    found->evaluations = Integer(evaluations);
-    return int(status);
+    return int(split_in_corridor(given, asked->durations, *found));
 }
 
-// The same for a total time in a tube, whose walls are made here: points (legs + 1, dim); half-widths as in tube.cpp.
+// The same in a tube, whose walls are made here: points (legs + 1, dim); half-widths as in tube.cpp.
 MINSNAP_EXPORT std::int32_t minsnap_best_tube_split(const double *points, const double *first, const double *widths,
-                                                    Integer legs, std::int32_t dim, std::int32_t half,
-                                                    std::int32_t shared, double gap, Integer capacity,
-                                                    double *durations, double *history, double *figures) {
-    if (capacity < 1 || legs > most_split_pieces) return int(Status::bad_size);
+                                                    std::int32_t dim, std::int32_t half, std::int32_t shared, double gap,
+                                                    SplitRecord *found) {
+    if (found->capacity < 1 || found->legs > most_split_pieces || found->per_leg != 1) return int(Status::bad_size);
     TubeWalls walls;
     Request request = {};
-    const Status status = request_tube({points, first, widths, legs, dim, half, shared != 0}, gap, walls, request);
-    if (status != Status::done) return int(status);
-    const double never = std::numeric_limits<double>::infinity();
-    return int(split_in_corridor(request, {legs, 1, first, 0.0, 1.0, never, capacity, durations, history, figures}));
+    const Status status = request_tube({points, first, widths, found->legs, dim, half, shared != 0}, gap, walls, request);
+    return int(status == Status::done ? split_in_corridor(request, first, *found) : status);
 }

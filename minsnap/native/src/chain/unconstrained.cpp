@@ -37,6 +37,20 @@ bool well_pinned(const ChainProblem &chain, int half) {
 
 }  // namespace
 
+Status read_chain(const ChainRecord &given, Pins &pins, ChainProblem &chain) {
+    if (given.dim < 1 || given.dim > most_axes || given.half < least_half || given.half > most_half) return Status::bad_size;
+    chain.points = given.points, chain.durations = given.durations, chain.legs = given.legs, chain.stride = int(given.dim);
+    chain.start = given.start, chain.end = given.end, chain.knots = given.knots, chain.pin_count = given.pins;
+    if (!well_sized(chain, int(given.half))) return Status::bad_size;
+    if (!pins.allocate(std::size_t(given.pins))) return Status::no_memory;
+    for (std::int64_t i = 0; i < given.pins; ++i) {
+        Pin &pin = pins[std::size_t(i)];
+        pin.mask = given.masks[i], pin.stride = chain.stride, pin.values = given.values + i * (given.half - 1) * given.dim;
+    }
+    chain.pins = pins.data();
+    return Status::done;
+}
+
 Status check_chain(const ChainProblem &chain, int half, Spread &spread) {
     if (!well_sized(chain, half)) return Status::bad_size;
     double least = chain.durations[0], most = least;
@@ -78,9 +92,9 @@ void write_breaks(const double *durations, std::int64_t legs, double *breaks) {
 
 // The curve through points (legs + 1, dim) [m] with durations (legs,) [s], at rest at both ends.
 //
-// Out: control points (legs, 2 half, dim) [m] and the instants of the knots (legs + 1,) [s].
+// Out: control points (legs, 2 half, dim) [m].
 MINSNAP_EXPORT std::int32_t minsnap_unconstrained(const double *points, const double *durations, std::int64_t legs,
-                                                  std::int32_t dim, std::int32_t half, double *out, double *breaks) {
+                                                  std::int32_t dim, std::int32_t half, double *out) {
     using namespace minsnap;
     ChainProblem chain;
     chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = dim;
@@ -88,35 +102,20 @@ MINSNAP_EXPORT std::int32_t minsnap_unconstrained(const double *points, const do
     Status status = check_chain(chain, half, spread);
     if (status == Status::done) status = solve_chain(chain, half, spread, {out, nullptr});
     if (status == Status::done) status = looked_at(chain, half, out);
-    if (status == Status::done) write_breaks(durations, legs, breaks);
     return static_cast<std::int32_t>(status);
 }
 
-// The same with states at the ends, (half - 1, dim) each, null at rest; pins at inner knots: their knots (pins,),
-// ascending, masks whose bit a stands for order a, values (pins, half - 1, dim); or closed, where the state at the end
-// is that at the start, and free.  Out also, unless null: the states of all knots, (legs + 1, half - 1, dim).
-MINSNAP_EXPORT std::int32_t minsnap_unconstrained_pinned(const double *points, const double *durations,
-                                                         std::int64_t legs, std::int32_t dim, std::int32_t half,
-                                                         const double *start, const double *end, std::int64_t pins,
-                                                         const std::int64_t *knots, const std::uint32_t *masks,
-                                                         const double *values, std::int32_t closed, double *out,
-                                                         double *breaks, double *states) {
+// The same with states at the ends and pins at inner knots, or of a closed lap.  Out also: the states of all knots,
+// (legs + 1, half - 1, dim).
+MINSNAP_EXPORT std::int32_t minsnap_unconstrained_pinned(const minsnap::ChainRecord *given, double *out, double *states) {
     using namespace minsnap;
+    Pins pins;
     ChainProblem chain;
-    chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = dim;
-    chain.start = start, chain.end = end, chain.pin_count = pins, chain.knots = knots;
-    if (!well_sized(chain, half)) return static_cast<std::int32_t>(Status::bad_size);
-    Buffer<Pin> room;
-    if (!room.allocate(static_cast<std::size_t>(pins))) return static_cast<std::int32_t>(Status::no_memory);
-    for (std::int64_t i = 0; i < pins; ++i) {
-        Pin &pin = room[static_cast<std::size_t>(i)];
-        pin.mask = masks[i], pin.stride = dim, pin.values = values + i * (half - 1) * dim;
-    }
-    chain.pins = room.data();
     Spread spread;
-    Status status = check_chain(chain, half, spread);
-    if (status == Status::done)
-        status = closed ? solve_closed(chain, half, spread, {out, states}) : solve_chain(chain, half, spread, {out, states});
-    if (status == Status::done) write_breaks(durations, legs, breaks);
+    const int half = int(given->half);
+    Status status = read_chain(*given, pins, chain);
+    if (status == Status::done) status = check_chain(chain, half, spread);
+    if (status != Status::done) return static_cast<std::int32_t>(status);
+    status = given->closed ? solve_closed(chain, half, spread, {out, states}) : solve_chain(chain, half, spread, {out, states});
     return static_cast<std::int32_t>(status);
 }

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "basics/border.hpp"
+#include "basics/buffer.hpp"
 #include "chain/sweep.hpp"
 #include "polynomials/control_points.hpp"
 
@@ -20,6 +22,11 @@ constexpr double resolved_twice[7] = {0, 0, std::numeric_limits<double>::infinit
 
 constexpr double shortest_duration = 1e-12, longest_duration = 1e9;  // [s], as in checks.py: their powers stay in range
 constexpr double smallest_number = 1e-40, largest_number = 1e40;  // of lengths and derivatives, as in arrays.py
+
+using Pins = Buffer<Pin>;
+
+// The chain that a caller gives, with its pins in their own room; bad_size before anything is read.
+Status read_chain(const ChainRecord &given, Pins &pins, ChainProblem &chain);
 
 // Whether a chain is well formed and can be solved here; durations are those of all its legs.
 Status check_chain(const ChainProblem &chain, int half, Spread &spread);
