@@ -125,7 +125,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
             status = command.invoke(context)
         sys.stdout.flush()
     except Exception as error:
-        _leave(error)
+        _leave(error, words)
     except KeyboardInterrupt:
         sys.exit(130)
     sys.exit(status if isinstance(status, int) else 0)
@@ -147,7 +147,7 @@ def exit_status(error: MinsnapError) -> int:
     return 1 if isinstance(error, UNMET) else 2
 
 
-def _leave(error: Exception) -> NoReturn:
+def _leave(error: Exception, words: list[str]) -> NoReturn:
     """Convert an exception to its message and exit status; an unexpected one keeps its traceback."""
     if isinstance(error, MinsnapError):
         from minsnap.cli.words import in_options
@@ -165,15 +165,16 @@ def _leave(error: Exception) -> NoReturn:
     if isinstance(error, typer.Abort):
         sys.exit(130)
     if hasattr(error, "format_message"):  # typer's own usage errors, whichever package it takes them from
-        fail(_usage(error), 2)
+        fail(_usage(error, words), 2)
     raise error
 
 
-def _usage(error: Exception) -> str:
+def _usage(error: Exception, words: list[str]) -> str:
     """Return typer's message in one line, with a hint on the help option."""
     sentence = " ".join(error.format_message().split())  # type: ignore[attr-defined]
     context = getattr(error, "ctx", None)
-    return f"{sentence} (see {context.command_path if context else 'minsnap'} --help)"
+    command = context.command_path if context else " ".join(["minsnap", *words[:1]])
+    return f"{sentence} (see {command} --help)"
 
 
 def _leave_pipe() -> NoReturn:

@@ -61,6 +61,7 @@ MISTAKES = [
     ("retc", "Did you mean 'rect'?"),
     ("check w.csv", "waypoints have no instants before they are planned"),
     ("simulate w.csv", "waypoints have no instants before they are planned"),
+    ("simulate w.csv --wind 3", "requires 3 arguments. (see minsnap simulate --help)"),
     ("plot set.csv", "--output"),
     ("convert w.csv o.foo", "o.foo cannot be written by its ending"),
     ("fit w.csv", "w.csv is no log of a flight"),
