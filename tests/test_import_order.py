@@ -102,6 +102,29 @@ def test_no_two_classes_share_a_name():
     assert names_used_twice(names) == {}
 
 
+def names_bound(body: list[ast.stmt]) -> list[str]:
+    """Return the names that statements of a module bind, once for each time: constants, functions and classes."""
+    targets = [t for node in body if isinstance(node, ast.Assign) for t in node.targets]
+    targets += [node.target for node in body if isinstance(node, ast.AnnAssign)]
+    names = [part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)]
+    return names + [node.name for node in body if isinstance(node, (ast.FunctionDef, ast.ClassDef))]
+
+
+def test_no_module_binds_a_name_twice():
+    """The second would hide the first without a word."""
+    twice = {
+        module: sorted({name for name in names if names.count(name) > 1})
+        for module, path in modules(PACKAGE).items()
+        for names in [names_bound(ast.parse(path.read_text()).body)]
+        if len(set(names)) < len(names)
+    }
+    assert twice == {}
+
+
+def test_a_name_that_is_bound_twice_is_found():
+    assert sorted(names_bound(ast.parse("A, B = 1, 2\ndef f(): pass\nA = 3\n").body)) == ["A", "A", "B", "f"]
+
+
 WAYS = (
     "from house.upper.first import x\n",
     "from house.upper import first\n",
