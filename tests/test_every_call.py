@@ -1,14 +1,34 @@
 """No exception but the library's leaves a public call: draws over the values of its arguments that hold every pair."""
 
 import warnings
+from dataclasses import fields
 from itertools import combinations
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 
 import minsnap
-from minsnap import Ball, Boxes, HalfSpaces, Limits, LookAt, Replanner, Room, RoundTube, Search, Separation, Tube
-from minsnap.errors import MinsnapError
+from minsnap import (
+    Ball,
+    Boxes,
+    Course,
+    Gate,
+    HalfSpaces,
+    Limits,
+    LookAt,
+    Replanner,
+    Room,
+    RoundTube,
+    Search,
+    Separation,
+    Stop,
+    Tube,
+)
+from minsnap.errors import InputError, MinsnapError
+from minsnap.files.convert import read_any, written
+from minsnap.files.format import Writing
 
 NAN, INF, HUGE = float("nan"), float("inf"), 10**400
 POINTS = np.array([(0.0, 0.0, 1.0), (3.0, 0.0, 1.0), (3.0, 2.0, 1.5)])
@@ -20,6 +40,8 @@ LIMITS = [Limits(speed=3.0), Limits(acceleration=4.0, tilt=0.5), Limits(), Limit
 WALLS = [0.3, [0.4, 0.5], Tube(0.2), RoundTube(0.3), HalfSpaces((1, 0, 0), 3.5), HalfSpaces((1, 0), 1.0, order=1)]
 WALLS += [Boxes(np.zeros((2, 3)) - 1, np.zeros((2, 3)) + 4), [0.5, Room((-1, -1, -1), (5, 5, 5))], Ball(0.1), "tube"]
 STATES = [{"velocity": (1, 0, 0)}, {"velocity": (1, 0)}, {"position": (0, 0, 1)}, {"jerk": (NAN, 0, 0)}, {"up": 1}]
+GATE = Gate((2, 1, 1), (1, 0, 0), 1.0, 1.0)
+ROUND = tuple(Stop(place) for place in ((0, 0, 1), GATE, (3, 3, 1.5), (0, 3, 1)))
 YAWS = [0.3, "velocity", "tilt", "north", [0, 1, 2], LookAt((9, 9, 9)), np.sin]
 FLEETS = [
     POINTS[None, :2] + np.array([(0, 0, 0), (0, 2, 0), (0, 0, 2)])[:, None],
@@ -127,6 +149,30 @@ CALLS = {
             "yaw": YAWS,
         },
     ),
+    "helix": (
+        minsnap.helix,
+        {"radius": [1.0, 3.0], "speed": [1.0], "period": [5.0]},
+        {"pitch": [0.5, -0.5], "laps": [0.5, 3], "ramp": [1.0], "center": [(1, 2)], "yaw": YAWS, "limits": LIMITS}
+        | {"altitude": [1.0, 2], "start_angle": [1.0], "clockwise": [True, 1]},
+    ),
+    "stop": (
+        lambda **asked: Stop(**{"place": (0, 0, 1)} | asked),
+        {"place": [(0, 0, 1), (0, 1), GATE, POINTS]},
+        {"ball": [0.2], "hold": [1.0], "straight": [0.5]},
+    ),
+    "plan_mission": (
+        lambda **asked: _flown({"stops": (Stop((0, 0, 1)), Stop(GATE), Stop((4, 2, 1), hold=1.0))} | asked),
+        {"stops": [ROUND, tuple(Stop(point) for point in POINTS[:, :2]), (Stop((0, 0, 1)),), list(ROUND)]},
+        {"closed": [True], "laps": [2], "limits": LIMITS, "tube": [0.4, 0.01], "yaw": YAWS, "tolerance": [0.1]}
+        | {"takeoff": [True, (1.0, 1.0, 0.0), (0.0, 0.0, 9.0)], "land": [True, (1.0, 1.0, 0.0)], "start": STATES}
+        | {"end": STATES, "boxes": WALLS, "pieces": [2, "auto"], "continuity": [2, 4], "search": [Search(), 3]},
+    ),
+    "files": (
+        lambda **asked: _written(**asked),
+        {"ending": [".csv", ".json", ".yaml", ".npz", ".traj", ".skyb", ".parquet", ".npy", ".nothing", ""]},
+        {"curve": [CURVE, CURVE.derivative(), minsnap.circle(speed=1.0), minsnap.plan(POINTS[:, :2], total_time=3.0)]}
+        | {"frame": ["enu", "ned", "flu", "optitrack", "up"], "rate": [1.0, 50], "to": ["mav", "px4", "setpoints"]},
+    ),
     "assign": (
         lambda starts=POINTS, goals=POINTS: minsnap.assign(starts, goals),
         {"starts": [POINTS, POINTS[:2]], "goals": [POINTS, POINTS[:, :2]]},
@@ -134,6 +180,20 @@ CALLS = {
     ),
 }
 """The call; arguments that are nearly always given; others. Odd values stand among those of all."""
+
+
+def _flown(asked):
+    names = {entry.name for entry in fields(Course)}
+    course = Course(**{name: value for name, value in asked.items() if name in names})
+    return minsnap.plan_mission(course, **{name: value for name, value in asked.items() if name not in names})
+
+
+def _written(ending=".json", curve=CURVE, frame="enu", rate=20.0, to=None):
+    """Write a file by its ending, and read it."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"a{ending}"
+        written(curve, path, to, rate, Writing(frame))
+        return read_any(path)
 
 
 def _planned(asked):
@@ -177,3 +237,28 @@ def test_the_draws_hold_every_pair_of_arguments():
     for name, (_, usual, others) in CALLS.items():
         pairs = {pair for seed in range(150) for pair in combinations(sorted(drawn(name, seed)), 2)}
         assert pairs == set(combinations(sorted(usual | others), 2)), name
+
+
+ONCE = {
+    "a circle without a limit": lambda: minsnap.circle(limits=Limits()),
+    "a ragged yaw": lambda: minsnap.replan(CURVE, 0.5, POINTS[1:], yaw=[[1, 2], [3]], limits=WIDE),
+    "a table of two coordinates": lambda: _written(".parquet", minsnap.plan(POINTS[:, :2], total_time=3.0)),
+    "a format that is a list": lambda: _written(to=[1]),
+    "no path": lambda: _written(curve={}),
+    "a state where it lands": lambda: minsnap.plan_mission(Course(ROUND, end=STATES[0], land=True)),
+    "a state where it holds": lambda: Course((Stop((0, 0, 1), hold=1.0), Stop((4, 2, 1))), start=STATES[0]),
+}
+"""What drawn calls found: these ended in other exceptions, or in the last look."""
+
+
+@pytest.mark.parametrize("name", ONCE)
+def test_what_once_ended_otherwise_is_refused_in_one_sentence(name):
+    with pytest.raises(InputError) as refused:
+        ONCE[name]()
+    assert "last look" not in str(refused.value)
+
+
+def test_a_mission_with_a_hold_joins_as_smoothly_as_rest_is_given():
+    stops = tuple(Stop(place, hold=hold) for place, hold in (((0, 0, 1), 0.0), ((3, 1, 1), 1.0), ((4, 3, 1), 0.0)))
+    mission = minsnap.plan_mission(Course(stops, limits=WIDE), continuity=4, pieces=2)
+    assert minsnap.certify(mission.trajectory, limits=WIDE).continuity >= 3

@@ -10,6 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from minsnap.basics.checks import check_kind
+from minsnap.basics.messages import shown
 from minsnap.errors import FileError, FrameError
 from minsnap.files.format import Content, Format, Writing
 from minsnap.files.formats.pieces import polynomials_of
@@ -136,6 +138,7 @@ def written(
     """Write as :func:`write_any` does; return the format's name and a sentence on lost data, None if none was lost."""
     chosen = format_of(path, to)
     assert chosen.write is not None
+    check_kind("what is written", content, (Samples, Curve), "a path or samples")
     note = None
     if isinstance(content, PhasePath) and chosen.holds != "samples":
         content, note = polynomials_of(content, chosen.most_pieces)
@@ -165,8 +168,8 @@ def format_of(path: str | os.PathLike[str], to: str | None = None) -> Format:
         If there is none, or the ending is that of another format.
     """
     able = {name: entry for name, entry in formats().items() if entry.write is not None}
-    if to is not None and to not in able:
-        raise FileError(f"no format is called {to!r}: choose one of {', '.join(able)}")
+    if to is not None and not (isinstance(to, str) and to in able):
+        raise FileError(f"no format is called {shown(to)}: choose one of {', '.join(able)}")
     ending = Path(path).suffix.lower()
     found = able[to] if to is not None else next((e for e in able.values() if ending in e.endings), None)
     if found is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -443,7 +443,8 @@ def replan(
     **options
         As for :class:`Replanner`, such as ``limits``, ``corridor``, ``room``, ``vehicle`` and ``recover``.
     """
-    whole = yaw if isinstance(yaw, str) or np.ndim(yaw) == 0 else None  # type: ignore[arg-type]
+    each = isinstance(yaw, Sequence | np.ndarray) and not isinstance(yaw, str) and getattr(yaw, "ndim", 1) > 0
+    whole: Any = None if each else yaw
     asked = {"durations": durations, "total_time": total_time, "began": began, "yaw": None if whole is yaw else yaw}
     return Replanner(yaw=whole, **options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **asked)  # type: ignore[arg-type]
 

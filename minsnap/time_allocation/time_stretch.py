@@ -54,6 +54,8 @@ def touching_factor(limits: Limits, trajectory: Trajectory, guess: float = 1.0, 
         return _most_used_safely(limits, trajectory.stretched(float(np.exp(logarithm))), exact) - 1.0
 
     orders = [KIND[name].order for name in limits.given()]
+    if not orders:
+        raise LimitError("the limits are empty: set at least one, such as Limits(speed=3)")
     root = _by_powers(limits, trajectory, orders) if all(orders) else _by_bracket(over, limits, guess, precision)
     while over(root, True) > 0.0:
         root += precision + abs(root) * 1e-12

@@ -31,8 +31,13 @@ def to_dataframe(samples: Samples, frame: str = "enu") -> Any:
     ------
     ImportError
         If pandas is not installed.
+    FileError
+        If the samples have another number of coordinates.
     """
     pandas = _pandas()
+    if samples.position.shape[1] != 3:
+        dim = samples.position.shape[1]
+        raise FileError(f"a table has x, y and z, and the samples have {dim} coordinates: write them with an altitude")
     mapped = map_samples(samples, "enu", frame)
     columns = {"t": mapped.t}
     for quantity, names in GROUPS.items():

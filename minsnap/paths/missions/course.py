@@ -125,10 +125,19 @@ class Course:
             if not isinstance(getattr(self, name), bool):
                 give = "True, False, or where on the ground, (x, y, z)"
                 check_array(name, getattr(self, name), ((3,),), give, WaypointError)
+        self._check_ends()
         if self.boxes is None and len(self.stops) < 2:
             raise WaypointError(f"a course has at least 2 waypoints or gates, not {len(self.stops)}")
         if self.boxes is not None and (self.laps > 1 or self.closed or self.stops):
             raise WaypointError("a course through boxes has a start and an end: give no waypoints, laps or closed")
+
+    def _check_ends(self) -> None:
+        """Refuse states at ends that are at rest."""
+        for name, end, ground in (("start", 0, "takeoff"), ("end", -1, "land")):
+            held = bool(self.stops) and self.stops[end].hold > 0.0
+            if getattr(self, name) and (held or getattr(self, ground) is not False):
+                why = f"a hold is at its {name}" if held else f"{ground} is asked for"
+                raise WaypointError(f"the course has a state at its {name}, where it rests since {why}: leave one out")
 
     @property
     def bounds(self) -> Limits:

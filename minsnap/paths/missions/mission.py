@@ -134,7 +134,7 @@ def plan_mission(course: Course, **planning: Any) -> Mission:
         flown.append(_Flown(_vertical(end, ground, course.bounds, LANDING_SPEED), (("landing", 0.0),)))
     flown, curve = _within_limits(course, flown, _headed(course, flown))
     walls = _corridor(curve, flown)
-    _look_at(curve, walls, planning.get("continuity"))
+    _look_at(curve, walls, planning.get("continuity"), len(flown) > 1)
     return Mission(curve, _parts(flown), course, course.bounds, walls)
 
 
@@ -180,9 +180,13 @@ def _within_limits(course: Course, flown: list[_Flown], curve: Trajectory) -> tu
     )
 
 
-def _look_at(curve: Trajectory, corridor: Sequence[HalfSpaces], asked: int | None) -> None:
-    """Raise SolverError where parts that are right by themselves do not join, or leave a wall together."""
-    least = (curve.degree - 1) // 2 if asked is None else asked
+def _look_at(curve: Trajectory, corridor: Sequence[HalfSpaces], asked: int | None, joined_parts: bool) -> None:
+    """Raise SolverError where parts that are right by themselves do not join, or leave a wall together.
+
+    Parts begin and end with k - 1 derivatives that are given: more of them are continuous inside of parts alone.
+    """
+    usual = (curve.degree - 1) // 2
+    least = usual if asked is None else min(asked, usual) if joined_parts else asked
     joined, nearest = continuity(curve), nearest_wall(curve, walls_of(corridor, curve(curve.leg_breaks)))
     if joined < least:
         wrong = f"its parts join with {joined} continuous derivatives, and {least} were asked for"
