@@ -18,9 +18,13 @@ def not_found(search: TimeSearch, when: str, seed: int) -> UnprovedError:
     tried = search.nearest
     if tried is None:
         return UnprovedError("no fleet was found, as the search ended before it began: give a longer time_limit")
-    found = certify_fleet(flown(tried.curves[: len(search.task)], tried.time), search.task.separation)
+    task, flew = search.task, flown(tried.curves[: len(search.task)], tried.time)
+    found = certify_fleet(flew, task.separation, avoid=task.avoid or None)
     text = f"no fleet was found that is apart at every instant{when}"
-    if found.pair is not None and not found.ok:
+    if found.clearances is not None and found.clearances.min() < 0.0:
+        vehicle = int(found.clearances.argmin())
+        text += f": in {tried.time:.4g} s vehicle {vehicle} was {-found.clearances[vehicle]:.3g} m inside an obstacle"
+    elif found.pair is not None and not found.ok:
         one, two = found.pair
         text += f": in {tried.time:.4g} s vehicles {one} and {two} came as near as {found.least_distance:.3g} m at "
         text += f"{found.instant:.4g} s, {found.nearest[0].share:.0%} of their separation"

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import EXACT
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.fleet.fleet_limits import extent_of
@@ -113,10 +114,16 @@ def _facts(report: SafetyReport) -> str:
         rows.append(("separation asked", f"{apart}, heights divided by {asked.downwash:g}"))
     rows.append(("files from the plan", f"{1e3 * report.distance:.2g} mm at most, included in every figure below"))
     for axis, name in enumerate(("x", "y", "altitude")):
-        rows.append((name, f"within {points[:, axis].min():.2f} to {points[:, axis].max():.2f} m"))
+        rows.append((name, f"within {_range(points[:, axis])} m"))
     if held.room_margin is not None:
-        rows.append(("distance to the geofence", f"{held.room_margin:.3f} m at least"))
+        rows.append(("distance to the geofence", f"{round(held.room_margin, 3) + 0.0:.3f} m at least"))
     return table("What was checked", ["", ""], rows)
+
+
+def _range(values: FloatArray) -> str:
+    """Say from where to where values reach; a trace below zero is no minus."""
+    low, high = (round(float(value), 2) + 0.0 for value in (values.min(), values.max()))
+    return f"{low:.2f} to {high:.2f}"
 
 
 def _figures(held: FleetCertificate) -> str:
@@ -137,7 +144,7 @@ def _limits(report: SafetyReport) -> str:
     for used in report.held.utilisation:
         plan = planned.get(used.use.name)
         before = "" if plan is None else f"{plan.use.value:.4g}"
-        who = escape(report.held.fleet.name(used.vehicle))
+        who = report.held.fleet.name(used.vehicle)
         rows.append((used.use.name, f"{used.use.limit:.4g}", before, f"{used.use.value:.4g}", who))
     return table("Limits", ["limit", "asked", "plan", "files", "vehicle"], rows)
 
@@ -180,10 +187,9 @@ def _vehicles(held: FleetCertificate) -> str:
             least[vehicle] = min(least.get(vehicle, np.inf), near.distance)
     rows = []
     for i, curve in enumerate(held.fleet):
-        heights = curve.control_points[..., 2]
         speeds = (f"{curve.max_norm(1)[0]:.2f}", f"{curve.max_norm(2)[0]:.2f}")
         near_by = f"{least[i]:.3f}" if i in least else "beyond the list"
-        rows.append((held.fleet.name(i), *speeds, f"{heights.min():.2f} to {heights.max():.2f}", near_by))
+        rows.append((held.fleet.name(i), *speeds, _range(curve.control_points[..., 2]), near_by))
     columns = ["vehicle", "top speed [m/s]", "top acceleration [m/s²]", "altitude within [m]", "nearest other [m]"]
     return table("Vehicles", columns, rows)
 

@@ -422,14 +422,31 @@ private:
             }
     }
 
+    // Depth is convex, so a chord is nearest to an obstacle with faces where a search by thirds ends.
     static double nearest_share(const Obstacle &obstacle, const double *from, const double *to) {
-        if (obstacle.radius < 0.0) return 0.5;
+        bool faces = false;
+        for (int c = 0; c < 3; ++c) faces = faces || obstacle.low[c] > -infinite || obstacle.high[c] < infinite;
+        if (faces) {
+            double low = 0.0, high = 1.0;
+            for (int step = 0; step < 16; ++step) {
+                const double third = (high - low) / 3.0;
+                if (depth_between(obstacle, from, to, low + third) < depth_between(obstacle, from, to, high - third)) high -= third;
+                else low += third;
+            }
+            return 0.5 * (low + high);
+        }
         double one[3], two[3];
         for (int c = 0; c < 3; ++c) {
             one[c] = from[c] * obstacle.scale[c];
             two[c] = to[c] * obstacle.scale[c];
         }
         return chord_nearest(one, two).share;
+    }
+
+    static double depth_between(const Obstacle &obstacle, const double *from, const double *to, double share) {
+        double at[3], way[3];
+        for (int c = 0; c < 3; ++c) at[c] = from[c] + share * (to[c] - from[c]);
+        return depth(obstacle, at, way);
     }
 
     // How far outside a place (relative to the center) is by the set that it is farthest from, and the way out.
