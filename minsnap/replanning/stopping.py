@@ -27,41 +27,53 @@ from minsnap.time_allocation.recovery import piece_demands, start_state, state_u
 from minsnap.time_allocation.single_piece import SinglePiece, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
-DURATIONS = np.geomspace(0.6, 8.0, 24)
-"""Durations tried, in the time that stopping takes at the largest acceleration."""
 
-TOGETHER = 6
-"""Durations looked at together: the shortest that does ends the search."""
+@dataclass(frozen=True)
+class StopSettings:
+    """What is tried for a stop, and how exactly it is judged.
 
-REACHES = (0.0, -0.12, 0.12)
-"""By how much further than for the least cost it ends, in the way that the speed of the start makes meanwhile."""
+    Parameters
+    ----------
+    durations : (float, float, int)
+        Shortest and longest duration tried, in the time that stopping takes at the largest acceleration, and how many.
+    together : int
+        Durations looked at together: the shortest that does ends the search.
+    programmed : (int, int)
+        First duration for which a programme chooses the place of the end, and every how many-th follows.
+    reaches : tuple of float
+        By how much further than for the least cost it ends, in the way that the speed of the start makes meanwhile.
+    legs : int
+        Legs within which a stop may end.
+    instants : int
+        Instants at which the family is looked at before it is certified.
+    inwards : float
+        By how many widths it must be inside at the end of the piece, less before.
+    briefest : float
+        Time that stopping takes at least [s]: the jerk of much shorter polynomials has the rounding of their positions.
+    exact_tries : int
+        Candidates that are certified at most.
+    on_limit : float
+        How near to a limit a start counts as on it.
+    across : float
+        Component along a leg below which a wall is along it.
+    """
 
-LEGS = 2
-"""Legs within which a stop may end."""
+    durations: tuple[float, float, int] = (0.6, 8.0, 24)
+    together: int = 6
+    programmed: tuple[int, int] = (2, 4)
+    reaches: tuple[float, ...] = (0.0, -0.12, 0.12)
+    legs: int = 2
+    instants: int = 25
+    inwards: float = 1e-4
+    briefest: float = 0.15
+    exact_tries: int = 6
+    on_limit: float = 1e-6
+    across: float = 1e-9
 
-INSTANTS = np.linspace(0.0, 1.0, 25)
-"""Where the family is looked at before it is certified."""
 
-INWARDS = 1e-4
-"""By how many widths it must be inside at the end of the piece, less before."""
-
-BRIEFEST = 0.15
-"""Time that stopping takes at least [s]: the jerk of much shorter polynomials has the rounding of their positions."""
-
-EXACT_TRIES = 6
-"""Candidates that are certified at most."""
-
-PROGRAMMES = DURATIONS[2::4]
-"""Durations for which the place of the end is chosen by a programme."""
-
-ON_LIMIT = 1e-6
-"""How near to a limit a start counts as on it."""
-
-FEASIBLE = 1e-6
-"""Slack of the solver that counts as none, in widths."""
-
-ACROSS = 1e-9
-"""Component along a leg below which a wall is along it."""
+STOPS = StopSettings()
+DURATIONS = np.geomspace(*STOPS.durations)
+INSTANTS = np.linspace(0.0, 1.0, STOPS.instants)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,14 +111,14 @@ class Stopping:
 
     @cached_property
     def _walls(self) -> list[Walls]:
-        legs = min(LEGS, self.task.legs)
+        legs = min(STOPS.legs, self.task.legs)
         return [*walls_from(self.task.walls, 0, legs), *_caps(self.task, legs)]
 
     @cached_property
     def _legs(self) -> list[list[Walls]]:
         """Walls of each leg to stop in."""
         origin = self.task.waypoints[0]
-        return [walls_on(self._walls, leg, origin) for leg in range(min(LEGS, self.task.legs))]
+        return [walls_on(self._walls, leg, origin) for leg in range(min(STOPS.legs, self.task.legs))]
 
     @cached_property
     def _bounds(self) -> list[Walls]:
@@ -119,7 +131,7 @@ class Stopping:
         state = start_state(self.task)
         speed, acceleration = typical(state, self.limits)
         moving = float(np.linalg.norm(state[1]) + 0.3 * np.linalg.norm(state[2]))
-        return speed, acceleration, max(moving / acceleration, BRIEFEST)
+        return speed, acceleration, max(moving / acceleration, STOPS.briefest)
 
     def braking(self) -> Trajectory | None:
         """Return a certified member of the closed family; None where there is none.
@@ -131,7 +143,7 @@ class Stopping:
         """
         _, acceleration, unit = self._scales
         piece = SinglePiece(start_state(self.task), acceleration)
-        parts = (unit * DURATIONS[first : first + TOGETHER] for first in range(0, len(DURATIONS), TOGETHER))
+        parts = (unit * DURATIONS[first : first + STOPS.together] for first in range(0, len(DURATIONS), STOPS.together))
         found = (self._family(piece, durations) for durations in parts)
         return self._first_certified(chain.from_iterable(found))
 
@@ -140,7 +152,8 @@ class Stopping:
         speed, acceleration, unit = self._scales
         piece = SinglePiece(start_state(self.task), acceleration, self.deadline)
         known = [*self._legs[0], *self._bounds]
-        return self._first_certified(_programmes(piece, known, unit * PROGRAMMES, speed / acceleration))
+        first, step = STOPS.programmed
+        return self._first_certified(_programmes(piece, known, unit * DURATIONS[first::step], speed / acceleration))
 
     def _family(self, piece: SinglePiece, durations: FloatArray) -> Iterator[Candidate]:
         self.deadline.check()
@@ -148,7 +161,7 @@ class Stopping:
 
     def _first_certified(self, candidates: Iterator[Candidate]) -> Trajectory | None:
         origin = self.task.waypoints[0]
-        for curve in islice((candidate.curve(origin) for candidate in candidates), EXACT_TRIES):
+        for curve in islice((candidate.curve(origin) for candidate in candidates), STOPS.exact_tries):
             self.deadline.check()
             if inside(curve, self._walls) and back_within(curve, self.limits) and not self._misses(curve):
                 return curve
@@ -176,19 +189,19 @@ def _caps(task: Task, legs: int) -> list[Walls]:
 def _runs_along(wall: Walls, leg: int, along: FloatArray) -> bool:
     own = wall.leg == leg
     parts = np.concatenate(((wall.slope[own] @ along).ravel(), (wall.matrix[own] @ along).ravel()))
-    return wall.order == 0 and bool(own.any()) and bool((np.abs(parts) <= ACROSS).all())
+    return wall.order == 0 and bool(own.any()) and bool((np.abs(parts) <= STOPS.across).all())
 
 
 def _family(
     piece: SinglePiece, own: Sequence[Sequence[Walls]], bounds: Sequence[Walls], durations: FloatArray
 ) -> Iterator[Candidate]:
     """Members of the closed family that are inside at the instants looked at, shortest first."""
-    durations = np.repeat(durations, len(REACHES))
+    durations = np.repeat(durations, len(STOPS.reaches))
     ends = piece.start_ends(durations)
     ends[:, piece.half :] = 0.0
     gram = ends_gram(piece.degree)
     ends[:, piece.half] = -np.einsum("j,mjd->md", gram[piece.half], ends) / gram[piece.half, piece.half]
-    ends[:, piece.half] += np.tile(REACHES, len(durations) // len(REACHES))[:, None] * ends[:, 1]
+    ends[:, piece.half] += np.tile(STOPS.reaches, len(durations) // len(STOPS.reaches))[:, None] * ends[:, 1]
     limited = _excess(piece, bounds, ends, durations).max(axis=1) <= 0.0
     within = [_excess(piece, walls, ends, durations) <= 0.0 for walls in own]
     before, after = np.logical_and.accumulate(within[0], axis=1), within[-1][:, ::-1]
@@ -217,7 +230,7 @@ def _excess(piece: SinglePiece, walls: Sequence[Walls], ends: FloatArray, durati
         values = _basis(piece.degree, wall.order) @ ends
         values /= durations[:, None, None] ** wall.order
         worst = np.maximum(worst, wall.excess_at(values).max(axis=2))
-    return worst + INWARDS * np.where(INSTANTS > 0.0, INSTANTS, -0.5)
+    return worst + STOPS.inwards * np.where(INSTANTS > 0.0, INSTANTS, -0.5)
 
 
 def _programmes(
@@ -227,8 +240,8 @@ def _programmes(
     demands = [demand for wall in known for demand in piece_demands(wall, piece.state, moment)]
     for duration in durations:
         found = piece.solve(float(duration), piece.rest_ends(float(duration)), (0,), demands)
-        if found is not None and found.hard <= FEASIBLE:
-            yield Candidate(float(duration), found.points)
+        if found is not None:
+            yield Candidate(float(duration), found)
 
 
 def inside(curve: Trajectory, walls: Sequence[Walls]) -> bool:
@@ -247,4 +260,4 @@ def back_within(curve: Trajectory, limits: Limits | None) -> bool:
     if limits is None or within(curve, limits):
         return True
     state = np.stack([curve(0.0, order) for order in range(4)])
-    return state_use(state, limits) > 1.0 - ON_LIMIT and kept_from(limits, curve) < 0.9 * curve.duration
+    return state_use(state, limits) > 1.0 - STOPS.on_limit and kept_from(limits, curve) < 0.9 * curve.duration

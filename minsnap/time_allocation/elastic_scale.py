@@ -7,6 +7,8 @@ multipliers give the slope of :math:`\tau`, and Newton's method the factor at wh
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
@@ -19,22 +21,36 @@ from minsnap.optimisation.task import Task
 from minsnap.time_allocation.least_cost import leg_sums
 from minsnap.time_allocation.time_stretch import nothing_limits
 
-SCALE_FOUND = 3e-3
-"""Relaxation below which one Newton step gives the scale."""
 
-ELASTIC_FAR = 0.1
-"""Relaxation above which it need not be known to more than a hundredth for a Newton step."""
+@dataclass(frozen=True)
+class ScaleSettings:
+    """How the least factor on time is found by relaxations.
 
-NEWTON_STEPS = 40
+    Parameters
+    ----------
+    scale_found : float
+        Relaxation below which one Newton step gives the scale.
+    elastic_far : float
+        Relaxation above which it need not be known to more than a hundredth for a Newton step.
+    newton_steps : int
+        Newton steps at most.
+    flat : float
+        Slope of the relaxation in the logarithm of time below which it counts as flat.
+    largest_step : float
+        Largest step of the logarithm of the time scale.
+    lowest : float
+        Least relaxation: limits are tightened to half at most.
+    """
 
-FLAT = 1e-4
-"""Slope of the relaxation in the logarithm of time below which it counts as flat."""
+    scale_found: float = 3e-3
+    elastic_far: float = 0.1
+    newton_steps: int = 40
+    flat: float = 1e-4
+    largest_step: float = 0.7
+    lowest: float = -0.5
 
-LARGEST_STEP = 0.7
-"""Of the logarithm of the time scale."""
 
-LOWEST = -0.5
-"""Limits are tightened to half at most."""
+SCALE = ScaleSettings()
 
 
 class ElasticScale:
@@ -69,23 +85,23 @@ class ElasticScale:
         """
         steep: FloatArray | None = None
         found: Relaxed | None = self.found
-        for _ in range(NEWTON_STEPS):
+        for _ in range(SCALE.newton_steps):
             slack, slopes = self._relaxation(shares * np.exp(self.scale), found)
             found = None
             total = float(slopes.sum())
-            if total > -FLAT:
-                if slack > SCALE_FOUND:
-                    self.scale += LARGEST_STEP
+            if total > -SCALE.flat:
+                if slack > SCALE.scale_found:
+                    self.scale += SCALE.largest_step
                     continue
                 if steep is not None:
                     return steep
-                self.scale -= LARGEST_STEP
+                self.scale -= SCALE.largest_step
                 continue
             steep = slopes
-            self.scale += float(np.clip(-slack / total, -LARGEST_STEP, LARGEST_STEP))
-            if abs(slack) < SCALE_FOUND:
+            self.scale += float(np.clip(-slack / total, -SCALE.largest_step, SCALE.largest_step))
+            if abs(slack) < SCALE.scale_found:
                 return slopes
-        if slack <= SCALE_FOUND and steep is None:
+        if slack <= SCALE.scale_found and steep is None:
             raise nothing_limits(sorted({wall.name for wall in self.task.walls if wall.order}))
         raise SolverError("no durations were found at which the corridor and the limits agree")
 
@@ -95,17 +111,17 @@ class ElasticScale:
         found = known or self._relaxed(problem)
         rows, multipliers = found.rows, found.multipliers
         if rows is None:
-            return LOWEST, np.zeros(len(durations))
+            return SCALE.lowest, np.zeros(len(durations))
         self.seed = rows.source.chosen(multipliers > 1e-9 * multipliers.max(initial=1e-300))
         slopes = row_slopes(problem, found.knots, rows, multipliers)
         return float(found.slacks[0]), leg_sums(slopes, self.task.pieces)
 
     def _relaxed(self, problem: ReducedProblem) -> Relaxed:
         compiled = compile_walls(self.task, problem, self.units)
-        return Elastic(problem, compiled, give_limits(compiled), seed=self.seed, far=ELASTIC_FAR).run()
+        return Elastic(problem, compiled, give_limits(compiled), seed=self.seed, far=SCALE.elastic_far).run()
 
 
 def give_limits(compiled: Compiled) -> Relaxation:
     """One slack for all walls on derivatives, weighted by what slowing down does: order times."""
     order = np.concatenate([np.full(len(block.leg), block.order) for block in compiled.blocks])
-    return Relaxation(np.where(order > 0, 0, -1), order.astype(np.float64), 1, LOWEST)
+    return Relaxation(np.where(order > 0, 0, -1), order.astype(np.float64), 1, SCALE.lowest)

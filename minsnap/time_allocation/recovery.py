@@ -17,7 +17,7 @@ from minsnap.corridors.constraint import Walls
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import norm_limits
-from minsnap.time_allocation.single_piece import Demand, PieceFound, SinglePiece, walls_on
+from minsnap.time_allocation.single_piece import Demand, SinglePiece, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
 INSTANTS = 16
@@ -45,9 +45,6 @@ SHARE_AHEAD = 0.1
 
 SHORTEST_MOMENTS, LONGEST_MOMENTS, BISECTED = 0.02, 20.0, 1.1
 """Durations tried, in the same time, and how near the least one is found."""
-
-FEASIBLE = 1e-6
-"""Slack of the solver that counts as none, in widths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +114,7 @@ def connect_start(
             _Solves(piece, demands), SHORTEST_MOMENTS * moment, LONGEST_MOMENTS * moment, BISECTED
         )
         if answer is not None:
-            return Recovery(Trajectory(answer.points[None] + state[0], np.array([duration])))
+            return Recovery(Trajectory(answer[None] + state[0], np.array([duration])))
     return None
 
 
@@ -128,15 +125,14 @@ class _Solves:
     piece: SinglePiece
     demands: list[Demand]
 
-    def __call__(self, duration: float) -> PieceFound | None:
+    def __call__(self, duration: float) -> FloatArray | None:
         ends = self.piece.start_ends(duration)
-        answer = self.piece.solve(duration, ends, range(self.piece.half), self.demands)
-        return answer if answer is not None and answer.hard <= FEASIBLE else None
+        return self.piece.solve(duration, ends, range(self.piece.half), self.demands)
 
 
 def shortest(
-    found: Callable[[float], PieceFound | None], least: float, most: float, finer: float
-) -> tuple[float, PieceFound | None]:
+    found: Callable[[float], FloatArray | None], least: float, most: float, finer: float
+) -> tuple[float, FloatArray | None]:
     """Look for the least duration that has an answer: coarsely upwards, then by bisection."""
     high, answer = least, found(least)
     low = high

@@ -26,6 +26,9 @@ SMOOTH = 1e-6
 FAILED = 1e-4
 """Price of the slack of a soft condition, as a share of the price of a hard one."""
 
+FEASIBLE = 1e-6
+"""Slack of hard conditions that counts as none, in widths."""
+
 
 def walls_on(walls: Sequence[Walls], leg: int, origin: FloatArray) -> list[Walls]:
     """Return the walls of one leg, positions counted from an origin (dim,) [m]."""
@@ -63,15 +66,6 @@ def _taylor(half: int) -> FloatArray:
     return np.array([[1.0 / factorial(q - p) if q >= p else 0.0 for q in range(half)] for p in range(half)])
 
 
-@dataclass(frozen=True, eq=False)
-class PieceFound:
-    """A solved piece: control points (2k, dim) from the start, and the excesses left of hard and soft conditions."""
-
-    points: FloatArray
-    hard: float
-    soft: float
-
-
 class SinglePiece:
     """Pieces from one state.
 
@@ -106,7 +100,7 @@ class SinglePiece:
 
     def solve(
         self, duration: float, ends: FloatArray, free: Sequence[int], demands: Sequence[Demand]
-    ) -> PieceFound | None:
+    ) -> FloatArray | None:
         """Choose the free derivatives at the end.
 
         Parameters
@@ -118,6 +112,11 @@ class SinglePiece:
         free : sequence of int
             Orders of the derivatives at the end that are unknown.
         demands : sequence of Demand
+
+        Returns
+        -------
+        ndarray of shape (2k, dim), or None
+            Control points from the start [m]; None where hard demands are not kept.
 
         Raises
         ------
@@ -134,11 +133,11 @@ class SinglePiece:
             rows.append(Rows(np.zeros(1, dtype=np.intp), bound, np.zeros((1, 1))))
         solver = solve_programme if self.deadline is NEVER else solve_natively
         solution = solver(self._programme(ends / unit, free, rows))
-        if solution is None:
+        if solution is None or solution.x[-2] > FEASIBLE:
             return None
         moved = ends.copy()
         moved[self.half + np.asarray(free)] += unit * solution.x[:-2].reshape(len(free), self.dim)
-        return PieceFound(ends_to_points(self.degree) @ moved, float(solution.x[-2]), float(solution.x[-1]))
+        return np.asarray(ends_to_points(self.degree) @ moved)
 
     def _rows(self, demand: Demand, duration: float, ends: FloatArray, free: Sequence[int], unit: float) -> Rows:
         order, (rows, offset) = demand.walls.order, demand.walls.in_widths

@@ -18,10 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from minsnap.basics.arrays import GRAVITY, BoolArray, FloatArray
+from minsnap.trajectory.transport import FREE_FALL
 from minsnap.vehicle.motion import FlatMotion, Triple, cross, dot, norm
 
-FREE_FALL = 1e-6
-"""Thrust below this part of standard gravity has no direction to rely on."""
 PARALLEL = 1e-6
 """Thrust within this angle [rad] of the yaw direction leaves the lateral axis undefined."""
 

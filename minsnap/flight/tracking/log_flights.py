@@ -17,29 +17,44 @@ from minsnap.errors import InputError
 from minsnap.flight.tracking.reference_curve import position_at
 from minsnap.trajectory.samples import Samples
 
-RATE = 50.0
-"""Rate of the grid on which setpoints and file are compared first [Hz]."""
 
-CANDIDATE = 0.4
-"""Distance, in standard deviations of the file's positions, up to which a place in the log is looked at closely."""
+@dataclass(frozen=True)
+class MatchSettings:
+    """How setpoints of a log are taken for those of a file.
 
-MATCHED = 0.05
-"""Distance in root mean square up to which setpoints are those of the file, when both stand still [m]."""
+    Parameters
+    ----------
+    rate : float
+        Rate of the grid on which setpoints and file are compared first [Hz].
+    candidate : float
+        Distance, in standard deviations of the file's positions, up to which a place in the log is looked at
+        closely.
+    matched : float
+        Distance in root mean square up to which setpoints are those of the file, when both stand still [m].
+    uneven : float
+        What a log's instants may be off in root mean square, by setpoints that hold until the next and uneven
+        clocks [s].
+    parts : tuple of float
+        Shares of the file, from its beginning, by which a flight is looked for that was not flown to its end.
+    away : float
+        Setpoints that are off the file for so long have left it [s].
+    least_way : float
+        Extent that such a share needs: less is found anywhere [m].
+    drift : float
+        Largest difference between the rates of the two clocks.
+    """
 
-UNEVEN = 0.03
-"""What a log's instants may be off in root mean square, by setpoints that hold until the next and uneven clocks [s]."""
+    rate: float = 50.0
+    candidate: float = 0.4
+    matched: float = 0.05
+    uneven: float = 0.03
+    parts: tuple[float, ...] = (0.5, 0.25, 0.125)
+    away: float = 0.4
+    least_way: float = 0.5
+    drift: float = 0.05
 
-PARTS = (0.5, 0.25, 0.125)
-"""Shares of the file, from its beginning, by which a flight is looked for that was not flown to its end."""
 
-AWAY = 0.4
-"""Setpoints that are off the file for so long have left it [s]."""
-
-LEAST_WAY = 0.5
-"""Extent that such a share needs: less is found anywhere [m]."""
-
-DRIFT = 0.05
-"""Largest difference between the rates of the two clocks."""
+MATCH = MatchSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,14 +143,14 @@ def _tolerance(reference: Samples) -> float:
     """Return up to which distance in root mean square setpoints are those of a file [m]; speed makes it larger."""
     way = np.linalg.norm(np.diff(reference.position, axis=0), axis=1)
     speed = float(np.sqrt(np.mean((way / np.diff(reference.t)) ** 2)))
-    return float(np.hypot(MATCHED, UNEVEN * speed))
+    return float(np.hypot(MATCH.matched, MATCH.uneven * speed))
 
 
 def _begun(reference: Samples, setpoints: Samples) -> list[LogFlight]:
     """Return the flights that follow a file from its beginning and leave it: stopped ones, and logs that end."""
-    for share in PARTS:
+    for share in MATCH.parts:
         head = _until(reference, share * reference.duration)
-        if np.ptp(head.position, axis=0).max() < LEAST_WAY:
+        if np.ptp(head.position, axis=0).max() < MATCH.least_way:
             break
         found = [_refined(head, setpoints, start) for start in _candidates(head, setpoints)]
         flights = [flight for flight in found if flight.mismatch <= _tolerance(head)]
@@ -165,22 +180,22 @@ def _cut(reference: Samples, setpoints: Samples, flight: LogFlight) -> LogFlight
     inside = (t >= 0.0) & (t <= reference.duration)
     t, place = t[inside], setpoints.position[inside] - flight.shift
     away = np.linalg.norm(place - position_at(reference, reference.t[0] + t), axis=1) > 3.0 * _tolerance(reference)
-    lasting = max(1, int(AWAY / (reference.duration / max(len(t), 1))))
+    lasting = max(1, int(MATCH.away / (reference.duration / max(len(t), 1))))
     gone = np.flatnonzero(np.convolve(away, np.ones(lasting), mode="valid") >= lasting)
     end = float(t[gone[0]]) if len(gone) else float(t[-1])
-    return flight if end > reference.duration - AWAY else replace(flight, end=end)
+    return flight if end > reference.duration - MATCH.away else replace(flight, end=end)
 
 
 def _candidates(reference: Samples, setpoints: Samples) -> list[float]:
     """Return instants of the log from which the setpoints, up to a constant shift, nearly equal the file."""
-    grid = np.arange(int(np.ceil(setpoints.duration * RATE)) + 1) / RATE + setpoints.t[0]
+    grid = np.arange(int(np.ceil(setpoints.duration * MATCH.rate)) + 1) / MATCH.rate + setpoints.t[0]
     asked = position_at(setpoints, grid)
-    file = position_at(reference, reference.t[0] + np.arange(int(reference.duration * RATE) + 1) / RATE)
+    file = position_at(reference, reference.t[0] + np.arange(int(reference.duration * MATCH.rate) + 1) / MATCH.rate)
     if len(file) > len(asked):
         return [float(setpoints.t[0])]
     distance = np.sqrt(_centred_distances(asked, file))
     spread = float(np.sqrt(np.sum(np.var(file, axis=0)))) or 1.0
-    return [float(grid[k]) for k in _least(distance, CANDIDATE * spread, len(file) // 2)]
+    return [float(grid[k]) for k in _least(distance, MATCH.candidate * spread, len(file) // 2)]
 
 
 def _centred_distances(asked: FloatArray, file: FloatArray) -> FloatArray:
@@ -211,8 +226,8 @@ def _refined(reference: Samples, setpoints: Samples, start: float) -> LogFlight:
     """Return the clocks' offset and rate, and the shift, at which setpoints and file differ least."""
     from scipy.optimize import least_squares
 
-    slack = DRIFT * reference.duration
-    inside = (setpoints.t >= start - slack) & (setpoints.t <= start + reference.duration * (1.0 + DRIFT) + slack)
+    slack = MATCH.drift * reference.duration
+    inside = (setpoints.t >= start - slack) & (setpoints.t <= start + reference.duration * (1.0 + MATCH.drift) + slack)
     t, position = setpoints.t[inside], setpoints.position[inside]
 
     def left(unknown: FloatArray) -> FloatArray:
@@ -222,11 +237,11 @@ def _refined(reference: Samples, setpoints: Samples, start: float) -> LogFlight:
         gap = left(unknown)
         return np.asarray((gap - np.median(gap, axis=0)).ravel())
 
-    bounds = ([start - 1.0 - slack, 1.0 - DRIFT], [start + 1.0 + slack, 1.0 + DRIFT])
-    scales: dict[str, Any] = {"x_scale": [0.01, 0.001], "loss": "soft_l1", "f_scale": MATCHED}
+    bounds = ([start - 1.0 - slack, 1.0 - MATCH.drift], [start + 1.0 + slack, 1.0 + MATCH.drift])
+    scales: dict[str, Any] = {"x_scale": [0.01, 0.001], "loss": "soft_l1", "f_scale": MATCH.matched}
     best = least_squares(residuals, [start, 1.0], bounds=bounds, **scales).x
     within = (t >= best[0]) & (t <= best[0] + reference.duration / best[1])
     gap = left(best)[within] if within.any() else left(best)
     shift = np.median(gap, axis=0)
-    shift = np.where(np.abs(shift) < MATCHED, 0.0, shift)
+    shift = np.where(np.abs(shift) < MATCH.matched, 0.0, shift)
     return LogFlight(float(best[0]), float(best[1]), shift, float(np.sqrt(((gap - shift) ** 2).sum(axis=1).mean())))
