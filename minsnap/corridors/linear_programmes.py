@@ -28,18 +28,18 @@ def inner_balls(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
     dim = sets[0][0].shape[1]
     with_radius = [(np.column_stack([A, np.ones(len(b))]), b) for A, b in sets]
     bounds = [limit for _, b in sets for limit in [(None, None)] * dim + [(None, UNBOUNDED * _size(b))]]
-    solution = _minimum(-np.eye(dim + 1)[dim], with_radius, bounds)
+    solution = _minimum(np.tile(-np.eye(dim + 1)[dim], (len(sets), 1)), with_radius, bounds)
     return solution[:, :dim], solution[:, dim].copy()
 
 
 def bounding_boxes(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArray]:
     """Return the corners (m, dim) of the boxes around sets, infinite where these are unbounded."""
     dim = sets[0][0].shape[1]
-    bounds = [(-UNBOUNDED * _size(b), UNBOUNDED * _size(b)) for _, b in sets for _ in range(dim)]
-    low, high = (
-        np.column_stack([_minimum(sign * axis, sets, bounds)[:, k] for k, axis in enumerate(np.eye(dim))])
-        for sign in (1.0, -1.0)
-    )
+    ways = np.concatenate((np.eye(dim), -np.eye(dim)))
+    bounds = [(-UNBOUNDED * _size(b), UNBOUNDED * _size(b)) for _, b in sets for _ in range(ways.size)]
+    found = _minimum(np.tile(ways, (len(sets), 1)), [rows for rows in sets for _ in ways], bounds)
+    reach = found.reshape(len(sets), 2, dim, dim).diagonal(axis1=2, axis2=3)
+    low, high = reach[:, 0], reach[:, 1]
     far = 0.99 * UNBOUNDED * np.array([_size(b) for _, b in sets])[:, None]
     return np.where(low < -far, -np.inf, low), np.where(high > far, np.inf, high)
 
@@ -50,18 +50,17 @@ def flatness(rows: HalfSpaceRows) -> float:
 
 
 def _minimum(
-    cost: FloatArray, sets: Sequence[HalfSpaceRows], bounds: Sequence[tuple[float | None, float | None]]
+    costs: FloatArray, sets: Sequence[HalfSpaceRows], bounds: Sequence[tuple[float | None, float | None]]
 ) -> FloatArray:
-    """Point of each set at which the same linear cost is least, (m, len(cost))."""
+    """Point of each set at which its linear cost is least; both of shape (m, n)."""
     from scipy.optimize import linprog
     from scipy.sparse import block_diag
 
     matrix, right = block_diag([A for A, _ in sets], format="csc"), np.concatenate([b for _, b in sets])
-    costs = np.tile(cost, len(sets))
-    found = linprog(costs, matrix, right, bounds=bounds, method="highs", options=PRECISE)
+    found = linprog(costs.reshape(-1), matrix, right, bounds=bounds, method="highs", options=PRECISE)
     if found.x is None:
         raise SolverError(f"a linear programme for the polytopes failed: {found.message}")
-    return np.asarray(found.x.reshape(len(sets), len(cost)))
+    return np.asarray(found.x.reshape(costs.shape))
 
 
 def _size(offsets: FloatArray) -> float:
