@@ -35,16 +35,18 @@ class Polytopes(ReadOnly):
 
     half_spaces: Sequence[Any]
     radius: FloatArray = field(init=False)
+    middles: FloatArray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         rows = tuple(_checked(entry, index) for index, entry in enumerate(_listed(self.half_spaces)))
         _refuse_mixed(rows)
         radius = inner_balls(rows)[1]
         _refuse_flat(rows, radius)
-        _refuse_apart([_stacked(a, b) for a, b in zip(rows[:-1], rows[1:], strict=True)])
-        radius.flags.writeable = False
+        middles = _middles([_stacked(a, b) for a, b in zip(rows[:-1], rows[1:], strict=True)], rows[0][0].shape[1])
+        radius.flags.writeable = middles.flags.writeable = False
         object.__setattr__(self, "half_spaces", rows)
         object.__setattr__(self, "radius", radius)
+        object.__setattr__(self, "middles", middles)
 
     def __len__(self) -> int:
         return len(self.half_spaces)
@@ -78,10 +80,13 @@ class Polytopes(ReadOnly):
         pairs = [(len(self) - 1, 0), *pairs] if closed else pairs
         common = [_stacked(self.half_spaces[i], self.half_spaces[j]) for i, j in pairs]
         if not common:
-            return (np.zeros((0, self.half_spaces[0][0].shape[1])),) * 3
-        center, radius = inner_balls(common)
-        if radius[0] <= flatness(common[0]):
-            raise CorridorError(f"polytopes {pairs[0][0]} and {pairs[0][1]} do not overlap: a closed lap needs that")
+            return (self.middles,) * 3
+        center = self.middles
+        if closed:
+            seam, radius = inner_balls(common[:1])
+            if radius[0] <= flatness(common[0]):
+                raise CorridorError(f"polytopes {len(self) - 1} and 0 do not overlap: a closed lap needs that")
+            center = np.concatenate((seam, center))
         lower, upper = bounding_boxes(common)
         _refuse_unbounded(lower, upper, pairs)
         return center, lower, upper
@@ -122,16 +127,19 @@ def _refuse_flat(rows: Sequence[HalfSpaceRows], radius: FloatArray) -> None:
             raise CorridorError(f"polytope {index} has no interior: its rows leave no volume; widen it", leg=index)
 
 
-def _refuse_apart(common: Sequence[HalfSpaceRows]) -> None:
+def _middles(common: Sequence[HalfSpaceRows], dim: int) -> FloatArray:
+    """Return the centers of the inner balls of overlaps, (m, dim); refuse polytopes that do not overlap."""
     if not common:
-        return
-    for index, (entry, size) in enumerate(zip(common, inner_balls(common)[1], strict=True)):
+        return np.zeros((0, dim))
+    centers, radii = inner_balls(common)
+    for index, (entry, size) in enumerate(zip(common, radii, strict=True)):
         if size <= flatness(entry):
             how = "only touch" if size >= -flatness(entry) else "do not overlap"
             raise CorridorError(
                 f"polytopes {index} and {index + 1} {how}: they need a volume in common for the curve to pass",
                 leg=index,
             )
+    return centers
 
 
 def _refuse_unbounded(lower: FloatArray, upper: FloatArray, pairs: Sequence[tuple[int, int]]) -> None:

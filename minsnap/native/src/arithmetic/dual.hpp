@@ -70,8 +70,8 @@ inline Dual<n> root(const Dual<n> &a) {
 }
 
 template <int n>
-inline double value_of(const Dual<n> &a) {
-    return a.value;
+inline Dual<n> positive(const Dual<n> &a) {
+    return a.value > 0.0 ? a : Dual<n>(0.0);
 }
 
 }  // namespace minsnap

@@ -7,7 +7,7 @@ namespace minsnap {
 
 inline double root(double a) { return std::sqrt(a); }
 
-inline double value_of(double a) { return a; }
+inline double positive(double a) { return a > 0.0 ? a : 0.0; }
 
 // A square, and a number that is known to lie in [-1, 1]; numbers with ranges know more of both.
 template <class Real>

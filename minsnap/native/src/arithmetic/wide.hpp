@@ -13,11 +13,11 @@ inline bool wide() { return false; }
 #endif
 
 template <class Job>
-MINSNAP_WIDE void run_wide(Job &job) {
+MINSNAP_WIDE __attribute__((flatten)) void run_wide(Job &job) {
     job();
 }
 
-// Run a job that is MINSNAP_INLINED, for wide registers where there are some.
+// Run a job that is MINSNAP_INLINED, with all that it calls and that is not MINSNAP_APART, for wide registers where there are some.
 template <class Job>
 void widely(Job job) {
     wide() ? run_wide(job) : job();

@@ -109,12 +109,8 @@ template <class Real>
 inline void heading_rate(const double *p, const Real *x, Real *out) {
     const double limit = p[0], typical = p[1], held = p[2], room = p[3], unit = 1.0 / (limit * typical * typical);
     const Real turn = unit * (x[0] * x[3] - x[1] * x[2]), square = (1.0 / (typical * typical)) * (x[0] * x[0] + x[1] * x[1]);
-    Real allowed = square;
     const double bound = held * held / (typical * typical);
-    if (value_of(square) < bound) {
-        const Real share = (-1.0 / bound) * square + 1.0;
-        allowed = allowed + (room * held / typical) * (share * share);
-    }
+    const Real share = positive((-1.0 / bound) * square + 1.0), allowed = square + (room * held / typical) * (share * share);
     out[0] = 0.5 * (turn * turn) - 0.5 * (allowed * allowed);
 }
 
@@ -128,10 +124,18 @@ inline void look_rate(const double *p, const Real *x, Real *out) {
     out[0] = 0.5 * (turn * turn) - 0.5;
 }
 
-// Weighted sums over the functions of a limit at an instant: of gradients, of gradients weighted as Hessians are, and of Hessians with the outer products.
+// Weighted sums over the functions of a limit at four instants: of gradients, of gradients weighted as Hessians are, and of Hessians with the outer
+// products.
 struct InstantTerms {
-    static constexpr int most = 12;
-    double slope[most], pull[most], bend[most][most];
+    static constexpr int most = 12, together = Lanes<Quad>::count;
+    Quad slope[most], pull[most], bend[most][most];
+};
+
+// Weights of the rows: of their Hessians, of the outer products of their gradients, of their gradients.
+struct RowWeights {
+    const double *hessian, *outer, *gradient;
+
+    RowWeights from(int row) const { return {hessian + row, outer + row, gradient + row}; }
 };
 
 struct InstantLimit {
@@ -164,7 +168,16 @@ struct InstantLimit {
 
     // All functions from the derivatives, by order, then by axis.
     template <class Real>
-    void at(const Real *u, Real *out) const {
+    MINSNAP_APART void at(const Real *u, Real *out) const {
+        functions_at(u, out);
+    }
+
+    // Add up for weights of the functions, `stride` apart.
+    void gather(const Quad *u, const RowWeights &weights, int stride, InstantTerms &terms) const;
+
+private:
+    template <class Real>
+    void functions_at(const Real *u, Real *out) const {
         if (kind == LimitKind::heading_rate) return heading_rate(parameters, u, out);
         if (kind == LimitKind::look_rate) return look_rate(parameters, u, out);
         Space<Real> x[4];
@@ -183,85 +196,13 @@ struct InstantLimit {
         of_products(found, rotors() ? f.thrust(m, root(found[0] + m.floor()), x[0]) : Real(0.0), out);
     }
 
-    // Add up for weights of the functions, `stride` apart.
-    void gather(const double *u, const double *hessian, const double *outer, const double *gradient, int stride, InstantTerms &terms) const {
-        const auto whole = [this](const auto *x, auto *out) { at(x, out); };
-        if (products > 0) return gather_products(u, hessian, outer, gradient, stride, terms);
-        switch (inputs()) {
-            case 4: return sum<4>(whole, u, hessian, outer, gradient, stride, terms);
-            case 6: return sum<6>(whole, u, hessian, outer, gradient, stride, terms);
-            case 9: return sum<9>(whole, u, hessian, outer, gradient, stride, terms);
-            default: return sum<12>(whole, u, hessian, outer, gradient, stride, terms);
-        }
-    }
-
-private:
     template <class Real>
     void of_products(const Real *found, const Real &thrust, Real *out) const {
         if (kind == LimitKind::body_rate) return body_rate(parameters, found, out);
         unspun_rotors(parameters, found, thrust, out);
     }
 
-    template <int n, class Function>
-    void sum(const Function &function, const double *u, const double *hessian, const double *outer, const double *gradient, int stride,
-             InstantTerms &terms) const {
-        Curved<n> x[n], out[most_functions];
-        for (int i = 0; i < n; ++i) x[i] = Curved<n>::unknown(u[i], i);
-        function(x, out);
-        for (int i = 0; i < n; ++i) {
-            terms.slope[i] = terms.pull[i] = 0.0;
-            for (int j = 0; j < n; ++j) terms.bend[i][j] = 0.0;
-        }
-        for (int k = 0; k < functions; ++k) {
-            const double bent = hessian[k * stride], crossed = outer[k * stride], sloped = gradient[k * stride];
-            for (int i = 0, t = 0; i < n; ++i) {
-                terms.slope[i] += sloped * out[k].slope[i];
-                terms.pull[i] += bent * out[k].slope[i];
-                for (int j = 0; j <= i; ++j, ++t) terms.bend[i][j] += bent * out[k].bend[t] + crossed * out[k].slope[i] * out[k].slope[j];
-            }
-        }
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j < i; ++j) terms.bend[j][i] = terms.bend[i][j];
-    }
-
-    // The same by the products of f and its derivatives, of which the derivatives are the vectors themselves.
-    void gather_products(const double *u, const double *hessian, const double *outer, const double *gradient, int stride, InstantTerms &terms) const {
-        const int vectors = products == 3 ? 2 : 3, n = 3 * vectors;
-        double f[9], found[6], turn[6][9] = {}, half[6][9] = {};
-        for (int i = 0; i < n; ++i) f[i] = u[i] + (i == 2 ? parameters[0] : 0.0);
-        for (int b = 0, t = 0; b < vectors; ++b)
-            for (int a = 0; a <= b; ++a, ++t) {
-                found[t] = f[3 * a] * f[3 * b] + f[3 * a + 1] * f[3 * b + 1] + f[3 * a + 2] * f[3 * b + 2];
-                for (int c = 0; c < 3; ++c) {
-                    turn[t][3 * a + c] += f[3 * b + c];
-                    turn[t][3 * b + c] += f[3 * a + c];
-                }
-            }
-        InstantTerms own;
-        const auto function = [this](const auto *x, auto *out) { of_products(x, rotors() ? root(x[0] + Medium(parameters).floor()) : 0.0 * x[0], out); };
-        if (products == 3)
-            sum<3>(function, found, hessian, outer, gradient, stride, own);
-        else
-            sum<6>(function, found, hessian, outer, gradient, stride, own);
-        for (int t = 0; t < products; ++t)
-            for (int o = 0; o < products; ++o)
-                for (int i = 0; i < n; ++i) half[t][i] += own.bend[t][o] * turn[o][i];
-        for (int i = 0; i < n; ++i) {
-            terms.slope[i] = terms.pull[i] = 0.0;
-            for (int j = 0; j < n; ++j) terms.bend[i][j] = 0.0;
-            for (int t = 0; t < products; ++t) {
-                terms.slope[i] += own.slope[t] * turn[t][i];
-                terms.pull[i] += own.pull[t] * turn[t][i];
-                for (int j = 0; j < n; ++j) terms.bend[i][j] += turn[t][i] * half[t][j];
-            }
-        }
-        for (int b = 0, t = 0; b < vectors; ++b)
-            for (int a = 0; a <= b; ++a, ++t)
-                for (int c = 0; c < 3; ++c) {
-                    terms.bend[3 * a + c][3 * b + c] += own.pull[t];
-                    terms.bend[3 * b + c][3 * a + c] += own.pull[t];
-                }
-    }
+    friend struct GatheredLimit;
 };
 
 }  // namespace minsnap

@@ -157,14 +157,16 @@ private:
 
     // Values of all rows and the smooth objective.
     double evaluate(const Chain<S> &at, Jets *jets, double *value) const {
-        PieceEnds<S> piece;
         double sum = 0.0;
-        for (int i = 0; i < at.pieces; ++i) {
-            at.ends(i, piece);
-            rows.jets(piece, piece.e, jets[i]);
-            rows.values(at, i, piece, jets[i], value);
-            sum += objective.value(at, i, piece, rows.instants.gram);
-        }
+        widely([&]() MINSNAP_INLINED {
+            PieceEnds<S> piece;
+            for (int i = 0; i < at.pieces; ++i) {
+                at.ends(i, piece);
+                rows.jets(piece, piece.e, jets[i]);
+                rows.values(at, i, piece, jets[i], value);
+                sum += objective.value(at, i, piece, rows.instants.gram);
+            }
+        });
         return sum;
     }
 
@@ -177,13 +179,15 @@ private:
 
     // Steps of slacks and multipliers, and the shares of both that stay inside.
     void complete(double &primal, double &dual) {
-        PieceEnds<S> piece;
-        double changed[S::whole];
-        for (int i = 0; i < chain.pieces; ++i) {
-            chain.ends(i, piece);
-            chain.change(i, piece, newton_.step_durations.data(), newton_.step_knots.data(), changed);
-            rows.slopes(chain, i, piece, jets_[i], changed, newton_.step_durations[i], slope_.data());
-        }
+        widely([&]() MINSNAP_INLINED {
+            PieceEnds<S> piece;
+            double changed[S::whole];
+            for (int i = 0; i < chain.pieces; ++i) {
+                chain.ends(i, piece);
+                chain.change(i, piece, newton_.step_durations.data(), newton_.step_knots.data(), changed);
+                rows.slopes(chain, i, piece, jets_[i], changed, newton_.step_durations[i], slope_.data());
+            }
+        });
         double falls = 0.0, drops = 0.0;
         for (int j = 0; j < rows.count; ++j) {
             const double ds = -(value_[j] + slack_[j]) - slope_[j], dz = barrier_ / slack_[j] - multiplier_[j] - outer_[j] * ds;

@@ -10,20 +10,15 @@
 
 namespace minsnap {
 
-// Weights of the rows: of their Hessians, of the outer products of their gradients, of their gradients.
-struct RowWeights {
-    const double *hessian, *outer, *gradient;
-};
-
 // Second and first derivatives of a weighted sum in the ends and in the own duration of one piece.
 template <class S>
 struct PieceModel {
-    static constexpr int count_at = S::instants, together = 4;
+    static constexpr int count_at = S::instants, together = InstantTerms::together;
 
     double blocks[S::pairs][S::packed];  // in the ends, for every pair of axes
     double cross[S::whole], own;         // of ends and duration; of the duration
-    double gradient[S::whole], force[S::whole], own_gradient;  // force: weighted as the Hessians are
-    double dense[S::whole][S::whole];  // lower triangle in the ends, by end derivative, then by axis: of limits on several derivatives
+    double gradient[S::whole], force[S::whole], own_gradient = 0.0;  // force: weighted as the Hessians are
+    double dense[S::pairs][S::ends][S::ends];  // the same of limits on several derivatives, which tie different ends of two axes: by ends of the first axis
     bool dense_used = false;
 
     void clear() {
@@ -75,58 +70,83 @@ struct PieceModel {
     }
 
 private:
+    // Slopes, pulls and turns of limits at instants, brought to the ends.
+    using Sums = double[S::dim][3][S::ends];
+
     // Add all limits on several derivatives, which tie them to each other.
     void add_limits(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece, const typename Rows<S>::Jets &jet,
                     const RowWeights &weights, int &row) {
         dense_used = rows.limit_count > 0;
         if (!dense_used) return;
-        for (auto &line : dense)
-            for (double &entry : line) entry = 0.0;
+        for (auto &block : dense)
+            for (auto &line : block)
+                for (double &entry : line) entry = 0.0;
+        Sums sums = {};
         for (int k = 0; k < rows.limit_count; ++k) {
             const InstantLimit &limit = rows.limits[k];
-            for (int g = 0; g < count_at; ++g) {
-                if ((g == 0 && rows.pinned(chain, i, 0, limit)) || (g + 1 == count_at && rows.pinned(chain, i, 1, limit))) continue;
-                double u[InstantLimit::most_inputs];
+            const int first = rows.pinned(chain, i, 0, limit) ? 1 : 0, last = count_at - (rows.pinned(chain, i, 1, limit) ? 1 : 0);
+            for (int g = 0; g < count_at; g += together) {
+                Quad u[InstantLimit::most_inputs];
                 InstantTerms terms;
                 rows.inputs(limit, jet, g, u);
-                limit.gather(u, weights.hessian + row + g, weights.outer + row + g, weights.gradient + row + g, count_at, terms);
-                put(rows.instants, limit, g, piece, u, terms);
+                limit.gather(u, weights.from(row + g), count_at, terms);
+                for (int lane = 0; lane < together; ++lane)
+                    if (g + lane >= first && g + lane < last) put(rows.instants, limit, g + lane, lane, piece, u, terms, sums);
             }
             row += limit.functions * count_at;
         }
+        for (int c = 0; c < S::dim; ++c)
+            for (int a = 0; a < S::ends; ++a) {
+                gradient[a * S::dim + c] += sums[c][0][a];
+                force[a * S::dim + c] += sums[c][1][a];
+                cross[a * S::dim + c] += sums[c][2][a];
+            }
     }
 
     // Bring the terms of a limit at one instant to the ends.
-    void put(const Instants<S::half, S::instants> &instants, const InstantLimit &limit, int g, const PieceEnds<S> &piece, const double *u, const InstantTerms &terms) {
-        const int count = limit.inputs();
-        double factor[condition_orders][S::ends], turn[InstantLimit::most_inputs];
-        for (int q = limit.low; q <= limit.high; ++q)
-            for (int a = 0; a < S::ends; ++a) factor[q][a] = instants.by_instant[q][g][a] * piece.inverse[q];
+    void put(const Instants<S::half, S::instants> &instants, const InstantLimit &limit, int g, int lane, const PieceEnds<S> &piece, const Quad *u,
+             const InstantTerms &terms, Sums &sums) {
+        constexpr int most_orders = condition_orders;
+        const int count = limit.inputs(), axes = limit.axes, orders = count / axes;
+        double factor[most_orders][S::ends];
+        for (int q = 0; q < orders; ++q)
+            for (int a = 0; a < S::ends; ++a) factor[q][a] = instants.by_instant[limit.low + q][g][a] * piece.inverse[limit.low + q];
         for (int n = 0; n < count; ++n) {
             const int q = limit.order(n);
-            double sum = q * terms.pull[n];
-            for (int m = 0; m < count; ++m) sum += terms.bend[n][m] * limit.order(m) * u[m];
-            turn[n] = -sum;
-            own_gradient -= q * u[n] * terms.slope[n];
-            own += q * u[n] * sum;
-        }
-        for (int n = 0; n < count; ++n) {
-            const int q = limit.order(n), c = n % limit.axes;
-            double line[S::whole] = {};
-            for (int m = 0; m < count; ++m) {
-                const double bend = terms.bend[n][m], *beside = factor[limit.order(m)];
-                const int d = m % limit.axes;
-                for (int b = 0; b < S::ends; ++b) line[b * S::dim + d] += bend * beside[b];
-            }
+            const double slope = terms.slope[n][lane], pull = terms.pull[n][lane];
+            double sum = q * pull;
+            for (int m = 0; m < count; ++m) sum += terms.bend[n][m][lane] * limit.order(m) * u[m][lane];
+            own_gradient -= q * u[n][lane] * slope;
+            own += q * u[n][lane] * sum;
+            auto &mine = sums[n % axes];
+            const double *share = factor[n / axes];
             for (int a = 0; a < S::ends; ++a) {
-                const int r = a * S::dim + c;
-                const double share = factor[q][a];
-                for (int s = 0; s <= r; ++s) dense[r][s] += share * line[s];
-                gradient[r] += share * terms.slope[n];
-                force[r] += share * terms.pull[n];
-                cross[r] += share * turn[n];
+                mine[0][a] += slope * share[a];
+                mine[1][a] += pull * share[a];
+                mine[2][a] -= sum * share[a];
             }
         }
+        for (int c = 0, t = 0; c < axes; ++c)
+            for (int d = 0; d <= c; ++d, ++t) orders == 3 ? put_bends<3>(factor, axes, c, d, lane, terms, dense[t]) : orders == 2 ? put_bends<2>(factor, axes, c, d, lane, terms, dense[t]) : put_bends<4>(factor, axes, c, d, lane, terms, dense[t]);
+    }
+
+    // Of two axes.
+    template <int orders>
+    static void put_bends(const double (*factor)[S::ends], int axes, int c, int d, int lane, const InstantTerms &terms, double (*block)[S::ends]) {
+        double line[orders][S::ends];
+        for (int q = 0; q < orders; ++q) {
+            for (int b = 0; b < S::ends; ++b) line[q][b] = 0.0;
+            for (int r = 0; r < orders; ++r) {
+                const double bend = terms.bend[q * axes + c][r * axes + d][lane];
+                for (int b = 0; b < S::ends; ++b) line[q][b] += bend * factor[r][b];
+            }
+        }
+        for (int a = 0; a < S::ends; ++a)
+            for (int b = 0; b < S::ends; ++b) {
+                double sum = block[a][b];
+                for (int q = 0; q < orders; ++q) sum += factor[q][a] * line[q][b];
+                block[a][b] = sum;
+            }
     }
 
     static void add_condition(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], int row, const RowWeights &weights,

@@ -4,6 +4,7 @@
 // its last duration in the border, which the first piece ties to K1.
 #pragma once
 
+#include "arithmetic/wide.hpp"
 #include "shortest_time/model.hpp"
 
 namespace minsnap {
@@ -33,6 +34,37 @@ public:
     // Fill the matrix, the metric and the gradient for weights of the rows.
     void assemble(const Chain<S> &chain, const Rows<S> &rows, const TimeObjective<S> &objective,
                   const typename Rows<S>::Jets *jets, const RowWeights &weights) {
+        widely([&]() MINSNAP_INLINED { add_pieces(chain, rows, objective, jets, weights); });
+    }
+
+    // Solve with at least so much damping; false where none suffices. `damping` becomes what was used.
+    [[nodiscard]] bool solve(const Chain<S> &chain, double &damping) {
+        for (int attempt = 0; attempt < ShortestSettings::tries; ++attempt) {
+            bool solved = false;
+            widely([&]() MINSNAP_INLINED {
+                factor_.combine(hessian_, damping, metric_);
+                solved = factor_.factor();
+                if (!solved) return;
+                for (int k = 0; k < size; ++k) step[k] = -gradient[k];
+                factor_.solve(step.data());
+                spread(chain);
+            });
+            if (solved) return true;
+            damping = damping == 0.0 ? ShortestSettings::damping : damping * ShortestSettings::damping_growth;
+        }
+        return false;
+    }
+
+    // Slope of the merit along the step; negative where it descends.
+    double slope() const {
+        double sum = 0.0;
+        for (int k = 0; k < size; ++k) sum += gradient[k] * step[k];
+        return sum;
+    }
+
+private:
+    void add_pieces(const Chain<S> &chain, const Rows<S> &rows, const TimeObjective<S> &objective, const typename Rows<S>::Jets *jets,
+                    const RowWeights &weights) {
         hessian_.clear(size, banded_);
         metric_.clear(size, banded_);
         for (int k = 0; k < size; ++k) gradient[k] = 0.0;
@@ -56,29 +88,6 @@ public:
         for (int knot = 0; knot <= chain.pieces; ++knot) pin(chain, knot);
     }
 
-    // Solve with at least so much damping; false where none suffices. `damping` becomes what was used.
-    [[nodiscard]] bool solve(const Chain<S> &chain, double &damping) {
-        for (int attempt = 0; attempt < ShortestSettings::tries; ++attempt) {
-            factor_.combine(hessian_, damping, metric_);
-            if (factor_.factor()) {
-                for (int k = 0; k < size; ++k) step[k] = -gradient[k];
-                factor_.solve(step.data());
-                spread(chain);
-                return true;
-            }
-            damping = damping == 0.0 ? ShortestSettings::damping : damping * ShortestSettings::damping_growth;
-        }
-        return false;
-    }
-
-    // Slope of the merit along the step; negative where it descends.
-    double slope() const {
-        double sum = 0.0;
-        for (int k = 0; k < size; ++k) sum += gradient[k] * step[k];
-        return sum;
-    }
-
-private:
     static bool moves(const Chain<S> &chain, int knot) {
         bool found = false;
         for (int entry = 0; entry < S::knot; ++entry) found = found || chain.varies(knot, entry);
@@ -124,8 +133,7 @@ private:
                         whole[r][b * S::dim + d] = model.blocks[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c][a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a];
             }
         if (model.dense_used)
-            for (int r = 0; r < S::whole; ++r)
-                for (int s = 0; s < S::whole; ++s) whole[r][s] += r < s ? model.dense[s][r] : model.dense[r][s];
+            add_dense(model, whole);
         turn(chain, i, model, whole);
         for (int m = 0; m < 3; ++m)
             for (int r = 0; r < S::whole; ++r) {
@@ -168,6 +176,18 @@ private:
                 hessian_.add(row, column, row == column && m != n ? 2.0 * value : value);
             }
         }
+    }
+
+    // Symmetric to the last bit.
+    static void add_dense(const PieceModel<S> &model, double (&whole)[S::whole][S::whole]) {
+        for (int c = 0, t = 0; c < S::dim; ++c)
+            for (int d = 0; d <= c; ++d, ++t)
+                for (int a = 0; a < S::ends; ++a)
+                    for (int b = 0; b < (c == d ? a + 1 : S::ends); ++b) {
+                        const int r = a * S::dim + c, s = b * S::dim + d;
+                        whole[r][s] += model.dense[t][a][b];
+                        if (r != s) whole[s][r] += model.dense[t][a][b];
+                    }
     }
 
     // To the axes of the waypoints' positions: these do not depend on durations.

@@ -149,6 +149,13 @@ public:
             for (int c = 0; c < limit.axes; ++c) *u++ = jet[q][c][g];
     }
 
+    // The same at as many instants as there are lanes.
+    static void inputs(const InstantLimit &limit, const Jets &jet, int g, Quad *u) {
+        for (int q = limit.low; q <= limit.high; ++q)
+            for (int c = 0; c < limit.axes; ++c)
+                for (int lane = 0; lane < InstantTerms::together; ++lane) u[(q - limit.low) * limit.axes + c][lane] = jet[q][c][g + lane];
+    }
+
     // Gradients of a condition at all instants.
     static void gradients(const Condition<S::dim> &condition, const double (&x)[S::dim][count_at], double (&gradient)[S::dim][count_at]) {
         for (int c = 0; c < S::dim; ++c)

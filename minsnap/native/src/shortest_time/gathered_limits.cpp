@@ -1,0 +1,98 @@
+// First and second derivatives of limits on several derivatives, at four instants at once.
+#include "arithmetic/wide.hpp"
+#include "shortest_time/instant_limits.hpp"
+
+namespace minsnap {
+
+// Weighted sums of one limit.
+struct GatheredLimit {
+    static constexpr int together = InstantTerms::together, small = 6;
+
+    const InstantLimit &limit;
+    const RowWeights &weights;
+    int stride;
+
+    void add(const Quad *u, InstantTerms &terms) const {
+        if (limit.products == 3) return widely([&]() MINSNAP_INLINED { products<2>(u, terms); });
+        if (limit.products == 6) return widely([&]() MINSNAP_INLINED { products<3>(u, terms); });
+        switch (limit.inputs()) {
+            case 4: return widely([&]() MINSNAP_INLINED { directly<4>(u, terms); });
+            case 6: return widely([&]() MINSNAP_INLINED { directly<6>(u, terms); });
+            case 9: return directly<9>(u, terms);
+            default: return directly<12>(u, terms);
+        }
+    }
+
+private:
+    static MINSNAP_INLINE Quad four(const double *from) { return Quad{from[0], from[1], from[2], from[3]}; }
+
+    template <int n>
+    MINSNAP_INLINE void directly(const Quad *u, InstantTerms &terms) const {
+        sum<n>([this](const auto *x, auto *out) MINSNAP_INLINED { limit.functions_at(x, out); }, u, terms);
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < i; ++j) terms.bend[j][i] = terms.bend[i][j];
+    }
+
+    // The lower triangle of the bends, and all slopes.
+    template <int n, class Function>
+    MINSNAP_INLINE void sum(const Function &function, const Quad *u, InstantTerms &terms) const {
+        Curved<n, Quad> x[n], out[InstantLimit::most_functions];
+        for (int i = 0; i < n; ++i) x[i] = Curved<n, Quad>::unknown(u[i], i);
+        function(x, out);
+        for (int i = 0; i < n; ++i) {
+            terms.slope[i] = terms.pull[i] = Quad{};
+            for (int j = 0; j <= i; ++j) terms.bend[i][j] = Quad{};
+        }
+        for (int k = 0; k < limit.functions; ++k) {
+            const Quad bent = four(weights.hessian + k * stride), crossed = four(weights.outer + k * stride), sloped = four(weights.gradient + k * stride);
+            for (int i = 0, t = 0; i < n; ++i) {
+                terms.slope[i] += sloped * out[k].slope[i];
+                terms.pull[i] += bent * out[k].slope[i];
+                for (int j = 0; j <= i; ++j, ++t) terms.bend[i][j] += bent * out[k].bend[t] + crossed * out[k].slope[i] * out[k].slope[j];
+            }
+        }
+    }
+
+    // Place of the product of two of f and its derivatives.
+    static constexpr int place(int a, int b) { return a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a; }
+
+    // By the products of f and its derivatives, of which the derivatives are the vectors themselves: a product turns only with its own two vectors.
+    template <int vectors>
+    MINSNAP_INLINE void products(const Quad *u, InstantTerms &terms) const {
+        constexpr int n = 3 * vectors, count = vectors * (vectors + 1) / 2;
+        Quad f[n], found[count], half[count][n];
+        for (int i = 0; i < n; ++i) f[i] = i == 2 ? u[i] + limit.parameters[0] : u[i];
+        for (int a = 0; a < vectors; ++a)
+            for (int b = 0; b <= a; ++b) found[place(a, b)] = f[3 * a] * f[3 * b] + f[3 * a + 1] * f[3 * b + 1] + f[3 * a + 2] * f[3 * b + 2];
+        InstantTerms own;
+        sum<count>([this](const auto *x, auto *out) MINSNAP_INLINED { of_found(x, out); }, found, own);
+        const auto turned = [&f](const auto &value, int a, int c) MINSNAP_INLINED {
+            Quad total{};
+            for (int b = 0; b < vectors; ++b) total += (a == b ? 2.0 * f[3 * b + c] : f[3 * b + c]) * value(place(a, b));
+            return total;
+        };
+        for (int i = 0; i < n; ++i) {
+            const int a = i / 3, c = i % 3;
+            terms.slope[i] = turned([&own](int t) MINSNAP_INLINED { return own.slope[t]; }, a, c);
+            terms.pull[i] = turned([&own](int t) MINSNAP_INLINED { return own.pull[t]; }, a, c);
+            for (int t = 0; t < count; ++t) half[t][i] = turned([&own, t](int o) MINSNAP_INLINED { return t > o ? own.bend[t][o] : own.bend[o][t]; }, a, c);
+        }
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j <= i; ++j) {
+                Quad bend = turned([&half, j](int t) MINSNAP_INLINED { return half[t][j]; }, i / 3, i % 3);
+                if (i % 3 == j % 3) bend += i == j ? 2.0 * own.pull[place(i / 3, i / 3)] : own.pull[place(i / 3, j / 3)];
+                terms.bend[i][j] = terms.bend[j][i] = bend;
+            }
+    }
+
+    template <class Real>
+    MINSNAP_INLINE void of_found(const Real *x, Real *out) const {
+        limit.of_products(x, limit.rotors() ? root(x[0] + Medium(limit.parameters).floor()) : 0.0 * x[0], out);
+    }
+};
+
+void InstantLimit::gather(const Quad *u, const RowWeights &weights, int stride, InstantTerms &terms) const {
+    GatheredLimit{*this, weights, stride}.add(u, terms);
+}
+
+}  // namespace minsnap
