@@ -18,7 +18,7 @@ struct PieceModel {
     double blocks[S::pairs][S::packed];  // in the ends, for every pair of axes
     double cross[S::whole], own;         // of ends and duration; of the duration
     double gradient[S::whole], force[S::whole], own_gradient = 0.0;  // force: weighted as the Hessians are
-    double dense[S::pairs][S::ends][S::ends];  // the same of limits on several derivatives, which tie different ends of two axes: by ends of the first axis
+    double dense[S::pairs][S::ends][S::ends];  // of limits on several derivatives: by ends of the first axis
     bool dense_used = false;
 
     void clear() {
@@ -106,9 +106,8 @@ private:
     // Bring the terms of a limit at one instant to the ends.
     void put(const Instants<S::half, S::instants> &instants, const InstantLimit &limit, int g, int lane, const PieceEnds<S> &piece, const Quad *u,
              const InstantTerms &terms, Sums &sums) {
-        constexpr int most_orders = condition_orders;
         const int count = limit.inputs(), axes = limit.axes, orders = count / axes;
-        double factor[most_orders][S::ends];
+        double factor[condition_orders][S::ends];
         for (int q = 0; q < orders; ++q)
             for (int a = 0; a < S::ends; ++a) factor[q][a] = instants.by_instant[limit.low + q][g][a] * piece.inverse[limit.low + q];
         for (int n = 0; n < count; ++n) {
@@ -127,7 +126,11 @@ private:
             }
         }
         for (int c = 0, t = 0; c < axes; ++c)
-            for (int d = 0; d <= c; ++d, ++t) orders == 3 ? put_bends<3>(factor, axes, c, d, lane, terms, dense[t]) : orders == 2 ? put_bends<2>(factor, axes, c, d, lane, terms, dense[t]) : put_bends<4>(factor, axes, c, d, lane, terms, dense[t]);
+            for (int d = 0; d <= c; ++d, ++t) {
+                if (orders == 2) put_bends<2>(factor, axes, c, d, lane, terms, dense[t]);
+                if (orders == 3) put_bends<3>(factor, axes, c, d, lane, terms, dense[t]);
+                if (orders == 4) put_bends<4>(factor, axes, c, d, lane, terms, dense[t]);
+            }
     }
 
     // Of two axes.
