@@ -65,7 +65,7 @@ private:
         for (int a = 0; a < vectors; ++a)
             for (int b = 0; b <= a; ++b) found[place(a, b)] = f[3 * a] * f[3 * b] + f[3 * a + 1] * f[3 * b + 1] + f[3 * a + 2] * f[3 * b + 2];
         InstantTerms own;
-        sum<count>([this](const auto *x, auto *out) MINSNAP_INLINED { of_found(x, out); }, found, own);
+        sum<count>([this](const auto *x, auto *out) MINSNAP_INLINED { this->of_found(x, out); }, found, own);
         const auto turned = [&f](const auto &value, int a, int c) MINSNAP_INLINED {
             Quad total{};
             for (int b = 0; b < vectors; ++b) total += (a == b ? 2.0 * f[3 * b + c] : f[3 * b + c]) * value(place(a, b));
