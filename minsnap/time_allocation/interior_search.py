@@ -15,7 +15,7 @@ import numpy as np
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import MinsnapError
 from minsnap.limits.compliance import KEPT, largest_use
-from minsnap.limits.limits import Limits
+from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.shortest_time import ShortestFound, ShortestQuestion, search_shortest
 from minsnap.optimisation.optimum import Optimum
 from minsnap.optimisation.solved_task import SolvedTask
@@ -100,16 +100,23 @@ class InteriorSearch:
         if not scales(self.task, self.limits):
             excess = largest_use(self.limits, curve) - 1.0
             if excess <= KEPT:
-                return solved, excess
+                if priced or not self._may_be_hastened():
+                    return solved, excess
+                return solved_at(self.task, found, _hastened(self.limits, curve)), excess
             if far == NOT_LONGER or not self.task.still:
                 return None, excess
-        factor = float(np.ceil(_slowdown(self.limits, curve) * GRAIN)) / GRAIN
+        factor = _rounded(_slowdown(self.limits, curve))
         if priced or any(wall.order for wall in self.task.walls):
             factor = max(factor, 1.0)
         elif factor < IDLE and not found.stopped:
             raise nothing_limits(list(self.limits.given()))
         kept = solved_at(self.task, found, factor) if factor <= 1.0 + far or found.stopped else None
         return kept, factor - 1.0
+
+    def _may_be_hastened(self) -> bool:
+        """Whether rotors limit a path that may be flown faster; a body rate's few ten-thousandths cost too much."""
+        still = self.task.still and not any(wall.order for wall in self.task.walls)
+        return still and isinstance(self.limits, VehicleLimits)
 
     def _slowed(self, solved: SolvedTask) -> SolvedTask | None:
         """Fly the same path as much more slowly as the limits ask for."""
@@ -128,6 +135,16 @@ def _slowdown(limits: Limits, curve: Trajectory) -> float:
         used = limits.utilisation(curve)
         return max(float(entry.fraction ** (1.0 / order)) for entry, order in zip(used, orders, strict=True))
     return nearby_factor(limits, curve) or touching_factor(limits, curve)
+
+
+def _hastened(limits: Limits, curve: Trajectory) -> float:
+    """Factor on time, at most one, with which limits are touched that the last barrier has kept away from."""
+    nearby = nearby_factor(limits, curve)
+    return 1.0 if nearby is None else min(_rounded(nearby), 1.0)
+
+
+def _rounded(factor: float) -> float:
+    return float(np.ceil(factor * GRAIN)) / GRAIN
 
 
 def solved_at(task: Task, found: ShortestFound, factor: float) -> SolvedTask:
