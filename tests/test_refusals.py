@@ -100,7 +100,7 @@ SITES = [
 
 ELSEWHERE = {
     ("passage", "_too_narrow", InfeasibleError),
-    ("fleet_planner", "_not_found", UnprovedError),
+    ("nothing_found", "not_found", UnprovedError),
     ("fleet_planner", "fleet", UnprovedError),
 }
 """Tested in ``routes/test_separation.py``, ``fleet/test_fleet_planner.py`` and ``fleet/test_fleet_last_look.py``."""

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray
+from minsnap.basics.checks import SHORTEST
 from minsnap.corridors.constraint import Walls
 from minsnap.corridors.regions import KnotRegion
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.shortest_time import ConeSets, Guess, ShortestQuestion
+from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
 from minsnap.time_allocation.instant_limits import instant_limits
@@ -67,6 +71,27 @@ def asked(
         guess=guess,
         turned=turned,
     )
+
+
+def coasting_guess(task: Task, times: FloatArray) -> Guess:
+    """Return the curve of least cost through all waypoints that goes on as a moving start does, and so ends.
+
+    From rest at every waypoint a search that begins in motion finds a loop back to a waypoint that is close ahead.
+
+    Parameters
+    ----------
+    times : ndarray, shape (legs,)
+        Of legs from rest to rest [s].
+    """
+    durations = times.copy()
+    for leg, waypoint in ((0, 0), (task.legs - 1, task.legs)):
+        speed = float(np.linalg.norm(task.pins.get(waypoint, {}).get(1, 0.0)))
+        if speed > 0.0:
+            durations[leg] = min(durations[leg], max(float(task.lengths[leg]) / speed, SHORTEST))
+    pinned = np.zeros(task.waypoints.shape)
+    free = replace(task, pieces=1, walls=(), regions={}, lower=pinned, upper=pinned, continuity=task.half - 1)
+    curve = solve(free, durations).trajectory
+    return Guess(1, durations, np.stack([curve(curve.breaks, order) for order in range(task.half)], axis=1), 1.0)
 
 
 def scales(task: Task, limits: Limits) -> bool:

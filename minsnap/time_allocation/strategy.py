@@ -36,7 +36,7 @@ from minsnap.time_allocation.interior_search import NOT_LONGER, InteriorSearch, 
 from minsnap.time_allocation.least_cost import Log
 from minsnap.time_allocation.longer_times import RESERVES
 from minsnap.time_allocation.refusal import explain
-from minsnap.time_allocation.shortest_question import asked, guess_of
+from minsnap.time_allocation.shortest_question import asked, coasting_guess, guess_of
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits, touching_factor
 from minsnap.time_allocation.timing import AttachHeading, Run, Timing
 from minsnap.time_allocation.yaw_pace import paced
@@ -136,9 +136,10 @@ class Strategy:
         known = heading is None or heading.constant is not None or heading.medium is not None
         far = NOT_LONGER if known or self.limits.yaw_rate is not None else ANY
         question = replace(asked(self.task, self.limits, self.timing.refine, heading, guess), price=price)
-        softer = self._softer(heading) if guess is None else None
-        if softer is not None:
-            solved = self._run(asked(self.task, self.limits, self.timing.refine, heading, softer), far)
+        first = self._first_guess(heading, turns) if guess is None else None
+        if first is not None:
+            begun = asked(self.task, self.limits, self.timing.refine, heading, first)
+            solved = self._run(replace(begun, price=price), far)
             if solved is not None or self.interrupted:
                 return solved
         if not turns:
@@ -151,6 +152,13 @@ class Strategy:
         if solved is None or self.interrupted or keeps(self.limits, self.finish(solved.trajectory)):
             return solved
         return self._turning(solved, heading)
+
+    def _first_guess(self, heading: Heading | None, turns: bool) -> Guess | None:
+        """Return a curve to begin from where rest at every waypoint is a poor one, or None."""
+        softer = self._softer(heading)
+        if softer is not None or turns or self.task.still:
+            return softer
+        return coasting_guess(self.task, self.times)
 
     def _softer(self, heading: Heading | None) -> Guess | None:
         """Search with higher rates first: from rest the way around free fall, or around a point, is hard to find."""

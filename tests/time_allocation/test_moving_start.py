@@ -65,6 +65,29 @@ def test_a_piece_joined_before_a_plan_is_the_same_curve_with_as_many_legs():
     assert again.leg_breaks == pytest.approx(rest.leg_breaks)
 
 
+def cut(seed, share):
+    """A plan on its limits, and the question for what is left of it from an instant on."""
+    random = np.random.default_rng(seed)
+    steps = random.normal(size=(4, 3)) * (1.0, 1.0, 0.4)
+    steps *= random.uniform(1.0, 5.0, 4)[:, None] / np.linalg.norm(steps, axis=1)[:, None]
+    points = np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
+    rates = random.uniform(2.0, 6.0), random.uniform(3.0, 10.0), random.choice([30.0, 60.0])
+    limits = Limits(**dict(zip(("speed", "acceleration", "jerk"), rates, strict=True)))
+    whole = minsnap.plan(points, limits=limits, pieces=3)
+    t = share * whole.duration
+    start = {name: whole(t, order) for order, name in enumerate(("velocity", "acceleration", "jerk"), 1)}
+    left = np.vstack((whole(t), points[np.searchsorted(whole.leg_breaks, t) :]))
+    return whole.duration - t, {"waypoints": left, "limits": limits, "start": start}
+
+
+@pytest.mark.parametrize(("seed", "share"), [(0, 0.25), (4, 0.4), (6, 0.6), (9, 0.1), (15, 0.1), (22, 0.25)])
+def test_from_a_state_of_a_plan_on_its_limits_the_rest_takes_no_longer(seed, share):
+    """From rest at every waypoint the search found loops back to the waypoint ahead, 15 to 35 % longer."""
+    left, question = cut(seed, share)
+    assert minsnap.plan(**question, pieces=3).duration <= 1.001 * left
+    assert minsnap.plan(**question, pieces=2).duration <= 1.02 * left
+
+
 @pytest.mark.parametrize("seconds", [1e-6, 0.02, 0.2])
 def test_a_time_limit_ends_with_a_certified_plan_or_a_sentence(seconds):
     start = {"velocity": (2.0, 0, 0)}
