@@ -167,7 +167,7 @@ REFUSED = {
     "stretch": (lambda: HELD.stretched(1e300), "positive factor"),
     "limits of a certificate": (lambda: minsnap.certify(HELD, limits=3.0), "limits must be a Limits, not float"),
     "limits of a shape": (lambda: minsnap.circle(limits=3.0), "limits must be a Limits, not float"),
-    "limits of no vehicle": (lambda: minsnap.Limits.of(3.0), "not of a float"),
+    "limits of no vehicle": (lambda: minsnap.Limits.of(3.0), "takes a Quadrotor, not float"),
     "direction": (lambda: minsnap.circle(clockwise=np.zeros(2)), "clockwise is .*: it is True or False"),
     "yaw of a shape": (lambda: minsnap.circle(yaw=np.zeros(2)), "the yaw is .*: it must be an angle"),
     "laps": (lambda: minsnap.rectangle(laps=10**20), "the number of laps is 1000.*: it must be a whole number from 1"),

@@ -65,7 +65,7 @@ def test_a_vehicle_that_is_late_by_the_lead_is_on_time(clock):
     [
         ({"drag": -1.0}, "the drag is -1.0 1/s"),
         ({"drag": np.nan}, "it must be 0 or more"),
-        ({"drag": 1.0, "vehicle": Quadrotor.px4_sih()}, "give one of them"),
+        ({"drag": 1.0, "vehicle": Quadrotor.px4_sih()}, "exclude each other"),
         ({"lead": 1.1}, "between 0 and 1 s"),
         ({"lead": -0.1}, "between 0 and 1 s"),
     ],

@@ -57,7 +57,7 @@ def test_a_flight_that_misses_more_ends_it_and_the_best_is_kept(plan, tmp_path):
     flown = tune_in_flight(plan, pilot.fly, 4)
     assert len(flown) == 2 and flown[1].missed > flown[0].missed
     assert best_to_fly(flown) is pilot.sent[0]
-    with pytest.raises(InputError, match="one at least"):
+    with pytest.raises(InputError, match="fly at least once"):
         tune_in_flight(plan, pilot.fly, 0)
 
 
