@@ -27,6 +27,7 @@ from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.library import NativeCoreError, core
 from minsnap.native.shortest_time import Guess, ShortestFound, ShortestQuestion, search_shortest
+from minsnap.optimisation.native_solve import in_pieces
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
@@ -122,7 +123,7 @@ class Strategy:
         guess = None if first is None else guess_of(first, self.task)
         solved = self.found(guess)
         if solved is None and not self.interrupted:
-            solved = self._planned()
+            solved = self._from_one_piece() or self._planned()
         if solved is None and self.interrupted and self.task.still:
             solved = self._resting()
         if solved is None:
@@ -255,6 +256,32 @@ class Strategy:
         factor = touching_factor(self.limits, self.finish(solved.trajectory))
         slowed = self._straight(self.times * factor)
         return slowed if keeps(self.limits, self.finish(slowed.trajectory)) else None
+
+    def _from_one_piece(self) -> SolvedTask | None:
+        """Search with one piece a leg where several found nothing, then with several from that curve, or cut it."""
+        task = self.task
+        if task.pieces == 1 and not self.timing.refine:
+            return None
+        alone = Strategy(replace(task, pieces=1), self.limits, replace(self.timing, refine=False), self.finish)
+        alone.log, alone.due = self.log, self.due
+        first = alone.found(None)
+        if first is None or alone.interrupted or self.timing.refine:
+            self.interrupted = alone.interrupted
+            return first
+        return self.found(guess_of(first.trajectory, alone.task)) or self._cut(first)
+
+    def _cut(self, first: SolvedTask) -> SolvedTask | None:
+        """Cut a plan of one piece a leg into the wanted number; more samples of it may find it barely too fast."""
+        if first.optimum.points is None:
+            return None
+        task, curve = self.task, first.trajectory
+        durations = task.piece_durations(first.durations)
+        points, _ = in_pieces(task, durations, first.units, first.optimum.points, first.optimum.knots)
+        instants = np.minimum(np.append(0.0, np.cumsum(durations)), curve.duration)
+        knots = np.stack([curve(instants, order) for order in range(task.half)], axis=1)
+        found = ShortestFound(durations, points, knots, first.optimum.rounds, True, True)
+        slower = (solved_at(task, found, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
+        return next((each for each in slower if each.inside and keeps(self.limits, self.finish(each.trajectory))), None)
 
     def _planned(self) -> SolvedTask | None:
         """Plan for the durations found, or barely longer ones, with the limits as walls."""
