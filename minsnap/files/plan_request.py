@@ -127,7 +127,8 @@ class PlanRequest:
     @property
     def gates(self) -> dict[int, Any]:
         """The gates, by the waypoints in whose place they are."""
-        return {index: self.places[index] for index, *_ in self.openings}
+        places = self.places
+        return {index: places[index] for index, *_ in self.openings}
 
     @property
     def walls(self) -> Any:

@@ -12,6 +12,7 @@ from minsnap.basics.checks import check_positive, is_number
 from minsnap.basics.messages import shown
 from minsnap.errors import InputError, TimingError
 from minsnap.polynomials.bernstein import split
+from minsnap.time_allocation.recovery import state_at
 from minsnap.trajectory.trajectory import Trajectory
 
 RESTING = 1e-9
@@ -53,7 +54,7 @@ class Splice:
     def state(self) -> FloatArray:
         """Derivatives 0 ... k - 1, (k, dim)."""
         whole, at = self.source
-        return np.stack([whole(at, order) for order in range(self.half)])
+        return state_at(whole, at, self.half)
 
     @property
     def passed(self) -> int:

@@ -23,7 +23,7 @@ from minsnap.optimisation.task import Task
 from minsnap.polynomials.bernstein import end_basis, ends_gram, ends_to_points, split
 from minsnap.replanning.horizon import walls_from
 from minsnap.time_allocation.last_look import fault_as_one_leg
-from minsnap.time_allocation.recovery import piece_demands, start_state, state_use, typical
+from minsnap.time_allocation.recovery import piece_demands, start_state, state_at, state_use, typical
 from minsnap.time_allocation.single_piece import SinglePiece, walls_on
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -259,5 +259,5 @@ def back_within(curve: Trajectory, limits: Limits | None) -> bool:
     """Whether a curve keeps all limits, or comes back to them where it starts outside of one."""
     if limits is None or within(curve, limits):
         return True
-    state = np.stack([curve(0.0, order) for order in range(4)])
+    state = state_at(curve, 0.0, 4)
     return state_use(state, limits) > 1.0 - STOPS.on_limit and kept_from(limits, curve) < 0.9 * curve.duration

@@ -64,9 +64,9 @@ class Recovery:
         return state_at(self.piece, self.piece.duration, half)
 
 
-def state_at(curve: Trajectory, instant: float, half: int) -> FloatArray:
-    """Return the derivatives 0 ... k - 1 of a curve at an instant [s], (k, dim)."""
-    return np.stack([curve(instant, order) for order in range(half)])
+def state_at(curve: Trajectory, instant: float | FloatArray, half: int) -> FloatArray:
+    """Return the derivatives 0 ... k - 1 of a curve at instants (...) [s], (..., k, dim)."""
+    return np.stack([curve(instant, order) for order in range(half)], axis=-2)
 
 
 def start_state(task: Task) -> FloatArray:

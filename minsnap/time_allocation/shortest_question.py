@@ -16,6 +16,7 @@ from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
 from minsnap.time_allocation.instant_limits import instant_limits
+from minsnap.time_allocation.recovery import state_at
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -91,7 +92,7 @@ def coasting_guess(task: Task, times: FloatArray) -> Guess:
     pinned = np.zeros(task.waypoints.shape)
     free = replace(task, pieces=1, walls=(), regions={}, lower=pinned, upper=pinned, continuity=task.half - 1)
     curve = solve(free, durations).trajectory
-    return Guess(1, durations, np.stack([curve(curve.breaks, order) for order in range(task.half)], axis=1), 1.0)
+    return Guess(1, durations, state_at(curve, curve.breaks, task.half), 1.0)
 
 
 def scales(task: Task, limits: Limits) -> bool:
@@ -104,8 +105,7 @@ def guess_of(curve: Trajectory, task: Task, slower: float = 1.0) -> Guess | None
     if curve.legs != task.legs or task.pieces not in (1, curve.pieces):
         return None
     instants = curve.leg_breaks if task.pieces == 1 else curve.breaks
-    knots = np.stack([curve(instants, order) for order in range(task.half)], axis=1)
-    return Guess(task.pieces, np.diff(instants), knots, slower)
+    return Guess(task.pieces, np.diff(instants), state_at(curve, instants, task.half), slower)
 
 
 def _waypoints(task: Task) -> tuple[FloatArray, BoolArray, FloatArray | None]:

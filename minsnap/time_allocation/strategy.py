@@ -36,6 +36,7 @@ from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_t
 from minsnap.time_allocation.interior_search import NOT_LONGER, InteriorSearch, solved_at
 from minsnap.time_allocation.least_cost import Log
 from minsnap.time_allocation.longer_times import RESERVES
+from minsnap.time_allocation.recovery import state_at
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.shortest_question import asked, coasting_guess, guess_of
 from minsnap.time_allocation.time_stretch import most_used, nothing_limits, touching_factor
@@ -278,8 +279,7 @@ class Strategy:
         durations = task.piece_durations(first.durations)
         points, _ = in_pieces(task, durations, first.units, first.optimum.points, first.optimum.knots)
         instants = np.minimum(np.append(0.0, np.cumsum(durations)), curve.duration)
-        knots = np.stack([curve(instants, order) for order in range(task.half)], axis=1)
-        found = ShortestFound(durations, points, knots, first.optimum.rounds, True, True)
+        found = ShortestFound(durations, points, state_at(curve, instants, task.half), first.optimum.rounds, True, True)
         slower = (solved_at(task, found, factor) for factor in (1.0, 1.0 + 1e-6, 1.0 + 1e-5, 1.0 + 1e-4))
         return next((each for each in slower if each.inside and keeps(self.limits, self.finish(each.trajectory))), None)
 
