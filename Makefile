@@ -1,10 +1,10 @@
-# `make` or `make help` lists what can be made. Tests run on all processors; JOBS=1 takes one.
+# `make` or `make help` lists what can be made. Tests run on all processors, with a process more: some only wait; JOBS=1 takes one.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OTHER := build/interpreter
-JOBS ?= $(shell getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+JOBS ?= $(shell expr $$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2) + 1)
 PARALLEL := $(if $(filter-out 1,$(JOBS)),-n $(JOBS) --dist worksteal)
 PYTEST := $(BIN)/python -m pytest -W error
 QUIET := MPLBACKEND=agg OPENBLAS_NUM_THREADS=1
@@ -12,6 +12,8 @@ CORE := MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build
 # Versions are pinned for Python 3.11 and newer; for 3.10, which they have left behind, pip chooses the last that there are.
 PINS := $(shell $(PYTHON) -c 'import sys; print("--constraint constraints.txt" * (sys.version_info >= (3, 11)))')
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PINS)
+
+unexport PYTHONDONTWRITEBYTECODE # without compiled files every process of a test would compile the library anew
 
 .PHONY: help demo test check test-python test-kernels test-interpreter test-install lint docs figures wheels bench clang mutate sanitize clean
 

@@ -1,12 +1,7 @@
 """Kept combinations of everything that a plan can be asked, judged by an oracle of benchmarks/ from control points."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from combination_oracle import Judge, greatest, squared
 from random_combinations import judged, outcome, planted, question
 
@@ -30,6 +25,7 @@ PLANTED = (
 """Seeds of questions of which a plan is known, and at the end what was once refused with proof."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", KEPT)
 def test_what_is_planned_is_right_and_what_is_refused_says_so(seed):
     _, kind, said, _ = outcome(seed)

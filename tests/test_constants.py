@@ -4,6 +4,8 @@ import ast
 import re
 from pathlib import Path
 
+import pytest
+
 PACKAGE = Path(__file__).parents[1] / "minsnap"
 PAGE = PACKAGE.parent / "docs" / "constants.rst"
 CORE = ("basics/tolerances.py", "polynomials/*.py", "corridors/*.py", "certificate.py", "optimisation/*.py")
@@ -43,6 +45,7 @@ def test_the_core_has_at_most_thirty_numeric_constants_and_the_documentation_has
     assert found == set(re.findall(r"``(\w+\.[A-Z_]+)``", PAGE.read_text()))
 
 
+@pytest.mark.slow
 def test_constants_of_the_whole_package_become_no_more():
     """A method with several has a frozen dataclass of settings instead, as in ``replanning/stopping.py``."""
     assert sum(1 for path in PACKAGE.rglob("*.py") for _ in constants(path)) <= BOUND

@@ -22,6 +22,7 @@ KERNELS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernels", KERNELS)
 def test_plans_are_those_stored_whatever_the_kernels(kernels):
     environment = os.environ | KERNELS[kernels] | {"PYTHONPATH": os.pathsep.join(sys.path)}

@@ -17,6 +17,7 @@ MODULES = [module.name for module in pkgutil.walk_packages(minsnap.__path__, "mi
 OPTIONS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["minsnap", *MODULES])
 def test_docstrings(name):
     assert doctest.testmod(importlib.import_module(name), optionflags=OPTIONS).failed == 0

@@ -43,6 +43,7 @@ def test_an_error_of_a_room_has_the_heading_of_its_family():
     assert LateError("late").code == "solver"
 
 
+@pytest.mark.slow
 def test_every_attribute_that_an_error_is_given_is_declared_and_documented():
     given = raised_evidence()
     assert (errors.UnprovedError, "shortest") in {(kind, name) for kind, name, _ in given}

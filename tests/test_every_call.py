@@ -217,6 +217,7 @@ def drawn(name, seed):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CALLS)
 def test_no_other_exception_leaves_a_public_call(name):
     found = []

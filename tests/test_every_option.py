@@ -75,6 +75,7 @@ def planned(places):
     return curve.report and minsnap.certify(curve)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", range(10))
 def test_no_other_exception_leaves_plan(part):
     found = []

@@ -110,6 +110,7 @@ def are_finite(value):
     return not is_dataclass(value) or all(are_finite(part) for part in vars(value).values())
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::minsnap.errors.OutsideRangeWarning", "ignore::minsnap.errors.MagnitudeWarning")
 @pytest.mark.parametrize("name", ASKED)
 def test_any_number_and_kind_ends_in_finite_numbers_or_a_sentence(name):

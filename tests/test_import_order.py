@@ -79,10 +79,12 @@ def test_the_table_names_every_room_once():
     assert sorted(table()) == sorted(rooms)
 
 
+@pytest.mark.slow
 def test_every_import_goes_to_a_room_above():
     assert arrows_back(PACKAGE, table()) == set()
 
 
+@pytest.mark.slow
 def test_no_modules_import_each_other_in_a_circle():
     assert circle(PACKAGE) == []
 
@@ -92,6 +94,7 @@ def test_no_two_modules_share_a_name():
     assert names_used_twice(names) == {}
 
 
+@pytest.mark.slow
 def test_no_two_classes_share_a_name():
     names = [
         (node.name, module)
@@ -110,6 +113,7 @@ def names_bound(body: list[ast.stmt]) -> list[str]:
     return names + [node.name for node in body if isinstance(node, (ast.FunctionDef, ast.ClassDef))]
 
 
+@pytest.mark.slow
 def test_no_module_binds_a_name_twice():
     """The second would hide the first without a word."""
     twice = {

@@ -129,6 +129,7 @@ def test_every_site_that_refuses_is_tested():
     assert {site for site, _ in raising_sites()} == {site for site, *_ in SITES} | ELSEWHERE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("site", "sentence", "asked"), SITES)
 def test_a_refusal_verifies_or_says_what_was_tried(site, sentence, asked):
     kind = site[-1]
@@ -138,6 +139,7 @@ def test_a_refusal_verifies_or_says_what_was_tried(site, sentence, asked):
     assert refused.value.verify() is (kind is InfeasibleError)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chosen", [{"total_time": 8.0}, {"time_weight": 4.0}, {"limits": LIMITS}], ids=str)
 def test_a_refusal_of_times_that_were_chosen_is_no_proof(chosen):
     """From rest to rest with continuity 6 nothing is free, so that a corridor may be too narrow for any durations."""

@@ -186,7 +186,7 @@ def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
         stack.enter_context(dask.config.set(CONFIG))
         where = scheduler if scheduler is not None else stack.enter_context(_here(workers))
         try:
-            client = stack.enter_context(Client(where, set_as_default=False, timeout="15s"))
+            client = stack.enter_context(Client(where, set_as_default=False, timeout="5s"))
         except (OSError, ValueError) as error:
             raise BatchError(f"there is no scheduler at {scheduler}: {error}") from error
         yield client

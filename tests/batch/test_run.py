@@ -19,6 +19,7 @@ from minsnap.batch.run import run_batch
 from minsnap.errors import BatchError, FileError, InputError
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.filterwarnings("ignore::ResourceWarning"),  # Dask leaves sockets to the collector
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
 ]
@@ -250,15 +251,14 @@ def victims(process, name):
         return []
 
 
-@pytest.mark.slow
-def test_twenty_kills_at_random_moments_change_no_byte(tmp_path):
-    spec = WALKS | {"count": 1500, "shard_rows": 50}
+def test_eight_kills_at_random_moments_change_no_byte(tmp_path):
+    spec = WALKS | {"count": 600, "shard_rows": 20}
     reference, folder, dice, kills = tmp_path / "l", tmp_path / "m", random.Random(5), 0
     run_batch(read_mapping(spec), reference, workers=2)
-    while kills < 20:
+    while kills < 8:
         process = begin(folder, spec, "--workers", "2")
-        while process.poll() is None and kills < 20:
-            time.sleep(dice.uniform(0.1, 1.2))
+        while process.poll() is None and kills < 8:
+            time.sleep(dice.uniform(0.1, 0.8))
             kind = dice.choice(["solver_process", "spawn_main", "spawn_main", "group"])
             chosen = victims(process, kind)
             if kind == "group" and parts(folder):

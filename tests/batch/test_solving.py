@@ -37,12 +37,14 @@ def marked(solving):
     return struct.unpack(FORMAT, os.pread(solving.marker.fileno(), 8, 0))[0]
 
 
+@pytest.mark.slow
 def test_rows_are_those_of_this_process(solving):
     spec = walks()
     alone = pyarrow.Table.from_batches([record_batch([Asked(spec, number).row() for number in range(3, 30)])])
     assert table_of(solving(spec).rows(range(3, 30))).equals(alone)
 
 
+@pytest.mark.slow
 def test_a_problem_that_takes_too_long_in_compiled_code_is_one_row(solving, tmp_path):
     write_problems(tmp_path / "p.csv", [good_row(0), long_row(), good_row(2), good_row(3)])
     spec = read_mapping({"table": str(tmp_path / "p.csv")})
@@ -52,6 +54,7 @@ def test_a_problem_that_takes_too_long_in_compiled_code_is_one_row(solving, tmp_
     assert [row["problem"] for row in rows] == [0, 1, 2, 3]
 
 
+@pytest.mark.slow
 def test_a_process_that_somebody_ends_changes_no_row(solving):
     spec = walks(count=150)
     quiet = table_of(solving(spec).rows(range(150)))
@@ -69,6 +72,7 @@ def test_a_process_that_somebody_ends_changes_no_row(solving):
     assert table_of(one.rows(range(150))).equals(quiet) and ended.is_set()
 
 
+@pytest.mark.slow
 def test_a_problem_that_crashes_its_process_each_time_is_one_row(solving, tmp_path):
     write_problems(tmp_path / "p.csv", [good_row(0), long_row(), good_row(2)])
     one = solving(read_mapping({"table": str(tmp_path / "p.csv")}))
@@ -90,6 +94,7 @@ def test_a_problem_that_crashes_its_process_each_time_is_one_row(solving, tmp_pa
     assert rows[1]["error"] == "the process that planned it was ended by signal 11, 3 times"
 
 
+@pytest.mark.slow
 def test_the_process_ends_with_the_one_that_asks(solving):
     one = solving(walks())
     list(one.rows(range(1)))

@@ -42,6 +42,7 @@ def test_done_is_0_and_only_the_summary_is_printed(process, tmp_path):
     assert os.listdir(tmp_path) == ["traj.csv"]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_met_is_1(process, tmp_path):
     (tmp_path / "w.csv").write_text("x,y,z\n0,0,1\n8,0,1\n8,4,1\n0,4,1\n0,0,1\n")
     run = process("plan", "w.csv", "--corridor", "0.02", "--continuity", "4", "-o", "traj.csv")
@@ -51,6 +52,7 @@ def test_what_cannot_be_met_is_1(process, tmp_path):
     assert not (tmp_path / "traj.csv").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -85,6 +87,7 @@ def test_help_lists_the_commands_and_version_the_version(process):
     assert version.returncode == 0 and re.fullmatch(r"minsnap \d+\.\d+\.\d+\n(native|python) core.+\n", version.stdout)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variable", ["NO_COLOR", "FORCE_COLOR"])
 def test_nothing_is_coloured(process, variable):
     environment = os.environ | {variable: "1", "TERM": "xterm-256color"}
@@ -99,6 +102,7 @@ def test_a_terminal_without_superscripts_gets_something_else(process):
     assert "max speed" in run.stdout and "²" not in run.stdout
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_met_in_silence(tmp_path):
     arguments = [*COMMAND, "circle", "--laps", "300", "-o", "-"]
     with subprocess.Popen(arguments, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
@@ -108,6 +112,7 @@ def test_a_reader_that_goes_away_is_met_in_silence(tmp_path):
         assert run.stderr.read() == ""
 
 
+@pytest.mark.slow
 def test_an_interrupt_is_130_in_silence_and_leaves_nothing(tmp_path):
     arguments = [*COMMAND, "plan", "-", "-o", "path.csv"]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}

@@ -68,6 +68,7 @@ MISTAKES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "said"), MISTAKES, ids=[words for words, _ in MISTAKES])
 def test_a_mistake_is_one_sentence_status_2_and_no_file(call, tmp_path, words, said):
     for name, text in FILES.items():

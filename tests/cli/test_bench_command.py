@@ -5,6 +5,7 @@ import json
 import pytest
 
 
+@pytest.mark.slow
 def test_ten_lines_say_what_this_machine_does(call):
     done = call("bench", "--seconds", "0.001")
     assert done.returncode == 0, done.stderr

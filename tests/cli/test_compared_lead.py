@@ -12,6 +12,7 @@ from minsnap.trajectory.samples import Samples
 LATE, LEAD = 0.3, 0.2
 
 
+@pytest.mark.slow
 def test_the_command_takes_the_lead_from_the_file_or_is_told(call, tmp_path):
     path = minsnap.rectangle(width=6, length=4, total_time=14.0)
     file, t = path.sample(20.0), np.arange(0.0, 17.0, 0.02)

@@ -11,6 +11,7 @@ LAP = "x,y,z\n0,0,1\n4,0,1\n4,3,1\n0,3,1\n0,0,1\n"
 COURSE = "waypoints: [[0,0,1], {place}, [4,3,1]]\n"
 
 
+@pytest.mark.slow
 def test_binary_setpoints_are_not_written_into_a_csv(call, tmp_path):
     assert call("rect", "-o", "a.json").returncode == 0
     run = call("convert", "a.json", "b.csv", "--to", "px4")
@@ -40,6 +41,7 @@ def test_a_map_without_a_way_is_status_1_closed_or_too_narrow(call, tmp_path):
         assert run.returncode == 1 and said in run.stderr
 
 
+@pytest.mark.slow
 def test_files_take_the_names_of_vehicles_of_the_command_line(call, tmp_path):
     (tmp_path / "a.yaml").write_text(COURSE.format(place="[4,0,1]") + "vehicle: f330\n")
     assert call("plan", "a.yaml").returncode == 0
@@ -65,6 +67,7 @@ def test_a_tilt_is_told_in_the_degrees_that_it_was_asked_in(call):
     assert "limit tilt          100.00 %, 5 of 5 degrees, on leg 0" in run.stdout
 
 
+@pytest.mark.slow
 def test_a_lower_limit_says_the_least_value_and_its_bound(call, tmp_path):
     (tmp_path / "a.yaml").write_text(COURSE.format(place="[4,0,1]") + "vehicle: f330\n")
     lines = call("plan", "a.yaml").stdout.splitlines()
@@ -72,6 +75,7 @@ def test_a_lower_limit_says_the_least_value_and_its_bound(call, tmp_path):
     assert " %, least " in line and ", not below " in line and " N, on leg " in line
 
 
+@pytest.mark.slow
 def test_the_drag_of_another_vehicle_than_the_courses_is_said(call, tmp_path):
     (tmp_path / "a.yaml").write_text(COURSE.format(place="[4,0,1]") + "vehicle: crazyflie\n")
     run = call("plan", "a.yaml", "--vehicle", "f330", "-o", "a.csv")

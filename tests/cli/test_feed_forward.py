@@ -14,6 +14,7 @@ from minsnap.vehicle import Quadrotor
 STATED = FeedForward(drag=0.4).stated(PATH)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [["rect", "--time", 12], ["circle"], ["plan", "w.csv"]])
 def test_commands_write_it(call, tmp_path, command):
     (tmp_path / "w.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,3,2\n")
@@ -31,6 +32,7 @@ def test_commands_write_it(call, tmp_path, command):
     assert call("plot", "a.csv", "-o", "a.png").returncode == 0
 
 
+@pytest.mark.slow
 def test_a_preset_is_known_by_its_names(call, tmp_path):
     written = [call("circle", "-o", f"{name}.csv", "--vehicle", name) for name in ("px4-sih", "px4_sih")]
     assert all(done.returncode == 0 and "drag offset" in done.stdout for done in written)
@@ -46,6 +48,7 @@ def test_a_lead_is_written_and_shown(call, tmp_path):
     assert "sent 0.2 s before" in call("check", "b.csv").stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "says"),
     [

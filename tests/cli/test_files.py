@@ -61,6 +61,7 @@ def test_plan_reads_yaml_and_closes_laps(call, tmp_path):
     assert np.linalg.norm(samples.velocity[0]) > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -89,12 +90,14 @@ def test_check_finds_a_good_file_good(call, flown):
     assert {axis["name"]: axis["highest"] for axis in said["axes"]}["x"] == pytest.approx(2.0)
 
 
+@pytest.mark.slow
 def test_check_takes_what_every_planning_command_writes(call):
     for shape in ("rect", "circle", "line", "helix", "eight"):
         assert call(shape, "-o", "a.csv", "--frame", "ned").returncode == 0
         assert call("check", "a.csv", "--from-frame", "ned").returncode == 0, shape
 
 
+@pytest.mark.slow
 def test_check_proves_a_plan_in_exact_arithmetic(call, tmp_path):
     call("rect", "--corridor", "0.3", "--time", "12", "-o", "rect.json")
     run = call("check", "rect.json", "--exact")
@@ -155,6 +158,7 @@ def test_check_refuses_bad_files_and_half_a_corridor_with_2(call, flown, tmp_pat
     assert call("check", "none.csv").returncode == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["a.png", "a.svg", "a.pdf"])
 def test_plot_draws_a_file(call, flown, square, tmp_path, name):
     assert call("plot", flown, "-o", name, "--waypoints", square, "--corridor", "0.2").returncode == 0
@@ -172,6 +176,7 @@ def test_plot_needs_a_figure_it_can_write(call, flown, tmp_path):
     assert not (tmp_path / "b.png").exists()
 
 
+@pytest.mark.slow
 def test_waypoints_are_read_from_the_standard_input(tmp_path):
     command = [*COMMAND, "plan", "-", "-o", "path.csv"]
     text = "x,y,z\n0,0,1\n4,0,1\n"

@@ -2,11 +2,13 @@
 
 import json
 
+import pytest
 from standin import StandIn
 
 PARAMETERS = {"MPC_XY_VEL_MAX": 12.0, "MPC_TILTMAX_AIR": 45.0, "MC_YAWRATE_MAX": 200.0}
 
 
+@pytest.mark.slow
 def test_limits_are_printed_and_planned_with(call, tmp_path):
     with StandIn(parameters=PARAMETERS) as vehicle:
         link = f"udpout:127.0.0.1:{vehicle.port}"

@@ -17,6 +17,7 @@ def write(tmp_path):
     return _write
 
 
+@pytest.mark.slow
 def test_the_command_flies_a_course(call, write):
     stops = "[0, 0, 1], {center: [3, 0, 1], heading: 0, width: 1}, {x: 5, y: 2, z: 1, hold: 1}"
     write(f"waypoints: [{stops}]\ntakeoff: true\n")
@@ -31,6 +32,7 @@ def test_the_command_flies_a_course(call, write):
     assert call("check", "a.csv").returncode == 0
 
 
+@pytest.mark.slow
 def test_gates_of_three_shapes_keep_their_margin_and_say_when_they_are_passed(call, write, tmp_path):
     square = "{center: [0,0,1], heading_deg: 0, width: 1, height: 1, margin: 0.3}"
     rest = "{center: [4,3,1], heading_deg: 90, radius: 0.5}, {corners: [[-1,3,0.5],[-3,3,0.5],[-2,3,2.5]]}"

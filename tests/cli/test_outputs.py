@@ -74,6 +74,7 @@ def test_a_plan_is_planned_again_from_its_file(call, tmp_path):
     assert refused.returncode == 2 and "r.json is a plan already" in refused.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["json", "npz", "traj"])
 def test_other_commands_take_any_of_them(call, tmp_path, ending):
     name = f"r.{ending}"

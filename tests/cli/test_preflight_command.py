@@ -2,6 +2,7 @@
 
 import json
 
+import pytest
 from flying import PATH
 from px4_parameters import PX4
 from standin import StandIn
@@ -9,6 +10,7 @@ from standin import StandIn
 from minsnap import write_csv
 
 
+@pytest.mark.slow
 def test_the_command_says_what_does_not_fit_and_writes_what_is_named(call, tmp_path):
     path = tmp_path / "path.csv"
     write_csv(PATH, path)

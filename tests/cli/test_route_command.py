@@ -20,6 +20,7 @@ def folder(tmp_path):
 WAY = ["route", "map.npy", "--resolution", "0.1", "--start", "1", "1", "--goal", "9", "7", "--clearance", "0.3"]
 
 
+@pytest.mark.slow
 def test_one_command_leads_from_a_map_to_setpoints_and_a_figure(call, folder):
     done = call(*WAY, "-o", "route.csv", "--plot", "route.png", "--json")
     assert done.returncode == 0, done.stderr

@@ -149,6 +149,7 @@ def test_figure_and_file_together(call, tmp_path):
     assert (tmp_path / "a.csv").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["-o", "--plot"])
 def test_no_clobber_keeps_what_is_there(call, tmp_path, target):
     name = "a.csv" if target == "-o" else "a.png"
@@ -161,6 +162,7 @@ def test_no_clobber_keeps_what_is_there(call, tmp_path, target):
     assert not file.read_bytes().startswith(b"precious")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

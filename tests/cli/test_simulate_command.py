@@ -21,6 +21,7 @@ def path(tmp_path):
     return traj
 
 
+@pytest.mark.slow
 def test_a_plan_is_flown_and_everything_is_written(call, path, tmp_path):
     done = call("simulate", "path.json", "-o", "flown.csv", "--plot", "flown.png", "--json")
     assert done.returncode == 0, done.stderr
@@ -49,6 +50,7 @@ def test_an_animation_is_written(call, tmp_path):
         assert film.n_frames == 10
 
 
+@pytest.mark.slow
 def test_what_was_simulated_is_fitted_and_offset(call, tmp_path):
     flown = ["--vehicle", "px4-sih", "--delay", "0.1", "--json"]
     course = ["rect", "--time", "12", "--altitude", "2", "-o"]

@@ -14,6 +14,7 @@ from standin import OFFBOARD, POSCTL, PointMass, StandIn, mavutil
 
 from minsnap import write_csv
 
+pytestmark = pytest.mark.slow
 PATH = excursion(1.0, reach=0.2)
 START = in_ned(PATH.position[0])
 COMMAND = [sys.executable, "-m", "minsnap"]
@@ -40,7 +41,6 @@ def started(*arguments, stdin=subprocess.DEVNULL):
     return subprocess.Popen(command, stdin=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-@pytest.mark.slow
 def test_a_whole_flight_by_itself(process, path, tmp_path):
     with StandIn(body=PointMass((0.0, 0.0, -1.0)), armed=False) as vehicle:
         log = tmp_path / "log.csv"
@@ -53,7 +53,6 @@ def test_a_whole_flight_by_itself(process, path, tmp_path):
     assert log.read_text().count("\n") > 100
 
 
-@pytest.mark.slow
 def test_enter_lets_go_and_a_bar_is_drawn_on_a_terminal(vehicle, path):
     ours, theirs = pty.openpty()
     command = [*COMMAND, "stream", str(path), "--connect", link(vehicle)]
@@ -73,7 +72,6 @@ def test_enter_lets_go_and_a_bar_is_drawn_on_a_terminal(vehicle, path):
     os.close(theirs)
 
 
-@pytest.mark.slow
 def test_ctrl_c_holds_until_the_mode_is_left(vehicle, path):
     with started("stream", path, "--connect", link(vehicle), "--trigger", "mode") as running:
         vehicle.until(lambda v: len(v.setpoints) > 42)
@@ -87,7 +85,6 @@ def test_ctrl_c_holds_until_the_mode_is_left(vehicle, path):
     assert running.returncode == 1 and said.startswith("not completed: stopped by the user")
 
 
-@pytest.mark.slow
 def test_orders_are_taken_while_it_flies_and_the_end_of_the_input_finishes(tmp_path):
     course = tmp_path / "course.yaml"
     course.write_text("waypoints: [[0, 0, 1.5], [2, 0, 1.5], [4, 1, 1.5]]\nlimits: {speed: 1.5, acceleration: 2}\n")

@@ -34,6 +34,7 @@ def running(tmp_path):
     process.communicate()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_it_serves_its_page_on_this_machine_only_and_ends_on_a_signal(running, number, tmp_path):
     process, port, line = running
@@ -59,6 +60,7 @@ def test_a_port_in_use_is_one_sentence(tmp_path):
     assert err.count("\n") == 1 and f"port {port}" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -159,6 +159,7 @@ def test_pieces_are_a_number_or_left_to_the_search(call):
     assert run.returncode == 2 and "at least 1" in run.stderr
 
 
+@pytest.mark.slow
 def test_the_summary_says_how_much_shorter_more_polynomials_would_be(call, tmp_path):
     (tmp_path / "points.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,3,1.5\n")
     for command in (("rect",), ("line", "--max-speed", 3), ("plan", "points.csv", "--max-speed", 3)):

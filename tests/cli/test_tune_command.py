@@ -20,6 +20,7 @@ def flown(sent, rate=None):
     return simulate(VEHICLE, CascadeController(), sent, setpoint_rate=rate, setpoint_delay=0.1, duration=end)
 
 
+@pytest.mark.slow
 def test_the_next_flight_misses_the_plan_by_half(call, tmp_path):
     corners = [(0, 0, 2), (8, 0, 2), (8, 4, 2), (0, 4, 2), (0, 0, 2)]
     path = minsnap.plan(corners, corridor=0.3, total_time=14.0)

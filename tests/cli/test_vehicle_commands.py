@@ -12,6 +12,7 @@ from minsnap.flight.thesis import PUBLISHED_PARASITIC
 from minsnap.vehicle import RPM, BodyDrag, Quadrotor
 
 
+@pytest.mark.slow
 def test_the_experiment_prints_the_table_and_draws_the_figure(call, tmp_path) -> None:
     done = call("experiment", "line", "--repeat", 1, "--compensate", "both", "--plot", "line.png")
     assert done.returncode == 0, done.stderr
@@ -19,6 +20,7 @@ def test_the_experiment_prints_the_table_and_draws_the_figure(call, tmp_path) ->
     assert (tmp_path / "line.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_experiment_as_json_takes_every_option(call) -> None:
     done = call(
         *("experiment", "circle", "--repeat", 1, "--compensate", "on", "--model", "exact", "--smooth", "--json"),
@@ -30,6 +32,7 @@ def test_the_experiment_as_json_takes_every_option(call) -> None:
     assert run["compensation"] == "exact" and 0 < run["whole"]["rmse_3d"] < 1.0
 
 
+@pytest.mark.slow
 def test_flights_of_an_experiment_can_be_compared_again(call, tmp_path) -> None:
     done = call("experiment", "line", "--repeat", 2, "--smooth", "--model", "exact", "-o", "flown", "--json")
     assert done.returncode == 0, done.stderr
@@ -169,6 +172,7 @@ def test_fit_finds_a_thrust_coefficient(call, tmp_path) -> None:
     assert terms[0]["value"] == pytest.approx(7.456e-8 / RPM**2, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["parasitic", "reduced", "linear", "consistent"])
 def test_fit_finds_drag_surfaces(call, tmp_path, form) -> None:
     pitch, speed = (axis.ravel() for axis in np.meshgrid(np.linspace(-20, 20, 9), np.linspace(7, 28, 9)))
@@ -191,6 +195,7 @@ def test_fit_says_what_is_missing(call, tmp_path) -> None:
     assert done.returncode == 2 and "no form is called 'lift'" in done.stderr
 
 
+@pytest.mark.slow
 def test_fit_to_a_flight_writes_a_vehicle_and_a_figure(call, tmp_path):
     vehicle = replace(Quadrotor.px4_sih(), drag=BodyDrag((0.8, 0.8, 0.8)))
     path = minsnap.plan([(0, 0, 2), (6, 0, 2), (6, 4, 3), (0, 4, 1), (0, 0, 2)], total_time=12.0, corridor=0.5)

@@ -16,6 +16,7 @@ def files(call):
     assert call("line", "-o", "a.csv").returncode == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [("line",), ("plan", "w.csv"), ("compare", "a.csv", "a.csv"), ("simulate", "a.csv")], ids=" ".join
 )
@@ -27,12 +28,14 @@ def test_a_view_reaches_the_figure(call, files, command, view):
     assert Path("one.svg").read_text() != Path("other.svg").read_text()
 
 
+@pytest.mark.slow
 def test_the_command_that_plots_a_file_takes_a_view(call, files):
     assert call("plot", "a.csv", "-o", "a.svg", "--view", "xz").returncode == 0
     assert call("plot", "a.csv", "-o", "b.svg", "--view", "yz").returncode == 0
     assert Path("a.svg").read_text() != Path("b.svg").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [(name,) for name in SHAPES] + [("experiment", "line"), ("simulate", "a.csv")], ids=" ".join
 )

@@ -75,6 +75,7 @@ REFUSED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "said"), REFUSED)
 def test_what_is_careless_is_refused(call, arguments, said):
     Path("w.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,4,1\n")

@@ -25,6 +25,7 @@ def test_seeds_are_valid(files, name, tmp_path):
     readers()[name](tmp_path / name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", readers())
 def test_bytes_near_a_file_are_read_or_refused(files, name, tmp_path):
     random = np.random.default_rng(0)
@@ -33,6 +34,7 @@ def test_bytes_near_a_file_are_read_or_refused(files, name, tmp_path):
         attempt(readers()[name], tmp_path / name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", readers())
 @settings(max_examples=50, deadline=None, suppress_health_check=list(HealthCheck))
 @given(content=st.binary(max_size=300) | st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace")))

@@ -124,6 +124,7 @@ def test_hostile_archives_are_refused_in_a_sentence(tmp_path, name):
         read_npz(path)
 
 
+@pytest.mark.slow
 def test_no_flipped_byte_of_an_archive_gets_past_its_reader(tmp_path):
     path = tmp_path / "path.npz"
     write_npz(PATH, path)

@@ -31,6 +31,7 @@ def exact_square(one, two, t, downwash):
     return apart[0] ** 2 + apart[1] ** 2 + (apart[2] / Fraction(downwash)) ** 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_least_distance_is_never_more_than_the_exact_one_and_is_reached(seed):
     rng = np.random.default_rng(seed)

@@ -34,6 +34,7 @@ OFF = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", OFF)
 def test_what_the_search_does_not_know_is_seen(monkeypatch, off):
     """The search has the question without one of its parts, and what it finds must not leave."""
@@ -49,6 +50,7 @@ def test_what_the_search_does_not_know_is_seen(monkeypatch, off):
         minsnap.plan_fleet(**asked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "sentence"),
     [

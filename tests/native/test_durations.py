@@ -28,6 +28,7 @@ def central(function, values, index, step):
     return (function(above) - function(below)) / (2.0 * step)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("half", (2, 3, 4, 5, 6))
 def test_cost_and_gradients_are_those_of_exact_splines(half):
     points, durations = random_legs(half, legs=4)

@@ -79,6 +79,7 @@ def test_closed_laps_are_those_of_the_python_core(seed, half, legs, dim):
     assert np.allclose(states[0], states[-1], rtol=1e-9, atol=1e-9 * np.abs(states).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("half", [2, 3, 4, 5, 6])
 @pytest.mark.parametrize("decades", [0.5, 1.0, 2.0, 4.0])
 def test_durations_decades_apart_are_solved_as_exact_rationals_do(half, decades):

@@ -106,6 +106,7 @@ def test_messages_leave_through_a_serial_port():
     os.close(theirs)
 
 
+@pytest.mark.slow
 def test_sequence_numbers_are_shared_and_wrap():
     with Line(delay=0.02) as line:
         others = []

@@ -6,10 +6,10 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from corners import problem
 from helpers.questions import tube_question
 from helpers.tasks import REFERENCE
 from hypothesis import given, settings
@@ -20,10 +20,6 @@ from minsnap.native.corridor import CorridorQuestion, WallArrays, solve_corridor
 from minsnap.native.library import core
 from minsnap.native.status import Status
 from minsnap.native.tube import tube_optimum
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from corners import problem
 
 pytestmark = pytest.mark.skipif(core().library is None, reason="there is no native core")
 

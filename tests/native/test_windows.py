@@ -80,6 +80,7 @@ def test_a_lap_that_does_not_end_where_it_begins_is_not_solved_in_windows():
     assert solve_corridor(tube_question(points, durations, widths, closed=True)).status is Status.UNSUPPORTED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("corridor", ["none", "tube", "round"])
 @pytest.mark.parametrize("kind", ["box", "ball", "gates"])

@@ -123,6 +123,7 @@ def test_axes_that_no_wall_couples_do_not_move_each_other():
     assert minsnap.plan(bent, DURATIONS, corridor=0.3)(t)[:, 2].max() > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", (12, 60, 200))
 def test_many_legs_are_inside_and_match_a_finely_sampled_programme(count):
     points, durations, widths = many_legs(count)

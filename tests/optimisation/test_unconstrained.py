@@ -23,6 +23,7 @@ def away_from(traj, points):
     return np.abs(traj.control_points - points).max() / np.abs(points).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("degree", DEGREES)
 def test_it_is_the_exact_optimum(degree, seed):

@@ -49,6 +49,7 @@ SCENES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_plans_keep_out_and_keep_everything_else(name):
     asked = {"waypoints": ACROSS} | SCENES[name]
@@ -144,6 +145,7 @@ OFF = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", OFF)
 def test_what_the_search_around_does_not_know_is_seen(monkeypatch, off):
     """The search has the question without one of its parts, and what it finds must not leave."""

@@ -146,6 +146,7 @@ BOXES = minsnap.Boxes(
 MOVING = {"velocity": (0.7, 0.2, -0.1)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("walls", "further"),
     [

@@ -142,6 +142,7 @@ def test_impossible_requests_are_refused(path):
         plot_profiles(path, axes=[None])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("PDF", b"%PDF")])
 def test_figures_are_written_by_their_ending_and_equal_ones_are_equal_files(path, tmp_path, ending, start):
     for name in ("a", "b"):
@@ -217,6 +218,7 @@ def rows(figure):
     return [ax.get_ylabel().partition("\n")[0] for ax in figure.subfigs[1].axes]
 
 
+@pytest.mark.slow
 def test_an_overview_has_the_heading_where_there_is_one_and_the_limits_where_there_are_some():
     derivatives = ["position", "velocity", "acceleration", "jerk", "snap"]
     level = minsnap.line()
@@ -237,6 +239,7 @@ def test_the_heading_is_that_of_the_path():
         plot_heading(Samples(np.arange(2.0), np.ones((2, 3))))
 
 
+@pytest.mark.slow
 def test_a_climbing_path_is_drawn_from_the_side_on_the_same_scale(path):
     figure = plot_overview(path, corridor=None)
     figure.draw_without_rendering()
@@ -249,6 +252,7 @@ def test_a_climbing_path_is_drawn_from_the_side_on_the_same_scale(path):
     assert len(plot_overview(minsnap.circle()).subfigs[0].axes) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", ["xy", "3d"])
 def test_no_legend_covers_a_curve(view):
     limits = Limits(speed=3.0, acceleration=6.0)

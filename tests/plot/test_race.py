@@ -90,6 +90,7 @@ def test_the_yaw_rate_that_is_limited_is_the_spin(path):
     assert np.abs(path.yaw(path.breaks, 1)).max() > 0.0 and not np.any(spin.get_ydata())
 
 
+@pytest.mark.slow
 def test_a_race_is_both_in_one_figure(path, tmp_path):
     figure = plot_race(path, VEHICLE, view="3d", waypoints=COURSE, tolerance=Ball(0.3), title="a race")
     assert any(ax.name == "3d" for ax in figure.axes)

@@ -2,9 +2,12 @@
 
 import struct
 
+import pytest
+
 import minsnap
 
 
+@pytest.mark.slow
 def test_a_figure_is_png_of_twice_the_size_at_which_it_is_shown():
     figure = minsnap.plot.plot_overview(minsnap.line(total_time=3.0))
     data, shown = figure._repr_png_()

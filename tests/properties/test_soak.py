@@ -1,19 +1,14 @@
 """A few questions of every kind of ``benchmarks/soak.py``, and its judgement of wrong answers."""
 
 import contextlib
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+import soak  # noqa: E402
+from random_plans import KINDS, question  # noqa: E402
 
 import minsnap
 from minsnap.errors import InfeasibleError
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-import soak  # noqa: E402
-from random_plans import KINDS, question  # noqa: E402
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -22,6 +17,7 @@ def test_questions_are_solved_or_refused_rightly(kind):
     assert set(outcomes.values()) <= set(soak.RIGHT), outcomes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "seed"),
     [
@@ -61,6 +57,7 @@ def test_a_curve_outside_is_noticed():
     assert soak._judged(asked, free)[0] == "outside"
 
 
+@pytest.mark.slow
 def test_the_relaxation_of_a_question_with_a_solution_needs_no_share():
     asked = question("boxes", 1)[1]
     minsnap.plan(**asked)

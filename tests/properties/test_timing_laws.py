@@ -116,6 +116,7 @@ def test_a_total_within_reach_is_kept_with_the_limits(asked, longer):
     assert path.duration == pytest.approx(total, rel=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=2, phases=QUICK)
 @given(problems(), st.sampled_from(["optimal", "distance"]))
 def test_a_plan_that_is_only_scaled_exceeds_no_limit(asked, split):

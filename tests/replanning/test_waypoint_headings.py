@@ -38,6 +38,7 @@ def check_heading(change, flown, angles):
     assert steps.max() <= LIMITS.yaw_rate * (1.0 + 1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("horizon", [None, 2])
 @pytest.mark.parametrize("now", [0.1, 0.7, 1.5])
 def test_new_plans_turn_through_the_angles_from_the_flown_heading_and_its_rate(flown, now, horizon):
@@ -95,6 +96,7 @@ def test_angles_with_boxes_go_to_the_ends_of_their_legs(flown):
     check_heading(change, flown, angles)
 
 
+@pytest.mark.slow
 def test_headings_that_no_plan_found_can_follow_leave_the_flown_ones(flown):
     change = Replanner(LIMITS, 0.5, clock=still).replan(flown, 0.2, POINTS[1:], 0.1, yaw=[3.0, 0.0, 3.0, 0.0], **AMPLE)
     assert change.kept and change.certified and change.reason

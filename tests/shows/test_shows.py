@@ -123,6 +123,7 @@ def test_acts_that_stand_too_close_or_are_unknown_are_refused(show_file):
         fly(read_show(show_file))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", ["csv", "skyc"])
 def test_the_command_certifies_what_it_wrote(show_file, tmp_path, capsys, to):
     out, page = tmp_path / "out", tmp_path / "report.html"
@@ -144,6 +145,7 @@ def test_the_command_certifies_what_it_wrote(show_file, tmp_path, capsys, to):
         assert read_skyc(place).lights[0](20.0) is not None
 
 
+@pytest.mark.slow
 def test_fleets_are_drawn_by_the_command_line(show_file, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("minsnap.plot.animation.LONGEST", 2.0)
     film = tmp_path / "show.gif"
@@ -156,6 +158,7 @@ def test_fleets_are_drawn_by_the_command_line(show_file, tmp_path, capsys, monke
     assert "show.avi does not end in .gif" in capsys.readouterr().err and not (tmp_path / "more").exists()
 
 
+@pytest.mark.slow
 def test_a_show_too_long_for_the_vehicles_says_what_fits(show_file, tmp_path, capsys):
     ring = "  - {formation: {circle: {radius: 3, height: 5}}, turn: 0}\n"
     show_file.write_text(SHOW + "".join(ring.replace("turn: 0", f"turn: {30 * (i % 2)}") for i in range(30)))

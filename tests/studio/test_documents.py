@@ -28,6 +28,7 @@ def test_setpoints_are_byte_by_byte_those_of_the_library(tmp_path, planned):
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", documents.EXPORTS)
 def test_every_kind_is_written(tmp_path, planned, kind):
     target = tmp_path / f"scene{documents.EXPORTS[kind].ending}"

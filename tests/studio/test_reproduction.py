@@ -47,6 +47,7 @@ def test_python_names_the_rotors_of_the_vehicle():
     assert names["limits"].vehicle.name == scene.bounds.vehicle.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["walls", "durations"])
 def test_the_shell_writes_the_same_setpoints(tmp_path, name):
     scene = SCENES[name]

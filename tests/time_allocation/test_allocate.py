@@ -129,6 +129,7 @@ def test_limits_that_are_no_walls_hold_in_every_mode(name, mode):
     check(path, limits, POINTS, options.get("corridor"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", OTHERS)
 @pytest.mark.parametrize("mode", [{"total_time": 1.0}, {"durations": [0.7] * 4}])
 def test_limits_that_are_no_walls_are_never_exceeded_in_silence(name, mode):
@@ -138,6 +139,7 @@ def test_limits_that_are_no_walls_are_never_exceeded_in_silence(name, mode):
         minsnap.plan(POINTS, limits=limits, **plan_arguments(mode | options))
 
 
+@pytest.mark.slow
 def test_what_only_sufficient_walls_refuse_is_not_refused_with_proof():
     """A least thrust is planned as a bound on its vertical part; a steep turn keeps it without."""
     asked = {"limits": Limits(speed=20.0, min_thrust=0.9), "durations": [0.5] * 4}

@@ -39,6 +39,7 @@ ASKED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pieces", [1, 3, "auto"])
 @pytest.mark.parametrize("name", ASKED)
 def test_every_kind_is_certified_and_uses_a_limit_fully(name, pieces):
@@ -86,6 +87,7 @@ for pieces, given in ((1, {"corridor": 0.3}), (3, {"waypoint_tolerance": minsnap
 """
 
 
+@pytest.mark.slow
 def test_plans_are_the_same_to_the_bit_whatever_kernels_numpy_and_blas_choose():
     found = set()
     for kernel in ("Prescott", "Haswell"):

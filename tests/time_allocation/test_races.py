@@ -107,6 +107,7 @@ def test_rotors_under_a_fixed_yaw_begin_from_the_curve_without_spin():
         assert fixed.duration < 1.3 * free.duration
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("yaw", [0.0, 0.7, "tilt", "velocity", [0.0, 0.5, 1.0, 0.5, 0.0]], ids=str)
 def test_a_vehicle_with_any_heading(yaw):
     limits = Limits.of(Quadrotor.dji_f330(), reserve=0.2, speed=6.0)
@@ -143,6 +144,7 @@ def test_an_interrupted_search_returns_what_it_has(step):
     assert path.report.interrupted and minsnap.certify(path, REFERENCE, corridor=0.3, limits=LIMITS).ok
 
 
+@pytest.mark.slow
 def test_what_cannot_be_kept_at_any_speed_is_named():
     with pytest.raises(InfeasibleError) as refused:
         minsnap.plan(REFERENCE, limits=LIMITS, start={"velocity": (0.0, 2.9, 0.0)}, corridor=0.05)
@@ -154,6 +156,7 @@ def test_what_cannot_be_kept_at_any_speed_is_named():
         minsnap.plan(REFERENCE, limits=Limits(climb_speed=1.0))
 
 
+@pytest.mark.slow
 def test_where_several_pieces_find_nothing_the_search_begins_with_one():
     """Under a fixed yaw three pieces ended outside; what came instead took 29 s for 18 on the whole course."""
     course, limits = [(-5.0, 4.5, 1.2), *LOOP], Limits.of(RACER, reserve=0.0, body_rate=15.0, yaw_rate=3.0)

@@ -25,6 +25,7 @@ def fits(*given, **options):
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limits", [Limits(speed=1.0), Limits(speed=2.5), Limits(acceleration=2.0), Limits(tilt=0.15)])
 @pytest.mark.parametrize("corridor", [None, 0.3])
 def test_stretch_of_time_said_would_do_and_little_less_would_not(limits, corridor):
@@ -44,6 +45,7 @@ def test_durations_within_limits_that_leave_time_are_planned():
     assert path.cost() > free.cost()
 
 
+@pytest.mark.slow
 def test_no_factor_is_named_where_no_longer_time_was_found():
     """What is refused is the part after a way back to the limits, in the time that is left of those asked for."""
     points = [(0, 0, 1), (4, 0, 1), (4, 3, 1.5)]

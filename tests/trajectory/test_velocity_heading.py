@@ -26,6 +26,7 @@ def differences(heading, duration):
     return 0.5 * (t[1:] + t[:-1]), np.diff(heading(t)) / np.diff(t)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COURSES)
 def test_a_heading_is_continuous_with_the_rate_that_is_reported_exactly(name):
     traj = minsnap.plan(*COURSES[name], yaw=minsnap.Velocity(yaw_rate=1.5), corridor=0.5)

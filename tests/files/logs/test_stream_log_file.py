@@ -25,6 +25,7 @@ def log(tmp_path_factory):
     return path, report
 
 
+@pytest.mark.slow
 def test_the_flight_is_found_by_its_setpoints_and_has_the_error_of_the_report(log):
     path, report = log
     read = read_stream_log(path)

@@ -41,6 +41,7 @@ def packed(curve):
     return content
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lossy", [False, True])
 def test_every_byte_arrives_though_packets_are_lost(lossy):
     fleet = pair()
@@ -70,6 +71,7 @@ def test_a_memory_that_reads_otherwise_is_an_error_and_nothing_takes_off():
     assert all(body[0] in (0, 6) for _, body in one.commands)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lossy", [False, True])
 def test_a_flight_takes_off_goes_to_its_starts_starts_and_lands(lossy):
     fleet, told = pair(), []
@@ -84,6 +86,7 @@ def test_a_flight_takes_off_goes_to_its_starts_starts_and_lands(lossy):
     assert "2 memories written and read back" in told[0] and told[-1] == "landing"
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_disappears_on_the_ground_keeps_all_there():
     with CrtpVehicle() as one, CrtpVehicle(lasts=10) as two:
         with pytest.raises(LinkError, match=f"{two.uri} does not answer"):
@@ -91,6 +94,7 @@ def test_a_vehicle_that_disappears_on_the_ground_keeps_all_there():
     assert 7 not in [body[0] for _, body in one.commands]
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_disappears_in_the_air_lands_the_others():
     told = []
     with CrtpVehicle() as one, CrtpVehicle() as two:

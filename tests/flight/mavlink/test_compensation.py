@@ -49,6 +49,7 @@ def test_where_the_vehicle_is_to_be_is_what_was_sent_a_lead_before(lead):
         assert np.linalg.norm(np.subtract(table.planned(step), (x, -y, -z))) < 3e-3
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_is_late_by_the_lead_is_on_time(clock):
     at_speed = PointMass(START, lag=1e-9)
     with StandIn(clock=clock, body=at_speed, held_back=0.3) as late:

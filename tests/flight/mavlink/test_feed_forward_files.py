@@ -88,6 +88,7 @@ def test_it_is_not_added_twice(tmp_path):
         simulate(Quadrotor.px4_sih(), CascadeController(), STATED, compensation=BodyDrag((0.4, 0.4, 0.4)))
 
 
+@pytest.mark.slow
 def test_the_simulated_vehicle_follows_it():
     vehicle, still = Quadrotor.px4_sih(), minsnap.rectangle(8, 4, corridor=0.3, total_time=16.0).sample(20.0)
     stated = FeedForward(vehicle=vehicle).stated(still)

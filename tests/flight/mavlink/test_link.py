@@ -78,6 +78,7 @@ def test_a_serial_port_carries_bytes_both_ways():
     os.close(theirs)
 
 
+@pytest.mark.slow
 def test_tcp_comes_back_after_the_other_end_was_gone():
     server = open_transport("tcpin:127.0.0.1:0")
     bound = socket.socket(fileno=os.dup(server.readers()[0]))

@@ -116,6 +116,7 @@ def test_needs_are_those_of_the_samples():
     assert needs.tilt == pytest.approx(tilt, abs=1e-12) and needs.height == PATH.position[:, 2].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stack", "values"), [("px4", PX4), ("ardupilot", COPTER)])
 def test_parameters_are_read_and_written_as_the_autopilot_encodes_them(stack, values):
     clock = Clock()

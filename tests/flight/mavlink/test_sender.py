@@ -18,9 +18,12 @@ from minsnap.flight.mavlink.sequence import SetpointStep
 from minsnap.flight.mavlink.setpoints import Setpoint, setpoint_message
 from minsnap.native.library import core, using
 
-pytestmark = pytest.mark.skipif(core().library is None, reason="the native core is not in use")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(core().library is None, reason="the native core is not in use"),
+]
 
-SHORT = excursion(3.0, rate=50.0, reach=0.5)
+SHORT = excursion(1.6, rate=50.0, reach=0.3)
 PATIENT = SafetyRules(settle_time=0.2, max_gap=0.5, link_timeout=5.0, heartbeat_timeout=10.0, abort_distance=5.0)
 
 

@@ -60,6 +60,7 @@ def test_a_change_is_flown_from_its_splice_to_its_own_goal(vehicle, clock, flown
     assert steps.max() < 1.5 * 1.6 / 20.0 * (1 + report.schedule.skipped)
 
 
+@pytest.mark.slow
 def test_late_changes_and_jumps_are_refused_and_the_flight_goes_on(vehicle, clock, flown):
     with Flight(vehicle, flown.sample(20.0), clock) as flight:
         with pytest.raises(FlightError, match="not flying this stream"):

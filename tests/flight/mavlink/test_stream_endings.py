@@ -18,6 +18,7 @@ FAST = excursion(8.0, reach=13.0)
 SPEED = float(np.linalg.norm(FAST.velocity, axis=1).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stopped", [False, True])
 def test_a_vehicle_that_refuses_to_arm_is_not_held_on_the_ground(clock, stopped):
     ground = (*START[:2], 0.0)
@@ -97,6 +98,7 @@ def test_px4_that_flies_by_itself_gets_nothing_more():
     assert AUTOPILOTS["px4"].mode_name(world.vehicle) == "RETURN" and World().mode >> 16 == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [{}, {"delay": 0.5}, {"feed_forward": FeedForward(vehicle=Quadrotor.px4_sih())}])
 def test_a_lag_that_would_stop_the_flight_is_refused_or_allowed_for(clock, given):
     with StandIn(clock=clock, body=PointMass(in_ned(FAST.position[0]))) as vehicle:

@@ -51,6 +51,7 @@ def test_a_minute_arrives_whole_in_order_and_equal_to_float32(kind, rate):
     assert np.array_equal(rows[moving - 1 : moving - 1 + len(expected)], expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["udp", "tcp"])
 def test_a_receiver_killed_and_restarted_meets_a_hold(kind):
     clock = SharedClock()
@@ -81,6 +82,7 @@ def through(proxy, vehicle, clock, **options):
     return Flight(vehicle, PATH, clock, open_link(f"udpout:127.0.0.1:{proxy.port}", clock), **options)
 
 
+@pytest.mark.slow
 def test_a_lossy_late_network_is_flown_through_in_order():
     clock = SharedClock()
     with StandIn(clock=clock, body=PointMass(START)) as vehicle:
@@ -95,6 +97,7 @@ def test_a_lossy_late_network_is_flown_through_in_order():
     assert 0.8 < len(stamps) / (stamps[-1] / 50) < 0.97
 
 
+@pytest.mark.slow
 def test_a_cut_cable_stops_the_flight_and_a_mended_one_finds_a_hold():
     clock = SharedClock()
     with StandIn(clock=clock, body=PointMass(START)) as vehicle:
@@ -113,6 +116,7 @@ def test_a_cut_cable_stops_the_flight_and_a_mended_one_finds_a_hold():
                 flight.result()
 
 
+@pytest.mark.slow
 def test_a_delay_longer_than_the_link_timeout_is_no_silence():
     """What is late is not silent; but the rules see the vehicle as it was: the abort distance has to allow for it."""
     clock = SharedClock()
@@ -128,6 +132,7 @@ def read_log(path):
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_the_log_has_all_that_was_sent_and_what_came_back(tmp_path):
     clock, path = SharedClock(), tmp_path / "flight.csv"
     with StandIn(clock=clock, body=PointMass(START)) as vehicle:

@@ -100,6 +100,7 @@ def test_a_height_on_the_ground_is_no_origin():
 ENDS = [("px4", "land", LAND), ("px4", "rtl", RETURN), ("ardupilot", "rtl", COPTER_RTL)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stack", "on_abort", "mode"), ENDS)
 def test_after_an_abort_it_comes_down_as_asked(clock, stack, on_abort, mode):
     with StandIn(autopilot=stack, clock=clock, body=PointMass(START)) as vehicle:

@@ -28,6 +28,7 @@ def test_a_vehicle_carried_away_before_the_start_is_refused_before_it_can_enter_
     assert set(map(tuple, places(vehicle))) == {START}
 
 
+@pytest.mark.slow
 def test_without_a_position_nothing_is_flown_unless_asked_for(vehicle, clock):
     vehicle.positions = False
     with Flight(vehicle, PATH, clock) as flight, pytest.raises(FlightError, match="does not report LOCAL_POSITION_NED"):
@@ -58,6 +59,7 @@ def test_arming_flying_and_landing_without_a_pilot(clock):
         assert not vehicle.failsafes and not vehicle.armed or vehicle.mode == LAND
 
 
+@pytest.mark.slow
 def test_ardupilot_takes_off_in_silence_and_flies_in_guided(clock):
     ground = PointMass((0.0, 0.0, 0.0))
     with StandIn(autopilot="ardupilot", clock=clock, body=ground, armed=False) as vehicle:

@@ -77,6 +77,7 @@ class Pair:
         return self.found
 
 
+@pytest.mark.slow
 def test_they_begin_in_the_same_slot_and_end_each_at_its_end(monkeypatch):
     with Pair(monkeypatch) as pair:
         pair.both_enter()
@@ -88,6 +89,7 @@ def test_they_begin_in_the_same_slot_and_end_each_at_its_end(monkeypatch):
     assert first[0] == pytest.approx(first[1], abs=0.021), "the stand-ins look every hundredth of a second"
 
 
+@pytest.mark.slow
 def test_a_fleet_on_one_map_is_flown_by_autopilots_that_each_count_from_their_own_place(monkeypatch):
     apart = [replace(path, position=path.position + [2.0 * k, 2.0 * k, 0.0]) for k, path in enumerate(PATHS, 1)]
     with Pair(monkeypatch, apart, relative=True) as pair:

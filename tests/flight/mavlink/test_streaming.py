@@ -9,6 +9,7 @@ from minsnap.cli.app import exit_status
 from minsnap.errors import FlightError
 
 
+@pytest.mark.slow
 def test_a_whole_flight_waits_flies_holds_and_ends_when_the_pilot_takes_over(vehicle, clock):
     with Flight(vehicle, PATH, clock) as flight:
         vehicle.until(lambda v: streamed(v, 3))
@@ -147,6 +148,7 @@ def test_stopping_twice_ends_at_once(vehicle, clock):
         assert flight.result().reason == "stopped by the user"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("failure", [RuntimeError("the display broke"), KeyboardInterrupt()])
 def test_a_failure_of_our_own_stops_and_holds(vehicle, clock, failure):
     with Flight(vehicle, PATH, clock) as flight:

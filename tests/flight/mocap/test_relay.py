@@ -213,6 +213,7 @@ class Motive(threading.Thread):
         self.socket.close()
 
 
+@pytest.mark.slow
 def test_natnet_through_its_client(receiver):
     turn = (0.0, math.sin(0.2), 0.0, math.cos(0.2))
     motive = Motive([(4, (9.0, 9.0, 9.0), turn, 1), (5, (1.0, 2.0, 3.0), turn, 1), (6, (0.0, 0.0, 0.0), turn, 0)])
@@ -231,6 +232,7 @@ def test_natnet_through_its_client(receiver):
     motive.join()
 
 
+@pytest.mark.slow
 def test_nobody_at_natnet():
     with pytest.raises(LinkError, match=r"no NatNet server answers at 127\.0\.0\.1"):
         NatNetSource("127.0.0.1", "127.0.0.1", None, False, Clock(), 9)

@@ -43,6 +43,7 @@ def test_the_inputs_of_flatness_fly_the_path_with_no_feedback(path) -> None:
     assert np.abs(flight.error).max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("corridor", [None, 0.3])
 def test_a_plan_flown_open_loop_for_12_seconds_stays_within_a_tenth_of_a_millimetre(corridor) -> None:
     """In a corridor snap jumps at the corners; times that are no multiples of the step put knots inside steps."""
@@ -157,6 +158,7 @@ def test_noise_moves_the_estimate_and_not_the_truth_at_the_start() -> None:
     assert 1e-4 < np.abs(flight.error).max() < 0.3
 
 
+@pytest.mark.slow
 def test_setpoints_are_held_between_their_instants() -> None:
     path = minsnap.circle(ramp=0.0)
     fast = simulate(F330, GeometricController(), path, compensation=F330.drag)

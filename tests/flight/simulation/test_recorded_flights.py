@@ -39,6 +39,7 @@ def climbing(samples):
     return Samples(samples.t, place, velocity, samples.acceleration, feed_forward=samples.feed_forward)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COURSES)
 def test_errors_are_within_a_fifth_of_the_recorded_ones(name):
     make, without, compensated = COURSES[name]
@@ -48,6 +49,7 @@ def test_errors_are_within_a_fifth_of_the_recorded_ones(name):
     assert flown(climbing(stated), plain)[1] == pytest.approx(compensated, rel=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COURSES)
 def test_the_loop_takes_off_more_than_half(name):
     plain = COURSES[name][0]().sample(20.0)

@@ -69,6 +69,7 @@ def fly_ours(parameters: dict, commands: np.ndarray, aero: bool) -> np.ndarray:
     return np.array(positions)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("parameters", "aero"),
     [
@@ -86,6 +87,7 @@ def test_equal_rotor_commands_move_equal_vehicles_equally(parameters: dict, aero
     np.testing.assert_allclose(ours, theirs, atol=1e-5)  # asked for: 1 mm after 2 s
 
 
+@pytest.mark.slow
 def test_translational_lift_is_the_whole_difference_that_is_left() -> None:
     commands = wavy_commands(hummingbird)
     apart = np.linalg.norm(fly_theirs(hummingbird, commands, True) - fly_ours(hummingbird, commands, True), axis=1)

@@ -10,6 +10,7 @@ def test_constant_wind_is_constant() -> None:
     np.testing.assert_array_equal(ConstantWind((1, 2, 3)).sample(4, 0.1), [[1, 2, 3]] * 4)
 
 
+@pytest.mark.slow
 def test_gusts_have_the_spectra_of_the_standard() -> None:
     wind = DrydenWind((4.0, 0, 0), intensity=(1.0, 0.8, 0.5), length=(8.0, 6.0, 4.0), seed=1)
     series = wind.sample(400_000, 0.02)
@@ -36,6 +37,7 @@ def test_a_seed_repeats_the_gusts_and_a_longer_series_begins_alike() -> None:
     assert np.abs(DrydenWind(seed=8).sample(100, 0.01) - one).max() > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.001, 0.1])
 def test_the_first_instant_is_already_stationary(step: float) -> None:
     first = np.array([DrydenWind(seed=seed).sample(3, step)[2] for seed in range(2000)])

@@ -66,6 +66,7 @@ def circles():
     )
 
 
+@pytest.mark.slow
 def test_the_exact_model_helps_most_and_the_published_one_harms(circles) -> None:
     error = {run.compensation: run.steady.rmse_3d for run in circles.runs}
     assert error["exact"] < 0.5 * error[None]
@@ -94,6 +95,7 @@ def test_the_table_has_the_layout_of_the_thesis(circles) -> None:
     assert len(figures["runs"]) == 4 and figures["thesis"] == PUBLISHED_RMSE["circle"]
 
 
+@pytest.mark.slow
 def test_a_late_pose_makes_a_late_flight() -> None:
     """The delay of the whole system grows with that of the pose, which is not compensated."""
     given = {"compensations": (None,), "controller": CascadeController(), "literal": False}

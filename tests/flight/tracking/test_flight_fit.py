@@ -44,6 +44,7 @@ def near(number, truth, errors=3.0):
     return abs(number.value - truth) <= errors * number.error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WRITERS)
 def test_drag_wind_and_hover_are_told_from_accelerometer_and_attitude(tmp_path, windy, name):
     (tmp_path / name).write_bytes(WRITERS[name](Measured(*windy, bias=(0.05, -0.03, 0.0), hover=0.4)))
@@ -55,6 +56,7 @@ def test_drag_wind_and_hover_are_told_from_accelerometer_and_attitude(tmp_path, 
     assert near(found.hover, 0.4) and found.notes == ()
 
 
+@pytest.mark.slow
 def test_standard_errors_are_those_of_repeated_flights(tmp_path, calm):
     """Normalised errors of 20 logs with different noise have about unit variance."""
     deviations = []
@@ -82,6 +84,7 @@ def test_what_a_flight_does_not_tell_is_said(tmp_path, calm):
     assert found.drag(2.0).linear == pytest.approx([2 * found.axes[0].linear.value] * 2 + [0.0])
 
 
+@pytest.mark.slow
 def test_drag_is_per_mass_and_a_vehicle_has_it(tmp_path):
     heavy = flown(BodyDrag((1.8, 1.8, 1.8)), mass=2.0)
     (tmp_path / "a.ulg").write_bytes(ulog_of(Measured(*heavy)))

@@ -68,6 +68,7 @@ def test_a_fit_says_what_of_the_delay_the_lead_took(tmp_path):
     assert fit_flight(replace(read_stream_log(tmp_path / "a.csv")), lead=0.1).lead == 0.1
 
 
+@pytest.mark.slow
 def test_a_simulated_flight_is_held_to_its_plan():
     vehicle = Quadrotor.px4_sih()
     errors = [

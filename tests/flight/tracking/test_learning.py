@@ -20,6 +20,7 @@ COURSES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COURSES)
 def test_three_flights_take_off_four_fifths(name):
     plan = COURSES[name]().sample(20.0)

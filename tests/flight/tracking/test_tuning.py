@@ -37,6 +37,7 @@ class Pilot:
         return log
 
 
+@pytest.mark.slow
 def test_each_flight_misses_the_plan_by_less_and_a_page_shows_it(plan, tmp_path):
     flown = tune_in_flight(plan, Pilot(tmp_path).fly, 3)
     missed = [each.missed for each in flown]

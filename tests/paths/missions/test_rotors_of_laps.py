@@ -8,6 +8,7 @@ from minsnap import Course, Gate, Limits, Stop
 from minsnap.vehicle import Quadrotor
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_laps_joined_keep_the_thrust_of_every_rotor(seed):
     """Each lap alone keeps them to a millionth; joined as they were, they exceeded them by up to 2.4e-4."""

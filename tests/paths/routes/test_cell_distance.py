@@ -25,6 +25,7 @@ def test_a_flight_along_a_wall_is_at_its_distance():
     assert found.distance == pytest.approx(1.25, abs=2e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_random_flights_past_random_cells(seed):
     draw = np.random.default_rng(seed)

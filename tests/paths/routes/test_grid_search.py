@@ -35,6 +35,7 @@ def length_of(way, size):
     return np.linalg.norm(np.diff(way, axis=0) * size, axis=1).sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(14, 11), (7, 6, 5)])
 def test_the_way_is_the_shortest_and_never_cuts_a_corner(shape):
     draw, size, found = np.random.default_rng(0), np.arange(1, len(shape) + 1) * 0.1, 0

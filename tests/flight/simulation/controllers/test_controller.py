@@ -170,6 +170,7 @@ def test_a_derivative_on_rates_holds_against_their_change() -> None:
     assert damped[1] - plain[1] == pytest.approx(-0.5 * F330.inertia[0, 0] * 0.2 / 0.004)
 
 
+@pytest.mark.slow
 def test_the_cascade_removes_a_constant_push() -> None:
     windless = minsnap.line((0, 0, 1), (1e-6, 0, 1), total_time=40.0)
     from minsnap.flight import ConstantWind
@@ -251,10 +252,12 @@ def steady():
     return fly
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("controller", [GeometricController(), GeometricController(feed_forward=False)])
 def test_the_exact_model_takes_more_than_half_of_the_error_of_a_circle(steady, controller) -> None:
     assert steady(controller, F330.drag) < 0.5 * steady(controller, None)
 
 
+@pytest.mark.slow
 def test_the_published_model_makes_the_same_circle_worse(steady) -> None:
     assert steady(GeometricController(), published_drag("linear")) > 1.1 * steady(GeometricController(), None)
