@@ -85,7 +85,7 @@ def _loaded() -> Core:
         library = ctypes.CDLL(path)
         found = int(library.minsnap_abi())
     except (OSError, AttributeError) as error:
-        return Core(None, f"the native core cannot be loaded ({error}): install minsnap again")
+        return Core(None, f"the native core is damaged or of another machine ({error}): install minsnap again")
     if found != ABI:
         return Core(None, f"the native core has interface {found}, not {ABI}: run python -m minsnap.native.build")
     library.minsnap_compiler.restype = ctypes.c_char_p

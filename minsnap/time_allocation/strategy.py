@@ -25,7 +25,7 @@ from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, MinsnapError, SolverError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits, VehicleLimits
-from minsnap.native.library import NativeCoreError, core
+from minsnap.native.library import NativeCoreError, core, describe
 from minsnap.native.shortest_time import Guess, ShortestFound, ShortestQuestion, search_shortest
 from minsnap.optimisation.native_solve import in_pieces
 from minsnap.optimisation.optimum import InfeasibleRowsError
@@ -107,9 +107,7 @@ class Strategy:
     def __init__(self, task: Task, limits: Limits, timing: Timing, finish: AttachHeading) -> None:
         task.deadline.check()
         if core().name != "native":
-            raise NativeCoreError(
-                "plans within limits need the native core: compile it with python -m minsnap.native.build"
-            )
+            raise NativeCoreError(f"plans within limits need the native core, and this is the {describe()}")
         self.times = stop_and_go_times(guessed_lengths(task), limits)
         if not self.times.max() <= LONGEST_PIECE:
             raise LimitError(f"the limits are so low that a leg takes over {LONGEST_PIECE:g} s: raise them")

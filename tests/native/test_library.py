@@ -13,7 +13,10 @@ HERE = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 
 
 def describe(**environment):
-    code = "from minsnap.native.library import describe; print(describe())"
+    return run_python("from minsnap.native.library import describe; print(describe())", **environment)
+
+
+def run_python(code, **environment):
     known = {name: value for name, value in os.environ.items() if name not in ("MINSNAP_CORE", "LD_PRELOAD")}
     return subprocess.run(
         [sys.executable, "-c", code], cwd=HERE, env=known | environment, capture_output=True, text=True, check=False
@@ -58,10 +61,22 @@ def test_a_missing_library_is_an_error_only_where_it_is_demanded(tmp_path):
     assert demanded.returncode == 1 and "NativeCoreError: MINSNAP_CORE is native, but" in demanded.stderr
 
 
-def test_what_is_no_library_is_not_called(tmp_path):
+def of_another_machine():
+    """The library as if it were of a processor that does not exist."""
+    content = bytearray(build.LIBRARY.read_bytes())
+    content[18:20] = b"\xff\xff"  # e_machine of an ELF file
+    return bytes(content)
+
+
+@pytest.mark.skipif(not build.LIBRARY.exists(), reason="there is no native core")
+@pytest.mark.parametrize("content", [lambda: b"not a library", of_another_machine, lambda: b""])
+def test_what_is_no_library_of_this_machine_is_not_called(tmp_path, content):
     damaged = tmp_path / "damaged.so"
-    damaged.write_bytes(b"not a library")
-    assert "cannot be loaded" in describe(MINSNAP_LIBRARY=str(damaged)).stdout
+    damaged.write_bytes(content())
+    assert "damaged or of another machine" in describe(MINSNAP_LIBRARY=str(damaged)).stdout
+    limited = "import minsnap; minsnap.plan([(0, 0), (1, 1)], limits=minsnap.Limits(speed=1))"
+    refused = run_python(limited, MINSNAP_LIBRARY=str(damaged)).stderr.splitlines()[-1]
+    assert "plans within limits need the native core" in refused and "install minsnap again" in refused
 
 
 def test_a_library_with_another_interface_is_not_called(monkeypatch):
