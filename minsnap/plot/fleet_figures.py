@@ -22,6 +22,9 @@ INSTANTS = 401
 NEAR_FACTOR = 1.25
 """Vehicles nearer than this times their separation are shown as near."""
 
+WIDTH, HEIGHT = 7.0, 4.8
+"""Most that the paths take of a figure [in]."""
+
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
@@ -46,9 +49,9 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
 
     if view not in VIEWS or max(VIEWS[view]) >= fleet.dim:
         raise FleetError(f"view is {view!r}: choose one of xy, xz, yz, of which the vehicles have coordinates")
-    axes = new_axes() if ax is None else ax
     t = np.linspace(0.0, fleet.duration, INSTANTS)
     places = fleet(t)[:, :, VIEWS[view]]
+    axes = new_axes(size=_size_for(places)) if ax is None else ax
     steps = np.stack([places[:, :-1], places[:, 1:]], axis=2).reshape(-1, 2, 2)
     lines = LineCollection(list(steps), array=np.tile(t[:-1], len(fleet)), cmap="viridis", linewidths=0.8)
     axes.add_collection(lines)
@@ -58,9 +61,16 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
     axes.autoscale_view()
     axes.set_xlabel(f"{view[0]} [m]")
     axes.set_ylabel(f"{view[1]} [m]")
-    axes.figure.colorbar(lines, ax=axes, label="time [s]", fraction=0.046, pad=0.03)
-    axes.legend(loc="upper right", framealpha=0.9)
+    axes.figure.colorbar(lines, ax=axes, label="time [s]", fraction=0.046, pad=0.03, aspect=30)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
     return axes
+
+
+def _size_for(places: FloatArray) -> tuple[float, float]:
+    """Return the size of a figure [in] of which places (vehicles, n, 2) in equal scales fill most."""
+    wide, high = np.ptp(places.reshape(-1, 2), axis=0)
+    width, height = np.clip((HEIGHT * wide / max(high, 1e-9), WIDTH * high / max(wide, 1e-9)), 2.0, (WIDTH, HEIGHT))
+    return float(width) + 2.0, float(height) + 0.9
 
 
 @styled

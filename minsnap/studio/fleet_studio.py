@@ -18,8 +18,9 @@ from minsnap.studio.charts import data_with_cursor, round_up, time_chart
 from minsnap.studio.ground_view import BY_DAY, BY_NIGHT, GroundView
 from minsnap.studio.page_inputs import sentence, table
 from minsnap.studio.page_server import LOOPBACK, PORT
-from minsnap.studio.plan_drawing import ColourArray, pieces_of, speed_colours
+from minsnap.studio.plan_drawing import ColourArray, speed_colours
 from minsnap.studio.player import Player
+from minsnap.studio.thin_lines import thin_lines
 
 VEHICLE, NEAR = (31, 42, 68), (224, 49, 49)
 """Colours of vehicles whose lamp is dark, and of those that are near another."""
@@ -27,11 +28,17 @@ VEHICLE, NEAR = (31, 42, 68), (224, 49, 49)
 NIGHT, DAY = (16, 22, 38), (255, 255, 255)
 """Colours behind a fleet with lights, and behind one without."""
 
-FADED = {NIGHT: 0.25, DAY: 0.6}
-"""How much of the colour of time the paths have; the rest is what is behind them."""
+FADED = {NIGHT: 0.25, DAY: 0.35}
+"""How much of the colour of time the paths of many have; the rest is what is behind them."""
+
+FEW = 10
+"""Vehicles whose paths have it all."""
 
 LISTED = 6
 """Pairs that are named while they are near."""
+
+CURSOR_STEPS = 100
+"""Places of the cursor along the plot."""
 
 _TIPS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 0.5], [0, 0, -0.5]], dtype=np.float32)
 _SIDES = np.array([[i, (i + 1) % 4, 4] for i in range(4)] + [[(i + 1) % 4, i, 5] for i in range(4)])
@@ -106,12 +113,10 @@ class FleetStudio(Page):
     def _draw_paths(self, scene: Any) -> None:
         """Draw the paths, coloured by time."""
         t = np.linspace(0.0, self.fleet.duration, 80)
-        points = np.concatenate([pieces_of(curve) for curve in self.fleet(t)])
-        faded = FADED[self._behind]
-        colours = faded * speed_colours(t / self.fleet.duration) + (1.0 - faded) * np.array(self._behind)
-        pairs = np.stack([colours[:-1], colours[1:]], axis=1).round().astype(np.uint8)
-        lines = {"thickness": 1.0, "thickness_units": "screen"}
-        scene.add_line_segments("/fleet/paths", points, np.tile(pairs, (len(self.fleet), 1, 1)), **lines)
+        few, kept = min(FEW / len(self.fleet), 1.0), FADED[self._behind]
+        kept += few * (1.0 - kept)
+        colours = kept * speed_colours(t / self.fleet.duration) + (1.0 - kept) * np.array(self._behind)
+        scene.add_glb("/fleet/paths", thin_lines(self.fleet(t), colours), cast_shadow=False, receive_shadow=False)
 
     def _draw_vehicles(self, scene: Any) -> None:
         apart, extent = self.fleet.separation, float(np.ptp(self._places, axis=0).max())
@@ -129,7 +134,7 @@ class FleetStudio(Page):
     def _build_chart(self, gui: Any) -> None:
         """Plot the least distance of any two against time, with what is asked."""
         pair, apart = self.certificate.pair, self.fleet.separation
-        self._chart = None
+        self._chart, self._step = None, -1
         if pair is None or apart is None:
             return
         self._t = np.linspace(0.0, self.fleet.duration, INSTANTS)
@@ -157,8 +162,14 @@ class FleetStudio(Page):
                 if len(near):
                     self._lines.points = places[near].astype(np.float32)
                 self._tell(places, near)
-                if self._chart is not None:
-                    self._chart.data = data_with_cursor(self._t, self._least[None], self._edges, now)
+                self._point_at(now)
+
+    def _point_at(self, now: float) -> None:
+        """Move the cursor of the plot, which the browser draws anew, where it is seen to move."""
+        step = round(CURSOR_STEPS * now / self.fleet.duration)
+        if self._chart is not None and step != self._step:
+            self._step = step
+            self._chart.data = data_with_cursor(self._t, self._least[None], self._edges, now)
 
     def _colours(self, now: float) -> ColourArray:
         """Return the colour of every vehicle, between its own and that of its lamp by how bright that shines."""
