@@ -110,6 +110,7 @@ $(VENV)/installed: $(VENV)/made pyproject.toml constraints.txt
 
 $(VENV)/developing: $(VENV)/made pyproject.toml constraints.txt
 	$(PIP) --editable '.[test]'
+	$(PIP) --no-deps cflib pyusb libusb-package importlib_resources # cflib asks for a packaging that others have left behind
 	@touch $@ $(VENV)/installed
 
 $(VENV)/benchmarking: $(VENV)/developing

@@ -27,6 +27,7 @@ def upload(
     Nothing takes off before every memory was read back. Ctrl-C, or a vehicle that does not answer, lands all in place.
     """
     from minsnap.flight.crazyflie import swarm_upload
+    from minsnap.flight.crazyflie.group_start import planned_ways
     from minsnap.flight.crazyflie.trajectory_memory import COMPRESSED
     from minsnap.shows.fleet_files import read_fleet
 
@@ -36,6 +37,7 @@ def upload(
         for address, part in zip(uris, swarm_upload.uploads(fleet, uris), strict=True):
             form = "compressed" if part.kind == COMPRESSED else "polynomials"
             print(f"{address}: {part.pieces} pieces, {len(part.content)} bytes, {form}")
+        print(f"start: {planned_ways(uris)}")
         return 0
     swarm_upload.upload(fleet, uris, start=start, told=lambda line: print(f"minsnap: {line}", file=sys.stderr))
     return 0

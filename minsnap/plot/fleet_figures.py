@@ -22,8 +22,8 @@ INSTANTS = 401
 NEAR_FACTOR = 1.25
 """Vehicles nearer than this times their separation are shown as near."""
 
-WIDTH, HEIGHT = 7.0, 4.8
-"""Most that the paths take of a figure [in]."""
+LARGEST = (7.0, 4.8)
+"""Most that the paths take of a figure, width and height [in]."""
 
 VIEWS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
@@ -69,7 +69,8 @@ def plot_fleet(fleet: Fleet, view: str = "xy", ax: Axes | None = None) -> Axes:
 def _size_for(places: FloatArray) -> tuple[float, float]:
     """Return the size of a figure [in] of which places (vehicles, n, 2) in equal scales fill most."""
     wide, high = np.ptp(places.reshape(-1, 2), axis=0)
-    width, height = np.clip((HEIGHT * wide / max(high, 1e-9), WIDTH * high / max(wide, 1e-9)), 2.0, (WIDTH, HEIGHT))
+    shaped = (LARGEST[1] * wide / max(high, 1e-9), LARGEST[0] * high / max(wide, 1e-9))
+    width, height = np.clip(shaped, 2.0, LARGEST)
     return float(width) + 2.0, float(height) + 0.9
 
 

@@ -29,16 +29,10 @@ NIGHT, DAY = (16, 22, 38), (255, 255, 255)
 """Colours behind a fleet with lights, and behind one without."""
 
 FADED = {NIGHT: 0.25, DAY: 0.35}
-"""How much of the colour of time the paths of many have; the rest is what is behind them."""
-
-FEW = 10
-"""Vehicles whose paths have it all."""
+"""How much of the colour of time paths have where there are many; the rest is what is behind them."""
 
 LISTED = 6
 """Pairs that are named while they are near."""
-
-CURSOR_STEPS = 100
-"""Places of the cursor along the plot."""
 
 _TIPS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 0.5], [0, 0, -0.5]], dtype=np.float32)
 _SIDES = np.array([[i, (i + 1) % 4, 4] for i in range(4)] + [[(i + 1) % 4, i, 5] for i in range(4)])
@@ -111,9 +105,9 @@ class FleetStudio(Page):
         self._open(panel)
 
     def _draw_paths(self, scene: Any) -> None:
-        """Draw the paths, coloured by time."""
+        """Draw the paths, coloured by time; paler where they are more than ten."""
         t = np.linspace(0.0, self.fleet.duration, 80)
-        few, kept = min(FEW / len(self.fleet), 1.0), FADED[self._behind]
+        few, kept = min(10.0 / len(self.fleet), 1.0), FADED[self._behind]
         kept += few * (1.0 - kept)
         colours = kept * speed_colours(t / self.fleet.duration) + (1.0 - kept) * np.array(self._behind)
         scene.add_glb("/fleet/paths", thin_lines(self.fleet(t), colours), cast_shadow=False, receive_shadow=False)
@@ -165,8 +159,8 @@ class FleetStudio(Page):
                 self._point_at(now)
 
     def _point_at(self, now: float) -> None:
-        """Move the cursor of the plot, which the browser draws anew, where it is seen to move."""
-        step = round(CURSOR_STEPS * now / self.fleet.duration)
+        """Move the cursor of the plot, in whole percents of the flight: the browser draws all of it anew."""
+        step = round(100.0 * now / self.fleet.duration)
         if self._chart is not None and step != self._step:
             self._step = step
             self._chart.data = data_with_cursor(self._t, self._least[None], self._edges, now)

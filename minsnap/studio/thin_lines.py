@@ -13,8 +13,8 @@ import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 
-LINES, FLOAT, BYTES, INDICES = 1, 5126, 5121, 5125
-"""Mode of the primitive, and the types of its numbers: float32, uint8, uint32."""
+KINDS = {"VEC3": 5126, "VEC4": 5121, "SCALAR": 5125}
+"""Numbers of places (float32), of colours (uint8) and of indices (uint32), by their shapes."""
 
 
 def thin_lines(points: FloatArray, colours: FloatArray) -> bytes:
@@ -48,12 +48,14 @@ def _layout(places: FloatArray, indices: int, sizes: list[int]) -> dict[str, Any
     starts = [0, *np.cumsum(sizes).tolist()]
     views = [{"buffer": 0, "byteOffset": a, "byteLength": n} for a, n in zip(starts, sizes, strict=False)]
     box = {"min": places.min(axis=0).tolist(), "max": places.max(axis=0).tolist()}
-    accessors = [
-        {"bufferView": 0, "componentType": FLOAT, "count": len(places), "type": "VEC3", **box},
-        {"bufferView": 1, "componentType": BYTES, "normalized": True, "count": len(places), "type": "VEC4"},
-        {"bufferView": 2, "componentType": INDICES, "count": indices, "type": "SCALAR"},
+    accessors: list[dict[str, Any]] = [
+        {"count": len(places), "type": "VEC3", **box},
+        {"count": len(places), "type": "VEC4", "normalized": True},
+        {"count": indices, "type": "SCALAR"},
     ]
-    primitive = {"attributes": {"POSITION": 0, "COLOR_0": 1}, "indices": 2, "mode": LINES}
+    for view, accessor in enumerate(accessors):
+        accessor |= {"bufferView": view, "componentType": KINDS[accessor["type"]]}
+    primitive = {"attributes": {"POSITION": 0, "COLOR_0": 1}, "indices": 2, "mode": 1}  # pairs of ends
     return {
         "asset": {"version": "2.0"},
         "scene": 0,

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import socket
 import time
-from collections.abc import Callable
-from typing import Any, Protocol
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Protocol, TypeVar
 from urllib.parse import urlparse
 
 from minsnap.errors import LinkError
@@ -18,6 +19,8 @@ LINK_BITS = 0x0C
 
 TRIES, WAIT = 8, 0.25
 """How often a question is sent before a vehicle counts as gone, and how long an answer is waited for [s]."""
+
+Result = TypeVar("Result")
 
 
 class CrtpLink(Protocol):
@@ -105,6 +108,13 @@ class RadioLink:
 def open_link(uri: str) -> CrtpLink:
     """Return a link of the kind that an address names."""
     return UdpLink(uri) if uri.startswith("udp://") else RadioLink(uri)
+
+
+def act_on_each(links: Sequence[CrtpLink], act: Callable[[CrtpLink, int], Result]) -> list[Result]:
+    """Act on all links at once, and raise the first error after all have ended."""
+    with ThreadPoolExecutor(len(links)) as pool:
+        ended = [pool.submit(act, link, i) for i, link in enumerate(links)]
+    return [future.result() for future in ended]
 
 
 def ask(link: CrtpLink, port: int, channel: int, body: bytes, answers: Callable[[bytes], bool]) -> bytes:

@@ -1,4 +1,4 @@
-"""Upload of a fleet to Crazyflies, and its flight: take-off, to the starts, one start for all, landing.
+"""Upload of a fleet to Crazyflies, and its flight: take-off, to the starts, a start of all, landing.
 
 Nothing takes off before every memory was read back. A vehicle that is gone in the air makes all others land in place.
 """
@@ -8,19 +8,17 @@ from __future__ import annotations
 import struct
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 from minsnap.errors import FleetError, FlightError, LinkError
 from minsnap.fleet.common_clock import Fleet
-from minsnap.flight.crazyflie.crtp_link import CrtpLink, open_link
+from minsnap.flight.crazyflie.crtp_link import CrtpLink, act_on_each, open_link
+from minsnap.flight.crazyflie.group_start import Volleys, start_group
 from minsnap.flight.crazyflie.trajectory_memory import Upload, command, store, upload_of
 
-TAKE_OFF, LAND, GO_TO, START = 7, 8, 12, 13
-SLOT, GROUP = 1, 1
-"""Number of the trajectory in a vehicle, and the group that is started."""
+TAKE_OFF, LAND, GO_TO = 7, 8, 12
 
 
 @dataclass(frozen=True)
@@ -37,12 +35,15 @@ class FlightTimes:
         [s].
     settle : float
         Wait after each of these [s].
+    start : Volleys
+        How often the start of all is sent.
     """
 
     take_off: float = 2.5
     approach: float = 3.0
     landing: float = 3.0
     settle: float = 0.5
+    start: Volleys = Volleys()
 
 
 def uploads(fleet: Fleet, uris: Sequence[str]) -> list[Upload]:
@@ -97,7 +98,7 @@ def upload(
     try:
         for uri in uris:
             links.append(open_link(uri))
-        _each(links, lambda link, i: store(link, contents[i], SLOT, GROUP))
+        act_on_each(links, lambda link, i: store(link, contents[i]))
         say(f"{len(links)} memories written and read back, {sum(len(part.content) for part in contents)} bytes")
         if start:
             _fly(fleet, links, timing or FlightTimes(), say)
@@ -113,16 +114,14 @@ def _fly(fleet: Fleet, links: Sequence[CrtpLink], timing: FlightTimes, say: Call
     landing = struct.pack("<BBff?f", LAND, 0, 0.0, 0.0, True, timing.landing)
     try:
         climbs = [struct.pack("<BBff?f", TAKE_OFF, 0, place[2], 0.0, True, timing.take_off) for place in starts]
-        _each(links, lambda link, i: command(link, climbs[i]))
+        act_on_each(links, lambda link, i: command(link, climbs[i]))
         time.sleep(timing.take_off + timing.settle)
         ways = [(*place, yaw, timing.approach) for place, yaw in zip(starts, yaws, strict=True)]
-        _each(links, lambda link, i: command(link, struct.pack("<BBBBfffff", GO_TO, 0, 0, 0, *ways[i])))
+        act_on_each(links, lambda link, i: command(link, struct.pack("<BBBBfffff", GO_TO, 0, 0, 0, *ways[i])))
         time.sleep(timing.approach + timing.settle)
-        began = time.monotonic()
-        _each(links, lambda link, i: command(link, struct.pack("<BBBBBBf", START, GROUP, 0, 0, 0, SLOT, 1.0)))
-        say(f"started within {1e3 * (time.monotonic() - began):.0f} ms")
+        say(str(start_group(links, timing.start)))
         time.sleep(fleet.duration + timing.settle)
-        _each(links, lambda link, i: command(link, landing))
+        act_on_each(links, lambda link, i: command(link, landing))
         say("landing")
     except BaseException:
         _land_all(links, landing, say)
@@ -139,13 +138,5 @@ def _land_all(links: Sequence[CrtpLink], landing: bytes, say: Callable[[str], No
         except (LinkError, FlightError):
             gone.append(link.name)
 
-    _each(links, land)
+    act_on_each(links, land)
     say("told all to land" + (f"; no answer from {', '.join(gone)}" if gone else ""))
-
-
-def _each(links: Sequence[CrtpLink], act: Callable[[CrtpLink, int], None]) -> None:
-    """Act on all links at once, and raise the first error after all have ended."""
-    with ThreadPoolExecutor(len(links)) as pool:
-        ended = [pool.submit(act, link, i) for i, link in enumerate(links)]
-    for future in ended:
-        future.result()

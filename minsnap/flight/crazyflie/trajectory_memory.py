@@ -23,6 +23,8 @@ CHUNK = 24
 
 SET_GROUP, DEFINE = 0, 6
 POLYNOMIALS, COMPRESSED = 0, 1
+SLOT, GROUP = 1, 1
+"""Number of the trajectory in a vehicle, and the group that is started."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,8 @@ def upload_of(trajectory: Trajectory) -> Upload:
     return Upload(compressed(trajectory), COMPRESSED, len(trajectory.durations))
 
 
-def store(link: CrtpLink, upload: Upload, slot: int, group: int) -> None:
-    """Write a trajectory, read it back, define it and put the vehicle in a group.
+def store(link: CrtpLink, upload: Upload) -> None:
+    """Write a trajectory, read it back, define it and put the vehicle in the group.
 
     Raises
     ------
@@ -79,8 +81,8 @@ def store(link: CrtpLink, upload: Upload, slot: int, group: int) -> None:
     if found != upload.content:
         wrong = next(i for i, (a, b) in enumerate(zip(found, upload.content, strict=True)) if a != b)
         raise FlightError(f"{link.name}: byte {wrong} reads {found[wrong]} and was written {upload.content[wrong]}")
-    command(link, struct.pack("<BBBBIB", DEFINE, slot, 1, upload.kind, 0, upload.pieces))
-    command(link, struct.pack("<BB", SET_GROUP, group))
+    command(link, struct.pack("<BBBBIB", DEFINE, SLOT, 1, upload.kind, 0, upload.pieces))
+    command(link, struct.pack("<BB", SET_GROUP, GROUP))
 
 
 def find_memory(link: CrtpLink) -> tuple[int, int]:

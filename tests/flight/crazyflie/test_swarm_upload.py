@@ -126,7 +126,9 @@ def test_the_command_says_what_it_would_write_or_writes_it(tmp_path, capsys):
     with pytest.raises(SystemExit) as left:
         main(["upload", str(tmp_path / "folder"), "--dry-run"])
     assert left.value.code in (0, None)
-    assert "E7E7E7E702: 2 pieces, 264 bytes, polynomials" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "E7E7E7E702: 2 pieces, 264 bytes, polynomials" in said
+    assert said.endswith("start: by a broadcast on radio://0/80/2M\n")
     with CrtpVehicle() as one, CrtpVehicle() as two:
         with pytest.raises(SystemExit) as left:
             main(["upload", str(tmp_path / "folder"), "--uri", one.uri, "--uri", two.uri])
