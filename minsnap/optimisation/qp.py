@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,9 @@ DENSE_SOLVERS = frozenset({"daqp", "quadprog", "ecos", "cvxopt", "proxqp_dense",
 
 INFINITE = 1e29
 """Sides of rows at most: PIQP takes those from 1e30 for infinite, and prints a note of them."""
+
+QUIET = Lock()
+"""Held while warnings of solvers are left out: filters of warnings belong to the process, and threads plan at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +131,7 @@ def _through_qpsolvers(asked: Programme, solver: str) -> Solution | None:
         P, G, A = (None if matrix is None else csc_matrix(matrix) for matrix in (P, G, A))
     sides = None if asked.h is None else np.minimum(asked.h, INFINITE)
     try:
-        with warnings.catch_warnings():
+        with QUIET, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             problem = qpsolvers.Problem(P, asked.q, G, sides, A, asked.b)
             solution = qpsolvers.solve_problem(problem, solver, **TOLERANCES.get(solver, {}))

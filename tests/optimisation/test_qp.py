@@ -1,5 +1,10 @@
 """One quadratic programme: four solvers against each other, what is refused, what is tried next."""
 
+import time
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
+
 import numpy as np
 import pytest
 import qpsolvers
@@ -108,6 +113,23 @@ def test_when_every_solver_fails_stop_and_go_is_still_inside(monkeypatch):
     traj = minsnap.plan(CORNERS, [4, 2, 4, 2], corridor=0.3)
     assert minsnap.certify(traj, CORNERS, 0.3).corridor_margin >= 0.0
     assert "daqp" in traj.report.fallback
+
+
+def test_no_warning_of_a_solver_leaves_a_thread_while_another_ends(monkeypatch):
+    asked, started = Programme(np.eye(2), np.zeros(2)), Event()
+
+    def warning(problem, solver, **options):
+        seconds = 0.2 if started.is_set() else 0.1  # the second thread begins before the first ends, and ends later
+        started.set()
+        time.sleep(seconds)
+        warnings.warn("not solved", stacklevel=1)
+        return qpsolvers.Solution(problem)
+
+    monkeypatch.setattr(qpsolvers, "solve_problem", warning)
+    with ThreadPoolExecutor() as pool:
+        first = pool.submit(solve_qp, asked, "clarabel")
+        assert started.wait(10.0)
+        assert pool.submit(solve_qp, asked, "clarabel").result() is None and first.result() is None
 
 
 @pytest.mark.parametrize("name", SOLVERS)
