@@ -160,11 +160,14 @@ class Answers:
 
 
 def budgeted(seed: int, budget: float, most: int, clock, found: Answers) -> None:
-    """Fly one course with waypoints moved, boxes shifted or made narrower before each replan, 20 a second of flight."""
+    """Fly one course with waypoints moved, boxes shifted or made narrower before each replan, 20 a second of flight.
+
+    A box that was made narrower may leave the vehicle outside: then a way back into it is part of the answer.
+    """
     points, draw = gates(seed), np.random.default_rng(seed)
     lower, upper = np.minimum(points[:-1], points[1:]) - WIDE, np.maximum(points[:-1], points[1:]) + WIDE
     flown = minsnap.plan(points, limits=LIMITS, corridor=minsnap.Boxes(lower + 2 * NOISE, upper - 2 * NOISE))
-    replanner = minsnap.Replanner(LIMITS, clearance=2 * NOISE, horizon=4, clock=clock)
+    replanner = minsnap.Replanner(LIMITS, clearance=2 * NOISE, recover=WIDE, horizon=4, clock=clock)
     done, now = 0, 0.05
     while flown.duration > 3 * now + budget and found.asked < most:
         splice = splice_of(flown, now, budget, 4)

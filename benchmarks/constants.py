@@ -22,7 +22,7 @@ from minsnap.polynomials import extrema, local_maxima
 
 CONSTANTS = (
     (tolerances, "GAP"),
-    (reference_core, "NEAR"),
+    (reference_core, "NEARLY_INSIDE"),
     (reference_core, "MOST_INWARD"),
     (reference_core, "ROUNDS"),
     (reference_core, "STALLED"),
@@ -32,9 +32,10 @@ CONSTANTS = (
     (qp, "ACCURACY"),
     (high_precision, "DIGITS"),
     (elastic, "ACCURACY"),
+    (elastic, "DENSE_WORK"),
     (elastic, "ROUNDS"),
     (infeasibility, "NOTICEABLE"),
-    (infeasibility, "ROOM"),
+    (infeasibility, "WIDTH_ROOM"),
     (extrema, "PARTS"),
     (local_maxima, "REFINED_BELOW"),
     (local_maxima, "STEPS"),

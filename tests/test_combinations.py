@@ -12,7 +12,7 @@ KEPT = (
     *[40, 41, 42, 44, 48, 49, 51, 53, 57, 58, 59, 60, 62, 63, 65, 67, 70, 71],
     *[73, 74, 77, 81, 83, 85, 87, 88, 92, 93, 95, 96, 97, 98, 99, 102, 104, 107],
     *[109, 111, 112, 113, 116, 121, 123, 124, 125, 127, 128, 129, 133, 135, 138, 140, 141, 143],
-    *[145, 148, 149, 150, 157, 160, 161, 162, 163, 164, 165, 167, 168, 126, 1284, 1295, 20589],
+    *[145, 148, 149, 150, 157, 160, 161, 162, 163, 164, 165, 167, 168, 126, 1284, 1295, 20342, 20589],
 )
 """Seeds: drawn ones that are planned or refused quickly, and at the end those that once were wrong."""
 
@@ -31,6 +31,16 @@ def test_what_is_planned_is_right_and_what_is_refused_says_so(seed):
     _, kind, said, _ = outcome(seed)
     assert kind in ("planned", "proved", "unproved", "late", "solver"), said
     assert "last look" not in said
+
+
+@pytest.mark.parametrize("seed", [247, 20474])
+def test_limits_that_given_durations_cannot_keep_are_refused_with_a_proof_and_a_longer_time(seed):
+    """Without and with equations of continuity, which hold between the walls of a proof."""
+    asked, _ = question(seed)
+    with pytest.raises(minsnap.InfeasibleError, match="times as long would do") as refused:
+        minsnap.plan(**asked)
+    assert refused.value.verify()
+    assert minsnap.plan(**asked | {"durations": refused.value.stretch * asked["durations"]}).duration > 0.0
 
 
 @pytest.mark.parametrize("seed", PLANTED)

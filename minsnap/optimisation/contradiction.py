@@ -136,16 +136,20 @@ class Contradiction:
         return replace(self, rows=rows, joints=joints)
 
     def refined(self) -> Contradiction | None:
-        """Return it with multipliers with which it verifies, its own or refined ones; None where three steps fail.
+        """Return it with multipliers with which it verifies, its own or refined ones; None where steps do not help.
 
         No more steps are taken than needed: each may also take away from the contradiction.
         """
         exact, multipliers = ExactRows(self.task, self.durations, self.rows, self.joints), self._multipliers
-        for _ in range(3):
-            if exact.contradict(multipliers):
+        left: Fraction | None = None
+        for _ in range(4):
+            before, (left, side) = left, exact.sum_of(multipliers)
+            if side + left < 0:
                 return self.with_multipliers(multipliers)
+            if before is not None and 2 * left > before:
+                return None
             multipliers = exact.refined(multipliers)
-        return self.with_multipliers(multipliers) if exact.contradict(multipliers) else None
+        return None
 
 
 class ExactRows:
@@ -165,8 +169,12 @@ class ExactRows:
 
     def contradict(self, multipliers: list[Fraction]) -> bool:
         """Whether the sum of the rows is below 0 for every curve that is ruled out."""
+        return sum(self.sum_of(multipliers)) < 0
+
+    def sum_of(self, multipliers: list[Fraction]) -> tuple[Fraction, Fraction]:
+        """Return the most that the coefficients of the sum of the rows may come to, and the sum of their bounds."""
         left, side = self._sum(multipliers)
-        return side + sum(abs(value) * self.largest(place) for place, value in left.items()) < 0
+        return sum((abs(value) * self.largest(place) for place, value in left.items()), Fraction(0)), side
 
     def refined(self, multipliers: list[Fraction]) -> list[Fraction]:
         """Return multipliers of which less is left, by least squares relative to them; a sum below 0 stays."""
@@ -305,7 +313,8 @@ def find_contradiction(
         return None
     walls = native_walls(task)
     planes, joints = _planes(walls), tuple((joint, Fraction(0)) for joint in _joints(problem))
-    of_slack = np.where(found.multipliers > EXACT * found.multipliers.max(), found.multipliers, 0.0)
+    least = np.sort(found.multipliers)[-min(problem.size + 1, len(found.multipliers))]
+    of_slack = np.where(found.multipliers >= max(least, EXACT * found.multipliers.max()), found.multipliers, 0.0)
     for multipliers in (found.evidence, of_slack):
         chosen = [_pressed(walls, rows.source, int(i), float(multipliers[i])) for i in np.flatnonzero(multipliers)]
         proof = Contradiction(task, durations, (*chosen, *planes), joints).refined() if chosen else None
@@ -333,7 +342,7 @@ def contradicting_joints(task: Task, durations: FloatArray, problem: ReducedProb
     left = sides - matrix @ np.linalg.lstsq(matrix, sides, rcond=ROUNDING)[0]
     if alone.any() and np.abs(sides[alone]).max() > 0.0:
         left[~alone] = 0.0
-    if not left.any():
+    if np.abs(left).max() <= EXACT * np.abs(sides).max():
         return None
     multipliers = [Fraction(-value) for value in (left / sizes).tolist()]
     return Contradiction(task, durations, tuple(planes), tuple(joints)).with_multipliers(multipliers).refined()

@@ -39,6 +39,9 @@ ACCURACY = 3e-4
 
 ROUNDS = 20
 
+DENSE_WORK = 1e8
+"""Entries times columns up to which rows in dense coordinates are solved; solvers take a second or two for that."""
+
 
 Backend = tuple[bool, Solver]
 """Whether in dense coordinates, and by which solver."""
@@ -159,7 +162,7 @@ class Elastic:
     sign : bool
         Whether it is sufficient to know whether the slack is above zero, or of a curve with room to all walls.
     far : float
-        Slack above which it ends where the slack grows by less than a hundredth in a round.
+        Size of a slack above which it ends where the slack grows by less than a hundredth in a round.
     """
 
     def __init__(
@@ -213,7 +216,7 @@ class Elastic:
             before = slacks
             knots, slacks = self._solve()
             rounds += 1
-            if slacks.max() > self.far and slacks.max() - before.max() < 0.01 * slacks.max():
+            if abs(slacks.max()) > self.far and slacks.max() - before.max() < 0.01 * abs(slacks.max()):
                 break
         self.moved = 0.0
         evidence = self._evidence() if self.evident and slacks.max() > self.accuracy else np.zeros(0)
@@ -226,15 +229,17 @@ class Elastic:
     def _evidence(self) -> FloatArray:
         """Multipliers of rows that contradict each other, by non-negative least squares; empty where none are found.
 
-        They are sought among all rows of the pieces that press: the time grows with the fourth power of the unknowns.
+        They are sought among the rows that press most, eight for each unknown: those of a least slack are fewer.
         """
         from scipy.optimize import nnls
+        from scipy.sparse import vstack
 
         coordinates = self._coordinates(self.linear.size <= DENSE)
-        (matrix, bound), piece = self._in_widths, self.rows.source.piece
-        press = np.bincount(piece, self.multipliers * self.compiled.widths[self.rows.source.wall])
-        chosen = np.flatnonzero((press > ROUNDING**0.5 * press.max())[piece])
-        rows, right = coordinates.rows(matrix)[chosen], (bound - matrix @ coordinates.origin)[chosen]
+        (matrix, bound), width = self._in_widths, self.compiled.widths[self.rows.source.wall]
+        most = np.argsort(-self.multipliers * width, kind="stable")
+        chosen = np.sort(most[: 8 * (coordinates.rows(matrix).shape[1] + 1)])
+        rows = vstack((coordinates.rows(matrix)[chosen], coordinates.A, -coordinates.A)).tocsr()
+        right = np.concatenate(((bound - matrix @ coordinates.origin)[chosen], coordinates.b, -coordinates.b))
         touched = np.flatnonzero(np.abs(rows).sum(axis=0))
         system = np.vstack((rows[:, touched].toarray().T, right / (np.abs(right).max() or 1.0)))
         try:
@@ -242,7 +247,7 @@ class Elastic:
         except RuntimeError:
             return np.zeros(0)
         evidence = np.zeros(len(bound))
-        evidence[chosen] = found / self.compiled.widths[self.rows.source.wall[chosen]]
+        evidence[chosen] = found[: len(chosen)] / width[chosen]
         return evidence
 
     def _needed(self, knots: FloatArray) -> FloatArray:
@@ -294,10 +299,8 @@ class Elastic:
     def _ways_in_turn(self) -> list[Backend]:
         """Return ways: the native core without equations, Clarabel, and dense coordinates where these are few."""
         dense: list[Backend] = [(True, by_clarabel)] if self.linear.size <= 2 * DENSE else []
-        sparse: list[Backend] = [(False, by_clarabel)]
-        if not self.linear.equations:
-            return [(False, by_native_core), *sparse, *dense]
-        return [*dense, *sparse] if self.linear.size <= DENSE else [*sparse, *dense]
+        native: list[Backend] = [] if self.linear.equations else [(False, by_native_core)]
+        return [*native, (False, by_clarabel), *dense]
 
     def _coordinates(self, dense: bool) -> Coordinates:
         if dense not in self._made:
@@ -316,6 +319,8 @@ class Elastic:
         coordinates = self._coordinates(dense)
         matrix, bound = self._in_widths
         rows, right = coordinates.rows(matrix), bound - matrix @ coordinates.origin
+        if dense and rows.nnz * rows.shape[1] > DENSE_WORK:
+            return None
         n, m, wall = rows.shape[1], self.give.slacks, self.rows.source.wall
         gives = np.flatnonzero(self.give.group[wall] >= 0)
         moves = self.give.weight[wall[gives]]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,9 +17,6 @@ from minsnap.optimisation.solved_task import NATIVE, SolvedTask
 from minsnap.optimisation.task import Task
 from minsnap.optimisation.units import Units
 
-if TYPE_CHECKING:
-    pass
-
 
 def solve(
     task: Task,
@@ -29,6 +25,7 @@ def solve(
     units: Units | None = None,
     gap: float = GAP,
     prove: bool = True,
+    natively: bool = False,
 ) -> SolvedTask:
     """Find the curve of least cost for piece durations (pieces in all,) [s].
 
@@ -42,11 +39,14 @@ def solve(
         Share of the cost that may be given away for fewer rounds.
     prove : bool
         Whether the exact margin is checked; a search can do without.
+    natively : bool
+        Whether to end where the native core has no answer: a search that tries other durations then loses little, as
+        nearly all of these have no curve.
 
     Raises
     ------
     InfeasibleRowsError
-        If no curve keeps all walls.
+        If no curve keeps all walls, or the native core alone found none.
     SolverError
         If none was found.
     """
@@ -58,6 +58,8 @@ def solve(
     native = _solved_natively(task, units, durations, gap, prove)
     if isinstance(native, SolvedTask):
         return native
+    if natively:
+        raise InfeasibleRowsError
     found = _solved_in_python(task, durations, units, samples, gap, prove)
     return replace(found, optimum=replace(found.optimum, handed_over=native))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -68,7 +69,9 @@ def plan_timed(task: Task, timing: Timing, finish: AttachHeading, samples: int |
         found = in_other_times(task, timing, finish, samples, refused)
         if found is not None:
             return looked_at(found, task, timing, samples)
-        raise explained_by_times(refused, task, timing, lambda other: _timed(task, other, finish, samples)) from None
+        quiet = replace(task, explained=False)
+        plan = partial(_timed, quiet, finish=finish, samples=samples)
+        raise explained_by_times(refused, task, timing, finish, plan) from None
 
 
 def looked_at(found: Timed, task: Task, timing: Timing, samples: int | None = None) -> Timed:

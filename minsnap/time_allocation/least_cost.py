@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import solve
+from minsnap.optimisation.solved_task import NATIVE
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.native_split import native_split
 from minsnap.trajectory.report import Progress, Step
-
-if TYPE_CHECKING:
-    pass
 
 SHORTEST_SHARE = 1e-4
 """Least share of its first guess that a leg may get; the most is one over it."""
@@ -106,6 +102,7 @@ class CostSearch:
         self.task, self.first, self.price = task, first, price
         self.units = task.units(task.piece_durations(first))
         self.best = (np.inf, first)
+        self.natively = False
         self.log = Log(progress)
 
     def run(self) -> FloatArray:
@@ -132,13 +129,13 @@ class CostSearch:
         durations = self._durations(logarithms)
         try:
             times = self.task.piece_durations(durations)
-            solved = solve(self.task, times, units=self.units, prove=False)
+            solved = solve(self.task, times, units=self.units, prove=False, natively=self.natively)
         except InfeasibleRowsError:
             return float(np.log(self.best[0])) + BARRED, np.zeros(len(durations))
         from minsnap.optimisation.gradient import cost_gradient
 
         relative = leg_sums(cost_gradient(solved) * solved.problem.durations * self.units.time, self.task.pieces)
-        value = solved.cost
+        value, self.natively = solved.cost, solved.optimum.core == NATIVE
         if self.price is None:
             relative = relative - durations / durations.sum() * relative.sum()
         else:

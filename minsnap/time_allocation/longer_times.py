@@ -1,7 +1,9 @@
 """Plans in longer times, where a search for the time has ended without one.
 
 What is refused at durations that the plan itself chose may have a plan in others.  Some proportions of the durations
-are tried at many scales with the limits as walls; the first that has a plan is shortened as far as it keeps one.
+are tried at many scales with the limits as walls; the first that has a plan is shortened as far as it keeps one.  The
+native core alone answers most of these in milliseconds; only where it finds nothing at any scale, some are tried with
+the reference too, which takes seconds to give up.
 """
 
 from __future__ import annotations
@@ -22,6 +24,9 @@ RESERVES = (5e-4, 3e-3, 0.02, 0.1, 0.5)
 LONGER = (*RESERVES, 1.5, 4.0, 14.0, 60.0, 400.0)
 """The same where a plan is wanted, however long it takes."""
 
+SOME = LONGER[2::3]
+"""Those tried where each takes long."""
+
 TIME_FOUND = 0.01
 """How near the least factor on time is found."""
 
@@ -29,7 +34,9 @@ Attempt = Callable[[FloatArray], Timed | None]
 """Plans for piece durations [s]; None where there is no plan, or it is not certified."""
 
 
-def least_longer(attempt: Attempt, durations: FloatArray, still: bool, due: float = inf) -> Timed | None:
+def least_longer(
+    attempt: Attempt, durations: FloatArray, still: bool, due: float = inf, thorough: Attempt | None = None
+) -> Timed | None:
     """Return the plan of the least factor on durations found, from one on; None where no factor tried has one.
 
     Parameters
@@ -41,24 +48,36 @@ def least_longer(attempt: Attempt, durations: FloatArray, still: bool, due: floa
         Whether what has a plan in some time has one in more, so that the longest decides whether there is one.
     due : float
         Reading of the monotonic clock from which a plan that was found is not shortened any more [s].
+    thorough : callable, optional
+        The same where more work finds more plans.
     """
-    longest = LONGER[-1] + 1.0
-    if still and _attempted(attempt, durations * longest) is None:
-        return None
-    low, high, found = 1.0, 1.0, None
-    for share in LONGER:
-        low, high = high, 1.0 + share
-        found = _attempted(attempt, durations * high)
-        if found is not None:
-            break
+    found = _first(attempt, durations, LONGER, still)
+    if found is None and thorough is not None and monotonic() < due:
+        attempt, found = thorough, _first(thorough, durations, SOME, still)
     if found is None:
         return None
+    low, high, shortest = found
     while high / low - 1.0 > TIME_FOUND and monotonic() < due:
         middle = float(np.sqrt(low * high))
         shorter = _attempted(attempt, durations * middle)
         low, high = (middle, high) if shorter is None else (low, middle)
-        found = min(found, shorter or found, key=lambda one: one.trajectory.duration)
-    return found
+        shortest = min(shortest, shorter or shortest, key=lambda one: one.trajectory.duration)
+    return shortest
+
+
+def _first(
+    attempt: Attempt, durations: FloatArray, shares: tuple[float, ...], still: bool
+) -> tuple[float, float, Timed] | None:
+    """Return the last factor without a plan, the first with one, and the plan."""
+    low, high = 1.0, 1.0
+    if still and _attempted(attempt, durations * (1.0 + LONGER[-1])) is None:
+        return None
+    for share in shares:
+        low, high = high, 1.0 + share
+        found = _attempted(attempt, durations * high)
+        if found is not None:
+            return low, high, found
+    return None
 
 
 def _attempted(attempt: Attempt, durations: FloatArray) -> Timed | None:

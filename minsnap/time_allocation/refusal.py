@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.deadline import LateError
-from minsnap.errors import InfeasibleError, LimitError, MinsnapError, SolverError
+from minsnap.errors import InfeasibleError, MinsnapError, SolverError
 from minsnap.optimisation.contradiction import contradicting_joints, find_contradiction
-from minsnap.optimisation.elastic import Elastic
+from minsnap.optimisation.elastic import ACCURACY, Elastic, Relaxation
 from minsnap.optimisation.infeasibility import UNPROVED, explain_corridor, hardest_pressed, normalised
+from minsnap.optimisation.linear_rows import DENSE
+from minsnap.optimisation.normalised_constraints import Compiled
 from minsnap.optimisation.rows import Curve
 from minsnap.optimisation.stop_and_go import leg_on_wall
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.elastic_scale import ElasticScale, give_limits
-from minsnap.time_allocation.least_cost import leg_sums
-
-STRETCH_ROOM = 1e-4
-"""Share added to a stretch of time so that it does."""
 
 
 def explain(task: Task, durations: FloatArray) -> MinsnapError:
@@ -26,8 +24,7 @@ def explain(task: Task, durations: FloatArray) -> MinsnapError:
     Returns
     -------
     InfeasibleError
-        With a proof; with ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow; with ``stretch``
-        where the corridor would do but limits would not.
+        With a proof; with ``leg``, ``instant`` and ``smallest_width`` where a corridor is too narrow.
     CorridorError
         With ``leg``, where waypoints lie on a wall.
     SolverError
@@ -61,17 +58,21 @@ def _too_fast(task: Task, durations: FloatArray) -> InfeasibleError | SolverErro
     """Say by how much limits must give way where the corridor would do, and where they press hardest."""
     task = replace(task, touching=False)
     problem, units, compiled = normalised(task, durations)
-    found = Elastic(problem, compiled, give_limits(compiled), evident=True).run()
-    proof = find_contradiction(task, durations, problem, found)
+    give, rows = give_limits(compiled), None
+    for far in (ACCURACY, np.inf):  # what presses is known long before the least relaxation, but may not suffice
+        found = Elastic(problem, compiled, give, seed=rows, evident=True, far=far).run()
+        proof = find_contradiction(task, durations, problem, found)
+        if proof is not None or found.rows is None or problem.size > DENSE:
+            break
+        rows = found.rows.source.chosen(np.argsort(-found.multipliers, kind="stable")[: problem.size + 1])
     if proof is None:
         return SolverError(f"{UNPROVED}give more time, or loosen the limits")
     leg, instant = hardest_pressed(task, problem, units, found)
     message = f"the limits cannot be kept in {durations.sum():.4g} s: they are exceeded on leg {leg} at {instant:.4g} s"
-    stretch: float | None = None
-    try:
-        stretch = ElasticScale(task, leg_sums(durations, task.pieces), found).factor() * (1.0 + STRETCH_ROOM)
-    except LateError:
-        raise
-    except (SolverError, LimitError):
-        pass  # no factor does, or none was found
-    return InfeasibleError(message, leg=leg, instant=instant, stretch=stretch, contradiction=proof)
+    return InfeasibleError(message, leg=leg, instant=instant, contradiction=proof)
+
+
+def give_limits(compiled: Compiled) -> Relaxation:
+    """One slack for all walls on derivatives, weighted by what slowing down does; half at most is taken away."""
+    order = np.concatenate([np.full(len(block.leg), block.order) for block in compiled.blocks])
+    return Relaxation(np.where(order > 0, 0, -1), order.astype(np.float64), 1, -0.5)

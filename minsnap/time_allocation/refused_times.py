@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from math import ceil, floor, log10
 from typing import TYPE_CHECKING
 
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
 
 Refused = InfeasibleError | SolverError
 
-MORE = (1.0, 1.02, 1.2)
-"""Times the factor that relaxed limits give, which are tried before one is named."""
+MORE = (1.0, 1.005, 1.02, 1.05, 1.2)
+"""Times the factor that was found, which are tried before one is named."""
 
 
 def in_other_times(
@@ -41,17 +42,18 @@ def in_other_times(
     mine = timing.durations is None
     if not mine or samples is not None or task.lengths.min() <= 0.0 or _for_all_times(task, timing, refused):
         return None
-    limits = timing.limits
-    bounded = task if limits is None else task.with_walls(limits.walls(task.waypoints))
-    bounded, rest = replace(bounded, explained=False), Run(())
+    limits, bounded, rest = timing.limits, _bounded(task, timing), Run(())
     if timing.total_time is not None:
-        attempt = plans_for(bounded, task, limits, finish, rest, exact=True)
+        attempt = partial(plans_for(bounded, task, limits, finish, rest, exact=True), natively=True)
         splits = (timing.total_time / one.sum() * one for one in _proportions(task, timing, refused))
         return next((found for found in map(attempt, splits) if found is not None), None)
-    attempt = plans_for(bounded, task, limits, finish, rest)
+    plan = plans_for(bounded, task, limits, finish, rest)
+    attempt = partial(plan, natively=True)
     slows = task.still and not any(wall.order for wall in task.walls)
-    tried = (least_longer(attempt, durations, slows, timing.due) for durations in _proportions(task, timing, refused))
-    return next((found for found in tried if found is not None), None)
+    *others, last = _proportions(task, timing, refused)
+    tried = (least_longer(attempt, durations, slows, timing.due) for durations in others)
+    found = next((one for one in tried if one is not None), None)
+    return found or least_longer(attempt, last, slows, timing.due, plan)
 
 
 def by_necessary_walls(
@@ -98,7 +100,9 @@ def _proportions(task: Task, timing: Timing, refused: Refused) -> Iterator[Float
         yield np.ones(task.legs * task.pieces)
 
 
-def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Callable[[Timing], Timed]) -> MinsnapError:
+def explained_by_times(
+    refused: Refused, task: Task, timing: Timing, finish: AttachHeading, plan: Callable[[Timing], Timed]
+) -> MinsnapError:
     """Return the refusal with what is proved of the times asked for, and a factor on them that was tried.
 
     Parameters
@@ -117,7 +121,7 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Calla
         bounded = task if limits is None else task.with_walls(limits.necessary_walls(task.waypoints))
         again = explain(bounded, np.array([timing.total]))
         refused, asked = (again, True) if isinstance(again, InfeasibleError) else (refused, False)
-    factor = _stretch_tried(refused, task, timing, plan)
+    factor = _stretch_tried(refused, task, timing, finish, plan)
     sentence, note = (
         str(refused),
         "" if factor is None else f"; {factor:.4g} times as long would do in these proportions",
@@ -133,26 +137,48 @@ def explained_by_times(refused: Refused, task: Task, timing: Timing, plan: Calla
 
 
 def _stretch_tried(
-    refused: InfeasibleError, task: Task, timing: Timing, plan: Callable[[Timing], Timed]
+    refused: InfeasibleError, task: Task, timing: Timing, finish: AttachHeading, plan: Callable[[Timing], Timed]
 ) -> float | None:
-    """Return a factor on the times asked for with which there is a plan, near the one that relaxed limits give."""
-    if refused.stretch is None or refused.shortest is not None:
+    """Return a factor on the times asked for with which there is a plan, and with a hundredth less none was found."""
+    pressing = any(row.order for row in getattr(refused.contradiction, "rows", ()))
+    if not pressing or refused.shortest is not None or (timing.durations is None and timing.total_time is None):
         return None
-    for more in MORE:
-        factor = _rounded_up(refused.stretch * more)
-        try:
-            if timing.durations is not None:
-                plan(replace(timing, durations=factor * check_durations(timing.durations, task.legs)))
-            elif timing.total_time is not None:
-                plan(replace(timing, total_time=factor * timing.total))
-            else:
-                return None
-        except LateError:
-            return None
-        except MinsnapError:
-            continue
-        return factor
-    return None
+    durations = next(_proportions(task, timing, refused))
+    if timing.durations is not None:
+        durations = task.piece_durations(check_durations(timing.durations, task.legs))
+    attempt = partial(
+        plans_for(_bounded(task, timing), task, timing.limits, finish, Run(()), exact=True), natively=True
+    )
+    total = float(durations.sum()) if timing.durations is not None else timing.total
+    try:
+        found = least_longer(attempt, total / durations.sum() * durations, False, timing.due)
+        factors = () if found is None else (_rounded_up(found.trajectory.duration / total * more) for more in MORE)
+        return next((factor for factor in factors if _planned(plan, _slower(task, timing, factor))), None)
+    except LateError:
+        return None
+
+
+def _planned(plan: Callable[[Timing], Timed], timing: Timing) -> bool:
+    try:
+        plan(timing)
+    except LateError:
+        raise
+    except MinsnapError:
+        return False
+    return True
+
+
+def _slower(task: Task, timing: Timing, factor: float) -> Timing:
+    """Return the same with the times asked for multiplied."""
+    if timing.durations is not None:
+        return replace(timing, durations=factor * check_durations(timing.durations, task.legs))
+    return replace(timing, total_time=factor * timing.total)
+
+
+def _bounded(task: Task, timing: Timing) -> Task:
+    """Return the task with the walls of the limits, whose refusals are not explained."""
+    bounded = task if timing.limits is None else task.with_walls(timing.limits.walls(task.waypoints))
+    return replace(bounded, explained=False)
 
 
 def _rounded_up(factor: float) -> float:

@@ -291,7 +291,7 @@ class Strategy:
         for reserve in RESERVES:
             task.deadline.check()
             try:
-                solved = solve(bounded, found.durations * (1.0 + reserve))
+                solved = solve(bounded, found.durations * (1.0 + reserve), natively=True)
             except (InfeasibleRowsError, SolverError):
                 continue
             if keeps(self.limits, self.finish(solved.trajectory)):

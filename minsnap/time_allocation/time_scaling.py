@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from time import monotonic
+
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.errors import TimingError
+from minsnap.errors import SolverError, TimingError
 from minsnap.limits.limits import Limits
+from minsnap.optimisation.optimum import InfeasibleRowsError
+from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.derivative_walls import kept_factor, without_derivative_walls
 from minsnap.time_allocation.initial_guess import norm_limits, stop_and_go_times
-from minsnap.time_allocation.least_cost import Log, distance_split, trapezoid_times
+from minsnap.time_allocation.least_cost import BARRED, Log, distance_split, trapezoid_times
 from minsnap.time_allocation.timing import AttachHeading, Timed, Timing, searched, solved_or_explained, timed
 
 SCALE_PRECISION = 1e-6
@@ -25,37 +29,84 @@ def scaled_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeadin
     if not task.still:
         raise TimingError("derivatives that are pinned do not scale with time: use split='optimal' and enforce='qp'")
     split = "distance" if timing.split == "optimal" else timing.split
-    first, shape = task.legs * proportions(task, split, limits), without_derivative_walls(task)
+    first, shape = task.piece_durations(task.legs * proportions(task, split, limits)), without_derivative_walls(task)
     search = None
     if timing.split == "optimal" and 1 < task.legs <= SCALED_LEGS:
-        first, search = searched(_ScaledSearch(task, timing, limits, finish), timing.best_on_interrupt)
-    solved = solved_or_explained(shape, task.piece_durations(first))
+        scaled = _ScaledSearch(task, timing, limits, finish, _by_stops(task, limits), 100)
+        first, search = searched(scaled, timing.best_on_interrupt)
+    solved = solved_or_explained(shape, first)
     return timed(solved, finish, search, kept_factor(limits, task.walls, finish(solved.trajectory)))
 
 
-class _ScaledSearch:
-    """Proportions of the durations whose plan of least cost, scaled to the limits, is shortest; without gradients."""
+def shortest_scaled(
+    task: Task, timing: Timing, limits: Limits, finish: AttachHeading, first: FloatArray
+) -> Timed | None:
+    """Plan in proportions near those of piece durations, or of stops at all waypoints, and scale; None where none is.
 
-    def __init__(self, task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> None:
-        self.task, self.limits, self.finish = task, limits, finish
-        self.first, self.shape = stop_and_go_times(task.lengths, limits), without_derivative_walls(task)
+    Parameters
+    ----------
+    first : ndarray, shape (pieces in all,)
+        [s].
+    """
+    tried = [
+        _ScaledSearch(task, timing, limits, finish, durations, 30) for durations in (first, _by_stops(task, limits))
+    ]
+    best = min(tried, key=lambda one: one.evaluate(np.zeros(task.legs - 1)))
+    if not np.isfinite(best.best[0]):
+        return None
+    durations, search = searched(best, timing.best_on_interrupt) if 1 < task.legs <= SCALED_LEGS else (best.first, None)
+    solved = solve(best.shape, durations)
+    return timed(solved, finish, search, kept_factor(limits, task.walls, finish(solved.trajectory)))
+
+
+def _by_stops(task: Task, limits: Limits) -> FloatArray:
+    """Piece durations of stops at all waypoints."""
+    return task.piece_durations(stop_and_go_times(task.lengths, limits))
+
+
+class _ScaledSearch:
+    """Proportions of the durations whose plan of least cost, scaled to the limits, is shortest; without gradients.
+
+    Parameters
+    ----------
+    task, timing, limits, finish
+        As of a plan within limits.
+    first : ndarray, shape (pieces in all,)
+        Durations to begin with; the proportions of the pieces of a leg stay.
+    most : int
+        Plans tried for each leg.
+    """
+
+    def __init__(
+        self, task: Task, timing: Timing, limits: Limits, finish: AttachHeading, first: FloatArray, most: int
+    ) -> None:
+        self.task, self.limits, self.finish, self.due = task, limits, finish, timing.due
+        self.first, self.most, self.shape = first, most, without_derivative_walls(task)
         self.best: tuple[float, FloatArray] = (np.inf, self.first)
         self.log = Log(timing.progress)
         self.factor = 1.0
 
     def run(self) -> FloatArray:
-        """Return the best leg durations found (proportions matter), shape (legs,)."""
+        """Return the best durations found (proportions matter), shape (pieces in all,)."""
         from scipy.optimize import minimize
 
-        options = {"maxfev": 100 * self.task.legs, "xtol": 1e-4, "ftol": 1e-6}
-        minimize(self.evaluate, np.zeros(self.task.legs - 1), method="Powell", options=options)
+        start = np.zeros(self.task.legs - 1)
+        if np.isfinite(self.best[0]) or np.isfinite(self.evaluate(start)):
+            options = {"maxfev": self.most * self.task.legs, "xtol": 1e-4, "ftol": 1e-6}
+            minimize(self.evaluate, start, method="Powell", options=options)
         return self.best[1]
 
     def evaluate(self, logarithms: FloatArray) -> float:
-        """Logarithm of the scaled total."""
-        durations = self.first * np.exp(np.append(logarithms, 0.0))
-        trajectory = self.finish(solved_or_explained(self.shape, self.task.piece_durations(durations)).trajectory)
-        self.factor = kept_factor(self.limits, self.task.walls, trajectory, self.factor, SCALE_PRECISION)
+        """Logarithm of the scaled total; above the best by ``BARRED`` where there is no plan, or no time left."""
+        durations = self.first * np.repeat(np.exp(np.append(logarithms, 0.0)), self.task.pieces)
+        barred = self.best[0] + BARRED
+        if np.isfinite(barred) and monotonic() > self.due:
+            return barred
+        try:
+            trajectory = self.finish(solve(self.shape, durations).trajectory)
+            self.factor = kept_factor(self.limits, self.task.walls, trajectory, self.factor, SCALE_PRECISION)
+        except (InfeasibleRowsError, SolverError):
+            return barred
         value = float(np.log(trajectory.duration * self.factor))
         if value < self.best[0]:
             self.best = (value, durations)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from time import monotonic
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.deadline import LATE, LateError
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
@@ -16,11 +20,11 @@ from minsnap.time_allocation.derivative_walls import kept_factor
 from minsnap.time_allocation.initial_guess import guessed_lengths, stop_and_go_times
 from minsnap.time_allocation.least_cost import CostSearch, distance_split, leg_sums
 from minsnap.time_allocation.least_priced import LeastPriced
-from minsnap.time_allocation.longer_times import RESERVES, Attempt, least_longer
+from minsnap.time_allocation.longer_times import RESERVES, least_longer
 from minsnap.time_allocation.moving_start import as_timed, moves, shortest_from
 from minsnap.time_allocation.refusal import explain
 from minsnap.time_allocation.strategy import searched_from
-from minsnap.time_allocation.time_scaling import proportions, scaled_plan
+from minsnap.time_allocation.time_scaling import proportions, scaled_plan, shortest_scaled
 from minsnap.time_allocation.time_stretch import most_used, touching_factor
 from minsnap.time_allocation.timing import (
     AttachHeading,
@@ -76,8 +80,13 @@ def _smoother(
 ) -> Timed:
     """Plan with more derivatives continuous than a piece of the search shares, at its durations and longer ones."""
     durations, pieces = fastest.trajectory.durations, fastest.trajectory.pieces
-    attempt = plans_for(replace(bounded, pieces=pieces), task, timing.limits, finish, search)
-    found = least_longer(attempt, durations, False, timing.due)
+    plan = plans_for(replace(bounded, pieces=pieces), task, timing.limits, finish, search)
+    tried = [least_longer(partial(plan, natively=True), durations, False, timing.due, plan)]
+    if task.still and timing.limits is not None:
+        tried.append(shortest_scaled(replace(task, pieces=pieces), timing, timing.limits, finish, durations))
+    found = min(filter(None, tried), key=lambda one: one.trajectory.duration, default=None)
+    if found is None and monotonic() > timing.due:
+        raise LateError(LATE)
     if found is None:
         raise explain(replace(bounded, pieces=pieces), durations)
     return found
@@ -85,7 +94,7 @@ def _smoother(
 
 def plans_for(
     bounded: Task, task: Task, limits: Limits | None, finish: AttachHeading, search: Run, exact: bool = False
-) -> Attempt:
+) -> Callable[..., Timed | None]:
     """Return what plans for durations, within limits as walls; None where there is no plan, or it is not certified.
 
     Parameters
@@ -94,11 +103,16 @@ def plans_for(
         With the walls of the limits besides those of ``task``.
     exact : bool
         Whether the durations are kept; else a plan from rest to rest is flown as fast as its limits allow.
+
+    Returns
+    -------
+    callable
+        Of durations, and of ``natively``: whether only the native core is asked.
     """
 
-    def plan(durations: FloatArray) -> Timed | None:
+    def plan(durations: FloatArray, natively: bool = False) -> Timed | None:
         try:
-            solved = solve(bounded, durations)
+            solved = solve(bounded, durations, natively=natively)
             trajectory = finish(solved.trajectory)
             if limits is None:
                 return timed(solved, finish, search)

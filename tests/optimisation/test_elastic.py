@@ -16,7 +16,7 @@ from minsnap.optimisation.elastic import Elastic, Relaxation
 from minsnap.optimisation.normalised_constraints import compile_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import solve
-from minsnap.time_allocation.elastic_scale import give_limits
+from minsnap.time_allocation.refusal import give_limits
 from minsnap.trajectory.trajectory import Trajectory
 
 

@@ -36,6 +36,14 @@ def test_stretch_of_time_said_would_do_and_little_less_would_not(limits, corrido
     assert not fits(REFERENCE, times * 0.9, corridor=corridor, limits=limits)
 
 
+def test_a_stretch_does_and_a_little_less_does_not():
+    durations, within = np.array([1.0, 0.8]), {"corridor": 0.2, "limits": Limits(speed=2.0, acceleration=3.0)}
+    points = [(0, 0, 1), (4, 0, 1), (4, 3, 1)]
+    stretch = refusal(points, durations=durations, **within).stretch
+    assert fits(points, durations=1.001 * stretch * durations, **within)
+    assert not fits(points, durations=0.97 * stretch * durations, **within)
+
+
 def test_durations_within_limits_that_leave_time_are_planned():
     limits = Limits(speed=3.0, acceleration=6.0)
     path = minsnap.plan(REFERENCE, [4.2, 1.8, 3.2, 2.4], corridor=0.3, limits=limits)
