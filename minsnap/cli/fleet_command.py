@@ -36,8 +36,8 @@ def fleet(
 ) -> int:
     """Plan the flights of a show, write them, and prove of what was written how far apart the vehicles stay.
 
-    Flights are kept in FOLDER/flights as they are found: a run that was killed goes on with them. Exit status 1 if what
-    was asked does not hold of the files.
+    Flights are kept in FOLDER/flights as they are found: a run that was killed goes on with them. Ctrl-C ends the
+    search for one flight with the best so far. Exit status 1 if what was asked does not hold of the files.
     """
     from minsnap.basics.storage.atomic import check_destination
     from minsnap.files.formats.cubic_segments import worst_distance
@@ -54,7 +54,9 @@ def fleet(
         check_destination(animate, clobber=not no_clobber)
     asked = read_show(show)
     lost = worst_distance(asked.reach) if to == "skyc" else 0.0
-    flown = fly(_wider(asked, 2.0 * lost), output / "flights", lambda line: print(f"minsnap: {line}", file=sys.stderr))
+    progress = on_terminal(quiet=False)
+    wider, kept = _wider(asked, 2.0 * lost), output / "flights"
+    flown = fly(wider, kept, lambda line: print(f"minsnap: {line}", file=sys.stderr, flush=True), progress)
     output.mkdir(parents=True, exist_ok=True)
     place = output / "show.skyc" if to == "skyc" else output
     written = write_fleet(
@@ -65,7 +67,7 @@ def fleet(
     if report is not None:
         write_report(page, report, clobber=not no_clobber)
     if animate is not None:
-        animate_fleet(found[0].fleet, animate, clobber=not no_clobber, progress=on_terminal(quiet=False))
+        animate_fleet(found[0].fleet, animate, clobber=not no_clobber, progress=progress)
     print(_summary(page, place))
     return 0 if page.ok else 1
 
@@ -99,4 +101,6 @@ def _summary(page: SafetyReport, place: Path) -> str:
         figures = f"{planned[used.use.name]:.4g} of {used.use.limit:.4g} in the plan, {used.use.value:.4g} in the files"
         lines.append((used.use.name, figures))
     verdict = "apart at every instant, proved of the files" if page.ok else "problem: it does not hold of the files"
-    return "\n".join([labelled(lines), "", verdict, *(f"note: {sentence}" for sentence in page.exceeded)])
+    cut = [stage.name for stage in page.stages if "Ctrl-C" in stage.method]
+    notes = [*page.exceeded, *(f"the search for {name} was cut short: run again for a shorter flight" for name in cut)]
+    return "\n".join([labelled(lines), "", verdict, *(f"note: {sentence}" for sentence in notes)])

@@ -6,28 +6,23 @@ home and land.
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.basics.storage.archive import read_archive
-from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.tolerances import EXACT
-from minsnap.errors import FleetError, MinsnapError
+from minsnap.errors import FleetError
 from minsnap.files.formats.light_programme import Lights
 from minsnap.fleet.assignment import assign
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.fleet_certificate import certify_fleet
-from minsnap.fleet.fleet_planner import plan_fleet
 from minsnap.fleet.separation import Separation
 from minsnap.limits.limits import Limits
 from minsnap.shows.formations import spacing_of
+from minsnap.shows.kept_flights import KeptFlights
 from minsnap.shows.moves import Move, ends, moved
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -162,8 +157,13 @@ class FlownShow:
     stages: tuple[Stage, ...]
 
 
-def fly(show: Show, kept: str | os.PathLike[str] | None = None, told: Told | None = None) -> FlownShow:
+def fly(
+    show: Show, kept: str | os.PathLike[str] | None = None, told: Told | None = None, progress: bool = False
+) -> FlownShow:
     """Plan every flight of a show.
+
+    Ctrl-C ends the search for one flight with the best certified so far. That is flown, but not stored: the next run
+    searches again.
 
     Parameters
     ----------
@@ -173,6 +173,8 @@ def fly(show: Show, kept: str | os.PathLike[str] | None = None, told: Told | Non
         again.
     told : callable, optional
         Is told a sentence after each flight.
+    progress : bool
+        Show a line on the terminal while a flight is searched for.
 
     Raises
     ------
@@ -184,18 +186,18 @@ def fly(show: Show, kept: str | os.PathLike[str] | None = None, told: Told | Non
     show.check()
     same = np.arange(len(show.home))
     course = _Course(show.home, [], [[] for _ in same], told)
-    course.add("take-off", *_flight(show, course.now, show.above, kept, "take-off"), 0.0)
+    flights = KeptFlights((show.limits, show.separation, show.room, show.seed), kept, progress)
+    course.add("take-off", *flights.between(course.now, show.above, "take-off"), 0.0)
     shown = []
     for act in show.acts:
         order = assign(course.now, act.points)
-        shown.append(
-            (order, course.add(act.name, *_flight(show, course.now, act.points[order], kept, act.name), act.hold))
-        )
+        there = flights.between(course.now, act.points[order], act.name)
+        shown.append((order, course.add(act.name, *there, act.hold)))
         for move in act.moves:
             course.add(f"{act.name} moves", _checked(moved(move, course.now, show.limits), show, act.name), "move", 0.0)
     order = _return(show, course.now)
-    course.add("return", *_flight(show, course.now, show.above[order], kept, "return"), 0.0)
-    end = course.add("landing", *_flight(show, course.now, show.home[order], kept, "landing"), 0.0).end
+    course.add("return", *flights.between(course.now, show.above[order], "return"), 0.0)
+    end = course.add("landing", *flights.between(course.now, show.home[order], "landing"), 0.0).end
     fleet = Fleet(tuple(_joined(part) for part in course.parts), None, show.separation)
     return FlownShow(
         fleet, tuple(_lights(show, shown, end, vehicle) for vehicle in same.tolist()), tuple(course.stages)
@@ -247,38 +249,6 @@ def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory
     if found.room_margin is not None and found.room_margin < -EXACT:
         raise FleetError(f"a move of {name!r} leaves the room by {-found.room_margin:.3g} m: move it less far")
     return curves
-
-
-def _flight(
-    show: Show, starts: FloatArray, goals: FloatArray, kept: str | os.PathLike[str] | None, name: str
-) -> tuple[list[Trajectory], str]:
-    """Return the curves from starts to goals, from the folder if they are there."""
-    file = None if kept is None else Path(kept) / f"{_key(show, starts, goals)}.npz"
-    if file is not None and file.exists():
-        stored = read_archive(file)
-        return [Trajectory(stored[f"p{i}"], stored[f"d{i}"]) for i in range(len(starts))], "kept"
-    ways = np.stack([starts, goals], axis=1)
-    try:
-        fleet = plan_fleet(ways, show.limits, show.separation, show.room, seed=show.seed)
-    except MinsnapError as error:
-        error.args = (f"the flight to {name}: {error}",)
-        raise
-    if file is not None:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        arrays: dict[str, Any] = {f"p{i}": curve.control_points for i, curve in enumerate(fleet)}
-        arrays |= {f"d{i}": curve.durations for i, curve in enumerate(fleet)}
-        with atomic_write(file, "wb") as stream:
-            np.savez(stream, **arrays)
-    return list(fleet), fleet.report.method if fleet.report else ""
-
-
-def _key(show: Show, starts: FloatArray, goals: FloatArray) -> str:
-    """Return a name of the question of a flight."""
-    apart = show.separation
-    radii = None if apart.radii is None else apart.radii.tolist()
-    room = None if show.room is None else [np.asarray(corner).tolist() for corner in show.room]
-    asked = (starts.tolist(), goals.tolist(), repr(show.limits), apart.distance, radii, apart.downwash, room, show.seed)
-    return hashlib.sha256(repr(asked).encode()).hexdigest()[:24]
 
 
 def _wait(point: FloatArray, duration: float) -> list[Trajectory]:
