@@ -1,5 +1,7 @@
 from . import errors as errors
+from . import fleet as fleet
 from . import plot as plot
+from . import shows as shows
 from . import studio as studio
 from .basics.version import __version__ as __version__
 from .certificate import Certificate as Certificate

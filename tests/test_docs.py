@@ -99,6 +99,11 @@ def test_importing_the_package_imports_nothing_heavy():
     assert run.stdout.strip() == "[]"
 
 
+def test_packages_that_the_pages_name_come_with_the_root():
+    code = "import minsnap; minsnap.shows.write_fleet, minsnap.fleet.line_distance, minsnap.plot.plot_path"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stderr == ""
+
+
 @pytest.mark.parametrize(
     "page", ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/dependencies.md", "docs/benchmarks.md"]
 )
