@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def fleet(
     show: Annotated[Path, typer.Argument(metavar="SHOW", help="YAML: vehicles, separation, limits, home, acts.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of the show.")],
-    to: Annotated[str, typer.Option("--to", help="csv, crazyswarm2 or skyc.")] = "csv",
+    to: Annotated[str, typer.Option("--to", help="csv, crazyswarm2, skyb, traj (compressed) or skyc.")] = "csv",
     report: Annotated[
         Path | None, typer.Option("--report", metavar="FILE", help="HTML page of what was proved, to print and sign.")
     ] = None,
@@ -42,7 +42,7 @@ def fleet(
     from minsnap.basics.storage.atomic import check_destination
     from minsnap.files.formats.cubic_segments import worst_distance
     from minsnap.plot.animation import animate_fleet, check_animation_name
-    from minsnap.shows.fleet_files import KINDS, read_fleet, write_fleet
+    from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, write_fleet
     from minsnap.shows.safety_report import SafetyReport, write_report
     from minsnap.shows.show import fly
     from minsnap.shows.show_yaml import read_show
@@ -53,7 +53,7 @@ def fleet(
         check_animation_name(animate)
         check_destination(animate, clobber=not no_clobber)
     asked = read_show(show)
-    lost = worst_distance(asked.reach) if to == "skyc" else 0.0
+    lost = worst_distance(asked.reach) if to not in EXACT_KINDS else 0.0
     progress = on_terminal(quiet=False)
     wider, kept = _wider(asked, 2.0 * lost), output / "flights"
     flown = fly(wider, kept, lambda line: print(f"minsnap: {line}", file=sys.stderr, flush=True), progress)

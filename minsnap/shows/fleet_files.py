@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,18 +19,52 @@ from minsnap.basics.storage.text import read_text
 from minsnap.errors import FileError
 from minsnap.files.convert import read_any
 from minsnap.files.formats.crazyflie import MAX_PIECES, read_crazyflie, write_crazyflie
+from minsnap.files.formats.crazyflie_compressed import rounding_bounds, write_compressed
 from minsnap.files.formats.light_programme import Lights
+from minsnap.files.formats.skybrush import write_skybrush
 from minsnap.fleet.common_clock import Fleet
 from minsnap.fleet.separation import Separation
 from minsnap.shows.crazyswarm import write_crazyswarm
-from minsnap.shows.skybrush_show import read_skyc, write_skyc
+from minsnap.shows.skybrush_show import lamps_of, read_skyc, write_skyc
 from minsnap.trajectory.trajectory import Trajectory
 
 MARK, MANIFEST = "minsnap fleet", "manifest.json"
 ENDINGS = (".csv", ".skyb", ".traj", ".json", ".npz")
 """Of files of one vehicle, in folders without a manifest."""
 
-KINDS = ("csv", "crazyswarm2", "skyc")
+Lamp = Lights | None
+Writer = Callable[[Trajectory, Path, Lamp, bool], float]
+"""Writes a vehicle's trajectory and lights, clobbers or does not, and returns the proved distance of the file [m]."""
+
+
+def _write_csv(most: int | None) -> Writer:
+    def write(curve: Trajectory, file: Path, lamp: Lamp, clobber: bool) -> float:
+        write_crazyflie(curve, file, max_pieces=most, clobber=clobber)
+        return 0.0
+
+    return write
+
+
+def _write_skyb(curve: Trajectory, file: Path, lamp: Lamp, clobber: bool) -> float:
+    return write_skybrush(curve, file, lamp, clobber=clobber).distance
+
+
+def _write_traj(curve: Trajectory, file: Path, lamp: Lamp, clobber: bool) -> float:
+    write_compressed(curve, file, clobber=clobber)
+    return rounding_bounds(curve).position
+
+
+FOLDERS: dict[str, tuple[str, Writer]] = {
+    "csv": (".csv", _write_csv(None)),
+    "crazyswarm2": (".csv", _write_csv(MAX_PIECES)),
+    "skyb": (".skyb", _write_skyb),
+    "traj": (".traj", _write_traj),
+}
+"""Folders with one file a vehicle: its ending, and what writes it."""
+
+KINDS = (*FOLDERS, "skyc")
+EXACT_KINDS = ("csv", "crazyswarm2")
+"""Those that lose nothing of the curves."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +74,7 @@ class WrittenFleet:
     Parameters
     ----------
     kind : str
-        ``csv``, ``crazyswarm2`` or ``skyc``.
+        One of ``KINDS``.
     files : tuple of Path
         Everything that was written.
     distance : float
@@ -70,16 +104,17 @@ def write_fleet(
         A file ending in ``.skyc``, or a folder, which is made.
     to : str, optional
         ``csv``: one file of polynomials a vehicle and a manifest with the hash of each; ``crazyswarm2``: the same with
-        ``crazyflies.yaml`` and a script that flies it; ``skyc``: a Skybrush show. By default by the ending.
+        ``crazyflies.yaml`` and a script that flies it; ``skyb`` and ``traj``: the bytes that Skybrush's firmware and
+        the Crazyflie's (compressed) fly; ``skyc``: a Skybrush show. By default by the ending.
     lights : sequence of Lights or None, optional
-        Of each vehicle; only Skybrush shows hold them.
+        Of each vehicle; ``skyb`` and ``skyc`` hold them.
     clobber : bool
         False: files that exist are an error.
 
     Raises
     ------
     FileError
-        If a vehicle does not fit the format.
+        If a vehicle does not fit the format, or there are lights for another number of vehicles.
     """
     kind = to or ("skyc" if Path(path).suffix.lower() == ".skyc" else "csv")
     if kind not in KINDS:
@@ -90,12 +125,12 @@ def write_fleet(
         return WrittenFleet(kind, (Path(path),), write_skyc(fleet, path, lights, clobber=clobber))
     folder = Path(path)
     folder.mkdir(parents=True, exist_ok=True)
-    files = [folder / f"traj{i}.csv" for i in range(len(fleet))]
-    for curve, file in zip(fleet, files, strict=True):
-        write_crazyflie(curve, file, max_pieces=MAX_PIECES if kind == "crazyswarm2" else None, clobber=clobber)
+    ending, write = FOLDERS[kind]
+    files, lamps = [folder / f"traj{i}{ending}" for i in range(len(fleet))], lamps_of(fleet, lights)
+    lost = [write(*each, clobber) for each in zip(fleet, files, lamps, strict=True)]
     further = write_crazyswarm(fleet, folder, clobber=clobber) if kind == "crazyswarm2" else ()
     manifest = _write_manifest(fleet, folder, kind, files, clobber)
-    return WrittenFleet(kind, (*files, *further, manifest), 0.0)
+    return WrittenFleet(kind, (*files, *further, manifest), max(lost))
 
 
 def _write_manifest(fleet: Fleet, folder: Path, kind: str, files: Sequence[Path], clobber: bool) -> Path:
@@ -160,7 +195,7 @@ def _listed(folder: Path, said: Any) -> Fleet:
         file = folder / Path(row["file"]).name
         if not file.exists() or digest(file) != row["sha256"]:
             raise FileError(f"{file} is missing or was changed since its manifest was written: write the fleet again")
-        curves.append(read_crazyflie(file))
+        curves.append(read_crazyflie(file) if file.suffix == ".csv" else _trajectory(file))
     apart = said.get("separation")
     separation = None
     if apart:

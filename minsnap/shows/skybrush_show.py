@@ -76,9 +76,7 @@ def write_skyc(
     """
     if len(fleet) > MOST:
         raise FileError(f"{len(fleet)} vehicles: a show holds {MOST}")
-    lamps = [None] * len(fleet) if lights is None else list(lights)
-    if len(lamps) != len(fleet):
-        raise FileError(f"there are lights for {len(lamps)} vehicles of {len(fleet)}: give one for each, or None")
+    lamps = lamps_of(fleet, lights)
     curves = [cubic_segments(curve) for curve in fleet]
     files = {f"drones/drone_{i + 1}/trajectory.json": _trajectory_json(curve) for i, curve in enumerate(curves)}
     drones = [_drone(fleet, i, lamp) for i, lamp in enumerate(lamps)]
@@ -88,6 +86,14 @@ def write_skyc(
         for name in sorted(files, reverse=True):
             archive.writestr(zipfile.ZipInfo(name, STAMP), json.dumps(files[name]), zipfile.ZIP_DEFLATED)
     return max(curve.distance for curve in curves)
+
+
+def lamps_of(fleet: Fleet, lights: Sequence[Lights | None] | None) -> list[Lights | None]:
+    """Return the lights of each vehicle, or raise FileError where they are those of another number."""
+    lamps: list[Lights | None] = [None] * len(fleet) if lights is None else list(lights)
+    if len(lamps) != len(fleet):
+        raise FileError(f"there are lights for {len(lamps)} vehicles of {len(fleet)}: give one for each, or None")
+    return lamps
 
 
 def _show_json(fleet: Fleet, drones: list[dict[str, Any]], title: str) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from minsnap.cli.app import main
 from minsnap.errors import FileError
 from minsnap.files.formats.cubic_segments import cubic_segments
 from minsnap.files.formats.light_programme import Lights
-from minsnap.shows.fleet_files import read_fleet, write_fleet
+from minsnap.files.formats.skybrush import read_skybrush
+from minsnap.shows.fleet_files import EXACT_KINDS, KINDS, read_fleet, write_fleet
 from minsnap.shows.skybrush_show import read_skyc
 
 
@@ -23,14 +24,14 @@ def crossing():
     return minsnap.Fleet((there, across), ("one", "two"), minsnap.Separation(0.5, downwash=2.0))
 
 
-@pytest.mark.parametrize("to", ["csv", "crazyswarm2", "skyc"])
+@pytest.mark.parametrize("to", KINDS)
 def test_what_is_read_is_what_was_written(tmp_path, to):
     fleet = crossing()
     path = tmp_path / ("show.skyc" if to == "skyc" else "folder")
     written = write_fleet(fleet, path, to)
     again = read_fleet(path)
     assert again.names == fleet.names and all(file.exists() for file in written.files)
-    assert (written.distance > 0.0) == (to == "skyc")
+    assert (written.distance > 0.0) == (to not in EXACT_KINDS)
     for i, curve in enumerate(fleet):
         t = np.linspace(0.0, curve.duration, 4001)
         off = np.linalg.norm(again[i](t) - curve(t), axis=1).max()
@@ -67,6 +68,9 @@ def test_the_same_show_gives_the_same_bytes_and_keeps_its_lights(tmp_path):
     assert (tmp_path / "a.skyc").read_bytes() == (tmp_path / "b.skyc").read_bytes()
     again = read_skyc(tmp_path / "a.skyc").lights
     assert again[1] is None and again[0](1.0) == pytest.approx([127.5, 0.0, 127.5])
+    write_fleet(fleet, tmp_path / "folder", "skyb", lights)
+    alone = read_skybrush(tmp_path / "folder" / "traj0.skyb").lights
+    assert alone(1.0) == pytest.approx([127.5, 0.0, 127.5], abs=1.0)
     with zipfile.ZipFile(tmp_path / "a.skyc") as archive:
         show = json.loads(archive.read("show.json"))
     assert show["settings"]["validation"] == {"minDistance": 0.5}
@@ -109,7 +113,7 @@ def test_what_was_changed_or_holds_samples_is_refused(tmp_path):
     (tmp_path / "a.skyc").write_bytes(b"no zip")
     with pytest.raises(FileError, match=r"a\.skyc is not a Skybrush show"):
         read_fleet(tmp_path / "a.skyc")
-    with pytest.raises(FileError, match="choose one of csv, crazyswarm2, skyc"):
+    with pytest.raises(FileError, match="choose one of csv, crazyswarm2, skyb, traj, skyc"):
         write_fleet(crossing(), tmp_path / "x", "skyx")
 
 
