@@ -36,7 +36,6 @@ template <class S>
 class InteriorPoint {
 public:
     using Settings = ShortestSettings;
-    using Jets = typename Rows<S>::Jets;
 
     Chain<S> chain;
     Rows<S> rows;
@@ -47,8 +46,8 @@ public:
     explicit InteriorPoint(const Instants<S::half, S::instants> &tables) : rows(tables) {}
 
     [[nodiscard]] bool allocate(int most) {
-        return chain.allocate(most) && trial_.allocate(most) && objective.ratio.allocate(most) && newton_.allocate(most) && first_jets_.allocate(most) &&
-               second_jets_.allocate(most);
+        return chain.allocate(most) && trial_.allocate(most) && objective.ratio.allocate(most) && newton_.allocate(most) && first_states_.allocate(most) &&
+               second_states_.allocate(most);
     }
 
     // Make rows for the chain as it is, with slacks and multipliers of a barrier of that gap.
@@ -56,9 +55,9 @@ public:
         if (!rows.lay_out(chain) || !allocate_rows(rows.count)) return false;
         newton_.lay_out(chain);
         trial_.copy(chain);
-        jets_ = first_jets_.data();
-        trial_jets_ = second_jets_.data();
-        evaluate(chain, jets_, value_.data());
+        states_ = first_states_.data();
+        trial_states_ = second_states_.data();
+        smooth_ = evaluate(chain, states_, value_.data());
         barrier_ = gap / rows.regular;
         for (int j = 0; j < rows.count; ++j) {
             slack_[j] = std::max(-value_[j], Settings::least_slack);
@@ -69,7 +68,7 @@ public:
 
     // Take the barrier up again from a gap; margins, slacks and multipliers stay.
     void resume(double gap) {
-        evaluate(chain, jets_, value_.data());
+        evaluate(chain, states_, value_.data());
         barrier_ = gap / rows.regular;
         for (int j = 0; j < rows.count; ++j) {
             slack_[j] = std::max(slack_[j], -value_[j]);
@@ -77,7 +76,8 @@ public:
         }
     }
 
-    StageEnd run(double last_gap) {
+    // Lower the barrier to a gap. A rough stage ends as soon as it is about there: another one follows from its curve.
+    StageEnd run(double last_gap, bool rough = false) {
         const double last = last_gap / rows.regular;
         double damping = 0.0, least_damping = 0.0, former = 0.0;
         int shortened = 0, failed = 0, stalled = 0, grown = 0;
@@ -86,7 +86,7 @@ public:
             const double total = chain.total();
             if (poll != nullptr && poll(total, iterations) != 0) return StageEnd::stopped;
             weigh();
-            newton_.assemble(chain, rows, objective, jets_, {multiplier_.data(), outer_.data(), gradient_.data()});
+            newton_.assemble(chain, rows, objective, states_, {multiplier_.data(), outer_.data(), gradient_.data()});
             if (shortened == 0) damping /= Settings::damping_change;
             damping = std::max(damping > 1e-6 ? damping : 0.0, least_damping);
             if (!newton_.solve(chain, damping)) return StageEnd::stuck;
@@ -111,6 +111,7 @@ public:
                 if (barrier_ * rows.regular < Settings::margin_gap) freeze(grown > 0);
                 continue;
             }
+            if (rough && (decrement < gap || still)) return StageEnd::converged;
             if (((decrement < 0.3 * gap || still) && residual() < Settings::residual) || stalled > Settings::longest_stall) {
                 if (freeze(true) < Settings::grown || ++grown >= Settings::rounds) return StageEnd::converged;
                 barrier_ *= 3.0;
@@ -133,10 +134,8 @@ public:
     // Largest excess of walls and of limits at true peaks, in widths.
     void excess(double inwards, double &wall, double &limit) {
         wall = limit = -1.0;
-        PieceEnds<S> piece;
         for (int i = 0; i < chain.pieces; ++i) {
-            chain.ends(i, piece);
-            each_peak(rows, chain, i, piece, value_.data(), [&](const Peak &peak) {
+            each_peak(rows, chain, i, states_[i].ends, value_.data(), [&](const Peak &peak) {
                 const double value = value_[peak.row] - rows.margin[peak.row] + peak.rise;
                 if (peak.wall)
                     wall = std::max(wall, value - rows.wall_margin - inwards);
@@ -156,15 +155,15 @@ private:
     }
 
     // Values of all rows and the smooth objective.
-    double evaluate(const Chain<S> &at, Jets *jets, double *value) const {
+    double evaluate(const Chain<S> &at, PieceState<S> *states, double *value) const {
         double sum = 0.0;
         widely([&]() MINSNAP_INLINED {
-            PieceEnds<S> piece;
             for (int i = 0; i < at.pieces; ++i) {
-                at.ends(i, piece);
-                rows.jets(piece, piece.e, jets[i]);
-                rows.values(at, i, piece, jets[i], value);
-                sum += objective.value(at, i, piece, rows.instants.gram);
+                PieceState<S> &state = states[i];
+                at.ends(i, state.ends);
+                rows.jets(state.ends, state.ends.e, state.jets);
+                rows.values(at, i, state.ends, state.jets, value);
+                sum += objective.value(at, i, state.ends, rows.instants.gram);
             }
         });
         return sum;
@@ -179,23 +178,28 @@ private:
 
     // Steps of slacks and multipliers, and the shares of both that stay inside.
     void complete(double &primal, double &dual) {
+        double falls = 0.0, drops = 0.0;
         widely([&]() MINSNAP_INLINED {
-            PieceEnds<S> piece;
             double changed[S::whole];
             for (int i = 0; i < chain.pieces; ++i) {
-                chain.ends(i, piece);
-                chain.change(i, piece, newton_.step_durations.data(), newton_.step_knots.data(), changed);
-                rows.slopes(chain, i, piece, jets_[i], changed, newton_.step_durations[i], slope_.data());
+                chain.change(i, states_[i].ends, newton_.step_durations.data(), newton_.step_knots.data(), changed);
+                rows.slopes(chain, i, states_[i].ends, states_[i].jets, changed, newton_.step_durations[i], slope_.data());
+            }
+            constexpr int together = 64;
+            double fall[together], drop[together];
+            for (int begin = 0; begin < rows.count; begin += together) {
+                const int count = std::min(together, rows.count - begin);
+                for (int k = 0; k < count; ++k) {
+                    const int j = begin + k;
+                    const double ds = -(value_[j] + slack_[j]) - slope_[j], dz = barrier_ / slack_[j] - multiplier_[j] - outer_[j] * ds;
+                    slack_step_[j] = ds;
+                    multiplier_step_[j] = dz;
+                    fall[k] = -ds / slack_[j];
+                    drop[k] = -dz / multiplier_[j];
+                }
+                for (int k = 0; k < count; ++k) falls = std::max(falls, fall[k]), drops = std::max(drops, drop[k]);
             }
         });
-        double falls = 0.0, drops = 0.0;
-        for (int j = 0; j < rows.count; ++j) {
-            const double ds = -(value_[j] + slack_[j]) - slope_[j], dz = barrier_ / slack_[j] - multiplier_[j] - outer_[j] * ds;
-            slack_step_[j] = ds;
-            multiplier_step_[j] = dz;
-            falls = std::max(falls, -ds / slack_[j]);
-            drops = std::max(drops, -dz / multiplier_[j]);
-        }
         primal = falls > Settings::to_boundary ? Settings::to_boundary / falls : 1.0;
         dual = drops > Settings::to_boundary ? Settings::to_boundary / drops : 1.0;
     }
@@ -220,31 +224,22 @@ private:
         complete(share, dual);
         for (int i = 0; i < chain.pieces; ++i) largest = std::max(largest, std::abs(newton_.step_durations[i]));
         if (largest > Settings::largest_step) share = std::min(share, Settings::largest_step / largest);
-        const double merit = evaluate_objective() - barrier_terms(value_.data(), slack_.data(), before), slope = newton_.slope();
+        const double merit = smooth_ - barrier_terms(value_.data(), slack_.data(), before), slope = newton_.slope();
         for (int halving = 0; halving < Settings::halvings; ++halving, share *= 0.5) {
             move(share);
-            const double trial = evaluate(trial_, trial_jets_, trial_value_.data());
+            const double trial = evaluate(trial_, trial_states_, trial_value_.data());
             for (int j = 0; j < rows.count; ++j) trial_slack_[j] = std::max(slack_[j] + share * slack_step_[j], -trial_value_[j]);
             const double reached = trial - barrier_terms(trial_value_.data(), trial_slack_.data(), after);
             const bool better = after <= (1.0 - 1e-2 * share) * before || reached <= merit - 1e-3 * share * std::min(before, 1.0) - 1e-6 * share * std::abs(slope);
             const bool passes = better && after < std::max(Settings::infeasibility, 2.0 * before) && filter_.accepts(after, reached);
             if (passes || (after < 1e-9 && reached <= merit + 1e-10)) {
                 filter_.add(before, merit);
+                smooth_ = trial;
                 accept(dual);
                 return halving;
             }
         }
         return -1;
-    }
-
-    double evaluate_objective() const {
-        PieceEnds<S> piece;
-        double sum = 0.0;
-        for (int i = 0; i < chain.pieces; ++i) {
-            chain.ends(i, piece);
-            sum += objective.value(chain, i, piece, rows.instants.gram);
-        }
-        return sum;
     }
 
     void move(double share) {
@@ -255,7 +250,7 @@ private:
     void accept(double dual) {
         constexpr double spread = 1e4;
         chain.copy(trial_);
-        std::swap(jets_, trial_jets_);
+        std::swap(states_, trial_states_);
         for (int j = 0; j < rows.count; ++j) {
             value_[j] = trial_value_[j];
             slack_[j] = trial_slack_[j];
@@ -273,10 +268,8 @@ private:
     // Make margins of what leaks now: the largest growth that matters.
     double freeze(bool only_grow) {
         for (int j = 0; j < rows.count; ++j) frozen_[j] = only_grow ? rows.margin[j] : 0.0;
-        PieceEnds<S> piece;
         for (int i = 0; i < chain.pieces; ++i) {
-            chain.ends(i, piece);
-            each_peak(rows, chain, i, piece, value_.data(), [&](const Peak &peak) {
+            each_peak(rows, chain, i, states_[i].ends, value_.data(), [&](const Peak &peak) {
                 frozen_[peak.row] = std::max(frozen_[peak.row], peak.rise);
                 frozen_[peak.beside] = std::max(frozen_[peak.beside], peak.rise);
             });
@@ -294,8 +287,9 @@ private:
     Chain<S> trial_;
     NewtonSystem<S> newton_;
     Filter filter_;
-    Buffer<Jets> first_jets_, second_jets_;
-    Jets *jets_ = nullptr, *trial_jets_ = nullptr;  // at the chain and at what is tried
+    Buffer<PieceState<S>> first_states_, second_states_;
+    PieceState<S> *states_ = nullptr, *trial_states_ = nullptr;  // at the chain and at what is tried
+    double smooth_ = 0.0;                                        // the smooth objective at the chain
     double barrier_ = 0.0;
     Buffer<double> value_, slack_, multiplier_, outer_, gradient_, slope_, slack_step_, multiplier_step_, trial_value_, trial_slack_, frozen_;
 };

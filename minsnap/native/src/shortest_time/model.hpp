@@ -196,17 +196,18 @@ private:
                     blocks[t][k] += (weight[0] * product[0][k] + weight[1] * product[1][k]) + (weight[2] * product[2][k] + weight[3] * product[3][k]);
             }
         for (int c = 0; c < S::dim; ++c) {
-            double sums[3][S::ends] = {};
+            double slopes[S::ends] = {}, pulls[S::ends] = {}, turns[S::ends] = {};
             for (int g = 0; g < count_at; ++g) {
                 const double *factor = instants.by_instant[q][g];
-                const double weight[3] = {slope[c][g] * inverse, pull[c][g] * inverse, turn[c][g] * inverse};
-                for (int n = 0; n < 3; ++n)
-                    for (int a = 0; a < S::ends; ++a) sums[n][a] += weight[n] * factor[a];
+                const double along = slope[c][g] * inverse, weighted = pull[c][g] * inverse, turned = turn[c][g] * inverse;
+                for (int a = 0; a < S::ends; ++a) slopes[a] += along * factor[a];
+                for (int a = 0; a < S::ends; ++a) pulls[a] += weighted * factor[a];
+                for (int a = 0; a < S::ends; ++a) turns[a] += turned * factor[a];
             }
             for (int a = 0; a < S::ends; ++a) {
-                gradient[a * S::dim + c] += sums[0][a];
-                force[a * S::dim + c] += sums[1][a];
-                cross[a * S::dim + c] += sums[2][a];
+                gradient[a * S::dim + c] += slopes[a];
+                force[a * S::dim + c] += pulls[a];
+                cross[a * S::dim + c] += turns[a];
             }
         }
     }

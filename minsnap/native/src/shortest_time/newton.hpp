@@ -33,8 +33,8 @@ public:
 
     // Fill the matrix, the metric and the gradient for weights of the rows.
     void assemble(const Chain<S> &chain, const Rows<S> &rows, const TimeObjective<S> &objective,
-                  const typename Rows<S>::Jets *jets, const RowWeights &weights) {
-        widely([&]() MINSNAP_INLINED { add_pieces(chain, rows, objective, jets, weights); });
+                  const PieceState<S> *states, const RowWeights &weights) {
+        widely([&]() MINSNAP_INLINED { add_pieces(chain, rows, objective, states, weights); });
     }
 
     // Solve with at least so much damping; false where none suffices. `damping` becomes what was used.
@@ -63,17 +63,16 @@ public:
     }
 
 private:
-    void add_pieces(const Chain<S> &chain, const Rows<S> &rows, const TimeObjective<S> &objective, const typename Rows<S>::Jets *jets,
+    void add_pieces(const Chain<S> &chain, const Rows<S> &rows, const TimeObjective<S> &objective, const PieceState<S> *states,
                     const RowWeights &weights) {
         hessian_.clear(size, banded_);
         metric_.clear(size, banded_);
         for (int k = 0; k < size; ++k) gradient[k] = 0.0;
         PieceModel<S> model;
-        PieceEnds<S> piece;
         for (int i = 0; i < chain.pieces; ++i) {
-            chain.ends(i, piece);
+            const PieceEnds<S> &piece = states[i].ends;
             model.clear();
-            model.add_rows(rows, chain, i, piece, jets[i], weights);
+            model.add_rows(rows, chain, i, piece, states[i].jets, weights);
             model.add_square(rows.instants.gram[objective.smoothed], piece.e, objective.smoothing(piece), objective.smoothing_power);
             if (objective.price > 0.0)
                 model.add_square(rows.instants.gram[S::half], piece.e, objective.costing(piece), objective.costing_power);

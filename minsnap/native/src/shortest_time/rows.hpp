@@ -9,12 +9,20 @@
 
 namespace minsnap {
 
+// A piece as it is.
+template <class S>
+struct PieceState {
+    using Jets = double[condition_orders][S::dim][S::instants];
+
+    PieceEnds<S> ends;
+    Jets jets;  // derivatives at its instants: by order, axis, instant
+};
+
 template <class S>
 class Rows {
 public:
     static constexpr int count_at = S::instants;
-    // Derivatives of a piece at its instants: by order, axis, instant.
-    using Jets = double[condition_orders][S::dim][count_at];
+    using Jets = typename PieceState<S>::Jets;
 
     const Instants<S::half, S::instants> &instants;
     ConditionTable<S::dim> legs, knots;
@@ -24,6 +32,7 @@ public:
     Buffer<double> margin;       // (rows,) added to the value: frozen between changes of the barrier
     Buffer<double> floor;        // (pieces,) logarithms of durations that none goes below, where `floored`
     bool floored = false;
+    bool used[condition_orders] = {};  // orders of derivatives that conditions of legs and limits depend on
     int count = 0, regular = 0;  // rows, and those not of knots
     double wall_margin = 0.0, limit_margin = 0.0;
 
@@ -32,7 +41,11 @@ public:
     [[nodiscard]] bool build(const ShortestRequest &request) {
         limit_count = static_cast<int>(request.limits);
         if (!limits.allocate(limit_count)) return false;
-        for (int k = 0; k < limit_count; ++k) limits[k] = InstantLimit(request.momentary[k]);
+        for (std::int64_t k = 0; k < request.groups; ++k) used[request.cones[k].order] |= request.cones[k].at_knots == 0;
+        for (int k = 0; k < limit_count; ++k) {
+            limits[k] = InstantLimit(request.momentary[k]);
+            for (int q = limits[k].low; q <= limits[k].high; ++q) used[q] = true;
+        }
         return legs.build(request, false) && knots.build(request, true);
     }
 
@@ -78,10 +91,10 @@ public:
         return (i + right) / chain.per_leg;
     }
 
-    // Derivatives of a piece from its ends.
+    // Derivatives of a piece from its ends, of the orders in use.
     void jets(const PieceEnds<S> &piece, const double *ends, Jets &found) const {
         for (int q = 0; q < condition_orders; ++q)
-            for (int c = 0; c < S::dim; ++c) {
+            for (int c = 0; used[q] && c < S::dim; ++c) {
                 double *to = found[q][c];
                 for (int g = 0; g < count_at; ++g) to[g] = 0.0;
                 for (int a = 0; a < S::ends; ++a) {

@@ -88,7 +88,7 @@ private:
     // Whether the last stage converged.
     StageEnd stages() {
         double former = 0.0;
-        const bool whole = request_.divisions == 0 || request_.divisions > 1;
+        const bool once = request_.divisions == 1, rough = once && request_.guessed == 0;  // a guess in motion is followed closely
         const double gap = request_.guessed > 0 ? Settings::divided_gap : Settings::first_gap;
         if (!point_.begin(gap)) return StageEnd::no_memory;
         for (int k = 0; k < Settings::slowings && point_.rows.slows() && point_.largest() > 0.0; ++k) {
@@ -96,7 +96,7 @@ private:
             prepare();
             if (!point_.begin(gap)) return StageEnd::no_memory;
         }
-        StageEnd end = point_.run(whole ? Settings::last_gap : Settings::coarse_gap);
+        StageEnd end = point_.run(once ? Settings::coarse_gap : Settings::last_gap, rough);
         for (std::int64_t k = 0; k < request_.divisions && end != StageEnd::stopped; ++k) {
             const double now = point_.chain.total();
             if (k > 0 && now > former * (1.0 - request_.worthwhile)) break;
@@ -106,23 +106,23 @@ private:
             point_.chain.slow(Settings::slowed_again);
             prepare();
             if (!point_.begin(Settings::divided_gap)) return StageEnd::no_memory;
-            end = point_.run(Settings::last_gap);
+            end = point_.run(rough ? Settings::rough_gap : Settings::last_gap, rough);
         }
-        return request_.divisions == 1 && end != StageEnd::stopped ? polished(end) : end;
+        return once && end != StageEnd::stopped ? polished(end, rough) : end;
     }
 
-    // Search again from the same curve flown a little more slowly, as valleys are flat with several pieces; keep the shorter one.
-    StageEnd polished(StageEnd end) {
+    // Search on from the same curve flown a little more slowly, as valleys are flat with several pieces; where that finds no shorter one, take or end the first.
+    StageEnd polished(StageEnd end, bool rough) {
         constexpr double as_good = 1.00001;
         const double before = point_.chain.total();
         best_.copy(point_.chain);
         point_.chain.slow(Settings::eased);
         if (!point_.begin(Settings::divided_gap)) return StageEnd::no_memory;
         const StageEnd again = point_.run(Settings::last_gap);
-        const bool ended = again == StageEnd::stopped || again == StageEnd::no_memory;
-        if (ended || (again == StageEnd::converged && point_.chain.total() <= as_good * before)) return again;
+        if (again == StageEnd::stopped || (again == StageEnd::converged && point_.chain.total() <= as_good * before)) return again;
         point_.chain.copy(best_);
-        return point_.begin(Settings::last_gap) ? end : StageEnd::no_memory;
+        if (!point_.begin(rough ? Settings::rough_gap : Settings::last_gap)) return StageEnd::no_memory;
+        return rough ? point_.run(Settings::last_gap) : end;
     }
 
     // Bring the curve inside at true peaks: walls move inwards, and limits where time may not be scaled.
