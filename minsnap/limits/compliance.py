@@ -64,13 +64,18 @@ def turns_within(limits: Limits | None, trajectory: Trajectory) -> bool:
 
 def largest_use(limits: Limits, trajectory: Trajectory) -> float:
     """Share of the most used limit over all time; limits on norms alone are measured by the native core at once."""
-    given = limits.given()
-    orders = [KIND[name].order for name in given if KIND[name].measure == "norm"]
-    if len(orders) < len(given) or limits.norm != "euclidean" or type(limits) is not Limits:
+    shares = shares_of_norms(limits, trajectory)
+    if shares is None:
         return max((used.fraction for used in limits.utilisation(trajectory)), default=0.0)
-    norms = trajectory.max_norms(sorted(orders))
-    return max((norm / limit for (norm, _), limit in zip(norms, _by_order(given), strict=True)), default=0.0)
+    return max(shares.values())
 
 
-def _by_order(given: dict[str, float]) -> list[float]:
-    return [given[name] for name in sorted(given, key=lambda name: KIND[name].order)]
+def shares_of_norms(limits: Limits, trajectory: Trajectory) -> dict[int, float] | None:
+    """Shares of limits on norms over all time, by order; None where there are others, or none."""
+    given = limits.given()
+    bounds = {KIND[name].order: limit for name, limit in given.items() if KIND[name].measure == "norm"}
+    if not bounds or len(bounds) < len(given) or limits.norm != "euclidean" or type(limits) is not Limits:
+        return None
+    orders = sorted(bounds)
+    norms = trajectory.max_norms(orders)
+    return {order: norm / bounds[order] for order, (norm, _) in zip(orders, norms, strict=True)}

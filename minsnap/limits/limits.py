@@ -153,7 +153,7 @@ class Limits:
         LimitError
             If a vertical or vehicle limit is set and the trajectory has no vertical coordinate.
         """
-        self._check_dim(traj.dim)
+        self.check_dim(traj.dim)
         return self._measured(self.given(), traj)
 
     def use_of_state(self, derivatives: Mapping[int, FloatArray], dim: int) -> tuple[Utilisation, ...]:
@@ -173,7 +173,8 @@ class Limits:
         """Measure limits exactly, but for the drag."""
         return measured(given, traj, exact_motion(traj, self.norm, self.gravity))
 
-    def _check_dim(self, dim: int) -> None:
+    def check_dim(self, dim: int) -> None:
+        """Raise LimitError for limits that need three coordinates where there are others."""
         spatial = [name for name in self.given() if KIND[name].spatial]
         if spatial and dim != 3:
             raise LimitError(f"{spatial[0]} needs three coordinates, z up; the path has {dim}")
@@ -185,7 +186,7 @@ class Limits:
         convex: searches linearise them, and the time scale keeps them.
         """
         extent = Extent(len(waypoints) - 1, waypoints.shape[1])
-        self._check_dim(extent.dim)
+        self.check_dim(extent.dim)
         found: list[Walls] = []
         for name, limit in self.given().items():
             kind = KIND[name]
@@ -245,7 +246,7 @@ class VehicleLimits(Limits):
         differs along the body's lateral axes. A heading from the tilt is proved as well. With drag the total thrust,
         the tilt and the body rate are measured in the same way.
         """
-        self._check_dim(traj.dim)
+        self.check_dim(traj.dim)
         given = self.given()
         own = measure_vehicle(self.vehicle, self.reserve, given, traj)
         others = {name: limit for name, limit in given.items() if name not in own}

@@ -234,10 +234,10 @@ def _ball(
     extent: Extent, matrix: FloatArray, radius: float, order: int, name: str, anchor: Any = None, slope: Any = None
 ) -> Walls:
     legs = extent.legs
-    anchors = np.broadcast_to(np.zeros(extent.dim) if anchor is None else np.array(anchor), (legs, extent.dim))
-    slopes = None if slope is None else np.broadcast_to(np.array(slope), (legs, extent.dim))
-    matrices = np.broadcast_to(matrix, (legs, *matrix.shape))
-    return Walls.balls(np.arange(legs), matrices, anchors, np.full(legs, radius), order, name, slopes)
+    zeros = np.zeros((legs, extent.dim))
+    anchors = zeros if anchor is None else zeros + anchor
+    slopes = None if slope is None else zeros + slope
+    return Walls.balls(np.arange(legs), np.array([matrix] * legs), anchors, np.full(legs, radius), order, name, slopes)
 
 
 def _faces(extent: Extent, normal: FloatArray, bounds: tuple[float, float], order: int, name: str) -> Walls:

@@ -108,17 +108,19 @@ def _within_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHea
         shortest_plan,
     )
 
-    bounded, mended = task.with_walls(limits.walls(task.waypoints)), task.continuity <= task.half - 1
+    limits.check_dim(task.dim)
+    mended = task.continuity <= task.half - 1
     check_pinned_limits(task, limits, mended)
     if mended and not _shortest(timing) and on_limits(task, limits):
         return _from_limits(task, _checked(timing, task), limits, finish)
     if timing.durations is not None:
         durations = task.piece_durations(check_durations(timing.durations, task.legs))
+        bounded = task.with_walls(limits.walls(task.waypoints))
         return require_limits_kept(timed(solved_or_explained(bounded, durations, samples), finish), limits)
     refuse_repeated(task.waypoints, EACH)
     if _shortest(timing):
-        return shortest_plan(task, bounded, timing, limits, finish)
-    return limited_plan(task, bounded, timing, limits, finish)
+        return shortest_plan(task, timing, limits, finish)
+    return limited_plan(task, timing, limits, finish)
 
 
 def _from_limits(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:

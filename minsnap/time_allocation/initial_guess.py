@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
-from minsnap.basics.limit_kinds import KINDS
+from minsnap.basics.limit_kinds import KIND
 from minsnap.limits.limits import Limits
 from minsnap.optimisation.task import Task
 
@@ -18,18 +18,15 @@ SHORT = 0.3
 
 def norm_limits(limits: Limits) -> tuple[float, float, float, float]:
     """Speed, acceleration, jerk and snap that a motion in any direction may reach; infinite where free."""
-    speeds, accelerations, jerks, snaps = (
-        [getattr(limits, k.name) for k in KINDS if k.order == n] for n in range(1, 5)
-    )
+    least = [np.inf] * 5
+    for name, limit in limits.given().items():
+        order = KIND[name].order
+        least[order] = min(least[order], limit)
     reserve = [] if limits.max_thrust is None else [(limits.max_thrust - 1.0) * limits.gravity]
     reserve += [] if limits.min_thrust is None else [(1.0 - limits.min_thrust) * limits.gravity]
     reserve += [] if limits.tilt is None else [limits.gravity * np.sin(limits.tilt)]
-    turning = None if limits.body_rate is None else 0.5 * limits.gravity * limits.body_rate
-    return _least(*speeds), _least(*accelerations, *reserve), _least(*jerks, turning), _least(*snaps)
-
-
-def _least(*values: float | None) -> float:
-    return min((value for value in values if value is not None), default=np.inf)
+    turning = [] if limits.body_rate is None else [0.5 * limits.gravity * limits.body_rate]
+    return least[1], min((least[2], *reserve)), min((least[3], *turning)), least[4]
 
 
 def stop_and_go_times(lengths: FloatArray, limits: Limits) -> FloatArray:

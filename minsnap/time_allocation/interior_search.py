@@ -14,7 +14,7 @@ import numpy as np
 
 from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import MinsnapError
-from minsnap.limits.compliance import KEPT, largest_use
+from minsnap.limits.compliance import KEPT, largest_use, shares_of_norms
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.shortest_time import ShortestFound, ShortestQuestion, search_shortest
 from minsnap.optimisation.optimum import Optimum
@@ -130,6 +130,9 @@ class InteriorSearch:
 
 def _slowdown(limits: Limits, curve: Trajectory) -> float:
     """Factor on time at which the most used limit is just kept; it divides a derivative by its power of that order."""
+    shares = shares_of_norms(limits, curve)
+    if shares is not None:
+        return max(float(share ** (1.0 / order)) for order, share in shares.items())
     orders = [KIND[name].order for name in limits.given()]
     if all(orders):
         used = limits.utilisation(curve)
@@ -150,7 +153,9 @@ def _rounded(factor: float) -> float:
 def solved_at(task: Task, found: ShortestFound, factor: float) -> SolvedTask:
     """Wrap what was found, flown more slowly by a factor, as a solved task."""
     pieces = len(found.durations) // task.legs
-    task = replace(task, pieces=pieces, continuity=max(task.continuity, task.half - 1))
+    continuity = max(task.continuity, task.half - 1)
+    if (pieces, continuity) != (task.pieces, task.continuity):
+        task = replace(task, pieces=pieces, continuity=continuity)
     durations = found.durations * factor
     units = task.units(durations)
     scale, knots = 1.0, np.empty_like(found.knots)

@@ -9,9 +9,11 @@ from time import monotonic
 
 from minsnap.basics.arrays import FloatArray
 from minsnap.basics.deadline import LATE, LateError
+from minsnap.basics.limit_kinds import KIND
 from minsnap.errors import LimitError, SolverError, UnprovedError
 from minsnap.limits.compliance import KEPT, keeps
 from minsnap.limits.limits import Limits
+from minsnap.limits.measures import MEASURES
 from minsnap.optimisation.optimum import InfeasibleRowsError
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.solved_task import SolvedTask
@@ -43,32 +45,31 @@ AT_LIMIT, LIMIT_ROOM = 1e-6, 1e-2
 """How near to a limit a pinned state counts as at it, and the share of room that it should be left."""
 
 
-def shortest_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
+def shortest_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Find the shortest plan within limits.
 
     Parameters
     ----------
     task : Task
-    bounded : Task
-        With the walls of the limits besides.
+        Without walls of the limits.
     timing : Timing
     limits : Limits
     finish : callable
         Gives a curve its yaw.
     """
-    if timing.enforce == "scaling" or timing.split != "optimal" or not _searchable(bounded, limits):
+    if timing.enforce == "scaling" or timing.split != "optimal" or not _searchable(task, limits):
         return scaled_plan(task, timing, limits, finish)
     if (moves(task) or end_on_limit(task, limits)) and task.continuity <= task.half - 1:
         return as_timed(shortest_from(task, limits, timing, finish), finish)
     solved, search = searched_from(task, limits, timing, finish)
     if task.continuity <= task.half - 1:
         return timed(solved, finish, search)
-    return _smoother(task, bounded, solved, timing, finish, search)
+    return _smoother(task, task.with_walls(limits.walls(task.waypoints)), solved, timing, finish, search)
 
 
-def _searchable(bounded: Task, limits: Limits) -> bool:
+def _searchable(task: Task, limits: Limits) -> bool:
     """Whether any limit is part of the search for the shortest time; the rate of a yaw is not."""
-    return limits.body_rate is not None or any(wall.order for wall in bounded.walls)
+    return any(KIND[name].measure in MEASURES for name in limits.given()) or any(wall.order for wall in task.walls)
 
 
 def _leg_durations(solved: SolvedTask) -> FloatArray:
@@ -125,12 +126,13 @@ def plans_for(
     return plan
 
 
-def limited_plan(task: Task, bounded: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
+def limited_plan(task: Task, timing: Timing, limits: Limits, finish: AttachHeading) -> Timed:
     """Plan for a total or a price, and limits besides; parameters as of :func:`shortest_plan`."""
+    bounded = task.with_walls(limits.walls(task.waypoints))
     if timing.total_time is not None and timing.split != "optimal":
         durations = timing.total * proportions(task, timing.split, limits)
         return require_limits_kept(timed(solved_or_explained(bounded, task.piece_durations(durations)), finish), limits)
-    if not _searchable(bounded, limits):
+    if not _searchable(task, limits):
         price, durations = _wished(task, timing, stop_and_go_times(guessed_lengths(task), limits))
         found = _cheapest(bounded, timing, price, durations, finish, Run(()))
         if found is None:
@@ -284,7 +286,10 @@ def check_pinned_limits(task: Task, limits: Limits, mended: bool = False) -> Non
         Whether a start on or outside its limits, and an end on them, is left to ways back and out.
     """
     mended = mended and not task.closed
+    at_rest = limits.max_thrust is None and limits.min_thrust is None  # then rest uses no limit
     for waypoint, state in task.pins.items():
+        if at_rest and not any(value.any() for value in state.values()):
+            continue
         if mended and waypoint == 0:
             continue
         last = mended and waypoint == task.legs and bool((task.upper[-1] <= task.lower[-1]).all())
