@@ -15,7 +15,9 @@ from minsnap.cli.app import app
 from minsnap.errors import InputError
 
 if TYPE_CHECKING:
+    from minsnap.certificate import Certificate
     from minsnap.files.consistency import AxisFigures, ConsistencyReport
+    from minsnap.files.formats.polynomials import PlanFile
     from minsnap.files.membership import Membership
     from minsnap.trajectory.report import Utilisation
     from minsnap.trajectory.samples import Samples
@@ -65,6 +67,9 @@ def check(
 ) -> int:
     """Check a setpoint file: uniform rate, consistent derivatives and, if given, the corridor; figures for each axis.
 
+    A plan in .json or .yaml is certified anew: that it keeps what its file says of its corridor, limits, waypoints and
+    joints.
+
     Of a folder with one file of polynomials a vehicle, or a Skybrush show (.skyc), it proves how far apart the vehicles
     stay at every instant.
 
@@ -86,8 +91,10 @@ def check(
     samples = read_samples(file, frame)
     report = check_samples(samples, resolution=resolution_of(file))
     inside = _membership(samples, waypoints, corridor)
-    proved = _proved(file) if exact else None
-    problems = [*report.problems, *_escape(inside), *_unproved(proved)]
+    plan = _plan(file, exact)
+    certificate, faults = (None, []) if plan is None else plan.certified()
+    proved = _proved(certificate) if exact and certificate is not None else None
+    problems = [*report.problems, *_escape(inside), *_unproved(proved), *faults]
     if json:
         print(_as_json(report, inside, proved, problems, {"frame": frame_of(file, frame), "origin": origin_of(file)}))
     else:
@@ -95,30 +102,27 @@ def check(
     return 1 if problems else 0
 
 
-def _proved(file: Path) -> ExactProof:
-    """Certify the plan of a file of polynomials, and prove the certificate again without rounding."""
-    from minsnap.certificate import certify
+def _plan(file: Path, exact: bool) -> PlanFile | None:
+    """Return the plan of a file of polynomials, None of another."""
     from minsnap.files.formats.polynomials import is_polynomials, read_polynomials
 
-    if file.suffix.lower() not in (".json", ".yaml", ".yml") or not is_polynomials(file):
+    if file.suffix.lower() in (".json", ".yaml", ".yml") and is_polynomials(file):
+        return read_polynomials(file)
+    if exact:
         raise InputError(f"{file} holds no plan to prove: --exact takes .json or .yaml of polynomials")
-    plan = read_polynomials(file)
-    certificate = certify(plan.trajectory, plan.waypoints, plan.corridor, plan.limits)
-    exceeded = tuple(used for used in certificate.utilisation if not used.kept)
-    return ExactProof(certificate.verify(), certificate.corridor_margin, certificate.waypoint_error, exceeded)
+    return None
+
+
+def _proved(found: Certificate) -> ExactProof:
+    """Prove a certificate again without rounding."""
+    exceeded = tuple(used for used in found.utilisation if not used.kept)
+    return ExactProof(found.verify(), found.corridor_margin, found.waypoint_error, exceeded)
 
 
 def _unproved(proved: ExactProof | None) -> list[str]:
-    if proved is None:
+    if proved is None or proved.holds:
         return []
-    problems = [] if proved.holds else ["the figures of the certificate are not proved in exact arithmetic"]
-    if proved.corridor_margin is not None and proved.corridor_margin < 0.0:
-        problems.append(f"the plan leaves its corridor: its exact margin is {proved.corridor_margin:.3g} m")
-    return problems + [
-        f"the plan exceeds its limit {used.name}: {used.value:.6g} of {used.limit:.6g} on leg {used.leg} "
-        f"at {used.instant:.4g} s"
-        for used in proved.exceeded
-    ]
+    return ["the figures of the certificate are not proved in exact arithmetic"]
 
 
 def _membership(samples: Samples, waypoints: Path | None, corridor: str | None) -> Membership | None:

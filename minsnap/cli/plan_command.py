@@ -121,16 +121,13 @@ def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: boo
 
 
 def _deliver_again(file: Path, planning: Planning, destination: Destination, closed: bool) -> None:
-    from minsnap.certificate import certify
     from minsnap.files.formats.polynomials import read_polynomials
 
     if planning != Planning() or closed:
         raise InputError(f"{file} is a plan already: leave out the options of planning, or plan through its waypoints")
     stored = read_polynomials(file)
-    found = certify(stored.trajectory, stored.waypoints, stored.corridor, stored.limits)
-    inside = found.corridor_margin is None or found.corridor_margin >= 0.0
-    kept = inside and all(used.kept for used in found.utilisation)
-    note = {} if kept else {"note": "the plan is not within the corridor and the limits of its file"}
+    problems = stored.certified()[1]
+    note = {"note": "; ".join(problems)} if problems else {}
     how: dict[str, Any] = {"limits": stored.limits, "gates": stored.gates, "further": note}
     destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, **how)
 

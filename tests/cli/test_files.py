@@ -126,7 +126,7 @@ def test_check_holds_a_plan_to_its_limits_and_its_waypoints(call, tmp_path):
     run = call("check", "slower.json", "--exact")
     assert run.returncode == 1 and re.search(r"exceeds its limit speed: 3\S* of 2 on leg \d at", run.stdout)
     assert re.search(r"waypoint error +0.5 m at most", run.stdout)
-    told = "not within the corridor and the limits of its file"
+    told = "the plan exceeds its limit speed"
     assert told in call("plan", "slower.json", "-o", "s.csv").stdout
     assert told not in call("plan", "plan.json", "-o", "s.csv").stdout
 

@@ -10,14 +10,16 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
+from math import inf
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from minsnap.basics.storage.atomic import atomic_write
 from minsnap.basics.storage.reading import check_regular, reading
 from minsnap.basics.storage.text import load_yaml, read_text
+from minsnap.basics.tolerances import EXACT
 from minsnap.basics.version import __version__
 from minsnap.corridors.gate_passages import numbered_passages
 from minsnap.corridors.gates import Gate
@@ -32,6 +34,9 @@ from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 from minsnap.vehicle.yaml import description_of
+
+if TYPE_CHECKING:
+    from minsnap.certificate import Certificate
 
 MARK = "minsnap polynomials"
 VERSION = 1
@@ -69,6 +74,54 @@ class PlanFile:
     made_by: str = ""
     certificate: Mapping[str, Any] | None = None
     gates: Mapping[int, Gate] = field(default_factory=dict)
+
+    def certified(self) -> tuple[Certificate, list[str]]:
+        """Certify the plan anew: the certificate, and a sentence for all that it keeps less than its file says."""
+        from minsnap.certificate import certify
+
+        found, said = certify(self.trajectory, self.waypoints, self.corridor, self.limits), _said(self.certificate)
+        margin, missed, tiny = (
+            found.corridor_margin,
+            found.waypoint_error,
+            EXACT * np.abs(self.trajectory.control_points).max(),
+        )
+        problems = []
+        if margin is not None and margin < min(0.0, said.margin - tiny):
+            problems.append(f"the plan leaves its corridor: its exact margin is {margin:.3g} m")
+        if missed is not None and missed > said.missed + tiny:
+            problems.append(f"the plan misses a waypoint by {missed:.3g} m, and its file says {said.missed:.3g} m")
+        if found.continuity < said.smooth:
+            problems.append(f"the plan has {found.continuity} continuous derivatives, and its file says {said.smooth}")
+        exceeded = [used for used in found.utilisation if not used.kept]
+        problems += [
+            f"the plan exceeds its limit {used.name}: {used.value:.6g} of {used.limit:.6g} on leg {used.leg} "
+            f"at {used.instant:.4g} s"
+            for used in exceeded
+            if used.fraction > (1.0 + EXACT) * said.used.get(used.name, 1.0)
+        ]
+        return found, problems
+
+
+@dataclass(frozen=True)
+class _Said:
+    """What the certificate of a file says: margin and largest distance to a waypoint [m], continuity, use of limits."""
+
+    margin: float
+    missed: float
+    smooth: int
+    used: Mapping[str, float]
+
+
+def _said(certificate: Mapping[str, Any] | None) -> _Said:
+    """Read a certificate; what it does not say binds nothing."""
+    said = certificate or {}
+    margin, missed, smooth = (said.get(name) for name in ("corridor_margin", "waypoint_error", "continuity"))
+    return _Said(
+        0.0 if margin is None else float(margin),
+        inf if missed is None else float(missed),
+        -1 if smooth is None else int(smooth),
+        {str(used["name"]): float(used["fraction"]) for used in said.get("limits", ())},
+    )
 
 
 def write_polynomials(
@@ -193,6 +246,7 @@ def _plan(where: str, said: Mapping[str, Any]) -> PlanFile:
     words = tuple(str(word) for word in said.get("command", ()))
     gates = {int(gate.pop("waypoint")): Gate.polygon(**gate) for gate in map(dict, said.get("openings", ()))}
     made_by, certificate = str(said.get("made_by", "")), dict(said.get("certificate") or {})
+    _said(certificate)
     return PlanFile(trajectory, points, _constraint(said.get("corridor")), limits, words, made_by, certificate, gates)
 
 
