@@ -37,3 +37,9 @@ _REASONS = {
     Status.NO_PROGRESS: "the native core made no progress",
     Status.SPENT: "the native core worked on it for as long as a problem is worth",
 }
+
+GAVE_UP = frozenset(
+    status.reason
+    for status in (Status.SINGULAR, Status.NOT_PROVED, Status.INFEASIBLE, Status.NO_PROGRESS, Status.SPENT)
+)
+"""Reasons of problems that the native core takes, and did not solve."""

@@ -11,6 +11,7 @@ from minsnap.basics.arrays import FloatArray
 from minsnap.basics.tolerances import GAP
 from minsnap.errors import MinsnapError
 from minsnap.native.corridor import CorridorAnswer
+from minsnap.native.status import GAVE_UP
 from minsnap.optimisation.native_solve import in_pieces, solve_natively, solve_without_walls
 from minsnap.optimisation.optimum import InfeasibleRowsError, Optimum
 from minsnap.optimisation.solved_task import NATIVE, SolvedTask
@@ -40,13 +41,13 @@ def solve(
     prove : bool
         Whether the exact margin is checked; a search can do without.
     natively : bool
-        Whether to end where the native core has no answer: a search that tries other durations then loses little, as
-        nearly all of these have no curve.
+        Whether to end where the native core takes the problem and finds no answer: a search that tries other durations
+        then loses little, as nearly all of these have no curve.
 
     Raises
     ------
     InfeasibleRowsError
-        If no curve keeps all walls, or the native core alone found none.
+        If no curve keeps all walls, or the native core found none.
     SolverError
         If none was found.
     """
@@ -58,7 +59,7 @@ def solve(
     native = _solved_natively(task, units, durations, gap, prove)
     if isinstance(native, SolvedTask):
         return native
-    if natively:
+    if natively and native in GAVE_UP:
         raise InfeasibleRowsError
     found = _solved_in_python(task, durations, units, samples, gap, prove)
     return replace(found, optimum=replace(found.optimum, handed_over=native))

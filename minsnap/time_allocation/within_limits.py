@@ -108,7 +108,7 @@ def plans_for(
     Returns
     -------
     callable
-        Of durations, and of ``natively``: whether only the native core is asked.
+        Of durations, and of ``natively``: whether to end where the native core finds none.
     """
 
     def plan(durations: FloatArray, natively: bool = False) -> Timed | None:
