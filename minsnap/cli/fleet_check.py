@@ -6,6 +6,7 @@ import json as jsonlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from minsnap.basics.checks import point_text
 from minsnap.basics.storage.text_columns import aligned, labelled
 from minsnap.errors import InputError
 
@@ -33,10 +34,11 @@ def check_fleet(path: Path, separation: float | None, downwash: float, json: boo
 
 def pair_rows(certificate: FleetCertificate, most: int = LISTED) -> list[list[str]]:
     """Return the pairs that come nearest, as rows of text under a heading."""
-    rows = [["vehicles", "", "distance [m]", "asked [m]", "at [s]"]]
+    rows = [["vehicles", "", "distance [m]", "asked [m]", "at [s]", "between [m]"]]
     for near in certificate.nearest[:most]:
         names = [certificate.fleet.name(vehicle) for vehicle in near.pair]
-        rows.append([*names, f"{near.distance:.4f}", f"{near.required:.4g}", f"{near.instant:.2f}"])
+        figures = f"{near.distance:.4f}", f"{near.required:.4g}", f"{near.instant:.2f}"
+        rows.append([*names, *figures, point_text(certificate.middle_of(near).round(2) + 0.0)])
     return rows
 
 
@@ -59,7 +61,7 @@ def _verdict(certificate: FleetCertificate) -> str:
 
 
 def _as_json(certificate: FleetCertificate) -> str:
-    near = [vars(pair) for pair in certificate.nearest]
+    near = [vars(pair) | {"between": certificate.middle_of(pair).tolist()} for pair in certificate.nearest]
     fleet = certificate.fleet
     return jsonlib.dumps(
         {

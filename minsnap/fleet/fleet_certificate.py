@@ -115,6 +115,11 @@ class FleetCertificate:
         """Least distance of any vehicle to an obstacle [m]; None without obstacles."""
         return None if self.clearances is None else float(self.clearances.min())
 
+    def middle_of(self, near: NearPair) -> FloatArray:
+        """Return the point halfway between two vehicles when they are nearest, shape (dim,) [m]."""
+        curves = [self.fleet[vehicle] for vehicle in near.pair]
+        return np.asarray(np.mean([curve(min(near.instant, curve.duration)) for curve in curves], axis=0))
+
 
 def certify_fleet(
     fleet: Fleet | Sequence[Path],

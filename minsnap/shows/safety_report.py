@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray
+from minsnap.basics.checks import point_text
 from minsnap.basics.tolerances import EXACT
 from minsnap.fleet.fleet_certificate import FleetCertificate, certify_fleet
 from minsnap.fleet.fleet_limits import extent_of
@@ -176,8 +177,9 @@ def _pairs(held: FleetCertificate) -> str:
     rows = []
     for near in sorted(held.nearest[:PAIRS], key=lambda pair: pair.instant):
         names = " and ".join(held.fleet.name(vehicle) for vehicle in near.pair)
-        rows.append((names, f"{near.instant:.2f}", f"{near.distance:.4f}", f"{near.required:.4g}"))
-    return table("Nearest pairs, by time", ["vehicles", "at [s]", "distance [m]", "asked [m]"], rows)
+        place = point_text(held.middle_of(near).round(2) + 0.0)
+        rows.append((names, f"{near.instant:.2f}", place, f"{near.distance:.4f}", f"{near.required:.4g}"))
+    return table("Nearest pairs, by time", ["vehicles", "at [s]", "between [m]", "distance [m]", "asked [m]"], rows)
 
 
 def _vehicles(held: FleetCertificate) -> str:

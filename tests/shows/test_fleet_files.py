@@ -154,7 +154,11 @@ def test_check_proves_a_fleet_apart_or_names_the_pair(tmp_path, capsys):
     status, text = checked(capsys, tmp_path / "folder", "--separation", "2")
     assert status == 1 and "problem: one and two come within" in text
     status, text = checked(capsys, tmp_path / "folder", "--separation", "0.3", "--json")
-    assert json.loads(text)["least_distance"] == pytest.approx(true.least_distance) and status == 0
+    said = json.loads(text)
+    assert said["least_distance"] == pytest.approx(true.least_distance) and status == 0
+    said = json.loads(checked(capsys, tmp_path / "folder", "--separation", "2", "--json")[1])
+    halfway = crossing()(said["instant"]).mean(axis=0)
+    assert said["nearest"][0]["between"] == pytest.approx(halfway, abs=1e-9)
 
 
 def test_check_asks_for_the_separation_where_files_do_not_say_it(tmp_path, capsys):
