@@ -3,38 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from ctypes import c_double, c_int32, c_int64, c_void_p
+from ctypes import c_int32, c_int64, c_void_p
 from typing import NamedTuple
 
 import numpy as np
 
 from minsnap.basics.arrays import BoolArray, FloatArray, IntArray
 from minsnap.basics.tolerances import GAP
-from minsnap.native.library import Entry, address, optional_address
+from minsnap.native.library import Entry, address
+from minsnap.native.records import ManyRecord
 
-_SOLVE = Entry(
-    "minsnap_many",
-    *(c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p, c_int32),
-    *(c_void_p, c_void_p, c_void_p),
-)
+_SOLVE = Entry("minsnap_many", ManyRecord)
+_GRADIENTS = Entry("minsnap_many_gradients", ManyRecord)
+_TUBES = Entry("minsnap_many_tubes", ManyRecord)
 _EVALUATE = Entry(
     "minsnap_evaluate_many",
     *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_int32),
     *(c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p),
 )
-
-
-_GRADIENTS = Entry(
-    "minsnap_many_gradients",
-    *(c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_void_p, c_void_p, c_int32),
-    *(c_void_p, c_void_p, c_void_p, c_void_p),
-)
-_TUBES = Entry(
-    "minsnap_many_tubes",
-    *(c_void_p, c_void_p, c_void_p, c_void_p, c_int64, c_int32, c_int32, c_double, c_double, c_int32),
-    *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
-)
-
 
 BLOCK = 4096
 """Problems solved in one call, between which Ctrl-C is taken: some tenths of a second."""
@@ -68,6 +54,19 @@ class ManyTubes(NamedTuple):
     figures: FloatArray
     statuses: IntArray
     slopes: ManySlopes | None
+
+
+def many_record(
+    points: FloatArray,
+    durations: FloatArray,
+    offsets: IntArray,
+    half: int,
+    threads: int,
+    ends: tuple[FloatArray | None, FloatArray | None] = (None, None),
+) -> ManyRecord:
+    """Return the problems as entry points take them, without places for answers; arrays as for ``many_optima``."""
+    sizes = {"count": len(offsets) - 1, "dim": points.shape[1], "half": half, "threads": threads}
+    return ManyRecord(points=points, durations=durations, offsets=offsets, starts=ends[0], ends=ends[1], **sizes)
 
 
 def many_tubes(
@@ -107,19 +106,17 @@ def many_tubes(
     found, breaks = np.empty((legs, 2 * half, dim)), np.empty(len(points))
     figures, statuses = np.zeros((count, 4)), np.zeros(count, dtype=np.int32)
     wanted = ManySlopes(np.full(legs, np.nan), np.full((legs, dim), np.nan), np.full(legs, np.nan)) if slopes else None
-    changes = () if wanted is None else (wanted.durations, wanted.displacements, wanted.widths)
+    places = dict(zip(("slopes", "displacements", "width_slopes"), wanted or (), strict=False))
     for first in range(0, count, BLOCK):
         last = min(first + BLOCK, count)
         problems, own = slice(first, last), offsets[first : last + 1] - offsets[first]
         legs_in = slice(offsets[first], offsets[last])
         knots = slice(legs_in.start + first, legs_in.stop + last)
-        solve(
-            *(address(array) for array in (points[knots], durations[legs_in], widths[legs_in], own)),
-            *(last - first, dim, half, gap, GAP, threads),
-            *(address(array) for array in (found[legs_in], breaks[knots], figures[problems])),
-            *((None, None, None) if wanted is None else [a if a is None else address(a[legs_in]) for a in changes]),
-            address(statuses[problems]),
-        )
+        block = many_record(points[knots], durations[legs_in], own, half, threads)
+        block.put(widths=widths[legs_in], gap=gap, most_gap=GAP)
+        block.put(curves=found[legs_in], breaks=breaks[knots], figures=figures[problems], statuses=statuses[problems])
+        block.put(**{name: place[legs_in] for name, place in places.items() if place is not None})
+        solve(block)
         if watch is not None:
             watch(last, count)
     return ManyTubes(found, breaks, figures, statuses.astype(np.intp), wanted)
@@ -146,11 +143,9 @@ def many_gradients(
     count, dim = len(offsets) - 1, points.shape[1]
     costs, statuses = np.zeros(count), np.zeros(count, dtype=np.int32)
     slopes = ManySlopes(np.empty(len(durations)), np.empty((len(durations), dim)), None)
-    states = [optional_address(state) for state in ends]
-    solve(
-        *(address(points), address(durations), address(offsets), count, dim, half, *states, threads),
-        *map(address, (costs, slopes.durations, slopes.displacements, statuses)),
-    )
+    many = many_record(points, durations, offsets, half, threads, ends)
+    many.put(costs=costs, slopes=slopes.durations, displacements=slopes.displacements, statuses=statuses)
+    solve(many)
     failed = np.repeat(statuses != 0, np.diff(offsets))
     slopes.durations[failed] = np.nan
     slopes.displacements[failed] = np.nan
@@ -189,14 +184,11 @@ def many_optima(
     solve = _SOLVE.ready or _SOLVE.function()
     if solve is None:
         return None
-    count, dim = len(offsets) - 1, points.shape[1]
-    found, breaks = np.empty((len(durations), 2 * half, dim)), np.empty(len(points))
-    statuses = np.zeros(count, dtype=np.int32)
-    states = [optional_address(state) for state in ends]
-    solve(
-        *(address(points), address(durations), address(offsets), count, dim, half, *states, threads),
-        *(address(found), address(breaks), address(statuses)),
-    )
+    found, breaks = np.empty((len(durations), 2 * half, points.shape[1])), np.empty(len(points))
+    statuses = np.zeros(len(offsets) - 1, dtype=np.int32)
+    many = many_record(points, durations, offsets, half, threads, ends)
+    many.put(curves=found, breaks=breaks, statuses=statuses)
+    solve(many)
     return found, breaks, statuses.astype(np.intp)
 
 

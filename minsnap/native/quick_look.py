@@ -7,10 +7,12 @@ from ctypes import c_int32, c_int64, c_void_p
 import numpy as np
 
 from minsnap.basics.arrays import FloatArray, IntArray
-from minsnap.native.library import Entry, address, readable
+from minsnap.native.library import Entry, readable
+from minsnap.native.plan_batches import many_record
+from minsnap.native.records import ManyRecord
 
 _ONE = Entry("minsnap_last_look", *[c_void_p] * 4, c_int64, *[c_int32] * 6, c_void_p)
-_MANY = Entry("minsnap_last_looks", *[c_void_p] * 4, c_int64, *[c_int32] * 3, *[c_void_p] * 2)
+_MANY = Entry("minsnap_last_looks", ManyRecord)
 
 
 def keeps(
@@ -83,8 +85,7 @@ def look_over(
     look = _MANY.ready or _MANY.function()
     if look is not None:
         found = statuses.astype(np.int32)
-        look(
-            *map(address, (points, durations, widths, offsets)),
-            *(len(offsets) - 1, points.shape[1], half, threads, address(curves), address(found)),
-        )
+        many = many_record(points, durations, offsets, half, threads)
+        many.put(widths=widths, curves=curves, statuses=found)
+        look(many)
         statuses[:] = found

@@ -30,8 +30,15 @@ class Record(Structure):
     arrays: ClassVar[Mapping[str, tuple[Any, ...]]] = {}
 
     def __init__(self, **values: Any) -> None:
-        super().__init__(**{name: self._passed(name, value) for name, value in values.items()})
-        self.kept = values
+        super().__init__()
+        self.kept: dict[str, Any] = {}
+        self.put(**values)
+
+    def put(self, **values: Any) -> None:
+        """Set further fields."""
+        self.kept |= values
+        for name, value in values.items():
+            setattr(self, name, self._passed(name, value))
 
     def _passed(self, name: str, value: Any) -> Any:
         kinds = self.arrays.get(name)
@@ -143,6 +150,21 @@ class SplitRecord(Record):
         *_integers("evaluations"),
     )
     arrays: ClassVar = dict.fromkeys(("durations", "history"), NUMBERS)
+
+
+class ManyRecord(Record):
+    """Many problems, one after the other, and where their answers are written; see ``many_record``."""
+
+    _fields_ = (
+        *_integers("count", "dim", "half", "threads"),
+        *_floats("gap", "most_gap"),
+        *_arrays("points", "durations", "offsets", "widths", "starts", "ends"),
+        *_arrays("curves", "breaks", "costs", "figures", "slopes", "displacements", "width_slopes", "statuses"),
+    )
+    arrays: ClassVar = {
+        **dict.fromkeys((field[0] for field in _fields_ if field[1] is c_void_p), NUMBERS),
+        **{"offsets": INTEGERS, "statuses": (np.int32,)},
+    }
 
 
 class VehicleRecord(Record):

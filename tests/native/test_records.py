@@ -11,13 +11,14 @@ from minsnap.native.records import (
     ChainRecord,
     CorridorAnswerRecord,
     CorridorRecord,
+    ManyRecord,
     Record,
     SplitRecord,
     VehicleRecord,
     WallsRecord,
 )
 
-EVERY = [WallsRecord, CorridorRecord, CorridorAnswerRecord, ChainRecord, SplitRecord, VehicleRecord]
+EVERY = [WallsRecord, CorridorRecord, CorridorAnswerRecord, ChainRecord, SplitRecord, ManyRecord, VehicleRecord]
 
 
 @pytest.fixture

@@ -64,6 +64,26 @@ struct SplitRecord {
     std::int64_t evaluations;
 };
 
+// Many problems, one after the other: problem b has the legs offsets[b] ... offsets[b + 1] - 1, and one knot more. And where their answers are
+// written; an entry point reads and writes what its comment names, and the rest may be null.
+struct ManyRecord {
+    std::int64_t count, dim, half, threads;
+    double gap, most_gap;          // shares of a cost that may be given away, and where the first does not end with a proof
+    const double *points;          // (knots in all, dim) [m]
+    const double *durations;       // (legs in all,) [s]
+    const std::int64_t *offsets;   // (count + 1,)
+    const double *widths;          // (legs in all,) [m]
+    const double *starts, *ends;   // (count, half - 1, dim) derivatives, or null at rest
+    double *curves;                // (legs in all, 2 half, dim) [m]
+    double *breaks;                // (knots in all,) [s]
+    double *costs;                 // (count,) [m^2/s^(2k-1)]
+    double *figures;               // (count, 4) costs in tubes, lower bounds, contacts, rounds
+    double *slopes;                // (legs in all,) derivatives of a cost in the durations, or null
+    double *displacements;         // (legs in all, dim) and in the displacements of legs
+    double *width_slopes;          // (legs in all,) and in the half-widths
+    std::int32_t *statuses;        // (count,)
+};
+
 // A vehicle on parts of a path, and where bounds are written: greatest and minus the least thrust per mass [m/s^2], square of the tilt's tangent, square
 // of the body rate [rad^2/s^2], greatest and minus the least thrust of a rotor [N].
 struct VehicleRecord {
@@ -143,6 +163,26 @@ constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(SplitRecord, durations),
     MINSNAP_FIELD(SplitRecord, history),
     MINSNAP_FIELD(SplitRecord, evaluations),
+    MINSNAP_FIELD(ManyRecord, count),
+    MINSNAP_FIELD(ManyRecord, dim),
+    MINSNAP_FIELD(ManyRecord, half),
+    MINSNAP_FIELD(ManyRecord, threads),
+    MINSNAP_FIELD(ManyRecord, gap),
+    MINSNAP_FIELD(ManyRecord, most_gap),
+    MINSNAP_FIELD(ManyRecord, points),
+    MINSNAP_FIELD(ManyRecord, durations),
+    MINSNAP_FIELD(ManyRecord, offsets),
+    MINSNAP_FIELD(ManyRecord, widths),
+    MINSNAP_FIELD(ManyRecord, starts),
+    MINSNAP_FIELD(ManyRecord, ends),
+    MINSNAP_FIELD(ManyRecord, curves),
+    MINSNAP_FIELD(ManyRecord, breaks),
+    MINSNAP_FIELD(ManyRecord, costs),
+    MINSNAP_FIELD(ManyRecord, figures),
+    MINSNAP_FIELD(ManyRecord, slopes),
+    MINSNAP_FIELD(ManyRecord, displacements),
+    MINSNAP_FIELD(ManyRecord, width_slopes),
+    MINSNAP_FIELD(ManyRecord, statuses),
     MINSNAP_FIELD(VehicleRecord, parts),
     MINSNAP_FIELD(VehicleRecord, count),
     MINSNAP_FIELD(VehicleRecord, mass),

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "basics/border.hpp"
 #include "basics/threads.hpp"
 
 namespace minsnap {
@@ -14,6 +15,10 @@ inline bool ascending(const std::int64_t *offsets, std::int64_t count) {
     for (std::int64_t b = 0; b < count; ++b)
         if (offsets[b + 1] < offsets[b]) return false;
     return true;
+}
+
+inline bool many_fit(const ManyRecord &many) {
+    return many.count >= 0 && many.dim >= 1 && many.half >= 2 && ascending(many.offsets, many.count);
 }
 
 inline void nothing() {}

@@ -194,19 +194,17 @@ MINSNAP_EXPORT std::int32_t minsnap_last_look(const double *points, const double
     return std::int32_t(passes_last_look(asked, curve) ? Status::done : Status::not_proved);
 }
 
-// The same of many plans in tubes, arrays as in tube.cpp: statuses that were done become ``not_proved``.
-MINSNAP_EXPORT std::int32_t minsnap_last_looks(const double *points, const double *durations, const double *widths,
-                                               const std::int64_t *offsets, std::int64_t count, std::int32_t dim,
-                                               std::int32_t half, std::int32_t threads, const double *curves,
-                                               std::int32_t *statuses) {
+// The same of the curves of many plans in tubes: statuses that were done become ``not_proved``.
+MINSNAP_EXPORT std::int32_t minsnap_last_looks(const minsnap::ManyRecord *many) {
     using namespace minsnap;
-    if (count < 0 || dim < 1 || half < 2 || !ascending(offsets, count)) return std::int32_t(Status::bad_size);
-    for_all(count, 8, threads, statuses, [=](std::int64_t b) {
-        const std::int64_t first = offsets[b];
-        const Asked asked = {points + (first + b) * dim, durations + first, nullptr, nullptr, widths + first, false,
-                             offsets[b + 1] - first, 1, 2 * half - 1, dim, half - 1, half - 1};
-        const bool done = statuses[b] == std::int32_t(Status::done);
-        return !done || passes_last_look(asked, curves + first * 2 * half * dim) ? Status(statuses[b]) : Status::not_proved;
+    if (!many_fit(*many)) return std::int32_t(Status::bad_size);
+    const int dim = int(many->dim), half = int(many->half);
+    for_all(many->count, 8, int(many->threads), many->statuses, [=](std::int64_t b) {
+        const std::int64_t first = many->offsets[b];
+        const Asked asked = {many->points + (first + b) * dim, many->durations + first, nullptr, nullptr, many->widths + first, false,
+                             many->offsets[b + 1] - first, 1, 2 * half - 1, dim, half - 1, half - 1};
+        const Status status = Status(many->statuses[b]);
+        return status != Status::done || passes_last_look(asked, many->curves + first * 2 * half * dim) ? status : Status::not_proved;
     });
     return std::int32_t(Status::done);
 }

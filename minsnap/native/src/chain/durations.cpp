@@ -370,24 +370,16 @@ MINSNAP_EXPORT std::int32_t minsnap_cost_gradient(const ChainRecord *given, doub
     return int(Status::done);
 }
 
-// The same for many chains without pins over threads, arrays as in many.cpp. Out: costs (count,), derivatives in the
-// durations (legs in all,) and in the displacements of legs (legs in all, dim).
-MINSNAP_EXPORT std::int32_t minsnap_many_gradients(const double *points, const double *durations, const Integer *offsets,
-                                                   Integer count, std::int32_t dim, std::int32_t half,
-                                                   const double *starts, const double *ends, std::int32_t threads,
-                                                   double *costs, double *slopes, double *displacements,
-                                                   std::int32_t *statuses) {
-    if (count < 0 || !ascending(offsets, count)) return int(Status::bad_size);
-    for_all(count, 8, threads, statuses, [&](Integer b) {
-        const Integer first = offsets[b], legs = offsets[b + 1] - first, state = b * (half - 1) * dim;
-        if (!well_sized(half, legs, dim, 0)) return Status::bad_size;
-        ChainProblem chain;
-        chain.points = points + (first + b) * dim, chain.durations = durations + first;
-        chain.legs = legs, chain.stride = dim;
-        chain.start = starts ? starts + state : nullptr, chain.end = ends ? ends + state : nullptr;
-        FreeCost free(chain, half, false);
-        const Status status = free.evaluate(chain.durations, costs[b], slopes + first, displacements + first * dim);
-        for (Integer leg = 0; status == Status::done && leg < legs; ++leg) slopes[first + leg] /= chain.durations[leg];
+// The same for many chains without pins over threads: costs, slopes, displacements and statuses.
+MINSNAP_EXPORT std::int32_t minsnap_many_gradients(const ManyRecord *many) {
+    if (!many_fit(*many)) return int(Status::bad_size);
+    for_all(many->count, 8, int(many->threads), many->statuses, [=](Integer b) {
+        const ChainProblem chain = chain_of(*many, b);
+        if (!well_sized(many->half, chain.legs, many->dim, 0)) return Status::bad_size;
+        FreeCost free(chain, int(many->half), false);
+        double *const slopes = many->slopes + many->offsets[b];
+        const Status status = free.evaluate(chain.durations, many->costs[b], slopes, many->displacements + many->offsets[b] * many->dim);
+        for (Integer leg = 0; status == Status::done && leg < chain.legs; ++leg) slopes[leg] /= chain.durations[leg];
         return status;
     });
     return int(Status::done);

@@ -44,25 +44,17 @@ Status solve_one(const ChainProblem &chain, int half, std::int64_t all, double *
 }  // namespace
 }  // namespace minsnap
 
-// Plans without walls; starts and ends are states (count, half - 1, dim), null at rest.
-//
-// Out: control points, instants of the knots, and a status for each problem.
-MINSNAP_EXPORT std::int32_t minsnap_many(const double *points, const double *durations, const std::int64_t *offsets,
-                                         std::int64_t count, std::int32_t dim, std::int32_t half, const double *starts,
-                                         const double *ends, std::int32_t threads, double *out, double *breaks,
-                                         std::int32_t *statuses) {
+// Plans without walls, between states or at rest: curves, breaks and statuses.
+MINSNAP_EXPORT std::int32_t minsnap_many(const minsnap::ManyRecord *many) {
     using namespace minsnap;
-    if (count < 0 || dim < 1 || half < 2 || !ascending(offsets, count))
-        return static_cast<std::int32_t>(Status::bad_size);
-    const std::int64_t all = offsets[count] * 2 * half * dim;
-    for_all(count, chunk_of(count, all, threads), threads, statuses, [=](std::int64_t b) {
-        const std::int64_t first = offsets[b], state = b * (half - 1) * dim;
-        ChainProblem chain;
-        chain.points = points + (first + b) * dim, chain.durations = durations + first;
-        chain.legs = offsets[b + 1] - first, chain.stride = dim;
-        chain.start = starts ? starts + state : nullptr, chain.end = ends ? ends + state : nullptr;
-        const Status status = solve_one(chain, half, all, out + first * 2 * half * dim);
-        if (status == Status::done) write_breaks(chain.durations, chain.legs, breaks + first + b);
+    if (!many_fit(*many)) return static_cast<std::int32_t>(Status::bad_size);
+    const int threads = int(many->threads);
+    const std::int64_t size = 2 * many->half * many->dim, all = many->offsets[many->count] * size;
+    for_all(many->count, chunk_of(many->count, all, threads), threads, many->statuses, [=](std::int64_t b) {
+        const ChainProblem chain = chain_of(*many, b);
+        const std::int64_t first = many->offsets[b];
+        const Status status = solve_one(chain, int(many->half), all, many->curves + first * size);
+        if (status == Status::done) write_breaks(chain.durations, chain.legs, many->breaks + first + b);
         return status;
     }, settle_copies);
     return static_cast<std::int32_t>(Status::done);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "basics/border.hpp"
 #include "basics/buffer.hpp"
 #include "basics/status.hpp"
 #include "arithmetic/tridiagonal.hpp"
@@ -25,6 +26,16 @@ struct ChainProblem {
     const std::int64_t *knots = nullptr;  // their knots, ascending
     std::int64_t pin_count = 0;
 };
+
+// The chain of one problem of many.
+inline ChainProblem chain_of(const ManyRecord &many, std::int64_t b) {
+    const std::int64_t first = many.offsets[b], state = b * (many.half - 1) * many.dim;
+    ChainProblem chain;
+    chain.points = many.points + (first + b) * many.dim, chain.durations = many.durations + first;
+    chain.legs = many.offsets[b + 1] - first, chain.stride = int(many.dim);
+    chain.start = many.starts ? many.starts + state : nullptr, chain.end = many.ends ? many.ends + state : nullptr;
+    return chain;
+}
 
 // Where the records of eliminated knots are kept: record i at base + i * step, width doubles each.
 struct RecordRoom {
