@@ -11,10 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from minsnap.basics.arrays import FloatArray
 from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.limits.proved_bound import MARGIN
 from minsnap.limits.vehicle_drag import medium_of
 from minsnap.native.shortest_time import InstantKind, InstantLimit
+from minsnap.time_allocation.initial_guess import stop_and_go_times
 from minsnap.trajectory.heading import Heading
 from minsnap.trajectory.look_at import LookAtHeading
 from minsnap.trajectory.velocity_heading import SLOW, SLOW_SHARE, VelocityHeading
@@ -24,7 +26,7 @@ HELD_ROOM = 10.0
 """Allowance of a turn where a heading along the velocity is held, for rest; in units of the limit at typical speed."""
 
 
-def instant_limits(limits: Limits, heading: Heading | None, typical: tuple[float, float]) -> list[InstantLimit]:
+def instant_limits(limits: Limits, heading: Heading | None, lengths: FloatArray) -> list[InstantLimit]:
     """Return the limits that are no sets of one derivative, to thirteen digits: no rounding of a library may decide.
 
     Parameters
@@ -32,8 +34,8 @@ def instant_limits(limits: Limits, heading: Heading | None, typical: tuple[float
     limits : Limits
     heading : Heading or None
         Of any curve of the task.
-    typical : tuple of float
-        A length and a speed that count as large [m], [m/s].
+    lengths : ndarray, shape (legs,)
+        Of the legs, none very short [m].
     """
     medium = limits.medium
     share = 1.0 - MARGIN if medium.drags else 1.0
@@ -49,12 +51,13 @@ def instant_limits(limits: Limits, heading: Heading | None, typical: tuple[float
     if isinstance(limits, VehicleLimits):
         found.append(_rotors(limits.vehicle, limits.reserve, None if heading is None else heading.constant))
     if limits.yaw_rate is not None and heading is not None:
+        typical = float(lengths.mean()), float((lengths / stop_and_go_times(lengths, limits)).mean())
         found += _turns(limits.yaw_rate, heading, typical)
     return [replace(one, parameters=tuple(float(f"{value:.13g}") for value in one.parameters)) for one in found]
 
 
 def _turns(limit: float, heading: Heading, typical: tuple[float, float]) -> list[InstantLimit]:
-    """Rate of a heading along the velocity or towards a point."""
+    """Rate of a heading along the velocity or towards a point; what is typical is a length and a speed [m], [m/s]."""
     length, speed = typical
     if isinstance(heading, VelocityHeading):
         held = min(SLOW, SLOW_SHARE * speed) if heading.hold_below is None else heading.hold_below

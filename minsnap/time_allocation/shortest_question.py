@@ -14,7 +14,7 @@ from minsnap.limits.limits import Limits, VehicleLimits
 from minsnap.native.shortest_time import ConeSets, Guess, ShortestQuestion
 from minsnap.optimisation.solve import solve
 from minsnap.optimisation.task import Task
-from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits, stop_and_go_times
+from minsnap.time_allocation.initial_guess import guessed_lengths, norm_limits
 from minsnap.time_allocation.instant_limits import instant_limits
 from minsnap.time_allocation.recovery import state_at
 from minsnap.trajectory.heading import Heading
@@ -56,14 +56,13 @@ def asked(
     sets += [one for waypoint, region in _regions(task).items() for one in _region_sets(task, waypoint, region)]
     parts = DIVISIONS if refine else () if task.pieces == 1 else (task.pieces,)
     lengths = guessed_lengths(task)
-    typical = float(lengths.mean()), float((lengths / stop_and_go_times(lengths, limits)).mean())
     return ShortestQuestion(
         pinned,
         free,
         lengths,
         norm_limits(limits),
         [one for one in sets if len(one.place)],
-        instant_limits(limits, heading, typical),
+        instant_limits(limits, heading, lengths),
         parts if guess is None or guess.pieces < task.pieces or refine and guess.least is None else (),
         task.closed,
         not scales(task, limits),
