@@ -5,14 +5,16 @@ of crazyflie2-nrf-firmware: safe link, answers in acknowledgements, and no ackno
 """
 
 import array
-import threading
 from collections import deque
+from itertools import count
 from types import SimpleNamespace
 
 from crtp_vehicle import Crazyflie
 
 BROADCAST = bytes([0xFF, 0xE7, 0xE7, 0xE7, 0xE7])
 CHANNEL, ADDRESS, RATE, RETRIES, ACKNOWLEDGE = 1, 2, 3, 6, 16
+NUMBERS = count()
+"""Of dongles: cflib takes up one that it closed a moment ago where the next has its number."""
 RATES = {"250K": 0, "1M": 1, "2M": 2}
 
 
@@ -21,7 +23,7 @@ class RadioVehicle(Crazyflie):
 
     def __init__(self, channel, rate, last, deaf=0):
         super().__init__()
-        self.uri = f"radio://0/{channel}/{rate}/E7E7E7E7{last:02X}"
+        self.place = f"{channel}/{rate}/E7E7E7E7{last:02X}"
         self.channel, self.rate, self.address = channel, RATES[rate], bytes([0xE7] * 4 + [last])
         self.deaf, self.broadcasts = deaf, 0
         self._safe, self._up, self._down = False, 1, 1
@@ -54,9 +56,11 @@ class Dongle:
     bcdDevice = 0x0053  # noqa: N815 (the name of pyusb)
 
     def __init__(self, *vehicles):
-        self.vehicles, self.sent = vehicles, []
+        self.vehicles, self.sent, self.number = vehicles, [], next(NUMBERS)
+        for vehicle in vehicles:
+            vehicle.uri = f"radio://{self.number}/{vehicle.place}"
         self._state = {CHANNEL: 2, ADDRESS: bytes([0xE7] * 5), RATE: 2, RETRIES: 3, ACKNOWLEDGE: 1}
-        self._answer, self._lock = None, threading.Lock()
+        self._answer = None
         self._ctx = SimpleNamespace(dispose=lambda device: None)
 
     def set_configuration(self, number):

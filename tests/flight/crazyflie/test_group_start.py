@@ -27,7 +27,7 @@ def plug(monkeypatch):
     def plugged(*vehicles):
         dongle = Dongle(*vehicles)
         monkeypatch.setattr(drivers, "CLASSES", [])
-        monkeypatch.setattr(radios, "_find_devices", lambda serial=None: [dongle])
+        monkeypatch.setattr(radios, "_find_devices", lambda serial=None: [dongle] * (dongle.number + 1))
         return dongle
 
     return plugged
@@ -109,7 +109,10 @@ def test_radios_start_their_vehicles_by_one_broadcast_a_channel(plug):
         assert bytes(vehicle.memory[: len(content)]) == content
         assert list(dict.fromkeys(body[0] for _, body in vehicle.commands)) == [6, 0, 7, 12, 13, 8]
     assert [len(starts(one)) for one in vehicles] == [4 * VOLLEYS.copies] * 3 + [VOLLEYS.copies]
-    radios, rest = "radio://0/80/2M, radio://0/90/1M", "link by link (1 without a broadcast)"
+    radios, rest = (
+        ", ".join(f"radio://{dongle.number}/{part}" for part in ("80/2M", "90/1M")),
+        "link by link (1 without a broadcast)",
+    )
     assert told[1].startswith(f"started by a broadcast on {radios} and {rest}, all within")
 
 
