@@ -78,10 +78,11 @@ mutate: $(VENV)/mutating ## the tests of polynomials, corridors, limits and cert
 	MPLBACKEND=agg OPENBLAS_NUM_THREADS=1 $(BIN)/mutmut run --max-children $(or $(JOBS),1) $(if $(MUTANTS),'$(MUTANTS)')
 	$(BIN)/mutmut results | grep -v 'not checked'
 
-lint: $(VENV)/developing ## ruff and mypy
+lint: $(VENV)/developing ## ruff, mypy and clang-format
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	git ls-files -z 'minsnap/native/src/*pp' | xargs -0 $(BIN)/clang-format --dry-run -Werror
 
 docs: $(VENV)/developing ## the documentation, in docs/_build/html
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html

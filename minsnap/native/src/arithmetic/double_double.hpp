@@ -80,9 +80,7 @@ inline DoubleDouble &operator/=(DoubleDouble &a, const DoubleDouble &b) { return
 
 inline bool operator==(const DoubleDouble &a, const DoubleDouble &b) { return a.high == b.high && a.low == b.low; }
 inline bool operator!=(const DoubleDouble &a, const DoubleDouble &b) { return !(a == b); }
-inline bool operator<(const DoubleDouble &a, const DoubleDouble &b) {
-    return a.high < b.high || (a.high == b.high && a.low < b.low);
-}
+inline bool operator<(const DoubleDouble &a, const DoubleDouble &b) { return a.high < b.high || (a.high == b.high && a.low < b.low); }
 inline bool operator>(const DoubleDouble &a, const DoubleDouble &b) { return b < a; }
 inline bool operator<=(const DoubleDouble &a, const DoubleDouble &b) { return a < b || a == b; }
 inline bool operator>=(const DoubleDouble &a, const DoubleDouble &b) { return b <= a; }

@@ -26,7 +26,7 @@ struct Reach {
 struct Layout {
     int dim = 0, entries = 0, pieces = 0;
     int offset[max_dim + 1] = {};
-    Buffer<int> begin;  // (dim, pieces)
+    Buffer<int> begin;                                 // (dim, pieces)
     unsigned all() const { return (1U << dim) - 1U; }  // bits of the coordinates
     int first(int axis, int piece) const { return begin[std::size_t(axis) * pieces + piece]; }
 };
@@ -37,8 +37,8 @@ public:
     [[nodiscard]] bool allocate(const Layout &layout, int most) {
         layout_ = &layout, most_ = most, count_ = 0;
         const std::size_t columns = most;
-        return q_.allocate(columns * layout.entries + 1) && r_.allocate(columns * columns + 1) &&
-               reach_.allocate(columns + 1) && more_.allocate(columns + 1);
+        return q_.allocate(columns * layout.entries + 1) && r_.allocate(columns * columns + 1) && reach_.allocate(columns + 1) &&
+               more_.allocate(columns + 1);
     }
 
     int count() const { return count_; }
@@ -128,9 +128,7 @@ private:
     Real *triangle(int j) { return &r_[std::size_t(j) * most_]; }  // column j of R
     const Real *triangle(int j) const { return &r_[std::size_t(j) * most_]; }
 
-    static Reach joined(Reach a, Reach b) {
-        return {a.axes | b.axes, a.piece < b.piece ? a.piece : b.piece};
-    }
+    static Reach joined(Reach a, Reach b) { return {a.axes | b.axes, a.piece < b.piece ? a.piece : b.piece}; }
 
     // Make entry j + 1 of column j of R zero by a rotation of rows j and j + 1, of these columns of
     // Q, and of Q'x.

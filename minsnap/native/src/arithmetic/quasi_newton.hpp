@@ -12,9 +12,9 @@
 namespace minsnap {
 
 struct Stopping {
-    double slope = 1e-7;     // largest entry of the gradient that counts as zero
-    double gain = 1e-10;     // fall of the function that counts as none
-    double farthest = 9.2;   // largest entry that the arguments may have
+    double slope = 1e-7;    // largest entry of the gradient that counts as zero
+    double gain = 1e-10;    // fall of the function that counts as none
+    double farthest = 9.2;  // largest entry that the arguments may have
     int evaluations = 2000;
 };
 
@@ -23,8 +23,8 @@ public:
     [[nodiscard]] bool allocate(int size) {
         size_ = size;
         const std::size_t n = std::size_t(size);
-        return x_.allocate(n) && trial_.allocate(n) && gradient_.allocate(n) && fresh_.allocate(n) &&
-               direction_.allocate(n) && moves_.allocate(n * memory) && changes_.allocate(n * memory);
+        return x_.allocate(n) && trial_.allocate(n) && gradient_.allocate(n) && fresh_.allocate(n) && direction_.allocate(n) &&
+               moves_.allocate(n * memory) && changes_.allocate(n * memory);
     }
 
     // Start at zero. evaluate(x, gradient, value) returns whether there is a value at x; there must be one at zero.

@@ -49,7 +49,9 @@ struct Rising {
 
 inline Rising operator+(const Rising &a, const Rising &b) { return {a.middle + b.middle, a.value + b.value, a.slope + b.slope}; }
 inline Rising operator-(const Rising &a, const Rising &b) { return {a.middle - b.middle, a.value - b.value, a.slope - b.slope}; }
-inline Rising operator*(const Rising &a, const Rising &b) { return {a.middle * b.middle, a.value * b.value, a.slope * b.value + a.value * b.slope}; }
+inline Rising operator*(const Rising &a, const Rising &b) {
+    return {a.middle * b.middle, a.value * b.value, a.slope * b.value + a.value * b.slope};
+}
 inline Rising operator*(double a, const Rising &b) { return {a * b.middle, a * b.value, a * b.slope}; }
 inline Rising operator+(const Rising &a, double b) { return {a.middle + b, a.value + Range{b, b}, a.slope}; }
 inline Rising operator-(const Rising &a, double b) { return a + (-b); }

@@ -26,9 +26,9 @@ public:
     [[nodiscard]] bool allocate(const Chain<Real, Half> &chain) {
         const std::size_t knots = chain.pieces + 1, state = chain.state();
         state_ = int(state), stride_ = int(state * state);
-        return offset_.allocate(knots + 1) && free_.allocate(knots * state) && held_.allocate(knots) && diagonal_.allocate(knots * stride_) &&
-               next_.allocate(knots * stride_) && border_.allocate(chain.closed ? knots * stride_ : 1) &&
-               shift_.allocate(knots * state * chain.dim);
+        return offset_.allocate(knots + 1) && free_.allocate(knots * state) && held_.allocate(knots) &&
+               diagonal_.allocate(knots * stride_) && next_.allocate(knots * stride_) &&
+               border_.allocate(chain.closed ? knots * stride_ : 1) && shift_.allocate(knots * state * chain.dim);
     }
 
     // Factor the cost of the axes that are free like ``axis``; what is pinned is in the chain's values, zero where free.
@@ -51,16 +51,14 @@ public:
         for (int block = first; block < chain_blocks_; ++block) {
             Real *const out = z + offset_[block];
             gather(piece, block, factors, out);
-            if (block > first) subtract(&next_[std::size_t(block - 1) * stride_], size(block - 1), out - size(block - 1),
-                                        size(block), out);
+            if (block > first) subtract(&next_[std::size_t(block - 1) * stride_], size(block - 1), out - size(block - 1), size(block), out);
             divide_transposed(block, out);
         }
         if (closed_) {
             Real *const out = z + offset_[chain_blocks_];
             gather(piece, chain_blocks_, factors, out);
             for (int block = first; block < chain_blocks_; ++block)
-                subtract(&border_[std::size_t(block) * stride_], size(block), z + offset_[block], size(chain_blocks_),
-                         out);
+                subtract(&border_[std::size_t(block) * stride_], size(block), z + offset_[block], size(chain_blocks_), out);
             divide_transposed(chain_blocks_, out);
         }
         clear_equations(first, z);
@@ -82,9 +80,7 @@ public:
         Real *const seam = f + offset_[chain_blocks_];
         for (int block = 0; block < chain_blocks_; ++block) {
             Real *const out = f + offset_[block];
-            if (block > 0)
-                subtract(&next_[std::size_t(block - 1) * stride_], size(block - 1), out - size(block - 1), size(block),
-                         out);
+            if (block > 0) subtract(&next_[std::size_t(block - 1) * stride_], size(block - 1), out - size(block - 1), size(block), out);
             divide_transposed(block, out);
             if (closed_) subtract(&border_[std::size_t(block) * stride_], size(block), out, size(chain_blocks_), seam);
         }
@@ -100,8 +96,7 @@ public:
             Real *const out = u + offset_[block];
             if (block + 1 < chain_blocks_)
                 take_away(&next_[std::size_t(block) * stride_], size(block), out, size(block + 1), out + size(block));
-            if (closed_)
-                take_away(&border_[std::size_t(block) * stride_], size(block), out, size(chain_blocks_), seam);
+            if (closed_) take_away(&border_[std::size_t(block) * stride_], size(block), out, size(chain_blocks_), seam);
             divide(block, out);
         }
     }
@@ -119,8 +114,7 @@ public:
         for (int column = 0; column < count && status == Status::done; ++column) {
             for (int i = 0; i < unknowns_; ++i) x[i] = 0;
             for (int block = 0; block < blocks_; ++block)
-                for (int i = offset_[block]; i < offset_[block] + held_[block]; ++i)
-                    x[i] = -shift_[std::size_t(i) * columns_ + column];
+                for (int i = offset_[block]; i < offset_[block] + held_[block]; ++i) x[i] = -shift_[std::size_t(i) * columns_ + column];
             backward(x);
             add(chain, axes[column], x);
         }
@@ -131,8 +125,7 @@ public:
     void add(Chain<Real, Half> &chain, int axis, const Real *x) const {
         for (int block = 0; block < blocks_; ++block)
             for (int i = 0; i < size(block); ++i)
-                if (order_of(block, i) < half_)
-                    chain.values[chain.at(knot(block), order_of(block, i), axis)] += x[offset_[block] + i];
+                if (order_of(block, i) < half_) chain.values[chain.at(knot(block), order_of(block, i), axis)] += x[offset_[block] + i];
     }
 
 private:
@@ -163,8 +156,7 @@ private:
         for (int block = 0; block < blocks_; ++block) {
             int count = 0;
             for (int order = 0; order < state_; ++order)
-                if (!(closed_ && block == 0) &&
-                    (order < half_ ? chain.is_free(knot(block), order, axis) : is_joined(block)))
+                if (!(closed_ && block == 0) && (order < half_ ? chain.is_free(knot(block), order, axis) : is_joined(block)))
                     free_[std::size_t(block) * state_ + count++] = order;
             offset_[block + 1] = offset_[block] + count;
             held_[block] = 0;
@@ -225,8 +217,7 @@ private:
     // The equations by which a piece's own derivatives above k - 1 are those of the knots at its ends; returns how many
     // there are with those carried over.
     template <class Rows>
-    int add_equations(const Chain<Real, Half> &chain, int piece, const int *axes, int start, int end, int seam,
-                      Rows &rows) const {
+    int add_equations(const Chain<Real, Half> &chain, int piece, const int *axes, int start, int end, int seam, Rows &rows) const {
         const bool from_seam = closed_ && piece == 0, to_seam = closed_ && piece + 1 == chain.pieces;
         const int blocks[] = {from_seam ? chain_blocks_ : piece, to_seam ? chain_blocks_ : piece + 1};
         const int places[] = {from_seam ? start + end : 0, to_seam ? start + end : start};
@@ -264,16 +255,14 @@ private:
     Real known_part(const Chain<Real, Half> &chain, int piece, int axis, const Real *factors) const {
         Real sum = factors[half_] * chain.steps[std::size_t(piece) * chain.dim + axis];
         for (int side = 0; side < 2; ++side)
-            for (int a = 0; a < half_; ++a)
-                sum += factors[side * half_ + a] * chain.values[chain.at(piece + side, a, axis)];
+            for (int a = 0; a < half_; ++a) sum += factors[side * half_ + a] * chain.values[chain.at(piece + side, a, axis)];
         return sum;
     }
 
     // Eliminate unknowns of a block by equations, pivots first, from the other equations and from the cost; returns how
     // many. What is left of an equation does not touch the block.
     template <class Rows>
-    int use_equations(const Chain<Real, Half> &chain, int block, int start, int rows, int equations, int columns,
-                      Rows &work) {
+    int use_equations(const Chain<Real, Half> &chain, int block, int start, int rows, int equations, int columns, Rows &work) {
         Real unit[Rows::columns], own[Rows::equations];
         const bool seam = closed_ && block < chain_blocks_;
         const int end = block + 1 < chain_blocks_ ? size(block + 1) : 0;
@@ -345,8 +334,7 @@ private:
     }
 
     template <class Rows>
-    void add_piece(const Chain<Real, Half> &chain, int piece, const int *axes, int start, int end, int seam,
-                   Rows &work) {
+    void add_piece(const Chain<Real, Half> &chain, int piece, const int *axes, int start, int end, int seam, Rows &work) {
         const Real duration = chain.durations[piece];
         Real weight = 1 / sqrt(duration), powers[max_half], ends[max_points] = {};
         powers[0] = 1;
@@ -366,8 +354,7 @@ private:
                 if (order < half_) row[second_column + j] += weight * powers[order] * root[half_ + order];
             }
         }
-        if (pull_ != nullptr && size(first) > 0 && order_of(first, 0) == 0)
-            work[carried_ + half_][first_column] = pull_[piece];
+        if (pull_ != nullptr && size(first) > 0 && order_of(first, 0) == 0) work[carried_ + half_][first_column] = pull_[piece];
         for (int column = 0; column < columns_; ++column) {
             chain.ends_of(piece, axes[column], ends);
             for (int i = 0; i < half_; ++i) {
@@ -405,10 +392,8 @@ private:
             const Real *const row = i < held ? work.equation[i] : work.cost[i - held];
             for (int j = 0; j < end; ++j) next[i * state_ + j] = row[start + j];
             if (closed_)
-                for (int j = 0; j < seam; ++j)
-                    border_[std::size_t(block) * stride_ + i * state_ + j] = row[start + end + j];
-            for (int j = 0; j < columns_; ++j)
-                shift_[std::size_t(offset_[block] + i) * columns_ + j] = row[start + end + seam + j];
+                for (int j = 0; j < seam; ++j) border_[std::size_t(block) * stride_ + i * state_ + j] = row[start + end + j];
+            for (int j = 0; j < columns_; ++j) shift_[std::size_t(offset_[block] + i) * columns_ + j] = row[start + end + seam + j];
         }
         return true;
     }
@@ -444,16 +429,14 @@ private:
             hand_over(carried_equations_, 0, equations_, 0, count + columns_, work.equation);
             held = use_equations(chain, block, count, carried_, equations_, count + columns_, work);
             if (held < equations_) return false;
-            for (int t = held; t < count && t - held < carried_; ++t)
-                reflect(work.cost, t - held, t, carried_, count + columns_);
+            for (int t = held; t < count && t - held < carried_; ++t) reflect(work.cost, t - held, t, carried_, count + columns_);
             for (int i = count - held; i < carried_; ++i)
                 for (int j = 0; j < columns_; ++j) rest_ += work.cost[i][count + j] * work.cost[i][count + j];
         }
         if (carried_ < count - held || !keep_diagonal(block, count, held, work)) return false;
         for (int i = 0; i < count; ++i)
             for (int j = 0; j < columns_; ++j)
-                shift_[std::size_t(offset_[block] + i) * columns_ + j] =
-                    (i < held ? work.equation[i] : work.cost[i - held])[count + j];
+                shift_[std::size_t(offset_[block] + i) * columns_ + j] = (i < held ? work.equation[i] : work.cost[i - held])[count + j];
         return true;
     }
 
@@ -501,14 +484,13 @@ private:
         }
     }
 
-    Buffer<int> offset_, free_, held_;               // (blocks + 1,); (blocks, state) orders that are free; equations
-    Buffer<Real> diagonal_, next_, border_, shift_;  // blocks of R, (state, state) each, and q (unknowns, axes)
+    Buffer<int> offset_, free_, held_;                    // (blocks + 1,); (blocks, state) orders that are free; equations
+    Buffer<Real> diagonal_, next_, border_, shift_;       // blocks of R, (state, state) each, and q (unknowns, axes)
     Real carry_[2 * max_state][2 * max_state + max_dim];  // rows on the next knot and the seam
     Real carried_equations_[2 * max_state][2 * max_state + max_dim];
     const Real *pull_ = nullptr;
     Real rest_ = 0;
-    int half_ = 0, state_ = 0, blocks_ = 0, chain_blocks_ = 0, stride_ = 0, unknowns_ = 0, carried_ = 0, equations_ = 0,
-        columns_ = 0;
+    int half_ = 0, state_ = 0, blocks_ = 0, chain_blocks_ = 0, stride_ = 0, unknowns_ = 0, carried_ = 0, equations_ = 0, columns_ = 0;
     bool closed_ = false;
 };
 

@@ -127,22 +127,19 @@ struct Elimination {
     }
 
     // Eliminate the knot of the front: record how it follows from the next one, and move the front there.
-    static MINSNAP_INLINE void advance(Front &front, Real rate, const Real (&step)[dim], Record &record,
-                                       Real &smallest) {
+    static MINSNAP_INLINE void advance(Front &front, Real rate, const Real (&step)[dim], Record &record, Real &smallest) {
         Real coupling[n][n], matrix[n][n];
         assemble(front, rate, step, matrix, coupling, record);
         eliminate(front, matrix, coupling, record, smallest);
     }
 
     // The same for a knot that is pinned, in some lanes at least; rare, and kept out of the way of the other.
-    static MINSNAP_APART void advance_pinned(Front &front, Real rate, const Real (&step)[dim],
-                                             const Pin *const (&pins)[lanes], int axis, const double (&sign)[lanes],
-                                             Record &record, Real &smallest) {
+    static MINSNAP_APART void advance_pinned(Front &front, Real rate, const Real (&step)[dim], const Pin *const (&pins)[lanes], int axis,
+                                             const double (&sign)[lanes], Record &record, Real &smallest) {
         Real coupling[n][n], matrix[n][n];
         assemble(front, rate, step, matrix, coupling, record);
         for (int lane = 0; lane < lanes; ++lane)
-            if (pins[lane] != nullptr)
-                fix(matrix, coupling, record.offset, front.right, *pins[lane], lane, axis, sign[lane]);
+            if (pins[lane] != nullptr) fix(matrix, coupling, record.offset, front.right, *pins[lane], lane, axis, sign[lane]);
         eliminate(front, matrix, coupling, record, smallest);
     }
 
@@ -162,7 +159,7 @@ struct Elimination {
 
     // Turn the rows of pinned orders into those of the identity, in one lane; what they meant goes to the right.
     static MINSNAP_APART void fix(Real (&matrix)[n][n], Real (&coupling)[n][n], State &right, State &next, const Pin &pin, int lane,
-                    int axis, double sign) {
+                                  int axis, double sign) {
         for (int order = 1; order < half; ++order) {
             if (!(pin.mask >> order & 1u)) continue;
             const int row = order - 1;
@@ -190,8 +187,8 @@ private:
     }
 
     // Matrix and coupling of the front's knot, its right-hand side, and what the leg means for the next knot.
-    static MINSNAP_INLINE void assemble(Front &front, Real rate, const Real (&step)[dim], Real (&matrix)[n][n],
-                                        Real (&coupling)[n][n], Record &record) {
+    static MINSNAP_INLINE void assemble(Front &front, Real rate, const Real (&step)[dim], Real (&matrix)[n][n], Real (&coupling)[n][n],
+                                        Record &record) {
         const Powers powers(rate);
         MINSNAP_UNROLL
         for (int a = 1; a < half; ++a) {
@@ -206,8 +203,8 @@ private:
         begin(front, powers, step);
     }
 
-    static MINSNAP_INLINE void eliminate(Front &front, const Real (&matrix)[n][n], const Real (&coupling)[n][n],
-                                         Record &record, Real &smallest) {
+    static MINSNAP_INLINE void eliminate(Front &front, const Real (&matrix)[n][n], const Real (&coupling)[n][n], Record &record,
+                                         Real &smallest) {
         Factor<n, Real> factor;
         factor.compute(matrix, smallest);
         MINSNAP_UNROLL

@@ -34,9 +34,9 @@ struct CorridorRecord {
 
 // What is written for the caller, as in exchange_solver.hpp.
 struct CorridorAnswerRecord {
-    double *points, *knots;       // (pieces, 2k, dim) [m]; (pieces + 1, k, dim)
-    std::int64_t *wall;           // (pieces * k * dim + 2,)
-    double *s, *multiplier;       // the same
+    double *points, *knots;  // (pieces, 2k, dim) [m]; (pieces + 1, k, dim)
+    std::int64_t *wall;      // (pieces * k * dim + 2,)
+    double *s, *multiplier;  // the same
     double cost, bound, share;
     std::int64_t rows, rounds, attempts;
 };
@@ -44,13 +44,13 @@ struct CorridorAnswerRecord {
 // A chain of legs without walls.
 struct ChainRecord {
     std::int64_t half, legs, dim, pins;
-    std::int64_t closed;            // whether the state at the end is that at the start, and free
-    const double *points;           // (legs + 1, dim) [m]
-    const double *durations;        // (legs,) [s]; of a search to begin with
-    const double *start, *end;      // (half - 1, dim) derivatives at the ends, or null at rest
-    const std::int64_t *knots;      // (pins,) inner ones, ascending
-    const std::uint32_t *masks;     // (pins,) bit a stands for order a
-    const double *values;           // (pins, half - 1, dim) [m/s^order]
+    std::int64_t closed;         // whether the state at the end is that at the start, and free
+    const double *points;        // (legs + 1, dim) [m]
+    const double *durations;     // (legs,) [s]; of a search to begin with
+    const double *start, *end;   // (half - 1, dim) derivatives at the ends, or null at rest
+    const std::int64_t *knots;   // (pins,) inner ones, ascending
+    const std::uint32_t *masks;  // (pins,) bit a stands for order a
+    const double *values;        // (pins, half - 1, dim) [m/s^order]
 };
 
 // A search for the durations of legs that cost least, and what it writes.
@@ -68,20 +68,20 @@ struct SplitRecord {
 // written; an entry point reads and writes what its comment names, and the rest may be null.
 struct ManyRecord {
     std::int64_t count, dim, half, threads;
-    double gap, most_gap;          // shares of a cost that may be given away, and where the first does not end with a proof
-    const double *points;          // (knots in all, dim) [m]
-    const double *durations;       // (legs in all,) [s]
-    const std::int64_t *offsets;   // (count + 1,)
-    const double *widths;          // (legs in all,) [m]
-    const double *starts, *ends;   // (count, half - 1, dim) derivatives, or null at rest
-    double *curves;                // (legs in all, 2 half, dim) [m]
-    double *breaks;                // (knots in all,) [s]
-    double *costs;                 // (count,) [m^2/s^(2k-1)]
-    double *figures;               // (count, 4) costs in tubes, lower bounds, contacts, rounds
-    double *slopes;                // (legs in all,) derivatives of a cost in the durations, or null
-    double *displacements;         // (legs in all, dim) and in the displacements of legs
-    double *width_slopes;          // (legs in all,) and in the half-widths
-    std::int32_t *statuses;        // (count,)
+    double gap, most_gap;         // shares of a cost that may be given away, and where the first does not end with a proof
+    const double *points;         // (knots in all, dim) [m]
+    const double *durations;      // (legs in all,) [s]
+    const std::int64_t *offsets;  // (count + 1,)
+    const double *widths;         // (legs in all,) [m]
+    const double *starts, *ends;  // (count, half - 1, dim) derivatives, or null at rest
+    double *curves;               // (legs in all, 2 half, dim) [m]
+    double *breaks;               // (knots in all,) [s]
+    double *costs;                // (count,) [m^2/s^(2k-1)]
+    double *figures;              // (count, 4) costs in tubes, lower bounds, contacts, rounds
+    double *slopes;               // (legs in all,) derivatives of a cost in the durations, or null
+    double *displacements;        // (legs in all, dim) and in the displacements of legs
+    double *width_slopes;         // (legs in all,) and in the half-widths
+    std::int32_t *statuses;       // (count,)
 };
 
 // A vehicle on parts of a path, and where bounds are written: greatest and minus the least thrust per mass [m/s^2], square of the tilt's tangent, square
@@ -104,8 +104,7 @@ struct BorderField {
     std::int64_t offset, size;
 };
 
-#define MINSNAP_FIELD(record, name) \
-    { #record, #name, std::int64_t(offsetof(record, name)), std::int64_t(sizeof(record::name)) }
+#define MINSNAP_FIELD(record, name) {#record, #name, std::int64_t(offsetof(record, name)), std::int64_t(sizeof(record::name))}
 
 constexpr BorderField border_fields[] = {
     MINSNAP_FIELD(WallsRecord, count),

@@ -25,7 +25,8 @@ inline void nothing() {}
 
 // Call solve(b) for all problems, taken in chunks, and keep what each returns; a thread calls settle() after each of its chunks.
 template <class Solve>
-inline void for_all(std::int64_t count, std::int64_t chunk_size, int threads, std::int32_t *statuses, Solve &&solve, void (*settle)() = nothing) {
+inline void for_all(std::int64_t count, std::int64_t chunk_size, int threads, std::int32_t *statuses, Solve &&solve,
+                    void (*settle)() = nothing) {
     auto task = [=](std::int64_t chunk) {
         const std::int64_t end = std::min(count, (chunk + 1) * chunk_size);
         for (std::int64_t b = chunk * chunk_size; b < end; ++b) statuses[b] = static_cast<std::int32_t>(solve(b));

@@ -116,8 +116,7 @@ void derivative_hulls(const Pieces &pieces, int orders, const Integer *order, do
 
 // The greatest squared norm of a derivative; pieces whose control points stay below what is known are passed over.
 template <class Search>
-Status largest_norm(Search &climb, const Pieces &pieces, int order, int degree, const double *hulls, double *values,
-                    Integer *piece) {
+Status largest_norm(Search &climb, const Pieces &pieces, int order, int degree, const double *hulls, double *values, Integer *piece) {
     Integer first = 0;
     for (Integer i = 1; i < pieces.count; ++i) {
         if (hulls[i] > hulls[first]) first = i;
@@ -159,9 +158,7 @@ void knot_jumps(const Pieces &pieces, double *jumps, double *sizes) {
             }
             if (piece > 0) jumps[order * pieces.count + piece - 1] = jump;
             double size = sizes[order];
-            for (int j = 0; j < left; ++j) {
-                size = larger(size, std::fabs(order > 0 ? value[j] : value[j] - pieces.points[j % dim]));
-            }
+            for (int j = 0; j < left; ++j) { size = larger(size, std::fabs(order > 0 ? value[j] : value[j] - pieces.points[j % dim])); }
             sizes[order] = size;
             const double factor = (n - order) / pieces.durations[piece];
             for (int j = 0; j + dim < left; ++j) value[j] = factor * (value[j + dim] - value[j]);
@@ -213,8 +210,8 @@ using namespace minsnap;
 
 // The greatest value of each group of polynomials on [0, 1]: points and errors (groups * rows, degree + 1); errors may
 // be null. Per group: values (attained, bound, s) and the row that attains it.
-MINSNAP_EXPORT std::int32_t minsnap_maxima(Integer groups, Integer rows, Integer degree, const double *points,
-                                           const double *errors, double *values, Integer *row) {
+MINSNAP_EXPORT std::int32_t minsnap_maxima(Integer groups, Integer rows, Integer degree, const double *points, const double *errors,
+                                           double *values, Integer *row) {
     auto job = [&](auto &climb) {
         static const double zeros[max_scalar_degree + 1] = {};
         for (Integer group = 0; group < groups; ++group) {
@@ -236,9 +233,8 @@ MINSNAP_EXPORT std::int32_t minsnap_maxima(Integer groups, Integer rows, Integer
 
 // The greatest norm of derivatives: per order values (attained, bound, s) of the squared norm over scale^2, the piece,
 // and the scale, a power of two.
-MINSNAP_EXPORT std::int32_t minsnap_largest_norms(Integer count, Integer degree, Integer dim, const double *points,
-                                                  const double *durations, Integer orders, const Integer *order,
-                                                  double *values, Integer *piece) {
+MINSNAP_EXPORT std::int32_t minsnap_largest_norms(Integer count, Integer degree, Integer dim, const double *points, const double *durations,
+                                                  Integer orders, const Integer *order, double *values, Integer *piece) {
     const Pieces pieces{points, durations, count, int(degree), int(dim)};
     const Status checked = check(pieces, degree, dim);
     if (checked != Status::done) return int(checked);
@@ -252,9 +248,7 @@ MINSNAP_EXPORT std::int32_t minsnap_largest_norms(Integer count, Integer degree,
     derivative_hulls(pieces, int(orders), order, hulls.data());
     for (Integer k = 0; k < orders; ++k) {
         const int p = int(order[k]), n = p <= degree ? int(degree) - p : 0;
-        auto job = [&](auto &climb) {
-            return largest_norm(climb, pieces, p, n, hulls.data() + k * count, values + 3 * k, piece + k);
-        };
+        auto job = [&](auto &climb) { return largest_norm(climb, pieces, p, n, hulls.data() + k * count, values + 3 * k, piece + k); };
         const Status done = for_degree(2 * n, job);
         if (done != Status::done) return int(done);
     }
@@ -263,11 +257,10 @@ MINSNAP_EXPORT std::int32_t minsnap_largest_norms(Integer count, Integer degree,
 
 // The greatest excess over pairs of planes: normal . (r^(order) - anchor) - upper and lower - normal . (...), each wall
 // on the pieces of its leg. Values (attained, bound, s); the wall and the piece.
-MINSNAP_EXPORT std::int32_t minsnap_face_excess(Integer count, Integer degree, Integer dim, const double *points,
-                                                const double *durations, Integer per_leg, Integer walls,
-                                                const Integer *leg, const double *normal, const double *anchor,
-                                                const double *lower, const double *upper, Integer order, double *values,
-                                                Integer *place_found) {
+MINSNAP_EXPORT std::int32_t minsnap_face_excess(Integer count, Integer degree, Integer dim, const double *points, const double *durations,
+                                                Integer per_leg, Integer walls, const Integer *leg, const double *normal,
+                                                const double *anchor, const double *lower, const double *upper, Integer order,
+                                                double *values, Integer *place_found) {
     const Pieces pieces{points, durations, count, int(degree), int(dim)};
     Status checked = check(pieces, degree, dim);
     if (checked == Status::done) checked = check_walls(pieces, per_leg, walls, leg, order);
@@ -296,11 +289,10 @@ MINSNAP_EXPORT std::int32_t minsnap_face_excess(Integer count, Integer degree, I
 
 // The greatest excess over balls: |M (r^(order) - anchor)| - radius, each ball on the pieces of its leg; M is (rows,
 // dim). Values (attained, bound, s); the ball and the piece.
-MINSNAP_EXPORT std::int32_t minsnap_ball_excess(Integer count, Integer degree, Integer dim, const double *points,
-                                                const double *durations, Integer per_leg, Integer balls,
-                                                const Integer *leg, Integer rows, const double *matrix,
-                                                const double *anchor, const double *radius, Integer order,
-                                                double *values, Integer *place_found) {
+MINSNAP_EXPORT std::int32_t minsnap_ball_excess(Integer count, Integer degree, Integer dim, const double *points, const double *durations,
+                                                Integer per_leg, Integer balls, const Integer *leg, Integer rows, const double *matrix,
+                                                const double *anchor, const double *radius, Integer order, double *values,
+                                                Integer *place_found) {
     const Pieces pieces{points, durations, count, int(degree), int(dim)};
     Status checked = check(pieces, degree, dim);
     if (checked == Status::done) checked = check_walls(pieces, per_leg, balls, leg, order);
@@ -333,9 +325,8 @@ MINSNAP_EXPORT std::int32_t minsnap_ball_excess(Integer count, Integer degree, I
 
 // The highest order up to which the derivatives on both sides of every knot agree: to `exact` of their largest control
 // point, and to what the rounding of positions, `rounding` of the largest, becomes when it is differentiated.
-MINSNAP_EXPORT std::int32_t minsnap_continuity(Integer count, Integer degree, Integer dim, const double *points,
-                                               const double *durations, double exact, double rounding,
-                                               Integer *continuity) {
+MINSNAP_EXPORT std::int32_t minsnap_continuity(Integer count, Integer degree, Integer dim, const double *points, const double *durations,
+                                               double exact, double rounding, Integer *continuity) {
     const Pieces pieces{points, durations, count, int(degree), int(dim)};
     const Status checked = check(pieces, degree, dim);
     if (checked != Status::done) return int(checked);
@@ -344,9 +335,8 @@ MINSNAP_EXPORT std::int32_t minsnap_continuity(Integer count, Integer degree, In
 
 // Local maxima higher than `level` of polynomials (rows, degree + 1): row, s and value of each, `found` in all. At most
 // `capacity` are kept; rows * (degree / 2 + 2) is always enough.
-MINSNAP_EXPORT std::int32_t minsnap_local_maxima(Integer rows, Integer degree, const double *points, double level,
-                                                 Integer capacity, Integer *row, double *s, double *value,
-                                                 Integer *found) {
+MINSNAP_EXPORT std::int32_t minsnap_local_maxima(Integer rows, Integer degree, const double *points, double level, Integer capacity,
+                                                 Integer *row, double *s, double *value, Integer *found) {
     if (rows < 1 || degree < 0 || degree > max_scalar_degree || capacity < 0) return int(Status::bad_size);
     if (rows > max_count / (degree + 1)) return int(Status::bad_size);
     if (!within(points, rows * (degree + 1), longest_vector * longest_vector)) return int(Status::bad_number);

@@ -26,8 +26,7 @@ inline void differ(double *row, int dim, int count) {
 template <int Order, int Dim>
 class Look {
 public:
-    Look(const Asked &asked, const double *curve)
-        : asked_(asked), curve_(curve), stride_(std::int64_t(asked.degree + 1) * asked.dim) {}
+    Look(const Asked &asked, const double *curve) : asked_(asked), curve_(curve), stride_(std::int64_t(asked.degree + 1) * asked.dim) {}
 
     bool keeps() const {
         return passes() && joins() && in_state(asked_.start, curve_, dim(), asked_.durations[0]) &&
@@ -46,7 +45,7 @@ private:
     bool passes() const {
         for (std::int64_t leg = 0; leg < asked_.legs; ++leg) {
             const double *const from = asked_.points + leg * dim(), *const start = first_of(leg * asked_.pieces),
-                         *const end = last_of((leg + 1) * asked_.pieces - 1);
+                                *const end = last_of((leg + 1) * asked_.pieces - 1);
             for (int d = 0; d < dim(); ++d)
                 if (start[d] != from[d] || end[d] != from[dim() + d]) return false;
         }
@@ -118,7 +117,8 @@ private:
                     largest = larger(largest, std::fabs(row[d]));
                 }
                 if (largest <= along_axis || hull_inside(leg, row)) continue;
-                for (int d = 0; d < dim(); ++d) row[dim() + d] = -row[d], anchor[count * dim() + d] = anchor[(count + 1) * dim() + d] = from[d];
+                for (int d = 0; d < dim(); ++d)
+                    row[dim() + d] = -row[d], anchor[count * dim() + d] = anchor[(count + 1) * dim() + d] = from[d];
                 width[count] = width[count + 1] = width_of(leg);
                 count += 2;
             }
@@ -184,10 +184,9 @@ bool passes_last_look(const Asked &asked, const double *curve) {
 }  // namespace minsnap
 
 // Whether a curve keeps what is asked, with states (2, pinned, dim) at its start and end, or at rest there; see Asked.
-MINSNAP_EXPORT std::int32_t minsnap_last_look(const double *points, const double *durations, const double *widths,
-                                              const double *states, std::int64_t legs, std::int32_t pieces, std::int32_t dim, std::int32_t degree,
-                                              std::int32_t continuity, std::int32_t pinned, std::int32_t shared,
-                                              const double *curve) {
+MINSNAP_EXPORT std::int32_t minsnap_last_look(const double *points, const double *durations, const double *widths, const double *states,
+                                              std::int64_t legs, std::int32_t pieces, std::int32_t dim, std::int32_t degree,
+                                              std::int32_t continuity, std::int32_t pinned, std::int32_t shared, const double *curve) {
     using namespace minsnap;
     const double *const end = states ? states + std::int64_t(pinned) * dim : nullptr;
     const Asked asked = {points, durations, states, end, widths, shared != 0, legs, pieces, degree, dim, continuity, pinned};
@@ -201,8 +200,18 @@ MINSNAP_EXPORT std::int32_t minsnap_last_looks(const minsnap::ManyRecord *many) 
     const int dim = int(many->dim), half = int(many->half);
     for_all(many->count, 8, int(many->threads), many->statuses, [=](std::int64_t b) {
         const std::int64_t first = many->offsets[b];
-        const Asked asked = {many->points + (first + b) * dim, many->durations + first, nullptr, nullptr, many->widths + first, false,
-                             many->offsets[b + 1] - first, 1, 2 * half - 1, dim, half - 1, half - 1};
+        const Asked asked = {many->points + (first + b) * dim,
+                             many->durations + first,
+                             nullptr,
+                             nullptr,
+                             many->widths + first,
+                             false,
+                             many->offsets[b + 1] - first,
+                             1,
+                             2 * half - 1,
+                             dim,
+                             half - 1,
+                             half - 1};
         const Status status = Status(many->statuses[b]);
         return status != Status::done || passes_last_look(asked, many->curves + first * 2 * half * dim) ? status : Status::not_proved;
     });

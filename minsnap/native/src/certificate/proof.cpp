@@ -38,8 +38,8 @@ bool is_cone(const double *normal, int dim) {
 bool Proof::takes(std::int64_t wall) const {
     const int dim = pieces_.dim;
     if (walls_.is_ball(wall) && !within(walls_.matrix_of(wall, dim), dim * dim, longest_normal)) return false;
-    return sound_ && within(walls_.normal + wall * dim, dim, longest_normal) &&
-           within(walls_.anchor + wall * dim, dim, longest_vector) && within(walls_.bound + wall, 1, longest_vector);
+    return sound_ && within(walls_.normal + wall * dim, dim, longest_normal) && within(walls_.anchor + wall * dim, dim, longest_vector) &&
+           within(walls_.bound + wall, 1, longest_vector);
 }
 
 Greatest Proof::excess(std::int64_t wall) {

@@ -14,10 +14,8 @@ constexpr double steps_below = 16.0 * 4.9406564584124654e-324;
 class Proof {
 public:
     // points: control points (pieces, 2k, dim) [m].
-    Proof(const GivenWalls &walls, const double *points, const double *durations, std::int64_t pieces, int count,
-          int dim)
-        : walls_(walls), pieces_{points, durations, pieces, count - 1, dim}, relative_(pieces_),
-          sound_(pieces_.sound()) {}
+    Proof(const GivenWalls &walls, const double *points, const double *durations, std::int64_t pieces, int count, int dim)
+        : walls_(walls), pieces_{points, durations, pieces, count - 1, dim}, relative_(pieces_), sound_(pieces_.sound()) {}
 
     // The greatest excess over a wall, in the wall's unit: it is kept where ``bound`` is not positive; then ``attained``
     // and ``s`` may be left out.

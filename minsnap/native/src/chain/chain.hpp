@@ -37,14 +37,10 @@ struct Chain {
 
     // The knot at the end of the last piece of a closed chain is the first one.
     int knot(int index) const { return closed && index == pieces ? 0 : index; }
-    std::size_t at(int index, int order, int axis) const {
-        return (std::size_t(knot(index)) * size.half() + order) * dim + axis;
-    }
+    std::size_t at(int index, int order, int axis) const { return (std::size_t(knot(index)) * size.half() + order) * dim + axis; }
     bool is_free(int index, int order, int axis) const { return pinned[at(index, order, axis)] == 0; }
     Real *points_of(int piece, int axis) { return &points[(std::size_t(piece) * dim + axis) * size.points()]; }
-    const Real *points_of(int piece, int axis) const {
-        return &points[(std::size_t(piece) * dim + axis) * size.points()];
-    }
+    const Real *points_of(int piece, int axis) const { return &points[(std::size_t(piece) * dim + axis) * size.points()]; }
 
     // Scaled end derivatives of a piece along an axis, the position relative to the nominal start.
     void ends_of(int piece, int axis, Real *ends) const {
@@ -79,8 +75,7 @@ struct Chain {
                 ends[half] -= ends[0];
                 for (int i = 0; i < half; ++i) {
                     Real sum = tables->root[i][half] * ends[half];
-                    for (int j = 1; j < half; ++j)
-                        sum += tables->root[i][j] * ends[j] + tables->root[i][half + j] * ends[half + j];
+                    for (int j = 1; j < half; ++j) sum += tables->root[i][j] * ends[j] + tables->root[i][half + j] * ends[half + j];
                     squares += sum * sum;
                 }
             }

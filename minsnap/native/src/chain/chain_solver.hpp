@@ -25,8 +25,7 @@ Status solve_axes(const ChainProblem &chain, int axis, Output out) {
 
 template <int half>
 Status solve_all_axes(const ChainProblem &chain, Output out) {
-    return for_axes<half>(chain.stride,
-                          [&](auto axes, int axis) { return solve_axes<half, axes.value>(chain, axis, out); });
+    return for_axes<half>(chain.stride, [&](auto axes, int axis) { return solve_axes<half, axes.value>(chain, axis, out); });
 }
 
 }  // namespace minsnap

@@ -18,8 +18,8 @@ struct LegSlopes {
 // One axis of a leg: derivatives 1 ... k - 1 at its start and end, each `stride` apart. Adds to the slopes; returns dc/dd
 // for the displacement d.
 template <int half>
-inline double add_axis(const LegTables<double> &tables, const double (&powers)[half + 1], const double *start,
-                       const double *end, int stride, double displacement, LegSlopes &slopes) {
+inline double add_axis(const LegTables<double> &tables, const double (&powers)[half + 1], const double *start, const double *end,
+                       int stride, double displacement, LegSlopes &slopes) {
     double cost = 0.0, time = 0.0, force = 0.0, left[half], right[half];
     for (int a = 1; a < half; ++a) {
         left[a] = start[(a - 1) * stride] * powers[a];

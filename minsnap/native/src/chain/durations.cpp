@@ -44,9 +44,7 @@ private:
     Status run(Spread spread, double &cost, double *slopes, double *forces) {
         if (closed_) return spread == Spread::wide ? Status::unsupported : lap<half>(cost, slopes, forces);
         if (spread == Spread::wide || half != 4) return from_states<half>(spread, cost, slopes, forces);
-        return for_axes<4>(chain_.stride, [&](auto axes, int axis) {
-            return open<4, axes.value>(axis, cost, slopes, forces);
-        });
+        return for_axes<4>(chain_.stride, [&](auto axes, int axis) { return open<4, axes.value>(axis, cost, slopes, forces); });
     }
 
     // Leg by leg while the elimination gives their states.
@@ -153,9 +151,8 @@ public:
     [[nodiscard]] bool allocate() {
         const std::size_t pieces = std::size_t(given_.pieces), state = std::size_t(given_.half) * given_.dim;
         const std::size_t most = pieces * state + 2;
-        return points_.allocate(pieces * 2 * state) && knots_.allocate((pieces + 1) * state) && wall_.allocate(most) &&
-               s_.allocate(most) && multiplier_.allocate(most) && direction_.allocate(most * given_.dim) &&
-               known_.allocate(most);
+        return points_.allocate(pieces * 2 * state) && knots_.allocate((pieces + 1) * state) && wall_.allocate(most) && s_.allocate(most) &&
+               multiplier_.allocate(most) && direction_.allocate(most * given_.dim) && known_.allocate(most);
     }
 
     // slopes (pieces,): T dJ/dT of every piece. The contacts of one evaluation are where the next one begins.
@@ -218,9 +215,7 @@ private:
             const double *start = &knots_[std::size_t(piece) * half * dim + d], *end = start + half * dim;
             const double *from = given_.positions + std::size_t(piece) * dim + d;
             double slope = -order * factors[half] * ((from[dim] - from[0]) / given_.length);
-            for (int a = 0; a < half; ++a) {
-                slope += (a - order) * (factors[a] * start[a * dim] + factors[half + a] * end[a * dim]);
-            }
+            for (int a = 0; a < half; ++a) { slope += (a - order) * (factors[a] * start[a * dim] + factors[half + a] * end[a * dim]); }
             sum += normal(k, d) * slope;
         }
         slopes[piece] += multiplier_[k] * sum;
@@ -232,7 +227,8 @@ private:
         const int dim = given_.dim;
         const double side = walls.is_equality(wall_[k]) ? direction_[k * dim] : 1.0;
         double sum = side * walls.normal[wall_[k] * dim + d];
-        for (int q = 0; walls.is_ball(wall_[k]) && q < dim; ++q) sum += direction_[k * dim + q] * walls.matrix_of(wall_[k], dim)[q * dim + d];
+        for (int q = 0; walls.is_ball(wall_[k]) && q < dim; ++q)
+            sum += direction_[k * dim + q] * walls.matrix_of(wall_[k], dim)[q * dim + d];
         return sum;
     }
 
@@ -333,14 +329,13 @@ Status split_in_corridor(const Request &given, const double *first, SplitRecord 
     CorridorCost corridor(given);
     if (!corridor.allocate()) return Status::no_memory;
     const double unit = given.length * given.length / power(given.time, 2 * given.half - 1);
-    return find_split({first, unit, record}, given.gap, [&](const double *pieces, double &cost, double *slopes) {
-        return corridor.evaluate(pieces, cost, slopes);
-    });
+    return find_split({first, unit, record}, given.gap,
+                      [&](const double *pieces, double &cost, double *slopes) { return corridor.evaluate(pieces, cost, slopes); });
 }
 
 bool well_sized(Integer half, Integer legs, Integer dim, Integer pins) {
-    return half >= least_half && half <= most_half && legs >= 1 && legs <= most_split_legs && dim >= 1 &&
-           dim <= most_axes && pins >= 0 && pins <= legs;
+    return half >= least_half && half <= most_half && legs >= 1 && legs <= most_split_legs && dim >= 1 && dim <= most_axes && pins >= 0 &&
+           pins <= legs;
 }
 
 }  // namespace
@@ -349,8 +344,7 @@ bool well_sized(Integer half, Integer legs, Integer dim, Integer pins) {
 using namespace minsnap;
 
 // Optimal cost of a chain and its exact gradient in the durations (legs,) and the points (legs + 1, dim).
-MINSNAP_EXPORT std::int32_t minsnap_cost_gradient(const ChainRecord *given, double *cost, double *gradient,
-                                                  double *point_gradient) {
+MINSNAP_EXPORT std::int32_t minsnap_cost_gradient(const ChainRecord *given, double *cost, double *gradient, double *point_gradient) {
     const Integer legs = given->legs, dim = given->dim;
     if (!well_sized(given->half, legs, dim, given->pins)) return int(Status::bad_size);
     Pins pins;
@@ -394,9 +388,8 @@ MINSNAP_EXPORT std::int32_t minsnap_best_split(const ChainRecord *given, SplitRe
     const Status status = read_chain(*given, pins, chain);
     if (status != Status::done) return int(status);
     FreeCost free(chain, int(given->half), given->closed != 0);
-    return int(find_split({given->durations, 1.0, *found}, 1e-10, [&](const double *times, double &cost, double *slopes) {
-        return free.evaluate(times, cost, slopes, nullptr);
-    }));
+    return int(find_split({given->durations, 1.0, *found}, 1e-10,
+                          [&](const double *times, double &cost, double *slopes) { return free.evaluate(times, cost, slopes, nullptr); }));
 }
 
 // The same inside walls, solved for each evaluation, for the record's durations of legs to begin with, split equally over
@@ -418,9 +411,8 @@ MINSNAP_EXPORT std::int32_t minsnap_best_corridor_split(const CorridorRecord *as
 }
 
 // The same in a tube, whose walls are made here: points (legs + 1, dim); half-widths as in tube.cpp.
-MINSNAP_EXPORT std::int32_t minsnap_best_tube_split(const double *points, const double *first, const double *widths,
-                                                    std::int32_t dim, std::int32_t half, std::int32_t shared, double gap,
-                                                    SplitRecord *found) {
+MINSNAP_EXPORT std::int32_t minsnap_best_tube_split(const double *points, const double *first, const double *widths, std::int32_t dim,
+                                                    std::int32_t half, std::int32_t shared, double gap, SplitRecord *found) {
     if (found->capacity < 1 || found->legs > most_split_pieces || found->per_leg != 1) return int(Status::bad_size);
     TubeWalls walls;
     Request request = {};

@@ -21,8 +21,7 @@ Status solve_axis(const ChainProblem &chain, int axis, Output out) {
 Status solve_chain_extended(const ChainProblem &chain, int half, Output out) {
     return for_half(half, [&](auto k) {
         Status status = Status::done;
-        for (int axis = 0; axis < chain.stride && status == Status::done; ++axis)
-            status = solve_axis<k.value>(chain, axis, out);
+        for (int axis = 0; axis < chain.stride && status == Status::done; ++axis) status = solve_axis<k.value>(chain, axis, out);
         return status;
     });
 }

@@ -50,13 +50,16 @@ MINSNAP_EXPORT std::int32_t minsnap_many(const minsnap::ManyRecord *many) {
     if (!many_fit(*many)) return static_cast<std::int32_t>(Status::bad_size);
     const int threads = int(many->threads);
     const std::int64_t size = 2 * many->half * many->dim, all = many->offsets[many->count] * size;
-    for_all(many->count, chunk_of(many->count, all, threads), threads, many->statuses, [=](std::int64_t b) {
-        const ChainProblem chain = chain_of(*many, b);
-        const std::int64_t first = many->offsets[b];
-        const Status status = solve_one(chain, int(many->half), all, many->curves + first * size);
-        if (status == Status::done) write_breaks(chain.durations, chain.legs, many->breaks + first + b);
-        return status;
-    }, settle_copies);
+    for_all(
+        many->count, chunk_of(many->count, all, threads), threads, many->statuses,
+        [=](std::int64_t b) {
+            const ChainProblem chain = chain_of(*many, b);
+            const std::int64_t first = many->offsets[b];
+            const Status status = solve_one(chain, int(many->half), all, many->curves + first * size);
+            if (status == Status::done) write_breaks(chain.durations, chain.legs, many->breaks + first + b);
+            return status;
+        },
+        settle_copies);
     return static_cast<std::int32_t>(Status::done);
 }
 
@@ -64,23 +67,20 @@ MINSNAP_EXPORT std::int32_t minsnap_many(const minsnap::ManyRecord *many) {
 // instants are (count, instants), or (instants,) for all if they are shared.  Where a curve is missing (present is 0) or
 // asked outside its interval the values are not numbers.
 MINSNAP_EXPORT std::int32_t minsnap_evaluate_many(const double *points, const double *durations, const double *breaks,
-                                                  const std::int64_t *offsets, const std::uint8_t *present,
-                                                  std::int64_t count, std::int32_t degree, std::int32_t dim,
-                                                  std::int32_t order, const double *t, std::int64_t instants,
-                                                  std::int32_t shared, std::int32_t threads, double *out,
+                                                  const std::int64_t *offsets, const std::uint8_t *present, std::int64_t count,
+                                                  std::int32_t degree, std::int32_t dim, std::int32_t order, const double *t,
+                                                  std::int64_t instants, std::int32_t shared, std::int32_t threads, double *out,
                                                   std::int32_t *statuses) {
     using namespace minsnap;
     if (count < 0 || dim < 1 || degree < 0 || instants < 0 || order < 0 || order > degree || !ascending(offsets, count))
         return static_cast<std::int32_t>(Status::bad_size);
     for_all(count, 64, threads, statuses, [&](std::int64_t b) {
         const std::int64_t first = offsets[b];
-        const PiecewiseCurve curve = {points + first * (degree + 1) * dim, durations + first,      breaks + first + b,
-                                      offsets[b + 1] - first,              degree, dim};
+        const PiecewiseCurve curve = {
+            points + first * (degree + 1) * dim, durations + first, breaks + first + b, offsets[b + 1] - first, degree, dim};
         double *place = out + b * instants * dim;
-        const Status status =
-            present[b] ? evaluate_curve(curve, order, shared ? t : t + b * instants, instants, place) : Status::done;
-        if (!present[b] || status != Status::done)
-            std::fill(place, place + instants * dim, std::numeric_limits<double>::quiet_NaN());
+        const Status status = present[b] ? evaluate_curve(curve, order, shared ? t : t + b * instants, instants, place) : Status::done;
+        if (!present[b] || status != Status::done) std::fill(place, place + instants * dim, std::numeric_limits<double>::quiet_NaN());
         return status;
     });
     return static_cast<std::int32_t>(Status::done);

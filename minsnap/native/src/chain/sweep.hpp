@@ -19,10 +19,10 @@ struct ChainProblem {
     const double *points = nullptr;     // (legs + 1, stride) [m]
     const double *durations = nullptr;  // (legs,) [s], positive
     std::int64_t legs = 0;
-    int stride = 0;                  // coordinates of a point
-    const double *start = nullptr;   // (k - 1, stride), derivatives at the start; null at rest
-    const double *end = nullptr;     // the same at the end
-    const Pin *pins = nullptr;       // at inner knots
+    int stride = 0;                       // coordinates of a point
+    const double *start = nullptr;        // (k - 1, stride), derivatives at the start; null at rest
+    const double *end = nullptr;          // the same at the end
+    const Pin *pins = nullptr;            // at inner knots
     const std::int64_t *knots = nullptr;  // their knots, ascending
     std::int64_t pin_count = 0;
 };
@@ -171,12 +171,10 @@ private:
     }
 
     // Displacement of leg `one` forwards and of leg `other` backwards.
-    static MINSNAP_INLINE void displacement(Pair (&step)[dim], const ChainProblem &chain, std::int64_t one,
-                                            std::int64_t other, int axis) {
+    static MINSNAP_INLINE void displacement(Pair (&step)[dim], const ChainProblem &chain, std::int64_t one, std::int64_t other, int axis) {
         const double *a = chain.points + one * chain.stride + axis, *b = chain.points + other * chain.stride + axis;
         MINSNAP_UNROLL
-        for (int d = 0; d < dim; ++d)
-            step[d] = Pair{a[chain.stride + d], b[d]} - Pair{a[d], b[chain.stride + d]};
+        for (int d = 0; d < dim; ++d) step[d] = Pair{a[chain.stride + d], b[d]} - Pair{a[d], b[chain.stride + d]};
     }
 
     static void known(Pair (&state)[n][dim], const ChainProblem &chain, int axis) {
@@ -197,9 +195,8 @@ private:
     }
 
     // Eliminate knot `one` from the start and knot `other` from the end.
-    static MINSNAP_INLINE void advance(typename Step::Front &front, const ChainProblem &chain, int axis,
-                                       std::int64_t one, std::int64_t other, const Pin *const (&pins)[2],
-                                       RecordRoom room, Pair &smallest) {
+    static MINSNAP_INLINE void advance(typename Step::Front &front, const ChainProblem &chain, int axis, std::int64_t one,
+                                       std::int64_t other, const Pin *const (&pins)[2], RecordRoom room, Pair &smallest) {
         const std::int64_t mirrored = chain.legs - 1 - other;
         Pair step[dim];
         typename Step::Record record;
@@ -220,7 +217,7 @@ private:
 
     // The chain from the end has one knot more: its lane goes on alone, while the other repeats a step for nothing.
     static MINSNAP_APART void advance_right(typename Step::Front &front, const ChainProblem &chain, int axis, std::int64_t knot,
-                              const Pin *pin, RecordRoom room, Pair &smallest) {
+                                            const Pin *pin, RecordRoom room, Pair &smallest) {
         const typename Step::Front kept = front;
         const std::int64_t mirrored = chain.legs - 1 - knot;
         const Pin *const pins[2] = {nullptr, pin};
@@ -237,8 +234,7 @@ private:
     }
 
     // The state of the middle knot, seen from both ends.
-    static MINSNAP_APART void join(const typename Step::Front &front, const Pin *pin, int axis, Pair (&state)[n][dim],
-                     Pair &smallest) {
+    static MINSNAP_APART void join(const typename Step::Front &front, const Pin *pin, int axis, Pair (&state)[n][dim], Pair &smallest) {
         double matrix[n][n], right[n][dim], none[n][n] = {}, nowhere[n][dim] = {}, least = 1.0;
         for (int a = 0; a < n; ++a) {
             for (int b = 0; b <= a; ++b) matrix[a][b] = front.matrix[a][b][0] + sign_of(a + b) * front.matrix[a][b][1];
@@ -255,8 +251,7 @@ private:
 
     // From the middle knot outwards, both lanes together; the leg after the middle comes first where one end has more.
     template <class Sink>
-    static MINSNAP_INLINE void descend(const ChainProblem &chain, int axis, RecordRoom room, Pair (&next)[n][dim],
-                                       Sink &&sink) {
+    static MINSNAP_INLINE void descend(const ChainProblem &chain, int axis, RecordRoom room, Pair (&next)[n][dim], Sink &&sink) {
         const std::int64_t legs = chain.legs, middle = legs / 2;
         Pair state[n][dim], ends[n][dim];
         known(ends, chain, axis);
@@ -280,8 +275,7 @@ private:
     }
 
     template <class Sink>
-    static MINSNAP_INLINE void give(Sink &&sink, int lane, std::int64_t leg, const Pair (&outer)[n][dim],
-                                    const Pair (&inner)[n][dim]) {
+    static MINSNAP_INLINE void give(Sink &&sink, int lane, std::int64_t leg, const Pair (&outer)[n][dim], const Pair (&inner)[n][dim]) {
         double one[n][dim], other[n][dim];
         MINSNAP_UNROLL
         for (int a = 0; a < n; ++a) {
@@ -315,8 +309,7 @@ private:
         }
     }
 
-    static MINSNAP_INLINE void read_and_recover(const double *one, const double *other, const Pair (&next)[n][dim],
-                                                Pair (&state)[n][dim]) {
+    static MINSNAP_INLINE void read_and_recover(const double *one, const double *other, const Pair (&next)[n][dim], Pair (&state)[n][dim]) {
         typename Step::Record record;
         MINSNAP_UNROLL
         for (int a = 0; a < n; ++a) {

@@ -15,8 +15,8 @@ namespace {
 constexpr std::int64_t most_legs = std::int64_t{1} << 32;
 
 bool well_sized(const ChainProblem &chain, int half) {
-    return chain.legs >= 1 && chain.legs <= most_legs && chain.stride >= 1 && chain.stride <= most_axes &&
-           half >= least_half && half <= most_half && chain.pin_count >= 0 && chain.pin_count < chain.legs + 1;
+    return chain.legs >= 1 && chain.legs <= most_legs && chain.stride >= 1 && chain.stride <= most_axes && half >= least_half &&
+           half <= most_half && chain.pin_count >= 0 && chain.pin_count < chain.legs + 1;
 }
 
 bool in_range(const double *values, std::int64_t count) {
@@ -78,8 +78,8 @@ Status solve_chain(const ChainProblem &chain, int half, Spread spread, Output ou
 }
 
 Status looked_at(const ChainProblem &chain, int half, const double *out) {
-    const Asked asked = {chain.points, chain.durations, chain.start, chain.end, nullptr,      false,
-                         chain.legs,   1,               2 * half - 1, int(chain.stride), half - 1, half - 1};
+    const Asked asked = {chain.points, chain.durations,   chain.start, chain.end, nullptr, false, chain.legs, 1,
+                         2 * half - 1, int(chain.stride), half - 1,    half - 1};
     return passes_last_look(asked, out) ? Status::done : Status::not_proved;
 }
 
@@ -93,8 +93,8 @@ void write_breaks(const double *durations, std::int64_t legs, double *breaks) {
 // The curve through points (legs + 1, dim) [m] with durations (legs,) [s], at rest at both ends.
 //
 // Out: control points (legs, 2 half, dim) [m].
-MINSNAP_EXPORT std::int32_t minsnap_unconstrained(const double *points, const double *durations, std::int64_t legs,
-                                                  std::int32_t dim, std::int32_t half, double *out) {
+MINSNAP_EXPORT std::int32_t minsnap_unconstrained(const double *points, const double *durations, std::int64_t legs, std::int32_t dim,
+                                                  std::int32_t half, double *out) {
     using namespace minsnap;
     ChainProblem chain;
     chain.points = points, chain.durations = durations, chain.legs = legs, chain.stride = dim;

@@ -21,7 +21,7 @@ constexpr double resolved[7] = {0, 0, std::numeric_limits<double>::infinity(), 1
 constexpr double resolved_twice[7] = {0, 0, std::numeric_limits<double>::infinity(), 1e20, 1e7, 5e3, 100.0};
 
 constexpr double shortest_duration = 1e-12, longest_duration = 1e9;  // [s], as in checks.py: their powers stay in range
-constexpr double smallest_number = 1e-40, largest_number = 1e40;  // of lengths and derivatives, as in arrays.py
+constexpr double smallest_number = 1e-40, largest_number = 1e40;     // of lengths and derivatives, as in arrays.py
 
 using Pins = Buffer<Pin>;
 

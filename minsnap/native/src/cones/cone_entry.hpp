@@ -25,8 +25,7 @@ struct ConeEntry {
 };
 
 // Add R'R to the lower triangle of a square block, for rows R whose number is a multiple of four.
-inline void add_lower_squares(const double *__restrict panel, std::size_t rows, std::size_t width,
-                              double *__restrict block) {
+inline void add_lower_squares(const double *__restrict panel, std::size_t rows, std::size_t width, double *__restrict block) {
     for (std::size_t row = 0; row < rows; row += 4) {
         const double *p = panel + row * width, *q = p + width, *r = q + width, *s = r + width;
         for (std::size_t a = 0; a < width; ++a) {

@@ -80,18 +80,16 @@ public:
     [[nodiscard]] bool scale(const double *s, const double *z) {
         bool inside = true;
         widely([&]() MINSNAP_INLINED {
-            each(
-                [&](const Part &part, auto count) MINSNAP_INLINED {
-                    inside = scalings_[part.cone].set(s + part.row, z + part.row, count) && inside;
-                },
-                [&](const Part &part, auto count) MINSNAP_INLINED {
-                    Quad u[count], v[count], w[count], lambda[count];
-                    load(s + part.row, u, count), load(z + part.row, v, count);
-                    Scaling<Quad> found{Quad{}, w, lambda};
-                    inside = found.set(u, v, count) && inside;
-                    store(w, w_.data() + part.row, count), store(lambda, lambda_.data() + part.row, count);
-                    for (int lane = 0; lane < lanes; ++lane) scalings_[part.cone + lane].eta = found.eta[lane];
-                });
+            each([&](const Part &part, auto count)
+                     MINSNAP_INLINED { inside = scalings_[part.cone].set(s + part.row, z + part.row, count) && inside; },
+                 [&](const Part &part, auto count) MINSNAP_INLINED {
+                     Quad u[count], v[count], w[count], lambda[count];
+                     load(s + part.row, u, count), load(z + part.row, v, count);
+                     Scaling<Quad> found{Quad{}, w, lambda};
+                     inside = found.set(u, v, count) && inside;
+                     store(w, w_.data() + part.row, count), store(lambda, lambda_.data() + part.row, count);
+                     for (int lane = 0; lane < lanes; ++lane) scalings_[part.cone + lane].eta = found.eta[lane];
+                 });
         });
         return inside;
     }
@@ -127,14 +125,13 @@ public:
     // Largest step in [0, most] for which u + step d stays in all cones, u inside.
     double longest(const double *u, const double *d, double most = 1.0) const {
         widely([&]() MINSNAP_INLINED {
-            each(
-                [&](const Part &part, auto count) MINSNAP_INLINED { most = cone_step(u + part.row, d + part.row, count, most); },
-                [&](const Part &part, auto count) MINSNAP_INLINED {
-                    Quad x[count], y[count];
-                    load(u + part.row, x, count), load(d + part.row, y, count);
-                    if (all(cone_holds(x, y, count, most))) return;
-                    for (std::size_t k = part.row; k < part.row + lanes * count; k += count) most = cone_step(u + k, d + k, count, most);
-                });
+            each([&](const Part &part, auto count) MINSNAP_INLINED { most = cone_step(u + part.row, d + part.row, count, most); },
+                 [&](const Part &part, auto count) MINSNAP_INLINED {
+                     Quad x[count], y[count];
+                     load(u + part.row, x, count), load(d + part.row, y, count);
+                     if (all(cone_holds(x, y, count, most))) return;
+                     for (std::size_t k = part.row; k < part.row + lanes * count; k += count) most = cone_step(u + k, d + k, count, most);
+                 });
         });
         return most;
     }
@@ -188,16 +185,13 @@ private:
     template <class Action>
     void apply(const double *u, double *out, Action action) const {
         widely([&]() MINSNAP_INLINED {
-            each(
-                [&](const Part &part, auto count) MINSNAP_INLINED {
-                    action(scalings_[part.cone], u + part.row, out + part.row, count);
-                },
-                [&](const Part &part, auto count) MINSNAP_INLINED {
-                    Quad w[count], x[count], y[count];
-                    load(u + part.row, x, count);
-                    action(at(part, w, nullptr, count), x, y, count);
-                    store(y, out + part.row, count);
-                });
+            each([&](const Part &part, auto count) MINSNAP_INLINED { action(scalings_[part.cone], u + part.row, out + part.row, count); },
+                 [&](const Part &part, auto count) MINSNAP_INLINED {
+                     Quad w[count], x[count], y[count];
+                     load(u + part.row, x, count);
+                     action(at(part, w, nullptr, count), x, y, count);
+                     store(y, out + part.row, count);
+                 });
         });
     }
 

@@ -52,11 +52,10 @@ void list_cones(const Request &p, const double *matrix, ConeEntry *cones) {
 }  // namespace
 
 // Sizes: size, pieces, width, cones, rows. Results: x (size), z (rows), iterations (1).
-MINSNAP_EXPORT std::int32_t minsnap_cone_programme(const std::int64_t *sizes, const std::int64_t *columns,
-                                                   const double *hessian, const double *diagonal, const double *linear,
-                                                   const std::int64_t *cone_piece, const std::int64_t *cone_size,
-                                                   const double *matrix, const double *bound, double tolerance,
-                                                   std::int64_t most, double *x, double *z, std::int64_t *iterations) {
+MINSNAP_EXPORT std::int32_t minsnap_cone_programme(const std::int64_t *sizes, const std::int64_t *columns, const double *hessian,
+                                                   const double *diagonal, const double *linear, const std::int64_t *cone_piece,
+                                                   const std::int64_t *cone_size, const double *matrix, const double *bound,
+                                                   double tolerance, std::int64_t most, double *x, double *z, std::int64_t *iterations) {
     const auto answer = [](Status status) { return static_cast<std::int32_t>(status); };
     for (int i = 0; i < 5; ++i) {
         if (sizes[i] < 1 || sizes[i] > most_values) return answer(Status::bad_size);

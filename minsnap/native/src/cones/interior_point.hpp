@@ -302,7 +302,8 @@ private:
         const double share = std::min(1.0, std::max(0.0, after / gap_));
         product_.correct(share * share * share * gap_ / static_cast<double>(cones()), ds_.data(), dz_.data(), aim_.data());
         direction(aim_.data(), true);
-        const double step = 0.99 * std::min(product_.longest(s_.data(), ds_.data(), 1.0 / 0.99), product_.longest(z_, dz_.data(), 1.0 / 0.99));
+        const double step =
+            0.99 * std::min(product_.longest(s_.data(), ds_.data(), 1.0 / 0.99), product_.longest(z_, dz_.data(), 1.0 / 0.99));
         for (std::size_t j = 0; j < p_.size; ++j) x_[j] += step * dx_[j];
         for (std::size_t i = 0; i < rows(); ++i) {
             s_[i] += step * ds_[i];

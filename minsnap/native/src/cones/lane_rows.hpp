@@ -62,9 +62,7 @@ private:
     static constexpr std::size_t pairs = 6, mixed = 15, small_size = pairs + mixed + 3;
 
     MINSNAP_WIDE void take_wide(std::size_t count) { take_in(count); }
-    MINSNAP_WIDE void times_wide(std::size_t first, std::size_t last, const double *x, double *out) const {
-        times_in(first, last, x, out);
-    }
+    MINSNAP_WIDE void times_wide(std::size_t first, std::size_t last, const double *x, double *out) const { times_in(first, last, x, out); }
     MINSNAP_WIDE void add_transposed_wide(std::size_t first, std::size_t last, const double *y, double *x) const {
         add_transposed_in(first, last, y, x);
     }

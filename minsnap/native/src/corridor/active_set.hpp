@@ -23,10 +23,10 @@ struct Row {
     Real s;
     Plane<Real> plane;        // the wall, or its tangent plane
     Real direction[max_dim];  // of a ball's tangent plane; of an equality the side it is left on, 1 or -1
-    Real limit;       // of n.r, the wall moved inwards
-    Real norm;        // length of the row in z before it is made one
-    Real value;       // of n.r on the curve as last placed
-    Real multiplier;  // for the row of unit length and the cost without 1/2, halved
+    Real limit;               // of n.r, the wall moved inwards
+    Real norm;                // length of the row in z before it is made one
+    Real value;               // of n.r on the curve as last placed
+    Real multiplier;          // for the row of unit length and the cost without 1/2, halved
     Reach reach;
 };
 
@@ -42,9 +42,9 @@ public:
     [[nodiscard]] bool allocate() {
         if (!lay_out()) return false;
         const std::size_t n = layout_.entries, most = n + 2;
-        return rows_.allocate(most) && vectors_.allocate(most * n + 1) && free_.allocate(most) &&
-               z_.allocate(n + 1) && step_.allocate(n + 1) && rest_.allocate(n + 1) && along_.allocate(most) &&
-               factor_.allocate(layout_.entries) && orthogonal_.allocate(layout_, int(n) + 1);
+        return rows_.allocate(most) && vectors_.allocate(most * n + 1) && free_.allocate(most) && z_.allocate(n + 1) &&
+               step_.allocate(n + 1) && rest_.allocate(n + 1) && along_.allocate(most) && factor_.allocate(layout_.entries) &&
+               orthogonal_.allocate(layout_, int(n) + 1);
     }
 
     void clear() {
@@ -164,9 +164,7 @@ public:
 
     // Replace all rows by others, given by wall, s, direction and multiplier, those that do not press left out. False if
     // they are dependent.
-    bool replace(const Row<Real> *others, int count, Real share) {
-        return hold(others, count, share) && drop_negative();
-    }
+    bool replace(const Row<Real> *others, int count, Real share) { return hold(others, count, share) && drop_negative(); }
 
     // The same with equality for all of them, whether they press or not.
     bool hold(const Row<Real> *others, int count, Real share) {
@@ -185,8 +183,7 @@ public:
     // Begin with rows at contacts, as far as they are independent and press.
     bool begin_with(const Contact *contacts, int count) {
         for (int k = 0; k < count; ++k)
-            if (propose(contacts[k].wall, Real(contacts[k].s), 0, contacts[k].direction))
-                join(contacts[k].pressure * rows_[count_].norm);
+            if (propose(contacts[k].wall, Real(contacts[k].s), 0, contacts[k].direction)) join(contacts[k].pressure * rows_[count_].norm);
         place();
         settle();
         return drop_negative();
@@ -194,8 +191,7 @@ public:
 
     // Give all rows the limits of walls moved inwards by a share of their widths, and solve again.
     bool tighten(Real share) {
-        for (int k = 0; k < count_; ++k)
-            rows_[k].limit = rows_[k].plane.bound - inwards_at(walls_[rows_[k].wall], share, rows_[k].s);
+        for (int k = 0; k < count_; ++k) rows_[k].limit = rows_[k].plane.bound - inwards_at(walls_[rows_[k].wall], share, rows_[k].s);
         settle();
         return drop_negative();
     }
@@ -253,8 +249,7 @@ private:
         for (int axis = 0; axis < chain_.dim; ++axis) {
             layout_.offset[axis + 1] = layout_.offset[axis] + factors_[axis]->unknowns();
             for (int piece = 0; piece < chain_.pieces; ++piece)
-                layout_.begin[std::size_t(axis) * chain_.pieces + piece] =
-                    layout_.offset[axis] + factors_[axis]->start(piece);
+                layout_.begin[std::size_t(axis) * chain_.pieces + piece] = layout_.offset[axis] + factors_[axis]->start(piece);
         }
         layout_.entries = layout_.offset[chain_.dim];
         return true;

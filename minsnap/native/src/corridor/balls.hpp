@@ -49,8 +49,7 @@ inline bool normalise(Real *vector, int rows) {
 
 // A r^(p) + c at s.
 template <class Real, int Half>
-inline void place_in_ball(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<Real> &ball, Real s,
-                          Real *place) {
+inline void place_in_ball(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<Real> &ball, Real s, Real *place) {
     for (int q = 0; q < ball.rows; ++q) {
         Real points[max_points];
         const int degree = along_normal(chain, chain.points.data(), coordinate(wall, ball, chain.dim, q), points);
@@ -70,8 +69,7 @@ inline void add_square(const Real *points, int degree, Real sign, Real *sums) {
 // From control points of minus the height h to those of (|A r^(p) + c|^2 - h^2) / (2 width), which is positive beyond the
 // wall while h is; returns their degree.
 template <class Real, int Half>
-inline int beyond_ball(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<Real> &ball, int degree,
-                       Real *excess) {
+inline int beyond_ball(const Chain<Real, Half> &chain, const Wall<Real> &wall, const Ball<Real> &ball, int degree, Real *excess) {
     Real sums[max_products] = {};
     add_square(excess, degree, Real(-1), sums);
     for (int q = 0; q < ball.rows; ++q) {

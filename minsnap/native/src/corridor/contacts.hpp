@@ -154,8 +154,7 @@ private:
             const Parameter &own = parameters_[p];
             reach_[p] = active_.whiten(own.plane, active_.row(own.row).s, own.part == instant ? 1 : 0, derivative(p));
             orthogonal.project(derivative(p), reach_[p], along_.data(), 1);
-            for (int o = 0; o <= p; ++o)
-                entry(p, o) = orthogonal.inner(derivative(p), reach_[p], derivative(o), reach_[o]);
+            for (int o = 0; o <= p; ++o) entry(p, o) = orthogonal.inner(derivative(p), reach_[p], derivative(o), reach_[o]);
         }
         for (int p = 0; p < all; p += parameters_[p].count) add_bend(p);
         return true;

@@ -31,11 +31,9 @@ bool all_within(const std::int64_t *values, std::int64_t count, std::int64_t low
 
 bool walls_fit(const Request &given) {
     const GivenWalls &walls = given.walls;
-    return all_within(walls.piece, walls.count, 0, given.pieces - 1) &&
-           all_within(walls.order, walls.count, 0, 2 * given.half - 2) &&
+    return all_within(walls.piece, walls.count, 0, given.pieces - 1) && all_within(walls.order, walls.count, 0, 2 * given.half - 2) &&
            (walls.when == nullptr || all_within(walls.when, walls.count, -1, equal + 1)) && walls.balls >= 0 &&
-           walls.balls <= walls.count &&
-           (walls.ball == nullptr || all_within(walls.ball, walls.count, -1, walls.balls - 1));
+           walls.balls <= walls.count && (walls.ball == nullptr || all_within(walls.ball, walls.count, -1, walls.balls - 1));
 }
 
 bool balls_have_room(const GivenWalls &walls) {
@@ -48,8 +46,7 @@ bool numbers_fit(const Request &given) {
     const GivenWalls &walls = given.walls;
     const double units[] = {given.length, given.time, given.gap};
     const std::int64_t knots = given.pieces + 1;
-    return all_positive(units, 3) && all_finite(given.positions, knots * given.dim) &&
-           all_positive(given.durations, given.pieces) &&
+    return all_positive(units, 3) && all_finite(given.positions, knots * given.dim) && all_positive(given.durations, given.pieces) &&
            (given.values == nullptr || all_finite(given.values, knots * given.half * given.dim)) &&
            all_finite(walls.normal, walls.count * given.dim) && all_finite(walls.anchor, walls.count * given.dim) &&
            all_finite(walls.bound, walls.count) && all_positive(walls.width, walls.count) &&
@@ -59,8 +56,8 @@ bool numbers_fit(const Request &given) {
 }  // namespace
 
 bool corridor_sizes_fit(std::int64_t half, std::int64_t pieces, std::int64_t dim, std::int64_t walls) {
-    return half >= 2 && half <= max_half && pieces >= 1 && pieces <= most_pieces && dim >= 1 && dim <= max_dim &&
-           walls >= 0 && walls <= most_walls;
+    return half >= 2 && half <= max_half && pieces >= 1 && pieces <= most_pieces && dim >= 1 && dim <= max_dim && walls >= 0 &&
+           walls <= most_walls;
 }
 
 Status check_request(const Request &given) {
@@ -105,14 +102,12 @@ MINSNAP_EXPORT std::int32_t minsnap_corridor(const minsnap::CorridorRecord *aske
 
 // Whether each wall is kept at every instant by control points (pieces, 2k, dim), rounding included: the proof that
 // ``minsnap_corridor`` asks for, on its own. kept (walls,): 1 where it is proved.
-MINSNAP_EXPORT std::int32_t minsnap_walls_kept(std::int64_t half, std::int64_t pieces, std::int64_t dim,
-                                               const double *points, const double *durations,
-                                               const minsnap::WallsRecord *walls, std::uint8_t *kept) {
+MINSNAP_EXPORT std::int32_t minsnap_walls_kept(std::int64_t half, std::int64_t pieces, std::int64_t dim, const double *points,
+                                               const double *durations, const minsnap::WallsRecord *walls, std::uint8_t *kept) {
     using namespace minsnap;
     if (!corridor_sizes_fit(half, pieces, dim, walls->count)) return std::int32_t(Status::bad_size);
     const GivenWalls given = walls_of(*walls);
-    const Request request = {int(half), int(pieces), int(dim), false, 1.0, 1.0, points, durations, nullptr, nullptr,
-                             given, 1.0};
+    const Request request = {int(half), int(pieces), int(dim), false, 1.0, 1.0, points, durations, nullptr, nullptr, given, 1.0};
     if (!walls_fit(request)) return std::int32_t(Status::bad_size);
     if (!all_finite(points, pieces * 2 * half * dim) || !numbers_fit(request)) return std::int32_t(Status::bad_number);
     Proof proof(given, points, durations, pieces, int(2 * half), int(dim));

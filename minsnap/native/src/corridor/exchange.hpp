@@ -18,13 +18,11 @@ namespace minsnap {
 template <class Real, int Half>
 class Exchange {
 public:
-    explicit Exchange(int half)
-        : chain(half), active(chain, walls_, balls_, factor_of_), contacts_(chain, walls_, balls_, active) {}
+    explicit Exchange(int half) : chain(half), active(chain, walls_, balls_, factor_of_), contacts_(chain, walls_, balls_, active) {}
 
     // Solve one request after another; what is written holds if the status is ``done``. Contacts known from a similar
     // request, if there are any, are where it begins.
-    Status solve(const Request &given, Answer &answer, Aim aim = Aim::proved, const Contact *known = nullptr,
-                 int count = 0) {
+    Status solve(const Request &given, Answer &answer, Aim aim = Aim::proved, const Contact *known = nullptr, int count = 0) {
         given_ = &given, aim_ = aim, given_away_ = 0;
         Status status = run(answer, known, count);
         for (int turn = 0; turn < most_prices && status == Status::done && overpriced(); ++turn) {
@@ -37,7 +35,8 @@ public:
 private:
     Status run(Answer &answer, const Contact *known, int count) {
         const Aim aim = aim_;
-        share_ = aim == Aim::near ? near_share : Real(0), pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0, infeasible_ = false;
+        share_ = aim == Aim::near ? near_share : Real(0), pause_ = tries_ = rounds_ = 0, patience_ = shortest_pause, work_ = 0.0,
+        infeasible_ = false;
         Status status = prepare();
         if (status == Status::done && count > 0 && !active.begin_with(known, count)) status = Status::no_progress;
         if (status == Status::done) status = meet_equalities();
@@ -62,9 +61,9 @@ private:
     static constexpr int most_rounds = 1000, most_tries = 40, shortest_pause = 3;
     // Products of vectors' entries, about, after which it gives up: 0.2 to 0.4 s in either precision.
     static constexpr double most_work = sizeof(Real) > 8 ? 4e7 : 5e8;
-    static constexpr Real absurd = Real(sizeof(Real) > 8 ? 1e8 : 1e6);  // times the cost of stops at all knots: rounding has taken over
-    static constexpr Real most_inward = Real(1e-3);  // share of their widths by which walls move
-    static constexpr double jump = 1e-9, stored = 8e-16;  // of derivatives at knots, as the certificate judges them
+    static constexpr Real absurd = Real(sizeof(Real) > 8 ? 1e8 : 1e6);   // times the cost of stops at all knots: rounding has taken over
+    static constexpr Real most_inward = Real(1e-3);                      // share of their widths by which walls move
+    static constexpr double jump = 1e-9, stored = 8e-16;                 // of derivatives at knots, as the certificate judges them
     static constexpr Real nearly = Real(1e-5), near_share = Real(1e-4);  // of Aim::near: excess, over walls moved so
 
     Status prepare() {
@@ -122,9 +121,7 @@ private:
         return true;
     }
 
-    const Real *pull_of(int axis) const {
-        return drawn_ >> axis & 1U ? pull_.data() + std::size_t(axis) * chain.pieces : nullptr;
-    }
+    const Real *pull_of(int axis) const { return drawn_ >> axis & 1U ? pull_.data() + std::size_t(axis) * chain.pieces : nullptr; }
 
     // How far the start of a piece may be from its nominal position along a coordinate, as walls there say one by one.
     Real reach_of(int knot, int axis) const {
@@ -153,9 +150,7 @@ private:
     }
 
     // Whether the price of what draws the curve is more than the gap allows, now that the cost is known.
-    bool overpriced() const {
-        return drawn_ != 0 && chain.cost() > 0 && !(given_away_ <= Real(given_->gap) / 4 * chain.cost());
-    }
+    bool overpriced() const { return drawn_ != 0 && chain.cost() > 0 && !(given_away_ <= Real(given_->gap) / 4 * chain.cost()); }
 
     std::int64_t count_balls() const {
         std::int64_t count = 0;
@@ -343,8 +338,10 @@ private:
             const Greatest excess = proof.excess(wall);
             if (excess.bound <= 0.0) continue;
             all = false;
-            if (excess.attained <= 0.0 && moved_inwards(walls_[wall], excess)) moved_walls_ = true;
-            else if (failure_count_ < most_failures) failures_[failure_count_++] = {wall, Real(excess.s), 0};
+            if (excess.attained <= 0.0 && moved_inwards(walls_[wall], excess))
+                moved_walls_ = true;
+            else if (failure_count_ < most_failures)
+                failures_[failure_count_++] = {wall, Real(excess.s), 0};
         }
         return all;
     }
@@ -371,8 +368,7 @@ private:
         if (given_->continuity < given_->half) return true;
         const Pieces pieces{points, given_->durations, given_->pieces, chain.size.degree(), chain.dim};
         std::int64_t found = 0;
-        return pieces.sound() && find_continuity(pieces, jump, stored, found) == Status::done &&
-               found >= given_->continuity;
+        return pieces.sound() && find_continuity(pieces, jump, stored, found) == Status::done && found >= given_->continuity;
     }
 
     // The instants where the proof failed become peaks, where the curve is beyond the walls moved inwards.
@@ -420,8 +416,7 @@ private:
 
     // Take in the peaks, worst first, each that is still violated when its turn comes.
     Status take_in() {
-        std::sort(peaks_.data(), peaks_.data() + peak_count_,
-                  [](const Peak<Real> &a, const Peak<Real> &b) { return a.before(b); });
+        std::sort(peaks_.data(), peaks_.data() + peak_count_, [](const Peak<Real> &a, const Peak<Real> &b) { return a.before(b); });
         bool any = false;
         for (int i = 0; i < peak_count_; ++i) {
             const Peak<Real> &peak = peaks_[i];
@@ -455,8 +450,7 @@ private:
         }
         const std::size_t state = std::size_t(chain.size.half()) * chain.dim;
         for (int knot = 0; knot <= chain.pieces; ++knot)
-            for (std::size_t i = 0; i < state; ++i)
-                answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
+            for (std::size_t i = 0; i < state; ++i) answer.knots[knot * state + i] = double(chain.values[chain.at(knot, 0, 0) + i]);
         if (!isfinite(answer.cost) || !isfinite(answer.bound)) return Status::not_proved;  // as doubles
         const Real proof = smallest(price_of_proof(), most_inward * cost);
         return aim_ != Aim::proved || fabs(cost - bound) <= Real(given_->gap) * cost + proof ? Status::done : Status::not_proved;

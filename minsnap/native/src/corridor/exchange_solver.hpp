@@ -10,13 +10,13 @@ namespace minsnap {
 
 // What is written for the caller; normalised units but for the control points.
 struct Answer {
-    double *points;                  // (pieces, 2k, dim) [m]
-    double *knots;                   // (pieces + 1, k, dim)
-    std::int64_t *wall;              // (pieces * k * dim + 2,): the active rows' walls,
-    double *s, *multiplier;          // their instants, and by how much the cost falls for each unit of their bounds
-    double cost, bound, share;       // of the curve; a lower bound of any cost, zero unless proved; share of the widths moved inwards
+    double *points;             // (pieces, 2k, dim) [m]
+    double *knots;              // (pieces + 1, k, dim)
+    std::int64_t *wall;         // (pieces * k * dim + 2,): the active rows' walls,
+    double *s, *multiplier;     // their instants, and by how much the cost falls for each unit of their bounds
+    double cost, bound, share;  // of the curve; a lower bound of any cost, zero unless proved; share of the widths moved inwards
     std::int64_t rows, rounds;
-    double *direction = nullptr;     // (rows, dim): of balls' tangent planes; or null
+    double *direction = nullptr;  // (rows, dim): of balls' tangent planes; or null
 };
 
 // What is asked of an answer.
@@ -38,8 +38,7 @@ public:
     ~ExchangeSolver();
 
     // See Exchange::solve.
-    Status solve(const Request &given, Answer &answer, Aim aim = Aim::proved, const Contact *known = nullptr,
-                 int count = 0);
+    Status solve(const Request &given, Answer &answer, Aim aim = Aim::proved, const Contact *known = nullptr, int count = 0);
 
 private:
     std::unique_ptr<Exchange<double, 4>> snap_;  // degree 7, the usual one

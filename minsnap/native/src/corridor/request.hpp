@@ -13,25 +13,25 @@ namespace minsnap {
 struct Request {
     int half, pieces, dim;
     bool closed;
-    double length, time;               // what normalised units are worth [m], [s]
-    const double *positions;           // (pieces + 1, dim) nominal [m]
-    const double *durations;           // (pieces,) [s]
-    const std::uint8_t *pinned;        // (pieces + 1, k, dim), or null: all positions, and the whole state at both ends
-    const double *values;              // (pieces + 1, k, dim) [m/s^order], deviations for order 0, or null: zero
+    double length, time;         // what normalised units are worth [m], [s]
+    const double *positions;     // (pieces + 1, dim) nominal [m]
+    const double *durations;     // (pieces,) [s]
+    const std::uint8_t *pinned;  // (pieces + 1, k, dim), or null: all positions, and the whole state at both ends
+    const double *values;        // (pieces + 1, k, dim) [m/s^order], deviations for order 0, or null: zero
     GivenWalls walls;
-    double gap;                        // share of the cost that may be given away
-    int continuity = 0;                // derivatives continuous at the knots; less than k is k - 1
+    double gap;          // share of the cost that may be given away
+    int continuity = 0;  // derivatives continuous at the knots; less than k is k - 1
 };
 
 // What records of the border say; durations are one of each piece.
 inline GivenWalls walls_of(const WallsRecord &walls) {
-    return {walls.count, walls.piece, walls.order, walls.normal, walls.anchor, walls.bound, walls.width, walls.when, 0,
-            walls.ball, walls.matrix, walls.balls};
+    return {walls.count, walls.piece, walls.order, walls.normal, walls.anchor, walls.bound,
+            walls.width, walls.when,  0,           walls.ball,   walls.matrix, walls.balls};
 }
 
 inline Request request_of(const CorridorRecord &asked, std::int64_t pieces, const double *durations) {
-    return {int(asked.half), int(pieces), int(asked.dim), asked.closed != 0, asked.length, asked.time, asked.positions,
-            durations, asked.pinned, asked.values, walls_of(asked.walls), asked.gap, int(asked.continuity)};
+    return {int(asked.half), int(pieces),  int(asked.dim), asked.closed != 0,     asked.length, asked.time,           asked.positions,
+            durations,       asked.pinned, asked.values,   walls_of(asked.walls), asked.gap,    int(asked.continuity)};
 }
 
 // Whether counts are within the bounds of a request.
@@ -119,8 +119,7 @@ void load_column(const double *matrix, int dim, int axis, Real away, Ball<Real> 
 
 // ``number`` is the ball's if the wall is one.
 template <class Real, int Half>
-Status load_wall(const Request &given, const Chain<Real, Half> &chain, std::int64_t index, int number, Wall<Real> &wall,
-                 Ball<Real> &ball) {
+Status load_wall(const Request &given, const Chain<Real, Half> &chain, std::int64_t index, int number, Wall<Real> &wall, Ball<Real> &ball) {
     const GivenWalls &all = given.walls;
     wall = {}, ball = {};
     wall.piece = int(all.piece_of(index)), wall.order = int(all.order[index]);

@@ -14,10 +14,9 @@ public:
         const std::int64_t last = pieces + repeated;
         std::size_t count = all.count;
         for (std::int64_t i = 0; i < all.count; ++i) count += all.piece[i] < repeated;
-        if (!first_.allocate(last + 2) || !source_.allocate(count + 1) || !piece_.allocate(count + 1) ||
-            !order_.allocate(count + 1) || !normal_.allocate(count * dim + 1) || !anchor_.allocate(count * dim + 1) ||
-            !bound_.allocate(count + 1) || !width_.allocate(count + 1) || !ball_.allocate(count + 1) ||
-            !when_.allocate(count + 1))
+        if (!first_.allocate(last + 2) || !source_.allocate(count + 1) || !piece_.allocate(count + 1) || !order_.allocate(count + 1) ||
+            !normal_.allocate(count * dim + 1) || !anchor_.allocate(count * dim + 1) || !bound_.allocate(count + 1) ||
+            !width_.allocate(count + 1) || !ball_.allocate(count + 1) || !when_.allocate(count + 1))
             return false;
         for (std::int64_t i = 0; i <= last + 1; ++i) first_[i] = 0;
         for (std::int64_t i = 0; i < all.count; ++i)
@@ -31,10 +30,17 @@ public:
     // Walls of the pieces from ``begin`` up to ``end``, pieces counted from ``begin``.
     GivenWalls between(std::int64_t begin, std::int64_t end) const {
         const std::int64_t from = first_[begin];
-        return {first_[end] - from,      piece_.data() + from,          order_.data() + from,
-                normal_.data() + from * dim_, anchor_.data() + from * dim_, bound_.data() + from,
-                width_.data() + from,    when_.data() + from,           begin,
-                ball_.data() + from,     matrix_};
+        return {first_[end] - from,
+                piece_.data() + from,
+                order_.data() + from,
+                normal_.data() + from * dim_,
+                anchor_.data() + from * dim_,
+                bound_.data() + from,
+                width_.data() + from,
+                when_.data() + from,
+                begin,
+                ball_.data() + from,
+                matrix_};
     }
 
     // Index of the first wall of a piece among all sorted ones; piece of a sorted one; its index among those given.

@@ -23,9 +23,9 @@ void write_figures(const TubeProblem &given, const TubeWalls &walls, const TubeA
 // The curve of least cost from rest to rest that stays inside the tube at every instant, which is proved, in double
 // precision: ``minsnap_corridor``, which the caller asks next, has more. shared: one
 // half-width for all legs. Out: control points (legs, 2k, dim) [m], instants of the knots (legs + 1,) [s], and figures (4,).
-MINSNAP_EXPORT std::int32_t minsnap_tube(const double *points, const double *durations, const double *widths,
-                                         std::int64_t legs, std::int32_t dim, std::int32_t half, std::int32_t shared,
-                                         double gap, double *out, double *breaks, double *figures) {
+MINSNAP_EXPORT std::int32_t minsnap_tube(const double *points, const double *durations, const double *widths, std::int64_t legs,
+                                         std::int32_t dim, std::int32_t half, std::int32_t shared, double gap, double *out, double *breaks,
+                                         double *figures) {
     using namespace minsnap;
     const TubeProblem given = {points, durations, widths, legs, dim, half, shared != 0};
     TubeWalls walls;

@@ -45,8 +45,7 @@ public:
     }
 
     GivenWalls walls() const {
-        return {count_,         piece_.data(), order_.data(), normal_.data(), anchor_.data(),
-                bound_.data(), bound_.data(), nullptr,       0};
+        return {count_, piece_.data(), order_.data(), normal_.data(), anchor_.data(), bound_.data(), bound_.data(), nullptr, 0};
     }
 
     // The axis across which a wall stands; walls come in pairs, first the one on the positive side.
@@ -100,8 +99,8 @@ public:
 
     [[nodiscard]] bool allocate(const TubeProblem &given, double *points) {
         const std::size_t state = std::size_t(given.half) * given.dim, most = given.legs * state + 2;
-        const bool found = knots_.allocate((given.legs + 1) * state) && wall_.allocate(most) && s_.allocate(most) &&
-                           multiplier_.allocate(most);
+        const bool found =
+            knots_.allocate((given.legs + 1) * state) && wall_.allocate(most) && s_.allocate(most) && multiplier_.allocate(most);
         answer = {points, knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0.0, 0.0, 0.0, 0, 0};
         return found;
     }
@@ -116,15 +115,14 @@ inline Status request_tube(const TubeProblem &given, double gap, TubeWalls &wall
     if (!corridor_sizes_fit(given.half, given.legs, given.dim, 2 * given.legs * given.dim)) return Status::bad_size;
     const Status status = walls.make(given);
     if (status != Status::done) return status;
-    request = {given.half, int(given.legs), given.dim, false,   walls.length,  walls.time,
+    request = {given.half,   int(given.legs), given.dim, false,   walls.length,  walls.time,
                given.points, given.durations, nullptr,   nullptr, walls.walls(), gap};
     return check_request(request);
 }
 
 // Find the curve of least cost, proved to be inside; points (legs, 2k, dim). longest: where double precision does not end
 // with a proof, try double-double arithmetic too.
-inline Status solve_tube(const TubeProblem &given, double gap, bool longest, double *points, TubeWalls &walls,
-                         TubeAnswer &found) {
+inline Status solve_tube(const TubeProblem &given, double gap, bool longest, double *points, TubeWalls &walls, TubeAnswer &found) {
     Request request = {};
     const Status status = request_tube(given, gap, walls, request);
     if (status != Status::done) return status;
@@ -145,8 +143,7 @@ inline double cost_unit(const TubeProblem &given, const TubeWalls &walls) {
 template <int half>
 class TubeSlopes {
 public:
-    TubeSlopes(const TubeProblem &given, const TubeWalls &walls, const Answer &answer)
-        : given_(given), walls_(walls), answer_(answer) {}
+    TubeSlopes(const TubeProblem &given, const TubeWalls &walls, const Answer &answer) : given_(given), walls_(walls), answer_(answer) {}
 
     void write(double *durations, double *displacements, double *widths) const {
         const double unit = cost_unit(given_, walls_);
@@ -206,8 +203,8 @@ private:
     }
 
     // Add what a row changes for the displacement of its leg.
-    void turn(std::int64_t wall, double size, double *along, const double *place, double share, const double *normal,
-              double multiplier, double *forces) const {
+    void turn(std::int64_t wall, double size, double *along, const double *place, double share, const double *normal, double multiplier,
+              double *forces) const {
         const int axis = walls_.axis_of(wall);
         double height = 0.0, slope[max_dim], radial = 0.0;
         for (int d = 0; d < given_.dim; ++d) along[d] /= size, height += along[d] * place[d];
@@ -215,8 +212,7 @@ private:
             slope[d] = -TubeWalls::sign_of(wall) * ((d == axis ? height : 0.0) + along[axis] * place[d]);
             radial += slope[d] * along[d];
         }
-        for (int d = 0; d < given_.dim; ++d)
-            forces[d] += multiplier * (share * normal[d] + (slope[d] - radial * along[d]) / size);
+        for (int d = 0; d < given_.dim; ++d) forces[d] += multiplier * (share * normal[d] + (slope[d] - radial * along[d]) / size);
     }
 
     const TubeProblem &given_;

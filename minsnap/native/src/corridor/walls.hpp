@@ -16,13 +16,13 @@ constexpr int equal = 2;  // added to a When other than always: a plane on which
 // As given by the caller, in metres and seconds.
 struct GivenWalls {
     std::int64_t count;
-    const std::int64_t *piece, *order;  // (count,)
-    const double *normal, *anchor;      // (count, dim); the anchor is a point for order 0, else a derivative
-    const double *bound, *width;        // (count,); the width is the length by which an excess is judged
-    const std::int64_t *when;           // (count,) When, or that plus ``equal``; or null: always
-    std::int64_t origin = 0;            // pieces are counted from this one
-    const std::int64_t *ball = nullptr; // (count,) which matrix a round wall has, -1 for planes; null: all are planes
-    const double *matrix = nullptr;     // (balls, dim, dim): A, its last rows zero where it has fewer
+    const std::int64_t *piece, *order;   // (count,)
+    const double *normal, *anchor;       // (count, dim); the anchor is a point for order 0, else a derivative
+    const double *bound, *width;         // (count,); the width is the length by which an excess is judged
+    const std::int64_t *when;            // (count,) When, or that plus ``equal``; or null: always
+    std::int64_t origin = 0;             // pieces are counted from this one
+    const std::int64_t *ball = nullptr;  // (count,) which matrix a round wall has, -1 for planes; null: all are planes
+    const double *matrix = nullptr;      // (balls, dim, dim): A, its last rows zero where it has fewer
     std::int64_t balls = 0;
 
     std::int64_t piece_of(std::int64_t index) const { return piece[index] - origin; }

@@ -85,9 +85,8 @@ private:
         return walls_.take(given_->walls, given_->pieces, repeated(), given_->dim) && positions_.allocate((all + 1) * dim) &&
                durations_.allocate(all) && states_.allocate((pieces + 1) * state) && kept_.allocate(pieces * most_contacts) &&
                kept_count_.allocate(pieces) && pinned_.allocate(local * state) && values_.allocate(local * state) &&
-               points_.allocate(longest * 2 * state) && knots_.allocate(local * state) && wall_.allocate(rows) &&
-               s_.allocate(rows) && multiplier_.allocate(rows) && direction_.allocate(rows * dim) &&
-               known_.allocate(longest * most_contacts);
+               points_.allocate(longest * 2 * state) && knots_.allocate(local * state) && wall_.allocate(rows) && s_.allocate(rows) &&
+               multiplier_.allocate(rows) && direction_.allocate(rows * dim) && known_.allocate(longest * most_contacts);
     }
 
     void unroll() {
@@ -126,9 +125,18 @@ private:
     // Solve pieces [low, high); keep states inside it, and contacts of the pieces [begin, end).
     Status run(int low, int high, int begin, int end, bool rough) {
         pin(low, high, !rough);
-        const Request part = {given_->half, high - low, given_->dim, false, given_->length, given_->time,
-                              positions_.data() + std::size_t(low) * given_->dim, durations_.data() + low, pinned_.data(),
-                              values_.data(), walls_.between(low, high), accuracy_ * given_->gap};
+        const Request part = {given_->half,
+                              high - low,
+                              given_->dim,
+                              false,
+                              given_->length,
+                              given_->time,
+                              positions_.data() + std::size_t(low) * given_->dim,
+                              durations_.data() + low,
+                              pinned_.data(),
+                              values_.data(),
+                              walls_.between(low, high),
+                              accuracy_ * given_->gap};
         Answer found = {points_.data(), knots_.data(), wall_.data(), s_.data(), multiplier_.data(), 0, 0, 0, 0, 0, direction_.data()};
         const int known = rough ? 0 : gather(low, high);
         Status status = exchange_.solve(part, found, rough ? Aim::near : Aim::proved, known_.data(), known);
@@ -239,8 +247,7 @@ private:
             for (int i = 0; i < factors_[axis].unknowns(); ++i) force_[axis][i] = 0.0;
         const GivenWalls all = walls_.between(0, given_->pieces);
         for (int piece = 0; piece < given_->pieces; ++piece)
-            for (int i = 0; i < kept_count_[piece]; ++i)
-                linear += press(all, piece, kept_[std::size_t(piece) * most_contacts + i]);
+            for (int i = 0; i < kept_count_[piece]; ++i) linear += press(all, piece, kept_[std::size_t(piece) * most_contacts + i]);
         double squares = 0.0;
         for (int axis = 0; axis < given_->dim; ++axis) {
             factors_[axis].forward_all(force_[axis].data());
@@ -262,8 +269,7 @@ private:
         double factors[max_points], points[max_points];
         row_factors(chain_.size, *chain_.tables, chain_.durations[plane.piece], plane.order, kept.s, factors);
         for (int axis = 0; axis < given_->dim; ++axis)
-            if (plane.axes >> axis & 1U)
-                factors_[axis].scatter(plane.piece, factors, pressure * plane.normal[axis], force_[axis].data());
+            if (plane.axes >> axis & 1U) factors_[axis].scatter(plane.piece, factors, pressure * plane.normal[axis], force_[axis].data());
         const int degree = along_normal(chain_, chain_.points.data(), plane, points);
         return pressure * (jet_at(points, degree, kept.s).value - plane.bound);
     }

@@ -69,7 +69,8 @@ inline void cut_step(double *value, double *error, int last, double s) {
 inline void cut(Curve &arc, double s, bool keep_after) {
     const int n = arc.degree;
     for (int d = 0; d < arc.dim; ++d) {
-        double *value = arc.value[d], *error = arc.error[d], first_value[max_curve_degree + 1], first_error[max_curve_degree + 1], longest = 0.0;
+        double *value = arc.value[d], *error = arc.error[d], first_value[max_curve_degree + 1], first_error[max_curve_degree + 1],
+               longest = 0.0;
         for (int j = 0; j < n; ++j) longest = std::fmax(longest, std::fabs(value[j + 1] - value[j]) + error[j] + error[j + 1]);
         const double moved = 8.0 * unit * n * longest;
         for (int level = 0; level <= n; ++level) {

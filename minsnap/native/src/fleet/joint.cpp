@@ -10,7 +10,8 @@ using namespace minsnap;
 MINSNAP_EXPORT std::int32_t minsnap_fleet_joint_begin(const JointQuestion *question, void **search) {
     const JointQuestion &q = *question;
     *search = nullptr;
-    if (q.size != Integer(sizeof q) || q.vehicles < 1 || q.vehicles > 100000 || q.pieces < 2 || q.pieces > 1000) return int(Status::bad_size);
+    if (q.size != Integer(sizeof q) || q.vehicles < 1 || q.vehicles > 100000 || q.pieces < 2 || q.pieces > 1000)
+        return int(Status::bad_size);
     if (q.samples < 2 || q.samples > 100 || q.obstacles < 0 || q.threads < 1) return int(Status::bad_size);
     if (!(q.downwash >= 1.0) || !(q.length > 0.0)) return int(Status::bad_number);
     JointSteps *const made = new (std::nothrow) JointSteps(q);

@@ -11,13 +11,13 @@ constexpr int limit_orders = 4;  // velocity to snap
 
 // What does not change during a search; joint_fleet.py has the same fields.
 struct JointQuestion {
-    Integer size;  // of this struct in bytes, checked
+    Integer size;                       // of this struct in bytes, checked
     Integer vehicles, pieces, samples;  // samples of a piece
-    const double *radii;   // (vehicles,)
-    const double *limits;  // (vehicles, limit_orders, limit_kinds), infinite where there is none
-    const double *room;    // (vehicles, pieces, 2, 3), infinite where there is none
-    const double *free;    // (vehicles, pieces + 1, 12): 1 where an unknown is free, 0 where it is given
-    const double *shares;  // (pieces,): of the flight time, sum 1
+    const double *radii;                // (vehicles,)
+    const double *limits;               // (vehicles, limit_orders, limit_kinds), infinite where there is none
+    const double *room;                 // (vehicles, pieces, 2, 3), infinite where there is none
+    const double *free;                 // (vehicles, pieces + 1, 12): 1 where an unknown is free, 0 where it is given
+    const double *shares;               // (pieces,): of the flight time, sum 1
     Integer obstacles;
     const Obstacle *obstacle;
     double downwash;
@@ -28,17 +28,17 @@ struct JointQuestion {
 // One run: the time, how exact, and the curves, which it moves.
 struct JointRun {
     Integer size;
-    double time;       // common flight time [s]
-    double inflation;  // pairs are pushed to so many times their separation
+    double time;        // common flight time [s]
+    double inflation;   // pairs are pushed to so many times their separation
     double smoothness;  // weight of the squared fourth derivative in units of the piece's time [1/m^2]
     double rho, tau;
-    Integer iterations, inner;  // at most so many steps, each with at most so many steps of conjugate gradients
-    Integer patience;           // ends after so many steps without progress: the larger of both has not fallen by a tenth
-    double short_by, over_by;   // ends once separations are short by less, and limits exceeded by less, relatively
-    Integer settle;             // 1: goes on until the cost is settled, too
-    double *curves;             // (vehicles, pieces + 1, 4, 3): h^q times the derivatives at knots [m], h = time / pieces
+    Integer iterations, inner;    // at most so many steps, each with at most so many steps of conjugate gradients
+    Integer patience;             // ends after so many steps without progress: the larger of both has not fallen by a tenth
+    double short_by, over_by;     // ends once separations are short by less, and limits exceeded by less, relatively
+    Integer settle;               // 1: goes on until the cost is settled, too
+    double *curves;               // (vehicles, pieces + 1, 4, 3): h^q times the derivatives at knots [m], h = time / pieces
     volatile std::int32_t *stop;  // ends once this is not 0
-    double *found;  // (4,): short by, over by, value, steps done
+    double *found;                // (4,): short by, over by, value, steps done
 };
 
 }  // namespace minsnap

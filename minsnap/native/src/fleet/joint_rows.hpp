@@ -10,10 +10,10 @@
 namespace minsnap {
 
 struct NearRow {
-    std::int32_t one, two;     // two < 0: an obstacle
+    std::int32_t one, two;  // two < 0: an obstacle
     double basis[ends];
-    double way[3];             // derivative of the residual in the difference, negated
-    double slope, curvature;   // of the penalty
+    double way[3];            // derivative of the residual in the difference, negated
+    double slope, curvature;  // of the penalty
     std::uint64_t name;
 };
 

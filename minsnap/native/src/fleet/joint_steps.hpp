@@ -12,7 +12,8 @@ namespace minsnap {
 class JointSteps {
 public:
     explicit JointSteps(const JointQuestion &question)
-        : q_(question), terms_(q_), size_(int(question.pieces - 1) * knot_size), groups_((question.vehicles + fleet_lanes - 1) / fleet_lanes) {}
+        : q_(question), terms_(q_), size_(int(question.pieces - 1) * knot_size),
+          groups_((question.vehicles + fleet_lanes - 1) / fleet_lanes) {}
 
     [[nodiscard]] bool allocate() {
         const std::size_t entries = std::size_t(groups_) * std::size_t(size_);
@@ -21,7 +22,8 @@ public:
         for (Buffer<Quad> *each : {&gradient_, &step_, &residual_, &solved_, &way_, &known_, &image_}) all = all && each->allocate(entries);
         if (!all) return false;
         for (Integer v = 0; v < groups_ * fleet_lanes; ++v)
-            for (int r = 0; r < size_; ++r) lane(mask_, v)[r * fleet_lanes] = v < q_.vehicles ? q_.free[v * (q_.pieces + 1) * knot_size + knot_size + r] : 0.0;
+            for (int r = 0; r < size_; ++r)
+                lane(mask_, v)[r * fleet_lanes] = v < q_.vehicles ? q_.free[v * (q_.pieces + 1) * knot_size + knot_size + r] : 0.0;
         return true;
     }
 
@@ -49,7 +51,8 @@ public:
             damping_ = share == 1.0 ? std::fmax(damping_ / 3.0, 1e-7) : share < 0.3 ? std::fmin(damping_ * 4.0, 1e3) : damping_;
             if (share > 0.0) std::copy_n(trial_.data(), std::size_t(q_.vehicles * (q_.pieces + 1)) * knot_size, x);
             if (kept && -descent < 1e-3 * std::fabs(before)) break;
-            if (share > 0.0 && terms_.short_by < 0.15 && terms_.over_by < 0.5 && !terms_.evaluate(run, x, false, true)) return Status::no_memory;
+            if (share > 0.0 && terms_.short_by < 0.15 && terms_.over_by < 0.5 && !terms_.evaluate(run, x, false, true))
+                return Status::no_memory;
         }
         if (!terms_.evaluate(run, x, false, false)) return Status::no_memory;
         report(run, taken);
@@ -57,7 +60,9 @@ public:
     }
 
 private:
-    double *lane(Buffer<Quad> &values, Integer v) const { return reinterpret_cast<double *>(values.data() + (v / fleet_lanes) * size_) + v % fleet_lanes; }
+    double *lane(Buffer<Quad> &values, Integer v) const {
+        return reinterpret_cast<double *>(values.data() + (v / fleet_lanes) * size_) + v % fleet_lanes;
+    }
 
     void report(const JointRun &run, Integer taken) const {
         run.found[0] = terms_.short_by;
@@ -98,7 +103,8 @@ private:
         std::fill_n(reinterpret_cast<double *>(matrix), std::size_t(size_) * band * fleet_lanes, 0.0);
         std::fill_n(reinterpret_cast<double *>(slope), std::size_t(size_) * fleet_lanes, 0.0);
         for (int i = 0; i < fleet_lanes && group * fleet_lanes + i < q_.vehicles; ++i)
-            for (Integer m = 0; m < q_.pieces; ++m) gather_piece(m, group * fleet_lanes + i, reinterpret_cast<double *>(matrix) + i, reinterpret_cast<double *>(slope) + i);
+            for (Integer m = 0; m < q_.pieces; ++m)
+                gather_piece(m, group * fleet_lanes + i, reinterpret_cast<double *>(matrix) + i, reinterpret_cast<double *>(slope) + i);
         const Quad *mask = mask_.data() + group * size_;
         for (int r = 0; r < size_; ++r) {
             slope[r] *= mask[r];
@@ -124,7 +130,8 @@ private:
                 const double *b = block + 6 * end_pair(e, g), damped = damping * gram[end_pair(e, g)];
                 for (int a = 0; a < 3; ++a)
                     for (int c = 0; c < 3 && column + c <= row + a; ++c)
-                        matrix[((row + a) * band + (column + c - row - a + half_band)) * fleet_lanes] += b[kind[a][c]] + (a == c ? damped : 0.0);
+                        matrix[((row + a) * band + (column + c - row - a + half_band)) * fleet_lanes] +=
+                            b[kind[a][c]] + (a == c ? damped : 0.0);
             }
         }
     }

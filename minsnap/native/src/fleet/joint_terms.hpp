@@ -64,9 +64,10 @@ public:
         const std::size_t n = std::size_t(q.vehicles), m = std::size_t(q.pieces), k = std::size_t(q.samples);
         work_ = new (std::nothrow) PieceWork[m];
         const bool all = work_ != nullptr && blocks_.allocate(m * n * block_size) && slopes_.allocate(m * n * 24) &&
-                         places_.allocate(m * (k + 1) * n * 3) && order_.allocate(m * n) && held_.allocate(n * (m * k + 1) * septic_orders * slots) &&
-                         basis_.allocate(m * septic_orders * (k + 1) * ends) &&
-                         products_.allocate(m * septic_orders * (k + 1) * end_pairs) && scales_.allocate(m * ends) && grams_.allocate(m * 2 * end_pairs);
+                         places_.allocate(m * (k + 1) * n * 3) && order_.allocate(m * n) &&
+                         held_.allocate(n * (m * k + 1) * septic_orders * slots) && basis_.allocate(m * septic_orders * (k + 1) * ends) &&
+                         products_.allocate(m * septic_orders * (k + 1) * end_pairs) && scales_.allocate(m * ends) &&
+                         grams_.allocate(m * 2 * end_pairs);
         if (!all) return false;
         tabulate();
         forget();
@@ -129,8 +130,12 @@ private:
     double *block_at(Integer m, Integer v) { return blocks_.data() + (m * q.vehicles + v) * block_size; }
     double *slope_at(Integer m, Integer v) { return slopes_.data() + (m * q.vehicles + v) * 24; }
     double *place(Integer m, Integer k, Integer v) { return places_.data() + ((m * (q.samples + 1) + k) * q.vehicles + v) * 3; }
-    double *held(Integer v, Integer sample, int order) { return held_.data() + ((v * (q.pieces * q.samples + 1) + sample) * septic_orders + order) * slots; }
-    const double *basis(Integer m, int order, Integer k) const { return basis_.data() + ((m * septic_orders + order) * (q.samples + 1) + k) * ends; }
+    double *held(Integer v, Integer sample, int order) {
+        return held_.data() + ((v * (q.pieces * q.samples + 1) + sample) * septic_orders + order) * slots;
+    }
+    const double *basis(Integer m, int order, Integer k) const {
+        return basis_.data() + ((m * septic_orders + order) * (q.samples + 1) + k) * ends;
+    }
     const double *products(Integer m, int order, Integer k) const {
         return products_.data() + ((m * septic_orders + order) * (q.samples + 1) + k) * end_pairs;
     }
@@ -228,13 +233,15 @@ private:
             for (int c = 0; c < 3; ++c) block[6 * i + c] += run.smoothness * snap_gram(m)[i];
     }
 
-    void sample_terms(const JointRun &run, const SoftPenalty &penalty, const double *at, Integer m, Integer k, Integer v, bool full, bool update) {
+    void sample_terms(const JointRun &run, const SoftPenalty &penalty, const double *at, Integer m, Integer k, Integer v, bool full,
+                      bool update) {
         const Integer sample = m * q.samples + k;
         Push push;
         const double *room = q.room + (v * q.pieces + m) * 6, *p = place(m, k, v);
         for (int c = 0; c < 3; ++c) {
             if (room[c] == -infinite && room[3 + c] == infinite) continue;
-            two_sided(run, penalty, (p[c] - room[3 + c]) / q.length, (room[c] - p[c]) / q.length, 1.0 / q.length, c, held(v, sample, 0)[c], push, m, update);
+            two_sided(run, penalty, (p[c] - room[3 + c]) / q.length, (room[c] - p[c]) / q.length, 1.0 / q.length, c, held(v, sample, 0)[c],
+                      push, m, update);
         }
         if (full && push.any) spread(push, basis(m, 0, k), products(m, 0, k), block_at(m, v), slope_at(m, v));
         const double h = run.time * q.shares[m];
@@ -242,13 +249,14 @@ private:
         for (int order = 1; order <= limit_orders; ++order) {
             unit_length *= h;
             const double *limit = q.limits + (v * limit_orders + order - 1) * limit_kinds;
-            if (limit[0] == infinite && limit[1] == infinite && limit[2] == infinite && limit[3] == infinite && limit[4] == infinite) continue;
+            if (limit[0] == infinite && limit[1] == infinite && limit[2] == infinite && limit[3] == infinite && limit[4] == infinite)
+                continue;
             limit_terms(run, penalty, at, order, unit_length, limit, m, k, v, full, update);
         }
     }
 
-    void limit_terms(const JointRun &run, const SoftPenalty &penalty, const double *at, int order, double length, const double *limit, Integer m, Integer k,
-                     Integer v, bool full, bool update) {
+    void limit_terms(const JointRun &run, const SoftPenalty &penalty, const double *at, int order, double length, const double *limit,
+                     Integer m, Integer k, Integer v, bool full, bool update) {
         double x[3];
         at_sample(at, basis(m, order, k), x);
         Push push;
@@ -264,8 +272,8 @@ private:
     }
 
     // Two planes; lambda > 0 belongs to the upper one, < 0 to the lower.
-    void two_sided(const JointRun &run, const SoftPenalty &penalty, double up, double down, double size, int axis, double &lambda, Push &push, Integer m,
-                   bool update) {
+    void two_sided(const JointRun &run, const SoftPenalty &penalty, double up, double down, double size, int axis, double &lambda,
+                   Push &push, Integer m, bool update) {
         PieceWork &work = work_[m];
         work.over_by = std::fmax(work.over_by, std::fmax(up, down));
         const double a = up + (lambda > 0.0 ? lambda : 0.0) / run.rho, b = down + (lambda < 0.0 ? -lambda : 0.0) / run.rho;
@@ -281,8 +289,8 @@ private:
         if (update) lambda = one.slope > two.slope ? one.slope : -two.slope;
     }
 
-    void norm_term(const JointRun &run, const SoftPenalty &penalty, const double *x, int axes, double limit, double &lambda, Push &push, Integer m,
-                   bool update) {
+    void norm_term(const JointRun &run, const SoftPenalty &penalty, const double *x, int axes, double limit, double &lambda, Push &push,
+                   Integer m, bool update) {
         double square = 0.0;
         for (int c = 0; c < axes; ++c) square += x[c] * x[c];
         const double norm = std::sqrt(square), u = norm / limit;
@@ -313,7 +321,8 @@ private:
         const Integer count = q.vehicles;
         if (k == 0) {
             for (Integer v = 0; v < count; ++v) order[v] = std::int32_t(v);
-            std::sort(order, order + count, [now](std::int32_t a, std::int32_t b) { return now[3 * a] != now[3 * b] ? now[3 * a] < now[3 * b] : a < b; });
+            std::sort(order, order + count,
+                      [now](std::int32_t a, std::int32_t b) { return now[3 * a] != now[3 * b] ? now[3 * a] < now[3 * b] : a < b; });
         }
         double step = 0.0;
         for (Integer a = 0; a < count; ++a) {  // nearly in order already
@@ -334,13 +343,14 @@ private:
                 const std::int32_t j = order[b];
                 const double *to = now + 3 * j, x = to[0] - from[0], y = to[1] - from[1], z = to[2] - from[2];
                 if (x > farthest) break;
-                if (x * x + y * y + z * z <= farthest * farthest) pair_row(run, penalty, curves, m, k, std::min(i, j), std::max(i, j), full, update);
+                if (x * x + y * y + z * z <= farthest * farthest)
+                    pair_row(run, penalty, curves, m, k, std::min(i, j), std::max(i, j), full, update);
             }
         }
     }
 
-    void pair_row(const JointRun &run, const SoftPenalty &penalty, const double *curves, Integer m, Integer k, std::int32_t i, std::int32_t j, bool full,
-                  bool update) {
+    void pair_row(const JointRun &run, const SoftPenalty &penalty, const double *curves, Integer m, Integer k, std::int32_t i,
+                  std::int32_t j, bool full, bool update) {
         const double *a = place(m, k, i), *b = place(m, k, j), *c = place(m, k + 1, i), *d = place(m, k + 1, j);
         const double from[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]}, to[3] = {c[0] - d[0], c[1] - d[1], c[2] - d[2]};
         const PairNear near = chord_nearest(from, to);
@@ -358,7 +368,8 @@ private:
         double norm = std::sqrt(square);
         row.one = i;
         row.two = j;
-        row.name = (std::uint64_t(i) * std::uint64_t(q.vehicles) + std::uint64_t(j)) * std::uint64_t(q.pieces * q.samples) + std::uint64_t(m * q.samples + k);
+        row.name = (std::uint64_t(i) * std::uint64_t(q.vehicles) + std::uint64_t(j)) * std::uint64_t(q.pieces * q.samples) +
+                   std::uint64_t(m * q.samples + k);
         const double residual = run.inflation - norm / apart;
         if (norm < 1e-9) {  // no way to go: one that the pair alone decides
             const double turn = double((row.name * 0x9e3779b97f4a7c15ULL) >> 40) / 16777216.0 - 0.5;
@@ -430,8 +441,10 @@ private:
             double low = 0.0, high = 1.0;
             for (int step = 0; step < 16; ++step) {
                 const double third = (high - low) / 3.0;
-                if (depth_between(obstacle, from, to, low + third) < depth_between(obstacle, from, to, high - third)) high -= third;
-                else low += third;
+                if (depth_between(obstacle, from, to, low + third) < depth_between(obstacle, from, to, high - third))
+                    high -= third;
+                else
+                    low += third;
             }
             return 0.5 * (low + high);
         }

@@ -112,8 +112,9 @@ private:
     }
 
     struct Tables {
-        Binomials of[max_fleet_degree + 1] = {Binomials(0), Binomials(1), Binomials(2),  Binomials(3),  Binomials(4),  Binomials(5),  Binomials(6),  Binomials(7),
-                                              Binomials(8), Binomials(9), Binomials(10), Binomials(11), Binomials(12), Binomials(13), Binomials(14), Binomials(15)};
+        Binomials of[max_fleet_degree + 1] = {Binomials(0),  Binomials(1),  Binomials(2),  Binomials(3), Binomials(4),  Binomials(5),
+                                              Binomials(6),  Binomials(7),  Binomials(8),  Binomials(9), Binomials(10), Binomials(11),
+                                              Binomials(12), Binomials(13), Binomials(14), Binomials(15)};
         const Binomials &operator[](int n) const { return of[n]; }
     };
 

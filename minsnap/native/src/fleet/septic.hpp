@@ -7,10 +7,10 @@
 
 namespace minsnap {
 
-constexpr int ends = 8;             // data of a piece: 4 derivatives at each end
-constexpr int end_pairs = 36;       // unordered pairs of them
-constexpr int knot_size = 12;       // unknowns of a knot: 4 derivatives, 3 axes
-constexpr int septic_orders = 5;    // derivatives 0 ... 4
+constexpr int ends = 8;           // data of a piece: 4 derivatives at each end
+constexpr int end_pairs = 36;     // unordered pairs of them
+constexpr int knot_size = 12;     // unknowns of a knot: 4 derivatives, 3 axes
+constexpr int septic_orders = 5;  // derivatives 0 ... 4
 
 inline int end_pair(int e, int g) { return e * (e + 1) / 2 + g; }  // g <= e
 

@@ -7,9 +7,9 @@
 
 namespace minsnap {
 
-constexpr int max_half = 6;               // k of the largest degree 2k - 1 = 11
-constexpr int max_points = 2 * max_half;  // control points of a piece
-constexpr int max_dim = 6;                // coordinates of a curve
+constexpr int max_half = 6;                       // k of the largest degree 2k - 1 = 11
+constexpr int max_points = 2 * max_half;          // control points of a piece
+constexpr int max_dim = 6;                        // coordinates of a curve
 constexpr int max_products = 2 * max_points - 1;  // control points of a product of two coordinates
 
 // k of degree 2k - 1: known when compiled (Half > 0), or given at run time (Half = 0).

@@ -42,8 +42,7 @@ class LegWriter {
 public:
     LegWriter(const ChainProblem &chain, int axis, Output out) : chain_(chain), axis_(axis), out_(out) {}
 
-    MINSNAP_INLINE void operator()(std::int64_t leg, const double (&left)[half - 1][dim],
-                                   const double (&right)[half - 1][dim]) {
+    MINSNAP_INLINE void operator()(std::int64_t leg, const double (&left)[half - 1][dim], const double (&right)[half - 1][dim]) {
         if (out_.points != nullptr) write_points(leg, left, right);
         if (out_.states != nullptr) {
             keep(leg, left);
@@ -60,8 +59,7 @@ private:
             for (int d = 0; d < dim; ++d) sum_ += place[a * chain_.stride + d] = state[a][d];
     }
 
-    MINSNAP_INLINE void write_points(std::int64_t leg, const double (&left)[half - 1][dim],
-                                     const double (&right)[half - 1][dim]) {
+    MINSNAP_INLINE void write_points(std::int64_t leg, const double (&left)[half - 1][dim], const double (&right)[half - 1][dim]) {
         const std::int64_t stride = chain_.stride;
         const double *from = chain_.points + leg * stride + axis_, *to = from + stride;
         double *place = out_.points + leg * 2 * half * stride + axis_;
@@ -70,8 +68,8 @@ private:
         write_end(to, right, -duration, place + (2 * half - 1) * stride, -stride);
     }
 
-    MINSNAP_INLINE void write_end(const double *point, const double (&state)[half - 1][dim], double duration,
-                                  double *place, std::int64_t stride) {
+    MINSNAP_INLINE void write_end(const double *point, const double (&state)[half - 1][dim], double duration, double *place,
+                                  std::int64_t stride) {
         static constexpr EndFactors<half> factors{};
         double scaled[half - 1][dim], power = duration;
         MINSNAP_UNROLL

@@ -143,8 +143,7 @@ MINSNAP_INLINE bool ahead(const Piece &piece, const double *t) {
 }
 
 template <class Vector>
-MINSNAP_INLINE Status evaluate_all(const PiecewiseCurve &curve, int order, const double *t, std::int64_t count, double *room,
-                                   double *out) {
+MINSNAP_INLINE Status evaluate_all(const PiecewiseCurve &curve, int order, const double *t, std::int64_t count, double *room, double *out) {
     constexpr int lanes = Lanes<Vector>::count;
     Piece piece(curve, order, room);
     for (std::int64_t i = 0; i < count;) {
@@ -202,11 +201,9 @@ Status evaluate_curve(const PiecewiseCurve &curve, int order, const double *t, s
 }  // namespace minsnap
 
 // The same, for Python.
-MINSNAP_EXPORT std::int32_t minsnap_evaluate(const void *curve, std::int32_t order, const double *t,
-                                             std::int64_t count, double *out) {
+MINSNAP_EXPORT std::int32_t minsnap_evaluate(const void *curve, std::int32_t order, const double *t, std::int64_t count, double *out) {
     using namespace minsnap;
-    return static_cast<std::int32_t>(
-        evaluate_curve(*static_cast<const PiecewiseCurve *>(curve), order, t, count, out));
+    return static_cast<std::int32_t>(evaluate_curve(*static_cast<const PiecewiseCurve *>(curve), order, t, count, out));
 }
 
 // At one instant: (dim,).

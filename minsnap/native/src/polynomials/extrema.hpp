@@ -33,9 +33,7 @@ struct Greatest {
     }
     // Whether an upper bound is as good as attained: what is left comes from rounding.
     bool reaches(double upper) const { return is_as_good(attained, upper); }
-    static bool is_as_good(double attained, double upper) {
-        return upper <= attained + 16.0 * unit * std::fabs(attained);
-    }
+    static bool is_as_good(double attained, double upper) { return upper <= attained + 16.0 * unit * std::fabs(attained); }
 };
 
 // Degree is the polynomials' degree n where it is known to the compiler, or -1 where it is at most Most.
@@ -104,8 +102,7 @@ private:
         return true;
     }
 
-    bool settled_by_hull(Greatest &best, const double *c, const double *e, double low, double width,
-                         std::int64_t row) {
+    bool settled_by_hull(Greatest &best, const double *c, const double *e, double low, double width, std::int64_t row) {
         attain(best, below(c[0], e[0]), low, row);
         attain(best, below(c[n()], e[n()]), low + width, row);
         double core = c[0] - 3.0 * e[0];
@@ -143,8 +140,8 @@ private:
         for (int j = 0; j + 2 <= n(); ++j) {
             const double first = part.c[j + 1] - part.c[j], second = part.c[j + 2] - part.c[j + 1];
             const double value = second - first;
-            const double error = part.e[j] + 2.0 * part.e[j + 1] + part.e[j + 2] +
-                                 unit * (std::fabs(first) + std::fabs(second) + std::fabs(value));
+            const double error =
+                part.e[j] + 2.0 * part.e[j + 1] + part.e[j + 2] + unit * (std::fabs(first) + std::fabs(second) + std::fabs(value));
             if (value > 2.0 * error) return -1.0;
             if (value + error > largest) largest = value + error;
         }
@@ -168,8 +165,7 @@ private:
         attain(best, below(q[0], e[0]), part.low + s * part.width, row);
         const double away = s > 0.5 ? s : 1.0 - s;
         const double excess = n() * (slope * away + 0.5 * (n() - 1) * curvature * away * away);
-        return settled(best, q[0] + excess - 4.0 * n() * (e[0] + slope_error),
-                       above(q[0], e[0] + n() * slope_error * away + excess));
+        return settled(best, q[0] + excess - 4.0 * n() * (e[0] + slope_error), above(q[0], e[0] + n() * slope_error * away + excess));
     }
 
     // One level of de Casteljau's algorithm at s: fl(a + fl(s fl(b - a))) is off by at most u |result| + 3 u s |b - a|.

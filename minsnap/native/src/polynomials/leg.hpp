@@ -69,9 +69,8 @@ LegTables<Real> make_tables(int half) {
 // Tables for k, made once.
 template <class Real>
 const LegTables<Real> &leg_tables(int half) {
-    static const LegTables<Real> tables[max_half - 1] = {make_tables<Real>(2), make_tables<Real>(3),
-                                                         make_tables<Real>(4), make_tables<Real>(5),
-                                                         make_tables<Real>(6)};
+    static const LegTables<Real> tables[max_half - 1] = {make_tables<Real>(2), make_tables<Real>(3), make_tables<Real>(4),
+                                                         make_tables<Real>(5), make_tables<Real>(6)};
     return tables[half - 2];
 }
 
@@ -92,8 +91,7 @@ inline void points_from_ends(Degree<Half> size, const LegTables<Real> &tables, c
 
 // Factors of the knot derivatives (not yet times a power of T) in the order-th derivative of a piece at s: (2k,).
 template <class Real, int Half>
-inline void row_factors(Degree<Half> size, const LegTables<Real> &tables, Real duration, int order, Real s,
-                        Real *factors) {
+inline void row_factors(Degree<Half> size, const LegTables<Real> &tables, Real duration, int order, Real s, Real *factors) {
     const int half = size.half(), degree = size.degree();
     Real weights[max_points];
     bernstein_basis(degree - order, s, weights);

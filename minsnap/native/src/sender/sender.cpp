@@ -74,8 +74,7 @@ void sleep_until(double instant) {
     timespec until;
     until.tv_sec = time_t(std::floor(instant));
     until.tv_nsec = long((instant - std::floor(instant)) * 1e9);
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-    }
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {}
 }
 
 // CRC-16/MCRF4XX over all but the magic byte, then over the extra byte of the message type (MAVLink, "Packet serialization").
@@ -118,8 +117,7 @@ void send(const Sender *sender, const Slot &slot) {
     if (sender->target.sin_port == 0) {
         if (write(sender->port, slot.bytes, length) < 0) return;
     } else {
-        sendto(sender->port, slot.bytes, length, MSG_DONTWAIT, reinterpret_cast<const sockaddr *>(&sender->target),
-               sizeof sender->target);
+        sendto(sender->port, slot.bytes, length, MSG_DONTWAIT, reinterpret_cast<const sockaddr *>(&sender->target), sizeof sender->target);
     }
 }
 
@@ -146,8 +144,7 @@ void serve(Sender *sender) {
     }
     slot.number = -1;
     sender->last_served = now, sender->served = true;
-    if (sender->recorded - sender->drained < record_count)
-        sender->records[sender->recorded++ % record_count] = {number, now};
+    if (sender->recorded - sender->drained < record_count) sender->records[sender->recorded++ % record_count] = {number, now};
 }
 
 void *run(void *argument) {
@@ -184,8 +181,8 @@ std::int32_t code(Status status) { return static_cast<std::int32_t>(status); }
 // Start a thread that serves slot k at start + k / rate on CLOCK_MONOTONIC [s] through a datagram socket or a serial port.
 //
 // A slot of the flight that comes more than max_gap seconds after the one before is not sent, and the ring is emptied.
-MINSNAP_EXPORT std::int32_t minsnap_sender_open(std::int32_t port, double rate, double start, double max_gap,
-                                                std::int32_t crc_extra, std::int32_t sequence, void **opened) {
+MINSNAP_EXPORT std::int32_t minsnap_sender_open(std::int32_t port, double rate, double start, double max_gap, std::int32_t crc_extra,
+                                                std::int32_t sequence, void **opened) {
     using namespace minsnap;
     if (!(rate > 0.0 && rate <= 1e4 && start >= 0.0 && start < 1e12 && max_gap > 0.0)) return code(Status::bad_number);
     auto sender = owned<Sender>();
@@ -195,8 +192,7 @@ MINSNAP_EXPORT std::int32_t minsnap_sender_open(std::int32_t port, double rate, 
     sender->crc_extra = std::uint8_t(crc_extra), sender->sequence = std::uint8_t(sequence);
     sender->running = true, sender->granted = -1;
     empty(sender.get());
-    if (!make_mutex(sender.get()) || pthread_create(&sender->thread, nullptr, run, sender.get()) != 0)
-        return code(Status::no_memory);
+    if (!make_mutex(sender.get()) || pthread_create(&sender->thread, nullptr, run, sender.get()) != 0) return code(Status::no_memory);
     *opened = sender.release();
     return code(Status::done);
 }
@@ -205,9 +201,8 @@ MINSNAP_EXPORT std::int32_t minsnap_sender_open(std::int32_t port, double rate, 
 // and port 0 for a serial port.
 //
 // Slots that were served already are left out; all are refused, as NO_PROGRESS, unless the generation is the present one.
-MINSNAP_EXPORT std::int32_t minsnap_sender_supply(void *opened, std::int64_t generation, std::int64_t first,
-                                                  std::int32_t count, const std::uint8_t *bytes,
-                                                  const std::int32_t *lengths, const std::uint8_t *flying,
+MINSNAP_EXPORT std::int32_t minsnap_sender_supply(void *opened, std::int64_t generation, std::int64_t first, std::int32_t count,
+                                                  const std::uint8_t *bytes, const std::int32_t *lengths, const std::uint8_t *flying,
                                                   std::uint32_t address, std::int32_t port) {
     using namespace minsnap;
     auto *sender = static_cast<Sender *>(opened);
@@ -280,8 +275,7 @@ MINSNAP_EXPORT std::int32_t minsnap_sender_open(std::int32_t, double, double, do
     return static_cast<std::int32_t>(Status::unsupported);
 }
 MINSNAP_EXPORT std::int32_t minsnap_sender_supply(void *, std::int64_t, std::int64_t, std::int32_t, const std::uint8_t *,
-                                                  const std::int32_t *, const std::uint8_t *, std::uint32_t,
-                                                  std::int32_t) {
+                                                  const std::int32_t *, const std::uint8_t *, std::uint32_t, std::int32_t) {
     return static_cast<std::int32_t>(Status::unsupported);
 }
 MINSNAP_EXPORT std::int32_t minsnap_sender_drain(void *, std::int32_t, std::int64_t *, double *, std::int64_t *) {

@@ -25,22 +25,23 @@ struct MomentaryLimit {
 
 struct ShortestRequest {
     std::int64_t half, dim, legs, closed, groups, limits;
-    std::int64_t divisions;      // how many numbers stand in `parts`
-    std::int64_t moving;         // whether time may not be scaled to keep the limits
-    const std::int64_t *parts;   // pieces into which pieces are divided, one time after another
-    double worthwhile;           // relative gain of a division below which no further one is tried
-    double inwards, tightened;   // shares of their widths by which walls are moved inwards, and limits
-    const double *pinned;        // (legs + 1, half, dim) derivatives at waypoints, positions nominal where they are free and along their axes [m/s^order]
-    const std::int64_t *free;    // (legs + 1, half, dim) 1 where free
-    const double *lengths;       // (legs,) of the legs, none very short [m]
-    const double *norms;         // (4,) speed, acceleration, jerk, snap that a motion in any direction may reach; infinite where free
-    double price;                // of a second, for least cost + price * time; 0 for least time alone
-    double slower;               // factor on time at which a guess is begun from
-    std::int64_t guessed;        // pieces per leg of a guess; 0 for none
+    std::int64_t divisions;     // how many numbers stand in `parts`
+    std::int64_t moving;        // whether time may not be scaled to keep the limits
+    const std::int64_t *parts;  // pieces into which pieces are divided, one time after another
+    double worthwhile;          // relative gain of a division below which no further one is tried
+    double inwards, tightened;  // shares of their widths by which walls are moved inwards, and limits
+    const double
+        *pinned;  // (legs + 1, half, dim) derivatives at waypoints, positions nominal where they are free and along their axes [m/s^order]
+    const std::int64_t *free;  // (legs + 1, half, dim) 1 where free
+    const double *lengths;     // (legs,) of the legs, none very short [m]
+    const double *norms;       // (4,) speed, acceleration, jerk, snap that a motion in any direction may reach; infinite where free
+    double price;              // of a second, for least cost + price * time; 0 for least time alone
+    double slower;             // factor on time at which a guess is begun from
+    std::int64_t guessed;      // pieces per leg of a guess; 0 for none
     const double *guess_durations, *guess_knots;  // (pieces,) [s], (pieces + 1, half, dim) [m/s^order]
-    const double *least;         // (pieces,) durations of a guess that none goes below, or null [s]
-    const double *turned;        // (legs + 1, dim, dim) columns are the axes of a waypoint's position, zeros for the world's; or null
-    const ConeGroup *cones;      // (groups,)
+    const double *least;                          // (pieces,) durations of a guess that none goes below, or null [s]
+    const double *turned;             // (legs + 1, dim, dim) columns are the axes of a waypoint's position, zeros for the world's; or null
+    const ConeGroup *cones;           // (groups,)
     const MomentaryLimit *momentary;  // (limits,)
     std::int64_t (*poll)(double, std::int64_t);  // called with the total time [s] and the iteration; not 0 ends the search
 };

@@ -36,7 +36,8 @@ public:
             row = column;
             column = kept;
         }
-        return row < banded ? band_[static_cast<std::size_t>(column) * lead + (row - column)] : rows_[static_cast<std::size_t>(row - banded) * size + column];
+        return row < banded ? band_[static_cast<std::size_t>(column) * lead + (row - column)]
+                            : rows_[static_cast<std::size_t>(row - banded) * size + column];
     }
 
     // This = one + factor * other; with factor 0 the diagonal grows by a trifle instead.

@@ -41,17 +41,16 @@ struct Course {
 // Ends of one piece, and how they depend on the unknowns.
 template <class S>
 struct PieceEnds {
-    double e[S::whole];                          // by end derivative, then by axis
-    double scale[S::ends];                       // from scaled knot derivatives
-    double own[S::ends], other[S::ends];         // powers of the durations of this piece and of the neighbour at that side
+    double e[S::whole];                   // by end derivative, then by axis
+    double scale[S::ends];                // from scaled knot derivatives
+    double own[S::ends], other[S::ends];  // powers of the durations of this piece and of the neighbour at that side
     static constexpr int powers = S::half > condition_orders ? S::half : condition_orders;
-    double duration, inverse[powers];            // T, and T^-q
+    double duration, inverse[powers];  // T, and T^-q
 };
 
 template <class S>
 class Chain {
 public:
-
     Course<S> course;
     int pieces = 0, per_leg = 1;
     Buffer<double> sigma, w;  // (pieces,), (pieces + 1, half, dim)
@@ -131,7 +130,8 @@ public:
             for (int q = 0; q < S::half; ++q) {
                 const int a = right * S::half + q;
                 const double rate = piece.own[a] * durations[i] + piece.other[a] * beside;
-                for (int c = 0; c < S::dim; ++c) changed[a * S::dim + c] = rate * piece.e[a * S::dim + c] + piece.scale[a] * knots[knot * S::knot + q * S::dim + c];
+                for (int c = 0; c < S::dim; ++c)
+                    changed[a * S::dim + c] = rate * piece.e[a * S::dim + c] + piece.scale[a] * knots[knot * S::knot + q * S::dim + c];
             }
             turn(axes_at(i, right), changed + right * S::knot);
         }

@@ -62,7 +62,8 @@ inline void divide(const Chain<S> &coarse, int parts, Chain<S> &fine) {
             s += part_share(k, parts);
         }
     }
-    for (int k = 0; k <= coarse.pieces; ++k) scale_knot(coarse, k, coarse.w.data() + k * S::knot, fine.w.data() + static_cast<std::size_t>(k) * parts * S::knot, true);
+    for (int k = 0; k <= coarse.pieces; ++k)
+        scale_knot(coarse, k, coarse.w.data() + k * S::knot, fine.w.data() + static_cast<std::size_t>(k) * parts * S::knot, true);
     for (int k = 0; k <= fine.pieces; ++k) scale_knot(fine, k, fine.w.data() + k * S::knot, fine.w.data() + k * S::knot, false);
 }
 

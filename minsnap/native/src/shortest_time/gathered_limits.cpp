@@ -44,7 +44,8 @@ private:
             for (int j = 0; j <= i; ++j) terms.bend[i][j] = Quad{};
         }
         for (int k = 0; k < limit.functions; ++k) {
-            const Quad bent = four(weights.hessian + k * stride), crossed = four(weights.outer + k * stride), sloped = four(weights.gradient + k * stride);
+            const Quad bent = four(weights.hessian + k * stride), crossed = four(weights.outer + k * stride),
+                       sloped = four(weights.gradient + k * stride);
             for (int i = 0, t = 0; i < n; ++i) {
                 terms.slope[i] += sloped * out[k].slope[i];
                 terms.pull[i] += bent * out[k].slope[i];
@@ -63,7 +64,8 @@ private:
         Quad f[n], found[count], half[count][n];
         for (int i = 0; i < n; ++i) f[i] = i == 2 ? u[i] + limit.parameters[0] : u[i];
         for (int a = 0; a < vectors; ++a)
-            for (int b = 0; b <= a; ++b) found[place(a, b)] = f[3 * a] * f[3 * b] + f[3 * a + 1] * f[3 * b + 1] + f[3 * a + 2] * f[3 * b + 2];
+            for (int b = 0; b <= a; ++b)
+                found[place(a, b)] = f[3 * a] * f[3 * b] + f[3 * a + 1] * f[3 * b + 1] + f[3 * a + 2] * f[3 * b + 2];
         InstantTerms own;
         sum<count>([this](const auto *x, auto *out) MINSNAP_INLINED { this->of_found(x, out); }, found, own);
         const auto turned = [&f](const auto &value, int a, int c) MINSNAP_INLINED {
@@ -75,7 +77,8 @@ private:
             const int a = i / 3, c = i % 3;
             terms.slope[i] = turned([&own](int t) MINSNAP_INLINED { return own.slope[t]; }, a, c);
             terms.pull[i] = turned([&own](int t) MINSNAP_INLINED { return own.pull[t]; }, a, c);
-            for (int t = 0; t < count; ++t) half[t][i] = turned([&own, t](int o) MINSNAP_INLINED { return t > o ? own.bend[t][o] : own.bend[o][t]; }, a, c);
+            for (int t = 0; t < count; ++t)
+                half[t][i] = turned([&own, t](int o) MINSNAP_INLINED { return t > o ? own.bend[t][o] : own.bend[o][t]; }, a, c);
         }
         for (int i = 0; i < n; ++i)
             for (int j = 0; j <= i; ++j) {

@@ -143,7 +143,8 @@ struct InstantLimit {
 
     LimitKind kind;
     const double *parameters;
-    int low, high, axes, functions, products = 0;  // first and last derivative, coordinates of each; products that it is a function of, 0 for none
+    int low, high, axes, functions,
+        products = 0;  // first and last derivative, coordinates of each; products that it is a function of, 0 for none
 
     explicit InstantLimit(const MomentaryLimit &asked) : kind(static_cast<LimitKind>(asked.kind)), parameters(asked.parameters) {
         const bool turns = kind == LimitKind::heading_rate || kind == LimitKind::look_rate;
@@ -158,7 +159,8 @@ struct InstantLimit {
     }
 
     static bool known(const MomentaryLimit &asked, std::int64_t dim) {
-        const bool turns = asked.kind == static_cast<std::int64_t>(LimitKind::heading_rate) || asked.kind == static_cast<std::int64_t>(LimitKind::look_rate);
+        const bool turns = asked.kind == static_cast<std::int64_t>(LimitKind::heading_rate) ||
+                           asked.kind == static_cast<std::int64_t>(LimitKind::look_rate);
         return asked.kind >= 0 && asked.kind <= static_cast<std::int64_t>(LimitKind::look_rate) && dim >= (turns ? 2 : 3);
     }
 

@@ -12,14 +12,14 @@ namespace minsnap {
 template <int halves, int axes, int count>
 struct Shape {
     static constexpr int half = halves, dim = axes, instants = count;
-    static constexpr int ends = 2 * half;                  // end derivatives of a piece per axis
+    static constexpr int ends = 2 * half;  // end derivatives of a piece per axis
     static constexpr int degree = ends - 1;
-    static constexpr int knot = half * dim;                // unknowns of a knot
-    static constexpr int block = knot + 1;                 // with the duration that follows
-    static constexpr int whole = ends * dim;               // end derivatives of a piece
-    static constexpr int packed = ends * (ends + 1) / 2;   // lower triangle over end derivatives
-    static constexpr int pairs = dim * (dim + 1) / 2;      // of axes
-    static constexpr int local = 2 * knot + 3;             // unknowns that a piece depends on
+    static constexpr int knot = half * dim;               // unknowns of a knot
+    static constexpr int block = knot + 1;                // with the duration that follows
+    static constexpr int whole = ends * dim;              // end derivatives of a piece
+    static constexpr int packed = ends * (ends + 1) / 2;  // lower triangle over end derivatives
+    static constexpr int pairs = dim * (dim + 1) / 2;     // of axes
+    static constexpr int local = 2 * knot + 3;            // unknowns that a piece depends on
 };
 
 constexpr int condition_orders = 5;  // position to snap
@@ -59,11 +59,11 @@ inline void hermite(double s, int order, double *factors) {
 template <int half, int count>
 struct Instants {
     static constexpr int ends = 2 * half, packed = ends * (ends + 1) / 2;
-    double by_end[condition_orders][ends][count];       // factor of an end derivative
-    double by_instant[condition_orders][count][ends];   // the same
-    double products[condition_orders][count][packed];   // of two of them, lower triangle by rows
+    double by_end[condition_orders][ends][count];      // factor of an end derivative
+    double by_instant[condition_orders][count][ends];  // the same
+    double products[condition_orders][count][packed];  // of two of them, lower triangle by rows
     static constexpr int grams = half < condition_orders ? condition_orders : half + 1;
-    double gram[grams][packed];                         // integrals of these products over the interval, of derivatives to the one of order half
+    double gram[grams][packed];  // integrals of these products over the interval, of derivatives to the one of order half
 
     static double place(int g) { return static_cast<double>(g) / (count - 1); }
 

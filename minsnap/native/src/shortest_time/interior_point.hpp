@@ -46,8 +46,8 @@ public:
     explicit InteriorPoint(const Instants<S::half, S::instants> &tables) : rows(tables) {}
 
     [[nodiscard]] bool allocate(int most) {
-        return chain.allocate(most) && trial_.allocate(most) && objective.ratio.allocate(most) && newton_.allocate(most) && first_states_.allocate(most) &&
-               second_states_.allocate(most);
+        return chain.allocate(most) && trial_.allocate(most) && objective.ratio.allocate(most) && newton_.allocate(most) &&
+               first_states_.allocate(most) && second_states_.allocate(most);
     }
 
     // Make rows for the chain as it is, with slacks and multipliers of a barrier of that gap.
@@ -149,9 +149,9 @@ public:
 
 private:
     [[nodiscard]] bool allocate_rows(int count) {
-        return value_.allocate(count) && slack_.allocate(count) && multiplier_.allocate(count) && outer_.allocate(count) && gradient_.allocate(count) &&
-               slope_.allocate(count) && slack_step_.allocate(count) && multiplier_step_.allocate(count) && trial_value_.allocate(count) &&
-               trial_slack_.allocate(count) && frozen_.allocate(count);
+        return value_.allocate(count) && slack_.allocate(count) && multiplier_.allocate(count) && outer_.allocate(count) &&
+               gradient_.allocate(count) && slope_.allocate(count) && slack_step_.allocate(count) && multiplier_step_.allocate(count) &&
+               trial_value_.allocate(count) && trial_slack_.allocate(count) && frozen_.allocate(count);
     }
 
     // Values of all rows and the smooth objective.
@@ -230,7 +230,8 @@ private:
             const double trial = evaluate(trial_, trial_states_, trial_value_.data());
             for (int j = 0; j < rows.count; ++j) trial_slack_[j] = std::max(slack_[j] + share * slack_step_[j], -trial_value_[j]);
             const double reached = trial - barrier_terms(trial_value_.data(), trial_slack_.data(), after);
-            const bool better = after <= (1.0 - 1e-2 * share) * before || reached <= merit - 1e-3 * share * std::min(before, 1.0) - 1e-6 * share * std::abs(slope);
+            const bool better = after <= (1.0 - 1e-2 * share) * before ||
+                                reached <= merit - 1e-3 * share * std::min(before, 1.0) - 1e-6 * share * std::abs(slope);
             const bool passes = better && after < std::max(Settings::infeasibility, 2.0 * before) && filter_.accepts(after, reached);
             if (passes || (after < 1e-9 && reached <= merit + 1e-10)) {
                 filter_.add(before, merit);
@@ -291,7 +292,8 @@ private:
     PieceState<S> *states_ = nullptr, *trial_states_ = nullptr;  // at the chain and at what is tried
     double smooth_ = 0.0;                                        // the smooth objective at the chain
     double barrier_ = 0.0;
-    Buffer<double> value_, slack_, multiplier_, outer_, gradient_, slope_, slack_step_, multiplier_step_, trial_value_, trial_slack_, frozen_;
+    Buffer<double> value_, slack_, multiplier_, outer_, gradient_, slope_, slack_step_, multiplier_step_, trial_value_, trial_slack_,
+        frozen_;
 };
 
 }  // namespace minsnap

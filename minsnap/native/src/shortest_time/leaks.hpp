@@ -72,8 +72,7 @@ public:
             });
         }
         for (int k = 0; k < rows.limit_count; ++k)
-            for (int f = 0; f < rows.limits[k].functions; ++f)
-                each(false, [&](double s) { return limited(rows.limits[k], f, s); });
+            for (int f = 0; f < rows.limits[k].functions; ++f) each(false, [&](double s) { return limited(rows.limits[k], f, s); });
     }
 
 private:
@@ -114,7 +113,8 @@ private:
         for (int n = 0; n < parabolas; ++n) {
             const double left = (y[1] - y[0]) / (x[1] - x[0]), right = (y[2] - y[1]) / (x[2] - x[1]), bend = right - left;
             double s = bend < 0.0 ? 0.5 * (x[0] + x[1]) - 0.5 * left * (x[2] - x[0]) / bend : y[0] > y[2] ? x[0] : x[2];
-            if (!(s > x[0] + apart && s < x[2] - apart) || std::abs(s - x[1]) < apart) s = x[1] - x[0] > x[2] - x[1] ? x[1] - 0.5 * (x[1] - x[0]) : x[1] + 0.5 * (x[2] - x[1]);
+            if (!(s > x[0] + apart && s < x[2] - apart) || std::abs(s - x[1]) < apart)
+                s = x[1] - x[0] > x[2] - x[1] ? x[1] - 0.5 * (x[1] - x[0]) : x[1] + 0.5 * (x[2] - x[1]);
             const double now = curve(s);
             if (now - base > best) {
                 best = now - base;

@@ -15,10 +15,10 @@ template <class S>
 struct PieceModel {
     static constexpr int count_at = S::instants, together = InstantTerms::together;
 
-    double blocks[S::pairs][S::packed];  // in the ends, for every pair of axes
-    double cross[S::whole], own;         // of ends and duration; of the duration
+    double blocks[S::pairs][S::packed];                              // in the ends, for every pair of axes
+    double cross[S::whole], own;                                     // of ends and duration; of the duration
     double gradient[S::whole], force[S::whole], own_gradient = 0.0;  // force: weighted as the Hessians are
-    double dense[S::pairs][S::ends][S::ends];  // of limits on several derivatives: by ends of the first axis
+    double dense[S::pairs][S::ends][S::ends];                        // of limits on several derivatives: by ends of the first axis
     bool dense_used = false;
 
     void clear() {
@@ -29,8 +29,8 @@ struct PieceModel {
     }
 
     // Add all rows of a piece.
-    void add_rows(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece,
-                  const typename Rows<S>::Jets &jet, const RowWeights &weights) {
+    void add_rows(const Rows<S> &rows, const Chain<S> &chain, int i, const PieceEnds<S> &piece, const typename Rows<S>::Jets &jet,
+                  const RowWeights &weights) {
         const int leg = i / chain.per_leg, begin = rows.first[i];
         const Condition<S::dim> *condition = rows.legs.begin(leg);
         int row = begin;
@@ -42,7 +42,8 @@ struct PieceModel {
             put(rows.instants, q, piece.inverse[q], jet[q], bend, slope, pull);
         }
         add_limits(rows, chain, i, piece, jet, weights, row);
-        rows.knot_rows(chain, i, piece, [&](const Condition<S::dim> &at_knot, int a, const double *x) { add_knot(at_knot, a, x, piece, row++, weights); });
+        rows.knot_rows(chain, i, piece,
+                       [&](const Condition<S::dim> &at_knot, int a, const double *x) { add_knot(at_knot, a, x, piece, row++, weights); });
         if (!rows.floored) return;
         own_gradient -= weights.gradient[row];
         own += weights.outer[row];
@@ -104,8 +105,8 @@ private:
     }
 
     // Bring the terms of a limit at one instant to the ends.
-    void put(const Instants<S::half, S::instants> &instants, const InstantLimit &limit, int g, int lane, const PieceEnds<S> &piece, const Quad *u,
-             const InstantTerms &terms, Sums &sums) {
+    void put(const Instants<S::half, S::instants> &instants, const InstantLimit &limit, int g, int lane, const PieceEnds<S> &piece,
+             const Quad *u, const InstantTerms &terms, Sums &sums) {
         const int count = limit.inputs(), axes = limit.axes, orders = count / axes;
         double factor[condition_orders][S::ends];
         for (int q = 0; q < orders; ++q)
@@ -135,7 +136,8 @@ private:
 
     // Of two axes.
     template <int orders>
-    static void put_bends(const double (*factor)[S::ends], int axes, int c, int d, int lane, const InstantTerms &terms, double (*block)[S::ends]) {
+    static void put_bends(const double (*factor)[S::ends], int axes, int c, int d, int lane, const InstantTerms &terms,
+                          double (*block)[S::ends]) {
         double line[orders][S::ends];
         for (int q = 0; q < orders; ++q) {
             for (int b = 0; b < S::ends; ++b) line[q][b] = 0.0;
@@ -172,8 +174,8 @@ private:
     }
 
     // Bring what was gathered at the instants for one order to the ends.
-    void put(const Instants<S::half, S::instants> &instants, int q, double inverse, const double (&x)[S::dim][count_at], const double (&bend)[S::pairs][count_at],
-             const double (&slope)[S::dim][count_at], const double (&pull)[S::dim][count_at]) {
+    void put(const Instants<S::half, S::instants> &instants, int q, double inverse, const double (&x)[S::dim][count_at],
+             const double (&bend)[S::pairs][count_at], const double (&slope)[S::dim][count_at], const double (&pull)[S::dim][count_at]) {
         double turn[S::dim][count_at];  // derivative of the gradient in the own duration
         for (int c = 0; c < S::dim; ++c)
             for (int g = 0; g < count_at; ++g) {
@@ -193,7 +195,8 @@ private:
                 for (int n = 0; n < together; ++n) weight[n] = bend[t][g + n] * inverse * inverse;
                 const auto *product = instants.products[q] + g;
                 for (int k = 0; k < S::packed; ++k)
-                    blocks[t][k] += (weight[0] * product[0][k] + weight[1] * product[1][k]) + (weight[2] * product[2][k] + weight[3] * product[3][k]);
+                    blocks[t][k] +=
+                        (weight[0] * product[0][k] + weight[1] * product[1][k]) + (weight[2] * product[2][k] + weight[3] * product[3][k]);
             }
         for (int c = 0; c < S::dim; ++c) {
             double slopes[S::ends] = {}, pulls[S::ends] = {}, turns[S::ends] = {};
@@ -212,7 +215,8 @@ private:
         }
     }
 
-    void add_knot(const Condition<S::dim> &condition, int a, const double *x, const PieceEnds<S> &piece, int row, const RowWeights &weights) {
+    void add_knot(const Condition<S::dim> &condition, int a, const double *x, const PieceEnds<S> &piece, int row,
+                  const RowWeights &weights) {
         const int q = condition.order, place = a * (a + 1) / 2 + a;
         const double inverse = piece.inverse[q], hessian = weights.hessian[row], outer = weights.outer[row];
         double y[S::dim], turn[S::dim];

@@ -12,15 +12,14 @@ namespace minsnap {
 template <class S>
 class NewtonSystem {
 public:
-
     int size = 0;
-    Buffer<double> gradient, step;            // (size,)
+    Buffer<double> gradient, step;              // (size,)
     Buffer<double> step_durations, step_knots;  // (pieces,), (pieces + 1, half, dim)
 
     [[nodiscard]] bool allocate(int pieces) {
         const int most = (pieces + 1) * S::block;
-        return hessian_.allocate(most, S::block + 1) && metric_.allocate(most, S::block + 1) && factor_.allocate(most, S::block + 1) && gradient.allocate(most) &&
-               step.allocate(most) && step_durations.allocate(pieces) && step_knots.allocate(most);
+        return hessian_.allocate(most, S::block + 1) && metric_.allocate(most, S::block + 1) && factor_.allocate(most, S::block + 1) &&
+               gradient.allocate(most) && step.allocate(most) && step_durations.allocate(pieces) && step_knots.allocate(most);
     }
 
     void lay_out(const Chain<S> &chain) {
@@ -32,8 +31,8 @@ public:
     }
 
     // Fill the matrix, the metric and the gradient for weights of the rows.
-    void assemble(const Chain<S> &chain, const Rows<S> &rows, const TimeObjective<S> &objective,
-                  const PieceState<S> *states, const RowWeights &weights) {
+    void assemble(const Chain<S> &chain, const Rows<S> &rows, const TimeObjective<S> &objective, const PieceState<S> *states,
+                  const RowWeights &weights) {
         widely([&]() MINSNAP_INLINED { add_pieces(chain, rows, objective, states, weights); });
     }
 
@@ -129,10 +128,10 @@ private:
                 rate[a < S::half ? 0 : 2][r] = piece.other[a] * piece.e[r];
                 for (int b = 0; b < S::ends; ++b)
                     for (int d = 0; d < S::dim; ++d)
-                        whole[r][b * S::dim + d] = model.blocks[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c][a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a];
+                        whole[r][b * S::dim + d] = model.blocks[c > d ? c * (c + 1) / 2 + d : d * (d + 1) / 2 + c]
+                                                               [a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a];
             }
-        if (model.dense_used)
-            add_dense(model, whole);
+        if (model.dense_used) add_dense(model, whole);
         turn(chain, i, model, whole);
         for (int m = 0; m < 3; ++m)
             for (int r = 0; r < S::whole; ++r) {
@@ -170,7 +169,8 @@ private:
                 for (int r = 0; r < S::whole; ++r) {
                     const int a = r / S::dim;
                     const double power = n == 1 ? piece.own[a] : (n == 0) == (a < S::half) ? piece.other[a] : 0.0;
-                    value += rate[n][r] * (times[m][r] + direct * model.cross[r]) + other * rate[m][r] * model.cross[r] + power * rate[m][r] * model.force[r];
+                    value += rate[n][r] * (times[m][r] + direct * model.cross[r]) + other * rate[m][r] * model.cross[r] +
+                             power * rate[m][r] * model.force[r];
                 }
                 hessian_.add(row, column, row == column && m != n ? 2.0 * value : value);
             }
@@ -224,7 +224,8 @@ private:
     }
 
     // Squares of speed, acceleration and jerk in units of what counts as large, and of the logarithm of the duration.
-    void add_metric(const Instants<S::half, S::instants> &instants, const TimeObjective<S> &objective, const PieceEnds<S> &piece, const int *place) {
+    void add_metric(const Instants<S::half, S::instants> &instants, const TimeObjective<S> &objective, const PieceEnds<S> &piece,
+                    const int *place) {
         double sum[S::packed] = {};
         for (int q = 1; q < 4 && q < 2 * S::half; ++q) {
             const double size = objective.sizes[q - 1] / piece.inverse[q], weight = piece.duration / (objective.unit * size * size);
@@ -234,7 +235,8 @@ private:
             for (int b = 0; b <= a; ++b, ++k)
                 for (int c = 0; c < S::dim; ++c) {
                     const int row = place[(a < S::half ? 1 : 2) + a * S::dim + c], column = place[(b < S::half ? 1 : 2) + b * S::dim + c];
-                    if (row >= 0 && column >= 0) metric_.add(row, column, (row == column && a != b ? 2.0 : 1.0) * sum[k] * piece.scale[a] * piece.scale[b]);
+                    if (row >= 0 && column >= 0)
+                        metric_.add(row, column, (row == column && a != b ? 2.0 : 1.0) * sum[k] * piece.scale[a] * piece.scale[b]);
                 }
         metric_.add(place[S::knot + 1], place[S::knot + 1], piece.duration / objective.unit);
     }

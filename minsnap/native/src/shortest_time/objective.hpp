@@ -8,10 +8,10 @@ namespace minsnap {
 
 template <class S>
 struct TimeObjective {
-    double unit = 1.0;              // total time that counts as one [s]
-    double sizes[3] = {1, 1, 1};    // of speed, acceleration and jerk that count as large
-    double price = 0.0;             // of a second, where the cost counts too
-    Buffer<double> ratio;           // (pieces,) log of a duration less that of the next at the split
+    double unit = 1.0;            // total time that counts as one [s]
+    double sizes[3] = {1, 1, 1};  // of speed, acceleration and jerk that count as large
+    double price = 0.0;           // of a second, where the cost counts too
+    Buffer<double> ratio;         // (pieces,) log of a duration less that of the next at the split
 
     static constexpr int smoothed = S::half > 3 ? 3 : S::half - 1;  // order of the derivative whose square is small: jerk
 

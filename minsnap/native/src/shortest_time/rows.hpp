@@ -33,7 +33,7 @@ public:
     Buffer<double> floor;        // (pieces,) logarithms of durations that none goes below, where `floored`
     bool floored = false;
     bool used[condition_orders] = {};  // orders of derivatives that conditions of legs and limits depend on
-    int count = 0, regular = 0;  // rows, and those not of knots
+    int count = 0, regular = 0;        // rows, and those not of knots
     double wall_margin = 0.0, limit_margin = 0.0;
 
     explicit Rows(const Instants<S::half, S::instants> &tables) : instants(tables) {}
@@ -130,7 +130,8 @@ public:
     }
 
     // Change of all rows of a piece along a step that changes its ends and the logarithm of its duration.
-    void slopes(const Chain<S> &chain, int i, const PieceEnds<S> &piece, const Jets &jet, const double *changed, double own, double *slope) const {
+    void slopes(const Chain<S> &chain, int i, const PieceEnds<S> &piece, const Jets &jet, const double *changed, double own,
+                double *slope) const {
         Jets moved;
         jets(piece, changed, moved);
         const int leg = i / chain.per_leg;
@@ -247,7 +248,8 @@ public:
     void silence(const Chain<S> &chain, int i, int order, double *numbers, double quiet) const {
         if (order >= S::half) return;
         for (int right = 0; right < 2; ++right)
-            if ((i + right) % chain.per_leg == 0 && !chain.course.any_free((i + right) / chain.per_leg, order)) numbers[right ? count_at - 1 : 0] = quiet;
+            if ((i + right) % chain.per_leg == 0 && !chain.course.any_free((i + right) / chain.per_leg, order))
+                numbers[right ? count_at - 1 : 0] = quiet;
     }
 };
 

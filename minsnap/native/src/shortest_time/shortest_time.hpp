@@ -75,7 +75,8 @@ private:
     double stop_and_go(double length) const {
         double longest = 0.0;
         for (int q = 1; q <= condition_orders - 1; ++q)
-            if (request_.norms[q - 1] < 1e300) longest = std::max(longest, exponential(logarithm(peaks[q - 1] * length / request_.norms[q - 1]) / q));
+            if (request_.norms[q - 1] < 1e300)
+                longest = std::max(longest, exponential(logarithm(peaks[q - 1] * length / request_.norms[q - 1]) / q));
         return longest > 0.0 ? longest : 1e-3 + length;
     }
 
