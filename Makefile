@@ -43,7 +43,7 @@ LOOPS := from numpy._core._multiarray_umath import __cpu_dispatch__ as known; pr
 test-kernels: $(VENV)/developing ## the tests of plans under two other kernels of BLAS and NumPy
 	for kernel in Prescott Haswell; do \
 		OPENBLAS_CORETYPE=$$kernel NPY_DISABLE_CPU_FEATURES="$$([ $$kernel = Haswell ] || $(BIN)/python -c '$(LOOPS)')" $(QUIET) $(PYTEST) $(PARALLEL) \
-			-m "not slow" tests/planning/test_planner.py tests/test_reference_values.py tests/optimisation tests/corridors tests/limits tests/polynomials || exit 1; done
+			tests/planning/test_planner.py tests/test_reference_values.py tests/optimisation tests/corridors tests/limits tests/polynomials || exit 1; done
 
 clang: $(VENV)/developing ## the native core's tests with a core compiled by clang
 	CXX=clang++ MINSNAP_CXXFLAGS=-Werror $(BIN)/python -m minsnap.native.build --output build/clang/_core.bin

@@ -56,6 +56,7 @@ def test_margins_to_slanted_planes_far_away_are_proved(choice):
             assert margin_holds(line, wall, nearest_wall(line, [wall]).value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("growth", (0.0, 0.3))
 def test_margins_to_slanted_cylinders_and_cones_far_away_are_proved(growth):
     """By the Python core; every second time the curve is behind the apex of the cone."""

@@ -33,6 +33,7 @@ def test_what_is_planned_is_right_and_what_is_refused_says_so(seed):
     assert "last look" not in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [900043, 900253])
 def test_searches_try_times_by_the_reference_where_the_native_core_does_not_take_the_problem(seed):
     """Cubics with a continuous acceleration, and a continuity below that of a piece."""
@@ -40,6 +41,7 @@ def test_searches_try_times_by_the_reference_where_the_native_core_does_not_take
     assert kind == "planned", said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [247, 20474])
 def test_limits_that_given_durations_cannot_keep_are_refused_with_a_proof_and_a_longer_time(seed):
     """Without and with equations of continuity, which hold between the walls of a proof."""
@@ -50,6 +52,7 @@ def test_limits_that_given_durations_cannot_keep_are_refused_with_a_proof_and_a_
     assert minsnap.plan(**asked | {"durations": refused.value.stretch * asked["durations"]}).duration > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", PLANTED)
 def test_what_has_a_plan_is_planned(seed):
     _, kind, said, _ = outcome(seed, planted)

@@ -31,6 +31,7 @@ def test_a_race_begins_at_the_drone_and_its_commands_are_one_motion(flown):
     assert np.linalg.norm(commands[:, 3:6], axis=1).max() <= 2.5 * (1.0 + 1e-6)
 
 
+@pytest.mark.slow
 def test_a_race_crosses_every_opening_along_its_axis(flown):
     controller, obs, _ = flown
     path = controller.path

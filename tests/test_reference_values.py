@@ -36,6 +36,7 @@ def test_corridor_at_every_instant(width):
     assert minsnap.certify(traj, CORNERS, width).corridor_margin >= 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", np.geomspace(1e-4, 2.0, 9))
 def test_corridor_of_any_width_reaches_the_sum_of_squares_optimum(width):
     traj = minsnap.plan(CORNERS, DURATIONS, corridor=width)

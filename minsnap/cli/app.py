@@ -8,7 +8,8 @@ import io
 import os
 import sys
 import warnings
-from typing import Annotated, NoReturn
+from functools import lru_cache
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -118,7 +119,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a superscript must not raise on a terminal that lacks it
-    command = typer.main.get_command(app)
+    command = _built(len(app.registered_commands))
     warnings.showwarning = _show_warning  # type: ignore[assignment]
     try:
         with command.make_context("minsnap", words) as context:
@@ -129,6 +130,12 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except KeyboardInterrupt:
         sys.exit(130)
     sys.exit(status if isinstance(status, int) else 0)
+
+
+@lru_cache(maxsize=1)
+def _built(commands: int) -> Any:
+    """Return the command line of all commands registered so far, whose number tells one from the next."""
+    return typer.main.get_command(app)
 
 
 def _show_warning(message: Warning | str, *_: object) -> None:

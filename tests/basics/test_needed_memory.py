@@ -38,6 +38,7 @@ def test_a_batch_of_a_million_million_plans_is_refused(asked):
     assert isinstance(refused.value, MinsnapError) and isinstance(refused.value, MemoryError)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="limits the address space as Linux does")
 def test_memory_that_a_process_may_not_take_is_named():
     """In a process that may take 150 MiB more."""

@@ -43,6 +43,7 @@ def keeps_what_is_said(stored):
     assert np.abs(curve.control_points[:-1, -1] - curve.control_points[1:, 0]).max() <= 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["json", "yaml"])
 def test_a_changed_plan_in_order_keeps_what_its_file_says(plan, ending, call, tmp_path):
     path, draw, outcomes = tmp_path / f"plan.{ending}", np.random.default_rng(3), []
@@ -57,6 +58,7 @@ def test_a_changed_plan_in_order_keeps_what_its_file_says(plan, ending, call, tm
     assert 10 <= sum(outcome != 0 for outcome in outcomes) < 40
 
 
+@pytest.mark.slow
 def test_a_changed_setpoint_that_no_flight_passes_is_refused(plan, call, tmp_path):
     """Half of what a column spans, in positions and velocities: what the next column bounds."""
     path, draw = tmp_path / "plan.csv", np.random.default_rng(4)

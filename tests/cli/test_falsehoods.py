@@ -84,6 +84,7 @@ def test_the_drag_of_another_vehicle_than_the_courses_is_said(call, tmp_path):
     assert same.returncode == 0 and "the course is planned for " not in same.stdout
 
 
+@pytest.mark.slow
 def test_a_figure_of_a_vehicles_plan_draws_its_rotors_and_fills_its_left_side():
     vehicle = minsnap.vehicle.Quadrotor.crazyflie()
     limits = minsnap.Limits.of(vehicle)

@@ -150,6 +150,7 @@ def test_check_measures_the_corridor(call, square):
     assert run.returncode == 1 and "leaves the corridor of leg" in run.stdout
 
 
+@pytest.mark.slow
 def test_check_refuses_bad_files_and_half_a_corridor_with_2(call, flown, tmp_path):
     (tmp_path / "bad.csv").write_text("t,x,y,z\n0,1,2,3\n0.1,1,2\n")
     assert "line 3" in call("check", "bad.csv").stderr

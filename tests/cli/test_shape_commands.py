@@ -143,6 +143,7 @@ def test_standard_output_carries_the_setpoints_and_nothing_else(process, tmp_pat
     assert json.loads(run.stderr)["output"] == "-"
 
 
+@pytest.mark.slow
 def test_figure_and_file_together(call, tmp_path):
     assert call("rect", "-o", "a.csv", "--plot", "a.svg").returncode == 0
     assert (tmp_path / "a.svg").read_text().startswith("<?xml")

@@ -65,6 +65,7 @@ def test_what_was_simulated_is_fitted_and_offset(call, tmp_path):
     assert compared["first.ulg"]["rmse_3d"] == pytest.approx(first["rmse"], rel=0.02)
 
 
+@pytest.mark.slow
 def test_wind_pushes_and_a_seed_repeats_it(call, path):
     runs = [
         json.loads(call("simulate", "path.csv", "--controller", "lee", "--json", *more).stdout)
@@ -74,6 +75,7 @@ def test_wind_pushes_and_a_seed_repeats_it(call, path):
     assert runs[2]["rmse"] == runs[3]["rmse"] != runs[0]["rmse"]
 
 
+@pytest.mark.slow
 def test_the_summary_says_what_it_took(call, path):
     said = call("simulate", "path.json", "--vehicle", "crazyflie", "--controller", "lee").stdout
     for label in ("tracking error", "largest error", "late by", "max tilt", "max rotor thrust", "saturated"):
@@ -82,6 +84,7 @@ def test_the_summary_says_what_it_took(call, path):
     assert better["rmse"] < 0.1 and better["saturated"] == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

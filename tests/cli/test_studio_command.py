@@ -49,6 +49,7 @@ def test_it_serves_its_page_on_this_machine_only_and_ends_on_a_signal(running, n
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_port_in_use_is_one_sentence(tmp_path):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))

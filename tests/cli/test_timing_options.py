@@ -27,6 +27,7 @@ OPTIONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", OPTIONS)
 def test_each_limit_alone_binds_and_says_where(call, option):
     name, value, limit = OPTIONS[option]
@@ -42,6 +43,7 @@ def limits_of(run):
     return {used["name"]: used["limit"] for used in figures(run)["limits"]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [("rect",), ("circle",), ("plan", "points.csv"), ("line",)])
 def test_one_limit_named_leaves_the_others_at_ordinary_flight(call, tmp_path, command):
     (tmp_path / "points.csv").write_text("x,y,z\n0,0,1\n4,0,1\n4,3,1.5\n")

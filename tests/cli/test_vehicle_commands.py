@@ -47,12 +47,14 @@ def test_flights_of_an_experiment_can_be_compared_again(call, tmp_path) -> None:
     assert whole["delay"] == pytest.approx(delays[1], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_the_experiment_flies_a_described_vehicle(call, tmp_path) -> None:
     Quadrotor.dji_f330().to_yaml(tmp_path / "mine.yaml")
     done = call("experiment", "line", "--repeat", 1, "--compensate", "off", "--vehicle", "mine.yaml")
     assert done.returncode == 0 and "without" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

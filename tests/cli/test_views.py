@@ -18,12 +18,15 @@ def files(call):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "command", [("line",), ("plan", "w.csv"), ("compare", "a.csv", "a.csv"), ("simulate", "a.csv")], ids=" ".join
+    ("command", "view"),
+    [
+        *(("line", "xz"), ("plan w.csv", "3d"), ("plan w.csv", "xz")),
+        *(("compare a.csv a.csv", "3d"), ("simulate a.csv", "xz")),
+    ],
 )
-@pytest.mark.parametrize("view", ["xz", "3d"])
 def test_a_view_reaches_the_figure(call, files, command, view):
     for name, option in (("one.svg", []), ("other.svg", ["--view", view])):
-        run = call(*command, "--plot", name, *option)
+        run = call(*command.split(), "--plot", name, *option)
         assert run.returncode == 0, run.stderr
     assert Path("one.svg").read_text() != Path("other.svg").read_text()
 

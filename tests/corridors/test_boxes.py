@@ -26,6 +26,7 @@ def test_rectangle_with_free_corners_costs_what_is_published():
     assert certificate.continuity >= 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 5, 12])
 @pytest.mark.parametrize("degree", [5, 7])
 def test_cost_lies_between_samples_and_hull(count, degree):

@@ -35,6 +35,7 @@ def spoiled(name, change, samples=None):
     return replace(samples, **{name: values})
 
 
+@pytest.mark.slow
 @given(rate=st.sampled_from([10.0, 20.0, 33.0, 50.0, 100.0]), radius=st.floats(0.1, 50), omega=st.floats(0.05, 3))
 def test_exact_derivatives_pass_at_every_rate(rate, radius, omega):
     assert check_samples(helix(rate, radius, omega)).problems == ()

@@ -21,6 +21,7 @@ def sampled(content, rate=20.0):
     return content if isinstance(content, Samples) else content.sample(rate)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "second"), list(itertools.permutations(NAMES, 2)))
 def test_there_and_on_to_another(tmp_path, first, second):
     """The plan, through two formats, is the plan: to a millimetre where polynomials were fitted to samples."""

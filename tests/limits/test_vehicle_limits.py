@@ -41,6 +41,7 @@ def test_thrust_is_what_the_rotors_give_less_the_reserve():
     assert Limits.of(dataclasses.replace(vehicle, gravity=1.62)).gravity == 1.62
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", VEHICLES)
 @pytest.mark.parametrize("yaw", [None, 0.7, "turning"])
 @pytest.mark.parametrize("seed", range(4))
@@ -92,6 +93,7 @@ def test_hover_uses_neither_side():
     assert most.fraction < 1e-3 and least.fraction < 1e-3
 
 
+@pytest.mark.slow
 def test_the_bound_follows_time_as_it_is_stretched():
     path = minsnap.plan(REFERENCE, total_time=8.0, yaw=[0.0, 1.0, 2.0, 3.0, 4.0])
     limits = Limits.of(VEHICLES["f330"])
@@ -124,6 +126,7 @@ def lifted(vehicle, path, count=40001):
     return states.thrust / vehicle.weight, np.arctan2(np.hypot(up[:, 0], up[:, 1]), up[:, 2]), turning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", VEHICLES)
 @pytest.mark.parametrize("seed", range(4))
 def test_with_drag_thrust_tilt_and_body_rate_are_proved_and_close(seed, vehicle):
@@ -197,6 +200,7 @@ def test_a_vehicle_that_cannot_hover_is_refused():
     assert refused.value.smallest == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vehicle", VEHICLES)
 @pytest.mark.parametrize("seed", range(4))
 def test_rotors_without_spin_are_proved_too(seed, vehicle):

@@ -46,6 +46,7 @@ def test_stop_and_go_never_turns_back(degree, continuity, pieces):
     assert (np.diff(np.concatenate(values)) > -1e-12).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("degree", "continuity", "pieces"), ALWAYS)
 @pytest.mark.parametrize("width", [1.0, 0.05, 1e-3])
 def test_any_width_has_a_plan(degree, continuity, pieces, width):
@@ -54,6 +55,7 @@ def test_any_width_has_a_plan(degree, continuity, pieces, width):
     assert certificate.ok and certificate.continuity >= continuity
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("degree", "continuity", "pieces", "width"),
     [(7, 4, 1, 0.02), (7, 5, 1, 0.3), (7, 6, 1, 0.3), (7, 5, 2, 1e-3), (5, 3, 1, 0.05), (9, 5, 1, 1e-3)],

@@ -84,6 +84,7 @@ def power_basis_programme(proof):
     return np.array(equal), np.array(sides), np.array(rows), np.array(bounds)
 
 
+@pytest.mark.slow
 def test_the_proof_holds_and_names_the_leg(refused):
     proof = refused.contradiction
     assert refused.verify() and proof.verify()
@@ -135,6 +136,7 @@ def test_a_wider_corridor_has_no_proof_because_it_has_a_plan():
     assert traj.report.corridor_margin >= 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "asked",
     [

@@ -41,6 +41,7 @@ def is_the_least(number, solvable, rel):
     return solvable((1.0 + rel) * number) and not solvable((1.0 - rel) * number)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_one_slack_for_all_widths_is_the_least_that_does(seed):
     """C4 at degree 7 leaves a narrow corridor without a solution; every width may give way alike."""
@@ -55,6 +56,7 @@ def test_one_slack_for_all_widths_is_the_least_that_does(seed):
     assert is_the_least(1e-3 * (1.0 + found.slacks[0]), fits, 2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "order"), [("speed", 1), ("acceleration", 2), ("jerk", 3)])
 @pytest.mark.parametrize("seed", range(3))
 def test_relaxation_of_one_limit_is_the_least_that_can_be_kept(seed, name, order):
@@ -97,6 +99,7 @@ def test_slack_below_zero_says_how_far_a_limit_is_from_binding():
     assert is_the_least(limit * (1.0 + found.slacks[0]), keeps, 5e-3)
 
 
+@pytest.mark.slow
 def test_programmes_with_many_unknowns_that_one_sparse_solver_leaves_are_solved_by_the_other():
     """Three pieces per leg, C7, durations that differ by 60: Clarabel's answer is off by 3 % of a width."""
     points = [(3.5, 7.6, 0.6), (3.0, 9.3, -1.4), (3.1, 8.9, -1.7), (3.8, 8.7, -0.8), (5.3, 7.8, 4.5), (6.2, 8.3, 4.2)]

@@ -39,18 +39,21 @@ def test_without_corridor(seed, half):
     check(task_of(points, half=half), durations)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_in_a_corridor(seed):
     points, durations = random_legs(seed, dim=2 + seed % 2)
     check(task_of(points, Tube(0.15)), durations)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 4])
 def test_in_a_round_corridor(seed):
     points, durations = random_legs(seed)
     check(task_of(points, RoundTube(0.2)), durations, ROUND)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [5, 6])
 def test_with_several_pieces_a_leg(seed):
     points, durations = random_legs(seed, legs=2)

@@ -30,6 +30,7 @@ def fits(*given, **options):
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("continuity", [4, 5])
 def test_smallest_width_would_do_and_little_less_would_not(continuity):
     least = refusal(REFERENCE, TIMES, corridor=1e-3, continuity=continuity).smallest_width
@@ -37,6 +38,7 @@ def test_smallest_width_would_do_and_little_less_would_not(continuity):
     assert not fits(REFERENCE, TIMES, corridor=0.998 * least, continuity=continuity)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_widths_said_for_legs_that_differ_would_do(seed):
     points, durations = random_legs(seed, 4)
@@ -68,6 +70,7 @@ def test_smallest_radius_where_nothing_is_free_is_that_of_samples(speed):
     assert not fits(points, durations, corridor=minsnap.RoundTube(0.99 * reach), **asked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chosen", ["auto", "python"])
 def test_the_radius_named_where_much_is_free_would_do_and_little_less_would_not(chosen):
     points, durations = [(0, 0, 0), (5, 0, 0), (5, 4, 0)], [2.0, 2.0]
@@ -89,6 +92,7 @@ def test_pins_that_leave_nothing_free_to_join_a_derivative_are_refused():
         )
 
 
+@pytest.mark.slow
 def test_a_width_that_only_giant_curves_keep_is_named_as_enough_only_if_it_is():
     """Control points a billion legs away: solvers find curves only in wider tubes than the least."""
     asked = question("round tubes", 62501)[1]

@@ -45,12 +45,14 @@ def compare(points, durations, **others):
     assert native.report.corridor_margin >= 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_random_tubes_cost_the_same_as_in_python(seed):
     points, durations, widths = random_problem(seed)
     compare(points, durations, corridor=widths)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "others",
     [
@@ -99,6 +101,7 @@ def test_boxes_and_polytopes_cost_the_same_as_in_python():
     compare([(0, 0), (4, 0), (4, 4), (8, 4)], (4.0, 4.0, 4.0), corridor=minsnap.Polytopes(sets))
 
 
+@pytest.mark.slow
 def test_the_best_split_of_a_spline_costs_the_same_as_in_python():
     asked = {"total_time": 12.0, "corridor": 0.5, "continuity": 4, "pieces": 2}
     native = minsnap.plan(REFERENCE, **asked)
@@ -140,7 +143,7 @@ def test_an_infeasible_corridor_is_explained_by_the_python_core():
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(8))
 def test_many_random_tubes_cost_the_same_as_in_python(part):
-    for seed in range(1000 + 50 * part, 1050 + 50 * part):
+    for seed in range(1000 + 25 * part, 1025 + 25 * part):
         points, durations, widths = random_problem(seed)
         compare(points, durations, corridor=widths)
 

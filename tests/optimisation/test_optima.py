@@ -8,6 +8,7 @@ import minsnap
 from minsnap.native.library import using
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", KINDS)
 def test_both_cores_find_the_least_cost_to_a_millionth(kind, seed):

@@ -44,6 +44,7 @@ HARD = {
 }
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(corridors(legs=(1, 4), dims=(2, 3), degrees=(3, 5, 7), **USUAL))
 def test_the_optimum_is_that_of_the_sum_of_squares(asked):
@@ -75,6 +76,7 @@ def test_the_optimum_of_a_round_tube_is_that_of_the_sum_of_squares(asked):
     assert best * (1.0 - 1e-6) <= traj.cost((asked["degree"] + 1) // 2) <= best * (1.0 + 1e-5)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(corridors(legs=(2, 3), dims=(2, 3), degrees=(5, 7)))
 def test_the_optimum_with_free_waypoints_is_that_of_the_sum_of_squares(asked):
@@ -124,7 +126,7 @@ def test_axes_that_no_wall_couples_do_not_move_each_other():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", (12, 60, 200))
+@pytest.mark.parametrize("count", (12, 60, 120))
 def test_many_legs_are_inside_and_match_a_finely_sampled_programme(count):
     points, durations, widths = many_legs(count)
     traj = minsnap.plan(points, durations, corridor=widths)
@@ -133,6 +135,7 @@ def test_many_legs_are_inside_and_match_a_finely_sampled_programme(count):
     assert sampled.cost() * (1.0 - 1e-6) <= traj.cost() <= sampled.cost() * (1.0 + 2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ("piqp", "clarabel"))
 def test_large_problems_do_not_depend_on_the_solver(solver):
     points, durations, widths = many_legs(120, seed=1)
@@ -149,6 +152,7 @@ def test_a_hair_s_breadth_and_a_hall():
     assert traj.cost() <= optimum(points, durations, widths) * (1.0 + 1e-5)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(corridors(legs=(1, 4), dims=(2, 3), degrees=(5, 7), **USUAL))
 def test_four_solvers_find_the_same_optimum(asked):

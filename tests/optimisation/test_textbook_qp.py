@@ -80,6 +80,7 @@ def test_the_reduced_optimum_is_that_of_the_full_problem(asked, pinned):
     assert (np.abs(problem.A @ x - problem.b) <= 1e-9 * (sizes + sizes.max())).all()
 
 
+@pytest.mark.slow
 @given(corridors(walls=False, closed=True, legs=(2, 4), degrees=(3, 5, 7), **MILD))
 def test_closed_laps_are_those_of_the_full_problem(asked):
     problem, traj = build_qp(**for_qp(asked)), minsnap.plan(**asked)

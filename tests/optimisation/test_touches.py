@@ -27,6 +27,7 @@ def question(seed):
     return points, durations, minsnap.Room((*-20.0 * margin[:-1], floor), (*20.0 * margin[:-1], 6.0)), options
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 6, 26, 44, 71, 83, 91, 93, 117, 207, 249, 274, 292, 311, 324, 350, 596])
 def test_a_course_that_touches_its_walls_is_planned(seed):
     points, durations, walls, options = question(seed)
@@ -69,6 +70,7 @@ def test_waypoints_that_are_free_touch_nothing():
     assert touched[Side.BEFORE, 0, 1, 0] and touched.sum() == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(0, 20, 2))
 def test_a_slanted_wall_that_waypoints_lie_on_is_planned_or_named(seed):
     random = np.random.default_rng(seed)

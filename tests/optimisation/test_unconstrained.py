@@ -34,6 +34,7 @@ def test_it_is_the_exact_optimum(degree, seed):
     assert traj.cost((degree + 1) // 2) == pytest.approx(spline.cost(), rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("degree", DEGREES)
 def test_it_is_the_exact_optimum_with_durations_over_four_decades(degree, seed):

@@ -190,6 +190,7 @@ def test_no_problem_at_all_is_no_plan():
     assert len(minsnap.plan_many([], [])) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not NATIVE, reason="there is no native core")
 @pytest.mark.parametrize("threads", [1, 2, 8])
 def test_tubes_are_solved_together_to_the_bytes_of_each_alone(threads):

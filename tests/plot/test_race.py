@@ -35,6 +35,7 @@ def line(ax, label):
     return next(drawn for drawn in ax.lines if drawn.get_label() == label)
 
 
+@pytest.mark.slow
 def test_an_overview_in_colours_has_one_scale_beside_the_places_and_no_name_over_them(path):
     figure = plot_overview(path, colour_by="speed", title="in colours")
     above, below = figure.subfigs[0].axes

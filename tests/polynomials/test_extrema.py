@@ -123,6 +123,7 @@ def test_peaks_below_the_level_are_not_reported():
     assert value == pytest.approx([2.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", (7, 14, 22))
 def test_tops_found_by_newton_steps_are_as_exact_as_cuts_alone(monkeypatch, degree):
     random = np.random.default_rng(degree)

@@ -42,6 +42,7 @@ def exceeds(points, bound):
     return not is_never_negative([Fraction(bound) - Fraction(value) for value in points.tolist()])
 
 
+@pytest.mark.slow
 @CORES
 @pytest.mark.parametrize("degree", (1, 2, 3, 5, 7, 9, 11, 14, 20))
 def test_no_polynomial_exceeds_its_bound_and_none_stays_far_below(found, degree):

@@ -79,6 +79,7 @@ def test_a_wrong_refusal_and_a_wrong_width_are_noticed():
     assert soak._refusal(asked, error, False) == "refused, and the relaxation has a solution"
 
 
+@pytest.mark.slow
 def test_free_waypoints_with_jumps_do_not_reach_a_solver_that_needs_another_hessian():
     points = np.array([(0.0, 0, 0), (3, 1, 0), (3, 4, 1), (6, 4, 0), (8, 1, 1), (9, 5, 0), (12, 5, 1), (12, 9, 0)])
     durations = [1.42924978, 11.25788208, 0.43767491, 0.10455524, 36.43798207, 4.40785587, 0.2767211]

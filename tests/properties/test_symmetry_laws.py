@@ -111,6 +111,7 @@ def test_where_a_closed_lap_begins_does_not_matter(asked, first):
     assert cost(shifted) == pytest.approx(cost(traj), rel=1e-6)
 
 
+@pytest.mark.slow
 @given(corridors(), st.floats(1.0, 3.0))
 def test_a_wider_corridor_costs_no_more(asked, factor):
     wide = minsnap.plan(**asked | {"corridor": factor * asked["corridor"]})

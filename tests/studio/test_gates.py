@@ -99,6 +99,7 @@ def test_the_page_draws_and_turns_gates(tmp_path):
         page.close()
 
 
+@pytest.mark.slow
 def test_a_plan_with_gates_is_drawn_and_saved_with_them(tmp_path):
     from minsnap.studio.plan_stages import planned_in_stages
 

@@ -75,6 +75,7 @@ def test_a_dragged_face_moves_its_wall_alone(studio):
     assert studio.trajectory is not None
 
 
+@pytest.mark.slow
 def test_faces_are_chosen_while_plans_are_shown(studio):
     """The page chooses in the server's thread; a face drawn by both threads stayed behind as one that was removed."""
 
@@ -91,6 +92,7 @@ def test_faces_are_chosen_while_plans_are_shown(studio):
             job.result()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "view"), [("/faces/21", "_walls"), ("/waypoints/1", "_waypoints")])
 def test_a_plan_that_arrives_during_a_drag_does_not_move_what_a_hand_holds(studio, name, view):
     studio._walls.choose("room")

@@ -46,6 +46,7 @@ def test_an_edit_is_planned_as_the_library_plans_it(watched):
     assert state.planned.certificate.ok
 
 
+@pytest.mark.slow
 def test_what_cannot_be_done_keeps_the_last_good_plan_and_says_why(watched):
     bench, _ = watched
     good = bench.state.planned

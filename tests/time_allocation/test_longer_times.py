@@ -33,6 +33,7 @@ def test_times_that_a_plan_chooses_keep_a_wall_on_the_velocity(chosen):
     assert path.duration <= 1.01 * 35.0 / 16.0 * 5.0 / 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("time_limit", [None, 0.02, 1.0])
 def test_more_time_never_makes_a_question_infeasible(time_limit):
     limits, width = Limits(jerk=480.9034999071065, snap=2060.768224988668), 0.38631098363006355
@@ -42,6 +43,7 @@ def test_more_time_never_makes_a_question_infeasible(time_limit):
     assert minsnap.certify(path, CURLED, width, limits).ok
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pieces", [1, 2])
 def test_more_time_never_gives_a_longer_flight(pieces):
     """With more derivatives continuous than the search shares; 1.92 s where an interrupted search led to 1.44 s."""

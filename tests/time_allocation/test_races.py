@@ -72,6 +72,7 @@ HAIRPINS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("points", "vehicle", "given", "ball", "pieces", "most"),
     [

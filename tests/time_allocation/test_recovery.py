@@ -20,6 +20,7 @@ def state(speed, acceleration):
     return np.array([POINTS[0], (speed, 0, 0), (acceleration, 0, 0), (0, 0, 0)], dtype=float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SETS)
 @pytest.mark.parametrize(("speed", "acceleration"), [(3, 0), (3, 3), (3.1, 0), (4, 3), (2, 7), (4, -8)])
 def test_it_leads_from_the_state_inside_the_limits(name, speed, acceleration):

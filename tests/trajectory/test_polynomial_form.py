@@ -35,6 +35,7 @@ def farthest(path, curve, order=0, instants=3001):
     return np.linalg.norm(curve(t, order) - path(t, order), axis=1).max()
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(shapes(), st.sampled_from([1e-2, 1e-4, 1e-6, 1e-8]))
 def test_no_instant_is_farther_than_the_error(path, error):

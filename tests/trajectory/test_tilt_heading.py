@@ -45,6 +45,7 @@ def transported(traj, t):
     return found.y
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [TIMES, FLIPS], ids=["banked", "upside down"])
 def test_it_is_the_transport_without_spin(times):
     traj = minsnap.plan(COURSE, times, yaw="tilt", start={"acceleration": (3.0, 2.0, 1.0)})

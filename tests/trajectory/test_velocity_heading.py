@@ -51,6 +51,7 @@ def test_where_it_follows_it_is_the_angle_of_the_velocity_and_elsewhere_the_path
     assert np.linalg.norm(velocity[follows, :2], axis=1).min() >= 0.3 * 0.9
 
 
+@pytest.mark.slow
 def test_a_path_that_turns_back_turns_half_a_turn_within_the_limit():
     limits = Limits(speed=3.0, acceleration=5.0, yaw_rate=2.0)
     traj = minsnap.plan(BACK, limits=limits, yaw="velocity", search=minsnap.Search(enforce="scaling"))

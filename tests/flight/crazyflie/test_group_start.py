@@ -96,6 +96,7 @@ def test_a_vehicle_that_refuses_to_start_is_named():
         link.close()
 
 
+@pytest.mark.slow
 def test_radios_start_their_vehicles_by_one_broadcast_a_channel(plug):
     radio = [RadioVehicle(80, "2M", 1), RadioVehicle(80, "2M", 2), RadioVehicle(90, "1M", 3)]
     dongle, fleet, told = plug(*radio), fleet_of(4), []
@@ -116,6 +117,7 @@ def test_radios_start_their_vehicles_by_one_broadcast_a_channel(plug):
     assert told[1].startswith(f"started by a broadcast on {radios} and {rest}, all within")
 
 
+@pytest.mark.slow
 def test_a_broadcast_that_one_did_not_hear_is_sent_again_to_all(plug):
     copies = 4 * VOLLEYS.copies
     one, two = RadioVehicle(80, "2M", 1), RadioVehicle(80, "2M", 2, deaf=copies)
@@ -125,6 +127,7 @@ def test_a_broadcast_that_one_did_not_hear_is_sent_again_to_all(plug):
     assert (len(starts(one)), len(starts(two))) == (2 * copies, copies)
 
 
+@pytest.mark.slow
 def test_who_hears_no_broadcast_makes_all_land(plug):
     one, two = RadioVehicle(80, "2M", 1), RadioVehicle(80, "2M", 2, deaf=1000)
     plug(one, two)

@@ -65,6 +65,7 @@ def missed(plan, lead=0.15):
     return compare(samples, Samples(flight.t - lead, flight.position)).rmse_3d
 
 
+@pytest.mark.slow
 def test_a_race_within_them_is_followed_where_one_at_eight_metres_a_second_is_not():
     lap = [(0, 0, 2), (9.5, 3.8, 2.5), (14.2, 10.4, 2), (5.7, 13.3, 2.5), (-3.8, 8.5, 2), (0, 0, 2)]
     how = {"waypoint_tolerance": minsnap.Ball(0.3), "pieces": 2}

@@ -247,6 +247,7 @@ def number(draw, kind, count):
     return drawn if count else drawn[0]
 
 
+@pytest.mark.slow
 def test_forged_messages_of_every_kind_leave_a_state_of_numbers():
     """No message raises, positions stay finite, and texts can be printed."""
     dialect, clock, draw = load_dialect(), Clock(), np.random.default_rng(1)

@@ -44,6 +44,7 @@ def test_px4_returns_and_climbs_after_a_loss():
     assert record[-1, 3] < -13.9 and record[:60, 3].min() == -2.0
 
 
+@pytest.mark.slow
 def test_what_px4_has_taken_for_a_return_after_a_long_stall_is_left_to_it():
     clock = SharedClock()
     with StandIn(clock=clock, body=PointMass(START), beat_period=1.0, returns=True) as vehicle:
@@ -59,6 +60,7 @@ def test_what_px4_has_taken_for_a_return_after_a_long_stall_is_left_to_it():
             assert len(vehicle.setpoints) == before and vehicle.mode == RETURN
 
 
+@pytest.mark.slow
 def test_a_stall_after_which_px4_still_follows_is_met_by_a_hold_once_it_has_said_so():
     clock = SharedClock()
     with StandIn(clock=clock, body=PointMass(START), patience=60.0) as vehicle:

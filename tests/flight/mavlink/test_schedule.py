@@ -7,6 +7,7 @@ from minsnap.errors import TimingError
 from minsnap.flight.mavlink.schedule import Clock, Schedule
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [20.0, 50.0, 30.0, 7.3])
 def test_ten_minutes_do_not_drift(rate):
     """With every slot served late by up to 2 ms, slot k is still due at k/rate and the mean rate is the rate."""

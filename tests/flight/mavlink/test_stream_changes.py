@@ -44,6 +44,7 @@ def detour(flown, splice):
     return Change(curve, splice, curve, False)
 
 
+@pytest.mark.slow
 def test_a_change_is_flown_from_its_splice_to_its_own_goal(vehicle, clock, flown):
     with Flight(vehicle, flown.sample(20.0), clock) as flight:
         in_flight(vehicle, flight)
@@ -77,6 +78,7 @@ def test_late_changes_and_jumps_are_refused_and_the_flight_goes_on(vehicle, cloc
         assert flight.result().completed
 
 
+@pytest.mark.slow
 def test_a_change_that_is_not_certified_flies_its_stop(vehicle, clock, flown):
     with Flight(vehicle, flown.sample(20.0), clock) as flight:
         in_flight(vehicle, flight)
@@ -92,6 +94,7 @@ def test_a_change_that_is_not_certified_flies_its_stop(vehicle, clock, flown):
         assert flight.result().completed
 
 
+@pytest.mark.slow
 def test_the_rules_of_safety_stop_a_changed_flight_too(vehicle, clock, flown):
     with Flight(vehicle, flown.sample(20.0), clock, rules=patient_rules(abort_distance=1.0)) as flight:
         in_flight(vehicle, flight)
@@ -103,6 +106,7 @@ def test_the_rules_of_safety_stop_a_changed_flight_too(vehicle, clock, flown):
             flight.result()
 
 
+@pytest.mark.slow
 def test_a_moving_goal_is_followed_by_replans_from_another_thread(vehicle, clock, flown):
     """The goal moves sideways while the vehicle flies; a thread replans it some 5 times a second of the flight."""
     replanner = Replanner(LIMITS, 1.0, clock=clock.now)

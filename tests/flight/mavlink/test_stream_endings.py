@@ -34,6 +34,7 @@ def test_a_vehicle_that_refuses_to_arm_is_not_held_on_the_ground(clock, stopped)
                 flight.result()
 
 
+@pytest.mark.slow
 def test_a_mode_that_a_pilot_chose_for_a_moment_is_noticed(clock):
     with StandIn(clock=clock, body=PointMass(START), beat_period=3.0, beats_on_request=True) as vehicle:
         with Flight(vehicle, PATH, clock, rules=patient_rules(heartbeat_timeout=60.0)) as flight:
@@ -77,6 +78,7 @@ def test_a_refusal_of_long_ago_is_not_what_a_hold_waits_for():
     assert "22" not in sequence.hold_ends(world.conditions(sequence.setpoint))
 
 
+@pytest.mark.slow
 def test_a_second_sender_does_not_say_that_it_leaves_the_vehicle(vehicle, clock):
     with Flight(vehicle, PATH, clock) as first:
         fly_until(first, vehicle)

@@ -78,6 +78,7 @@ def test_it_must_stand_there_for_a_while():
     assert slot == 51, "1 s after it last moved"
 
 
+@pytest.mark.slow
 def test_an_origin_on_the_ground_is_climbed_from_first(clock):
     with StandIn(clock=clock, body=PointMass((3.0, 1.0, 0.0)), armed=False) as vehicle:
         with Flight(vehicle, PATH, clock, relative=True, arm=True, land=True) as flight:
@@ -120,6 +121,7 @@ def test_a_stop_by_the_user_holds_whatever_aborts_do():
     assert fly(world, sequence, 40).commands == ()
 
 
+@pytest.mark.slow
 def test_a_hold_says_every_ten_seconds_what_ends_it(vehicle, clock):
     with Flight(vehicle, PATH, clock) as flight:
         fly_until(flight, vehicle)
@@ -133,6 +135,7 @@ def test_a_hold_says_every_ten_seconds_what_ends_it(vehicle, clock):
     assert "returns to launch" in left and "COM_OBL_RC_ACT" in left
 
 
+@pytest.mark.slow
 def test_what_arducopter_does_after_a_second_stop_is_said(clock):
     with StandIn(autopilot="ardupilot", clock=clock, body=PointMass(START)) as vehicle:
         with Flight(vehicle, PATH, clock) as flight:
@@ -145,6 +148,7 @@ def test_what_arducopter_does_after_a_second_stop_is_said(clock):
     assert any("flies on at its last velocity" in event and "GUID_TIMEOUT" in event for event in flight.events)
 
 
+@pytest.mark.slow
 def test_a_hold_for_a_vehicle_that_is_silent_for_good_is_given_up(vehicle, clock):
     with Flight(vehicle, PATH, clock, give_up=5.0) as flight:
         fly_until(flight, vehicle)
@@ -171,6 +175,7 @@ def test_a_vehicle_that_has_just_booted_is_waited_for(vehicle, clock):
         vehicle.until(lambda v: "ready" in flight.events)
 
 
+@pytest.mark.slow
 def test_a_refused_take_off_is_repeated_in_silence(clock):
     ground = PointMass((0.0, 0.0, 0.0))
     with StandIn(autopilot="ardupilot", clock=clock, body=ground, armed=False) as vehicle:
@@ -180,6 +185,7 @@ def test_a_refused_take_off_is_repeated_in_silence(clock):
     assert not any("refused" in event for event in flight.events)
 
 
+@pytest.mark.slow
 def test_a_take_off_that_stays_refused_is_reported(clock):
     ground = PointMass((0.0, 0.0, 0.0))
     with StandIn(autopilot="ardupilot", clock=clock, body=ground, armed=False, refused_takeoffs=99) as vehicle:

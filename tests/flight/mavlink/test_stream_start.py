@@ -37,6 +37,7 @@ def test_without_a_position_nothing_is_flown_unless_asked_for(vehicle, clock):
         fly_until(flight, vehicle)
 
 
+@pytest.mark.slow
 def test_relative_flights_start_where_the_vehicle_is_when_it_enters_the_mode(vehicle, clock):
     vehicle.body.position = [5.0, -3.0, -2.0]
     with Flight(vehicle, PATH, clock, relative=True, relative_height=True) as flight:
@@ -49,6 +50,7 @@ def test_relative_flights_start_where_the_vehicle_is_when_it_enters_the_mode(veh
     assert np.abs(flown - moved).sum(axis=1).min() < 1e-5
 
 
+@pytest.mark.slow
 def test_arming_flying_and_landing_without_a_pilot(clock):
     with StandIn(clock=clock, body=PointMass((0.0, 0.0, 0.0)), armed=False) as vehicle:
         rules = patient_rules(max_start_distance=0.5)
@@ -76,6 +78,7 @@ def test_an_autopilot_that_will_not_arm_is_told_and_left(vehicle, clock):
         flight.result()
 
 
+@pytest.mark.slow
 def test_two_laps_repeat_the_rows_without_a_pause(vehicle, clock):
     with Flight(vehicle, excursion(4.0), clock, laps=2) as flight:
         fly_until(flight, vehicle)

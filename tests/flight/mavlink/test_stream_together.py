@@ -103,6 +103,7 @@ def test_a_fleet_on_one_map_is_flown_by_autopilots_that_each_count_from_their_ow
         assert places[0] == pytest.approx(START, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_what_stops_one_stops_the_other_where_it_is(monkeypatch):
     with Pair(monkeypatch) as pair:
         pair.both_enter()

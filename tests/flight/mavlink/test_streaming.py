@@ -84,6 +84,7 @@ def test_leaving_the_mode_stops_holds_and_ends(vehicle, clock):
     assert exit_status(caught.value) == 1
 
 
+@pytest.mark.slow
 def test_a_mode_that_comes_back_meets_a_hold_not_the_rest_of_the_flight(vehicle, clock):
     with Flight(vehicle, PATH, clock) as flight:
         fly_until(flight, vehicle)
@@ -96,6 +97,7 @@ def test_a_mode_that_comes_back_meets_a_hold_not_the_rest_of_the_flight(vehicle,
             flight.result()
 
 
+@pytest.mark.slow
 def test_silence_stops_and_holds(vehicle, clock):
     with Flight(vehicle, PATH, clock) as flight:
         fly_until(flight, vehicle)
@@ -107,6 +109,7 @@ def test_silence_stops_and_holds(vehicle, clock):
             flight.result()
 
 
+@pytest.mark.slow
 def test_heartbeats_that_stop_leave_the_mode_unknown(vehicle, clock):
     with Flight(vehicle, PATH, clock) as flight:
         fly_until(flight, vehicle)
@@ -114,6 +117,7 @@ def test_heartbeats_that_stop_leave_the_mode_unknown(vehicle, clock):
         stopped(flight, vehicle, "no heartbeat for 3 s")
 
 
+@pytest.mark.slow
 def test_a_position_that_is_not_reported_any_more_stops_the_flight(vehicle, clock):
     with Flight(vehicle, PATH, clock, rules=patient_rules(link_timeout=1.5)) as flight:
         fly_until(flight, vehicle)
@@ -129,6 +133,7 @@ def test_a_vehicle_that_does_not_follow_is_held_where_it_is(vehicle, clock):
     assert (hold.x, hold.y, hold.z) == pytest.approx(tuple(vehicle.body.position), abs=1e-5)
 
 
+@pytest.mark.slow
 def test_stopping_in_flight_holds_until_the_mode_is_left(vehicle, clock):
     with Flight(vehicle, PATH, clock) as flight:
         fly_until(flight, vehicle)

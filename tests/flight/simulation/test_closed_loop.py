@@ -117,6 +117,7 @@ def test_wind_carries_a_vehicle_whose_rotors_only_hold_it_up() -> None:
     assert flight.velocity[-1, 1] == pytest.approx(slow.y[0, -1], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_same_seed_flies_the_same_flight() -> None:
     def fly(seed: int) -> np.ndarray:
         wind, sensors = DrydenWind(seed=seed), Sensors(delay=0.02, noise=0.002, seed=seed)
@@ -178,6 +179,7 @@ def test_a_flight_knows_its_reference_and_gives_samples() -> None:
         flight.position[0, 0] = 1.0
 
 
+@pytest.mark.slow
 def test_a_diverging_flight_stops_says_when_and_keeps_what_it_has() -> None:
     wrong = GeometricController(attitude_gain=(-50.0, -50.0, -50.0))
     with pytest.raises(DivergenceError, match=r"diverged at t = [\d.]+ s: the .* passed") as caught:

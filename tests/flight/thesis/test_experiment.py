@@ -115,6 +115,7 @@ def test_one_flight_alone_and_models_by_name() -> None:
         run_experiment(compensations=())
 
 
+@pytest.mark.slow
 def test_models_belong_to_the_vehicle_they_were_measured_on() -> None:
     small = Quadrotor.crazyflie()
     for name in ("published", "consistent"):
@@ -138,6 +139,7 @@ def test_a_course_that_the_rotors_cannot_lift_is_refused_with_its_instant() -> N
     assert caught.value.instant >= 5.0 and caught.value.excess > 0
 
 
+@pytest.mark.slow
 def test_progress_covers_all_flights() -> None:
     seen: list[float] = []
     run_experiment("line", 1, compensations=(None, "exact"), progress=seen.append)

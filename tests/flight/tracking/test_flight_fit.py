@@ -69,6 +69,7 @@ def test_standard_errors_are_those_of_repeated_flights(tmp_path, calm):
     assert 0.5 < np.sqrt(np.mean(np.square(deviations))) < 1.8
 
 
+@pytest.mark.slow
 def test_what_a_flight_does_not_tell_is_said(tmp_path, calm):
     (tmp_path / "a.ulg").write_bytes(ulog_of(Measured(*calm)))
     found = fit_flight(tmp_path / "a.ulg")
@@ -113,6 +114,7 @@ def stream_log(path, flight, samples, delay=0.0):
     log.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drag", [1.0, 0.3])
 def test_drag_from_setpoints_and_velocities_alone(tmp_path, drag):
     path = minsnap.plan([(0, 0, 2), (8, 0, 2), (8, 4, 2), (0, 4, 2), (0, 0, 2)], total_time=12.0, corridor=0.3)
@@ -159,6 +161,7 @@ def test_the_figure_has_a_panel_for_each_axis(tmp_path, calm):
     assert "speed along y of the body" in figure.axes[1].get_xlabel()
 
 
+@pytest.mark.slow
 def test_the_vehicle_and_the_figures_can_be_stored(tmp_path, windy):
     (tmp_path / "a.bin").write_bytes(dataflash_of(Measured(*windy)))
     found = fit_flight(tmp_path / "a.bin")

@@ -38,6 +38,7 @@ def test_a_stopped_flight_is_compared_as_far_as_it_went(ending):
     assert any("that part is compared" in remark for remark in found.remarks())
 
 
+@pytest.mark.slow
 def test_a_lead_that_is_not_said_would_count_as_error(tmp_path):
     said, silent = compared("led", ".ulg"), compared("led", ".ulg", lead=0.0)
     assert silent.comparison.rmse_3d > 1.15 * said.comparison.rmse_3d

@@ -53,6 +53,7 @@ def test_each_flight_misses_the_plan_by_less_and_a_page_shows_it(plan, tmp_path)
     assert [float(drag) for drag in drags] == pytest.approx([1.0] * 3, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_flight_that_misses_more_ends_it_and_the_best_is_kept(plan, tmp_path):
     pilot = Pilot(tmp_path, late=2)
     flown = tune_in_flight(plan, pilot.fly, 4)
