@@ -239,8 +239,8 @@ def _waypoint_error(traj: Trajectory, points: FloatArray) -> float:
 
 def continuity(traj: Trajectory) -> int:
     """Highest order up to which both sides of every knot agree, but for the rounding of their control points."""
-    found = native.continuity(traj.control_points, traj.durations, EXACT, STORED)
-    return _continuity(traj) if found is None else found
+    orders = native.continuity(traj.control_points, traj.durations, EXACT, STORED)
+    return _continuity(traj) if orders is None else orders
 
 
 def _continuity(traj: Trajectory) -> int:

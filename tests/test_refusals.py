@@ -90,7 +90,7 @@ SITES = [
         {"waypoints": NEAR, "durations": [0.0101, 2], "limits": LIMITS, "start": {"velocity": (3, 0, 0)}},
     ),
     (
-        ("around", "_found_around", UnprovedError),
+        ("around", "_planned_around", UnprovedError),
         "no way around the obstacles was found; without them the path is 0.5 m inside obstacle 0",
         {"waypoints": [(0, 0, 0), (6, 0, 0)], "durations": [3], "corridor": 0.2, "avoid": [BLOCK]},
     ),
@@ -100,7 +100,7 @@ SITES = [
 
 ELSEWHERE = {
     ("passage", "_too_narrow", InfeasibleError),
-    ("nothing_found", "not_found", UnprovedError),
+    ("unproved_fleet", "unproved_fleet", UnprovedError),
     ("fleet_planner", "fleet", UnprovedError),
 }
 """Tested in ``routes/test_separation.py``, ``fleet/test_fleet_planner.py`` and ``fleet/test_fleet_last_look.py``."""

@@ -72,10 +72,10 @@ def write_shards(
         first = [submit(number) for number in _some(left, AHEAD * _threads(client))]
         at_work = as_completed(first, loop=client.loop)
         for future in at_work:
-            found = future.result()
-            if isinstance(found, Exception):
-                raise found
-            finished(found)
+            written = future.result()
+            if isinstance(written, Exception):
+                raise written
+            finished(written)
             future.release()
             while at_work.count() < AHEAD * _threads(client) and (more := next(left, None)) is not None:
                 at_work.add(submit(more))

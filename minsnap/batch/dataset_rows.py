@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,31 +34,18 @@ Row = dict[str, Any]
 """Values by column; a column that is not named is null."""
 
 
-@dataclass(frozen=True)
-class Asked:
-    """A problem's columns.
-
-    Parameters
-    ----------
-    spec : Spec
-    number : int
-    """
-
-    spec: Spec
-    number: int
-
-    def row(self) -> Row:
-        """Plan the problem; whatever fails becomes its status and sentence."""
-        row: Row = {"problem": self.number, "seed": seed_of(self.spec.seed, self.number)}
-        try:
-            asked = request(self.spec, self.number)
-            row |= _question(asked)
-            row |= _answer(asked, plan(**plan_arguments(asked.arguments)))
-        except MinsnapError as error:
-            row |= {"status": _status(error), "error": str(error)[:SENTENCE]}
-        except Exception as error:
-            row |= {"status": "crashed", "error": f"{type(error).__name__}: {error}"[:SENTENCE]}
-        return row
+def planned_row(spec: Spec, number: int) -> Row:
+    """Plan a problem and return its columns; whatever fails becomes its status and sentence."""
+    row: Row = {"problem": number, "seed": seed_of(spec.seed, number)}
+    try:
+        problem = request(spec, number)
+        row |= _question(problem)
+        row |= _answer(problem, plan(**plan_arguments(problem.arguments)))
+    except MinsnapError as error:
+        row |= {"status": _status(error), "error": str(error)[:SENTENCE]}
+    except Exception as error:
+        row |= {"status": "crashed", "error": f"{type(error).__name__}: {error}"[:SENTENCE]}
+    return row
 
 
 def stopped_row(spec: Spec, number: int, status: str, error: str) -> Row:
@@ -73,18 +59,18 @@ def _status(error: MinsnapError) -> str:
     return "invalid" if isinstance(error, InputError) else "unsolved"
 
 
-def _question(asked: DrawnProblem) -> Row:
+def _question(problem: DrawnProblem) -> Row:
     """Columns of the problem itself, as far as it is one of numbers."""
-    given = asked.arguments
-    row: Row = {"vehicle": asked.vehicle}
-    row |= {name: given[name] for name in ASKED if is_number(given.get(name))}
-    if isinstance(given.get("limits"), Limits):
-        row |= {f"limit_{name}": getattr(given["limits"], name) for name in LIMITS}
-    waypoints = _points(given.get("waypoints"))
+    arguments = problem.arguments
+    row: Row = {"vehicle": problem.vehicle}
+    row |= {name: arguments[name] for name in ASKED if is_number(arguments.get(name))}
+    if isinstance(arguments.get("limits"), Limits):
+        row |= {f"limit_{name}": getattr(arguments["limits"], name) for name in LIMITS}
+    waypoints = _points(arguments.get("waypoints"))
     if waypoints is not None:
         row |= {"waypoints": waypoints, "dim": waypoints.shape[1], "legs": len(waypoints) - 1}
-        row["gates"] = _corners(given["waypoints"], waypoints.shape[1])
-    corridor = given.get("corridor")
+        row["gates"] = _corners(arguments["waypoints"], waypoints.shape[1])
+    corridor = arguments.get("corridor")
     if isinstance(corridor, Boxes):
         row["boxes"] = np.stack((corridor.lower, corridor.upper), axis=1)
     elif corridor is not None:
@@ -109,8 +95,8 @@ def _corners(waypoints: Any, dim: int) -> FloatArray | None:
     return np.array([blank if gate is None else gate for gate in gates])
 
 
-def _answer(asked: DrawnProblem, curve: Trajectory) -> Row:
-    proof = certify(curve, **_certified(asked.arguments))
+def _answer(problem: DrawnProblem, curve: Trajectory) -> Row:
+    proof = certify(curve, **_certified(problem.arguments))
     return {
         "status": "done",
         "dim": curve.dim,
@@ -130,9 +116,9 @@ def _answer(asked: DrawnProblem, curve: Trajectory) -> Row:
     }
 
 
-def _certified(given: Mapping[str, Any]) -> dict[str, Any]:
+def _certified(arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Arguments of ``certify`` for those of ``plan``."""
-    asked = {name: given[name] for name in ("waypoints", "corridor", "limits") if given.get(name) is not None}
-    if given.get("waypoint_tolerance") is not None:
-        asked["tolerance"] = given["waypoint_tolerance"]
-    return asked
+    held_to = {name: arguments[name] for name in ("waypoints", "corridor", "limits") if arguments.get(name) is not None}
+    if arguments.get("waypoint_tolerance") is not None:
+        held_to["tolerance"] = arguments["waypoint_tolerance"]
+    return held_to

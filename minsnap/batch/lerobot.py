@@ -129,13 +129,13 @@ class _Ranges:
         self.frames += len(next(iter(values.values())))
 
     def plain(self) -> dict[str, dict[str, list[float]]]:
-        found = {}
+        statistics = {}
         for name, (least, most, total, squares) in self.known.items():
             mean = total / self.frames
             spread = np.sqrt(np.maximum(squares / self.frames - mean**2, 0.0))
             values = {"min": least, "max": most, "mean": mean, "std": spread}
-            found[name] = {kind: value.tolist() for kind, value in values.items()} | {"count": [self.frames]}
-        return found
+            statistics[name] = {kind: value.tolist() for kind, value in values.items()} | {"count": [self.frames]}
+        return statistics
 
 
 def _no_episodes() -> Episodes:

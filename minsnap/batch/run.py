@@ -141,8 +141,8 @@ def _watching(watch: Watch | None, spec: Spec, there: list[int]) -> Counted | No
     return None if watch is None else watch(sum(len(spec.rows_of(number)) for number in there))
 
 
-def _result(folder: Path, spec: Spec, shards: list[Shard], found: int) -> BatchResult:
-    return BatchResult(folder, spec.count, spec.shards, _joined(shards).statuses, found)
+def _result(folder: Path, spec: Spec, shards: list[Shard], present: int) -> BatchResult:
+    return BatchResult(folder, spec.count, spec.shards, _joined(shards).statuses, present)
 
 
 def _joined(shards: list[Shard]) -> Tally:

@@ -57,7 +57,7 @@ class ShardJob:
     ----------
     folder : str
         Absolute.
-    given : mapping
+    content : mapping
         The specification as plain values.
     name : str
         That of the specification.
@@ -68,7 +68,7 @@ class ShardJob:
     """
 
     folder: str
-    given: Mapping[str, Any]
+    content: Mapping[str, Any]
     name: str
     made_with: dict[str, str]
     timeout: float
@@ -105,7 +105,7 @@ def make_shard(job: ShardJob, number: int, told: Told | None = None) -> Shard:
     kept = kept_shard(folder, job.name, number)
     if kept is not None:
         return kept
-    path, spec = folder / shard_name(number), read_mapping(job.given)
+    path, spec = folder / shard_name(number), read_mapping(job.content)
     notes = {"minsnap": job.made_with["version"], "batch": job.name, "shard": str(number)}
     _write(path, solving(spec, job.timeout).rows, spec.rows_of(number), notes, told)
     return read_shard(path, job.name, number)

@@ -16,7 +16,7 @@ import sys
 from typing import IO, Any
 
 from minsnap.batch.columns import record_batch
-from minsnap.batch.dataset_rows import Asked, Row
+from minsnap.batch.dataset_rows import Row, planned_row
 from minsnap.batch.spec import Spec, read_mapping
 from minsnap.certificate import certify
 from minsnap.planning.planner import plan
@@ -52,10 +52,10 @@ def main(marker: int, timeout: float) -> None:
     spec: Spec | None = None
     certify(plan(((0.0, 0.0), (1.0, 1.0)), durations=(1.0,), corridor=0.1))  # no problem has to wait for imports
     for line in sys.stdin:
-        asked = json.loads(line)
+        question = json.loads(line)
         if spec is None:
-            spec = read_mapping(asked["spec"])
-        _answer(spec, range(asked["first"], asked["last"]), marker, timeout, answers)
+            spec = read_mapping(question["spec"])
+        _answer(spec, range(question["first"], question["last"]), marker, timeout, answers)
 
 
 def _answer(spec: Spec, numbers: range, marker: int, timeout: float, answers: IO[bytes]) -> None:
@@ -80,7 +80,7 @@ def _timed(spec: Spec, number: int, marker: int, timeout: float) -> Row:
     os.pwrite(marker, struct.pack(FORMAT, number), 0)
     signal.setitimer(signal.ITIMER_PROF, timeout)
     signal.setitimer(signal.ITIMER_REAL, PATIENCE * timeout)
-    row = Asked(spec, number).row()
+    row = planned_row(spec, number)
     signal.setitimer(signal.ITIMER_PROF, 0.0)
     signal.setitimer(signal.ITIMER_REAL, 0.0)
     return row

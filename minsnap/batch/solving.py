@@ -50,13 +50,13 @@ class Solving:
         """Yield the rows of problems in their order, as pyarrow.RecordBatch of any lengths."""
         at, deaths = numbers.start, Counter[int]()
         while at < numbers.stop:
-            for batch in self._asked(at, numbers.stop):
+            for batch in self._sent_rows(at, numbers.stop):
                 at += batch.num_rows
                 yield batch
             if at == numbers.stop:
                 return
             number, status, sentence = self._death(at, numbers.stop)
-            for batch in self._asked(at, number):  # planned, but not sent
+            for batch in self._sent_rows(at, number):  # planned, but not sent
                 at += batch.num_rows
                 yield batch
             deaths[number] += 1
@@ -64,7 +64,7 @@ class Solving:
                 yield record_batch([stopped_row(self.spec, number, status, sentence)])
                 at += 1
 
-    def _asked(self, first: int, last: int) -> Iterator[Any]:
+    def _sent_rows(self, first: int, last: int) -> Iterator[Any]:
         """Yield the rows that the process answers with; fewer than asked where it ends."""
         if first == last:
             return

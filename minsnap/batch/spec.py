@@ -205,19 +205,19 @@ def read_spec(path: str | os.PathLike[str]) -> Spec:
     FileError
         If it cannot be read, or a key is missing, unknown or has a value that it cannot have.
     """
-    given = load_yaml(path)
-    if not isinstance(given, dict):
+    content = load_yaml(path)
+    if not isinstance(content, dict):
         raise FileError(f"{path} holds no batch: give its keys by name, such as 'generator: walks'")
     try:
-        return read_mapping(given, Path(path).parent)
+        return read_mapping(content, Path(path).parent)
     except FileError as error:
         raise FileError(f"{path}: {error}") from None
 
 
-def read_mapping(given: Mapping[str, Any], folder: Path | None = None) -> Spec:
+def read_mapping(content: Mapping[str, Any], folder: Path | None = None) -> Spec:
     """Return the specification that a mapping of keys and values means; see ``read_spec``."""
-    source = _source(given)
-    values = FORMS[source].read(source, given)
+    source = _source(content)
+    values = FORMS[source].read(source, content)
     table = str(((folder or Path()) / values["table"]).resolve()) if "table" in values else ""
     shape = {name: values.get(name) or _default(source, name) for name in SHAPES.get(source, {})}
     drawn, fixed = ({name: values[name] for name in known if name in values} for known in (DRAWN, FIXED))
@@ -231,9 +231,9 @@ def read_mapping(given: Mapping[str, Any], folder: Path | None = None) -> Spec:
     return Spec(source, count, seed, rows, dim, shape, drawn, limits, fixed, table, vehicles)
 
 
-def _source(given: Mapping[str, Any]) -> str:
+def _source(content: Mapping[str, Any]) -> str:
     """Return which generator is named, or ``"table"``."""
-    generator, table = given.get("generator"), given.get("table")
+    generator, table = content.get("generator"), content.get("table")
     if (generator is None) == (table is None):
         raise FileError(f"a batch needs either generator ({', '.join(SHAPES)}) or table, a file of problems")
     if table is None and (not isinstance(generator, str) or generator not in SHAPES):

@@ -49,10 +49,10 @@ def batch(
 
     if format not in ("parquet", "lerobot"):
         raise InputError(f"--format is {format!r}: it must be parquet or lerobot")
-    asked, folder = read_spec(spec), output / "_plans" if format == "lerobot" else output
-    with _line(asked.count) as watch:
+    specification, folder = read_spec(spec), output / "_plans" if format == "lerobot" else output
+    with _line(specification.count) as watch:
         result = run_batch(
-            asked,
+            specification,
             folder,
             workers=workers,
             scheduler=scheduler,

@@ -31,12 +31,12 @@ class BatchLine:
     def __init__(self, count: int, stream: TextIO, clock: Callable[[], float] = monotonic) -> None:
         self.count, self.stream, self.clock = count, stream, clock
         self.line = ProgressLine("batch") if stream.isatty() else None
-        self.found, self.statuses, self.estimated = 0, Counter[str](), False
+        self.present, self.statuses, self.estimated = 0, Counter[str](), False
         self.began = self.due = clock()
 
-    def begin(self, found: int) -> Callable[[dict[str, int]], None]:
+    def begin(self, present: int) -> Callable[[dict[str, int]], None]:
         """Begin with the rows that are there already; return what takes new ones."""
-        self.found, self.began = found, self.clock()
+        self.present, self.began = present, self.clock()
         self.due = self.began + APART
         return self.add
 
@@ -63,7 +63,7 @@ class BatchLine:
     @property
     def there(self) -> int:
         """Rows that are there."""
-        return min(self.found + self.statuses.total(), self.count)
+        return min(self.present + self.statuses.total(), self.count)
 
     def text(self) -> str:
         """Return the line."""

@@ -37,14 +37,14 @@ def bench(
     Each line is the median of repeated calls of one process with nothing else to do; the budget is half as long again
     as the longest of the replans.
     """
-    found = dict(_measured(seconds))
+    results = dict(_measured(seconds))
     if json:
         from minsnap.cli.summary import as_json
 
-        print(as_json(found))
+        print(as_json(results))
         return
-    times = [(name, f"{1e3 * took:.3g} ms") for name, took in found.items() if isinstance(took, float)]
-    print(labelled([*((name, text) for name, text in found.items() if isinstance(text, str)), *times]))
+    times = [(name, f"{1e3 * took:.3g} ms") for name, took in results.items() if isinstance(took, float)]
+    print(labelled([*((name, text) for name, text in results.items() if isinstance(text, str)), *times]))
 
 
 def _measured(seconds: float) -> Iterator[tuple[str, Any]]:

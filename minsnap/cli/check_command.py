@@ -113,10 +113,10 @@ def _plan(file: Path, exact: bool) -> PlanFile | None:
     return None
 
 
-def _proved(found: Certificate) -> ExactProof:
+def _proved(certificate: Certificate) -> ExactProof:
     """Prove a certificate again without rounding."""
-    exceeded = tuple(used for used in found.utilisation if not used.kept)
-    return ExactProof(found.verify(), found.corridor_margin, found.waypoint_error, exceeded)
+    exceeded = tuple(used for used in certificate.utilisation if not used.kept)
+    return ExactProof(certificate.verify(), certificate.corridor_margin, certificate.waypoint_error, exceeded)
 
 
 def _unproved(proved: ExactProof | None) -> list[str]:

@@ -89,10 +89,10 @@ class Companion:
         self._prompt = prompt
         self._pipe, theirs = Pipe()
         orders = None if listening is None else listening.open()
-        given = [end.fileno() for end in (theirs, orders) if end is not None]
-        command = [sys.executable, "-m", "minsnap.cli.companion", *map(str, given)]
+        inherited = [end.fileno() for end in (theirs, orders) if end is not None]
+        command = [sys.executable, "-m", "minsnap.cli.companion", *map(str, inherited)]
         with _interrupts_ignored():
-            self._process = subprocess.Popen(command, pass_fds=given)
+            self._process = subprocess.Popen(command, pass_fds=inherited)
         for end in (theirs, orders):
             if end is not None:
                 end.close()
@@ -270,10 +270,10 @@ def main(descriptor: int, orders: int | None = None) -> None:
         return
 
 
-def _listen(pipe: Connection, flight: RemoteFlight, asked: Listening, lines: OrderLines) -> None:
+def _listen(pipe: Connection, flight: RemoteFlight, listening: Listening, lines: OrderLines) -> None:
     from minsnap.flight.mavlink.orders import Orders
 
-    orders = Orders(flight, asked.flown, asked.limits, asked.room)
+    orders = Orders(flight, listening.flown, listening.limits, listening.room)
     while True:
         ends = [pipe.fileno(), *([] if lines.over else [lines.fileno()])]
         ready = select.select(ends, [], [])[0]

@@ -62,20 +62,20 @@ def compare(
     if (waypoints is None) != (corridor is None):
         raise InputError("--corridor and --waypoints go together: a half-width, and the legs it is around")
     check_figure(plot, view)
-    found = _compared(reference, flights, frame, align, max_delay, lead, sent or [])
-    kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in found.items()}
+    compared = _compared(reference, flights, frame, align, max_delay, lead, sent or [])
+    kept = {name: _kept(one.flight, waypoints, corridor, max_speed) for name, one in compared.items()}
     if plot is not None:
         from minsnap.flight.tracking.comparison_plot import plot_comparison
         from minsnap.plot.figures import save_figure
 
-        save_figure(plot_comparison(found, view or "xy"), plot)
+        save_figure(plot_comparison(compared, view or "xy"), plot)
     if report is not None:
         from minsnap.files.waypoints import read_waypoints
         from minsnap.flight.tracking.flight_page import write_flight_page
 
         legs = None if waypoints is None else read_waypoints(waypoints).points
-        write_flight_page(found, report, logs={_name(path, flights): path for path in flights}, waypoints=legs)
-    _say(found, kept, json)
+        write_flight_page(compared, report, logs={_name(path, flights): path for path in flights}, waypoints=legs)
+    _say(compared, kept, json)
 
 
 def _compared(
@@ -91,7 +91,7 @@ def _compared(
     from minsnap.files.convert import read_samples
     from minsnap.files.flights import load_reference
 
-    found: dict[str, ComparedFlight] = {}
+    flights_by_name: dict[str, ComparedFlight] = {}
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         wanted = load_reference(reference, frame) if _is_flight(reference) else read_samples(reference, frame)
@@ -104,10 +104,10 @@ def _compared(
             commanded = read_samples(sent[index], frame) if sent else None
             flights = _flights(wanted, commanded, path, reference, frame, align, max_delay)
             for number, one in enumerate(flights, 1):
-                found[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
+                flights_by_name[_name(path, paths) + (f" #{number}" if len(flights) > 1 else "")] = one
     for warning in caught:
         print(f"minsnap: {warning.message}", file=sys.stderr)
-    return found
+    return flights_by_name
 
 
 def _flights(
@@ -172,16 +172,16 @@ def _name(path: Path, flights: list[Path]) -> str:
     return path.name if len(alike) == 1 else str(path)
 
 
-def _say(found: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], json: bool) -> None:
+def _say(compared: dict[str, ComparedFlight], kept: dict[str, dict[str, Any]], json: bool) -> None:
     if json:
         from minsnap.cli.summary import as_json
 
-        print(as_json({name: one.comparison.as_dict() | _place(one) | kept[name] for name, one in found.items()}))
+        print(as_json({name: one.comparison.as_dict() | _place(one) | kept[name] for name, one in compared.items()}))
         return
     from minsnap.flight.tracking.comparison import comparison_text
 
-    print(comparison_text({name: one.comparison for name, one in found.items()}))
-    for name, one in found.items():
+    print(comparison_text({name: one.comparison for name, one in compared.items()}))
+    for name, one in compared.items():
         for remark in [*one.remarks(), *_kept_in_words(kept[name])]:
             print(f"{name}: {remark}")
 

@@ -55,7 +55,7 @@ def experiment(
     if plot is not None:
         check_destination(plot)
     craft = vehicle_of(vehicle)
-    found = run_experiment(
+    result = run_experiment(
         course,
         repeat,
         compensations=_compensations(compensate, model or list(models_of(craft))),
@@ -70,18 +70,18 @@ def experiment(
     if output is not None:
         from minsnap.flight.thesis.experiment_report import write_flights
 
-        write_flights(found, output)
+        write_flights(result, output)
     if plot is not None:
         from minsnap.flight.thesis.experiment_plot import plot_experiment
         from minsnap.plot.figures import save_figure
 
-        save_figure(plot_experiment(found, view or "xy"), plot)
+        save_figure(plot_experiment(result, view or "xy"), plot)
     if json:
         from minsnap.cli.summary import as_json
 
-        print(as_json(experiment_dict(found)))
+        print(as_json(experiment_dict(result)))
     else:
-        print(experiment_text(found))
+        print(experiment_text(result))
 
 
 def _compensations(compensate: str, models: list[str]) -> list[str | None]:

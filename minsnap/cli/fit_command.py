@@ -57,12 +57,12 @@ def fit(
         raise InputError("--output, --base and --mass are for logs of flights: leave them out with --form")
     from minsnap.flight.thesis.fit_table import fit_table, plot_table_fit
 
-    found = fit_table(file, form)
+    table_fit = fit_table(file, form)
     if plot is not None:
         from minsnap.plot.figures import save_figure
 
-        save_figure(plot_table_fit(found).figure, plot)
-    _say(found, json)
+        save_figure(plot_table_fit(table_fit).figure, plot)
+    _say(table_fit, json)
 
 
 def _fit_flight(
@@ -80,18 +80,18 @@ def _fit_flight(
 
     refuse_source(output, file)
     refuse_source(plot, file, base)
-    found = fit_flight(file, lead)
+    flight_fit = fit_flight(file, lead)
     if plot is not None:
         from minsnap.flight.tracking.flight_fit_plot import plot_flight_fit
         from minsnap.plot.figures import save_figure
 
-        save_figure(plot_flight_fit(found), plot)
+        save_figure(plot_flight_fit(flight_fit), plot)
     if output is not None:
-        found.vehicle(None if base is None else read_vehicle(base), mass, default_name(file)).to_yaml(output)
-    _say(found, json)
+        flight_fit.vehicle(None if base is None else read_vehicle(base), mass, default_name(file)).to_yaml(output)
+    _say(flight_fit, json)
 
 
-def _say(found: FlightFit | TableFit, json: bool) -> None:
+def _say(result: FlightFit | TableFit, json: bool) -> None:
     from minsnap.cli.summary import as_json
 
-    print(as_json(found.as_dict()) if json else found)
+    print(as_json(result.as_dict()) if json else result)

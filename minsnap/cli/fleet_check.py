@@ -24,10 +24,10 @@ def check_fleet(path: Path, separation: float | None, downwash: float, json: boo
     from minsnap.shows.fleet_files import read_fleet
 
     fleet = read_fleet(path)
-    asked = fleet.separation if separation is None else Separation(separation, downwash)
-    if asked is None:
+    apart = fleet.separation if separation is None else Separation(separation, downwash)
+    if apart is None:
         raise InputError(f"{path} does not say how far apart its vehicles must be: give --separation M")
-    certificate = certify_fleet(fleet, asked)
+    certificate = certify_fleet(fleet, apart)
     print(_as_json(certificate) if json else _as_text(certificate))
     return 0 if certificate.ok else 1
 
@@ -56,8 +56,8 @@ def _verdict(certificate: FleetCertificate) -> str:
     if certificate.least_distance is None or certificate.pair is None or certificate.instant is None:
         return "one vehicle: there is no pair"
     first, second = (certificate.fleet.name(vehicle) for vehicle in certificate.pair)
-    found = f"{first} and {second} come within {certificate.least_distance:.4f} m at {certificate.instant:.2f} s"
-    return f"apart at every instant: {found}" if certificate.ok else f"problem: {found}"
+    nearest = f"{first} and {second} come within {certificate.least_distance:.4f} m at {certificate.instant:.2f} s"
+    return f"apart at every instant: {nearest}" if certificate.ok else f"problem: {nearest}"
 
 
 def _as_json(certificate: FleetCertificate) -> str:

@@ -52,40 +52,40 @@ def fleet(
     if animate is not None:
         check_animation_name(animate)
         check_destination(animate, clobber=not no_clobber)
-    asked = read_show(show)
-    lost = worst_distance(asked.reach) if to not in EXACT_KINDS else 0.0
+    described = read_show(show)
+    lost = worst_distance(described.reach) if to not in EXACT_KINDS else 0.0
     progress = on_terminal(quiet=False)
-    wider, kept = _wider(asked, 2.0 * lost), output / "flights"
+    wider, kept = _wider(described, 2.0 * lost), output / "flights"
     flown = fly(wider, kept, lambda line: print(f"minsnap: {line}", file=sys.stderr, flush=True), progress)
     output.mkdir(parents=True, exist_ok=True)
     place = output / "show.skyc" if to == "skyc" else output
     written = write_fleet(
-        replace(flown.fleet, separation=asked.separation), place, to, flown.lights, clobber=not no_clobber
+        replace(flown.fleet, separation=described.separation), place, to, flown.lights, clobber=not no_clobber
     )
-    found = _certified(asked, flown.fleet, read_fleet(place))
-    page = SafetyReport(show.stem, *found, written.distance, flown.stages, written.files)
+    certificates = _certified(described, flown.fleet, read_fleet(place))
+    page = SafetyReport(show.stem, *certificates, written.distance, flown.stages, written.files)
     if report is not None:
         write_report(page, report, clobber=not no_clobber)
     if animate is not None:
-        animate_fleet(found[0].fleet, animate, clobber=not no_clobber, progress=progress)
+        animate_fleet(certificates[0].fleet, animate, clobber=not no_clobber, progress=progress)
     print(_summary(page, place))
     return 0 if page.ok else 1
 
 
-def _wider(asked: Show, more: float) -> Show:
+def _wider(show: Show, more: float) -> Show:
     """Return the show with what the files may lose added to its separation."""
     from minsnap.fleet.separation import Separation
 
-    apart = asked.separation
-    return replace(asked, separation=Separation((apart.distance or 0.0) + more, apart.downwash)) if more else asked
+    apart = show.separation
+    return replace(show, separation=Separation((apart.distance or 0.0) + more, apart.downwash)) if more else show
 
 
-def _certified(asked: Show, planned: Fleet, held: Fleet) -> tuple[FleetCertificate, FleetCertificate]:
+def _certified(show: Show, planned: Fleet, held: Fleet) -> tuple[FleetCertificate, FleetCertificate]:
     """Return what holds of the files and of the plan."""
     from minsnap.fleet.fleet_certificate import certify_fleet
 
-    named = replace(held, separation=asked.separation)
-    first, second = (certify_fleet(one, asked.separation, asked.limits, asked.room) for one in (named, planned))
+    named = replace(held, separation=show.separation)
+    first, second = (certify_fleet(one, show.separation, show.limits, show.room) for one in (named, planned))
     return first, second
 
 

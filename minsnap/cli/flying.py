@@ -128,9 +128,9 @@ def _check_apart(fleet: Fleet) -> None:
     if fleet.separation is None:
         print("preflight: the files do not say how far apart the vehicles must be", file=sys.stderr)
         return
-    found = certify_fleet(fleet, fleet.separation)
-    if not found.ok:
-        raise FlightError(f"not flown: two vehicles come within {found.least_distance:.3f} m; nothing was sent")
+    certificate = certify_fleet(fleet, fleet.separation)
+    if not certificate.ok:
+        raise FlightError(f"not flown: two vehicles come within {certificate.least_distance:.3f} m; nothing was sent")
 
 
 def _log_of(log: str | os.PathLike[str] | None, name: str) -> Path | None:
@@ -146,8 +146,8 @@ def _check(link: Link, clock: Clock, source: Path | Samples | Trajectory, settin
 
     autopilot = get_autopilot(settings.autopilot, link.wait_for_vehicle(settings.wait))
     samples, frame = sampled(source, settings)
-    found = check_vehicle(link, clock, autopilot, settings.feed_forward.stated(samples), vehicle_frame(frame))
-    wrong = [finding for finding in found if finding.problem is not None]
+    findings = check_vehicle(link, clock, autopilot, settings.feed_forward.stated(samples), vehicle_frame(frame))
+    wrong = [finding for finding in findings if finding.problem is not None]
     for finding in wrong:
         print(f"preflight: {finding.name}: {finding.problem}", file=sys.stderr)
     grave = next((finding for finding in wrong if finding.grave), None)

@@ -43,14 +43,14 @@ def limits(
         told = Parameters(link, clock).read(PARAMETERS.get(stack, ()))
     finally:
         link.close()
-    found = autopilot_limits(stack, {name: each.value for name, each in told.items()}, lean).given()
-    text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in found.items())
+    values = autopilot_limits(stack, {name: each.value for name, each in told.items()}, lean).given()
+    text = "limits:\n" + "".join(f"  {name}: {value:g}\n" for name, value in values.items())
     if output is not None:
         from minsnap.basics.storage.atomic import atomic_write
 
         with atomic_write(output) as file:
             file.write(text)
-    print(as_json(found) if json else text.rstrip())
+    print(as_json(values) if json else text.rstrip())
 
 
 def _drag_of(name: str) -> float:

@@ -22,11 +22,11 @@ def course_of(file: Path) -> Course:
     from minsnap.files.waypoints import read_waypoints
     from minsnap.paths.missions.course import Course, Stop
 
-    found = read_waypoints(file)
-    if found.durations is not None or found.yaw is not None:
-        what = "durations" if found.durations is not None else "a yaw for each waypoint"
+    points = read_waypoints(file)
+    if points.durations is not None or points.yaw is not None:
+        what = "durations" if points.durations is not None else "a yaw for each waypoint"
         raise InputError(f"{file} has {what}: --laps, --takeoff and --land go by limits and one --yaw; leave them out")
-    return Course(tuple(Stop(point) for point in found.points), name=file.stem)
+    return Course(tuple(Stop(point) for point in points.points), name=file.stem)
 
 
 def fly_course(course: Course, planning: Planning, destination: Destination) -> None:
@@ -39,34 +39,38 @@ def fly_course(course: Course, planning: Planning, destination: Destination) -> 
     if refused:
         option = "--" + {"total_time": "time"}.get(refused[0], refused[0]).replace("_", "-")
         raise InputError(f"{option} is for a plan through waypoints: a course is flown as fast as its limits allow")
-    asked = plan_arguments({"yaw": course.yaw} | named | destination.search)
-    chosen = {"limits": asked.pop("limits", None), "yaw": asked.pop("yaw", None), "tube": asked.pop("corridor", None)}
+    arguments = plan_arguments({"yaw": course.yaw} | named | destination.search)
+    chosen = {
+        "limits": arguments.pop("limits", None),
+        "yaw": arguments.pop("yaw", None),
+        "tube": arguments.pop("corridor", None),
+    }
     flown = course.changed(**{name: value for name, value in chosen.items() if value is not None})
     began = perf_counter()
-    mission = plan_mission(flown, **asked)
+    mission = plan_mission(flown, **arguments)
     took = 1e3 * (perf_counter() - began)
     parts = [{"name": part.name, "start": part.start, "duration": part.duration} for part in mission.parts]
     further: dict[str, Any] = {"parts": parts} | _other_vehicle(mission, destination)
-    further |= _beside(flown, asked, mission, took)
+    further |= _beside(flown, arguments, mission, took)
     how: dict[str, Any] = {"limits": mission.limits, "further": further, "gates": mission.gates}
     destination.deliver(mission.trajectory, mission.corridor or None, **how, draw=lambda: _figure(mission, destination))
 
 
-def _beside(course: Course, asked: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
+def _beside(course: Course, arguments: dict[str, Any], mission: Mission, took: float) -> dict[str, Any]:
     """Return how long the course would last with more pieces, and a flying lap from a standing start."""
     from minsnap.files.plan_arguments import plan_arguments
     from minsnap.paths.missions.mission import plan_mission
 
-    quiet = {name: value for name, value in asked.items() if name not in ("search", "progress")}
+    quiet = {name: value for name, value in arguments.items() if name not in ("search", "progress")}
     lap = course.changed(closed=False, laps=1, stops=(*course.stops, *course.stops[:1]))
 
     def again(**changes: Any) -> Trajectory:
         return plan_mission(course, **quiet, **plan_arguments(changes)).trajectory
 
-    found = {} if quiet.keys() & {"pieces", "continuity"} else gain(again, mission.trajectory, took)
+    shorter = {} if quiet.keys() & {"pieces", "continuity"} else gain(again, mission.trajectory, took)
     if not course.closed or took > QUICK:
-        return found
-    return found | standing(lambda: plan_mission(lap, **quiet).trajectory, mission.trajectory)
+        return shorter
+    return shorter | standing(lambda: plan_mission(lap, **quiet).trajectory, mission.trajectory)
 
 
 def _other_vehicle(mission: Mission, destination: Destination) -> dict[str, str]:

@@ -100,7 +100,7 @@ def limit_options() -> set[str]:
     return {option_field(kind) for kind in KINDS if kind.option}
 
 
-def given_limits(options: Any) -> dict[str, Any]:
+def limit_values(options: Any) -> dict[str, Any]:
     """Return the limits that the options name, in the units of the library."""
     values = {kind: getattr(options, option_field(kind)) for kind in KINDS if kind.option}
     for kind, value in values.items():
@@ -271,7 +271,7 @@ def parse_pieces(text: str | None) -> int | str | None:
         raise InputError(f"--pieces is {text!r}: it takes a whole number, or auto") from None
 
 
-def given(**options: Any) -> dict[str, Any]:
+def present(**options: Any) -> dict[str, Any]:
     """Return the options that are not None."""
     return {name: value for name, value in options.items() if value is not None}
 

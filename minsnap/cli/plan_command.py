@@ -63,30 +63,30 @@ def plan(
             raise InputError(f"{file} is flown as a course, which is in ENU: leave out --from-frame {from_frame}")
         fly_course(course, planning, destination)
         return
-    given, chosen = _in_frame(read_request(file), file, from_frame), _given(planning)
+    read, chosen = _in_frame(read_request(file), file, from_frame), _chosen(planning)
     searched = bool(chosen.keys() & {"total_time", "time_weight", "limits"})
-    found = _with_corridor(_closed(given, file, searched) if closed else given, planning)
-    if "split" in chosen and not searched and found.total_time is None and not found.limits:
+    request = _with_corridor(_closed(read, file, searched) if closed else read, planning)
+    if "split" in chosen and not searched and request.total_time is None and not request.limits:
         raise InputError(f"--split {chosen['split']} says how the legs share a time: give --time or limits with it")
-    asked = _asked(found, chosen, searched)
-    if "room" not in asked and "limits" in chosen and not found.boxes:
-        asked |= altitudes_of(planning, found.waypoints)
-    path = plan_path(**plan_arguments(asked | destination.search))
-    one = planning.pieces is None and found.pieces == 1
-    further = finer(plan_path, asked | {"pieces": None} | destination.search, path) if one else {}
-    if asked.get("closed") and searched:
-        further |= standing(lambda: plan_path(**plan_arguments(asked | {"closed": False})), path)
-    how: dict[str, Any] = {"limits": asked.get("limits"), "origin": _home(file), "further": further}
-    how |= {"avoid": asked.get("avoid") or (), "gates": found.gates}
-    points = path(path.leg_breaks) if found.openings else found.waypoints
-    destination.deliver(path, found.walls, points, **how)
+    arguments = _arguments(request, chosen, searched)
+    if "room" not in arguments and "limits" in chosen and not request.boxes:
+        arguments |= altitudes_of(planning, request.waypoints)
+    path = plan_path(**plan_arguments(arguments | destination.search))
+    one = planning.pieces is None and request.pieces == 1
+    further = finer(plan_path, arguments | {"pieces": None} | destination.search, path) if one else {}
+    if arguments.get("closed") and searched:
+        further |= standing(lambda: plan_path(**plan_arguments(arguments | {"closed": False})), path)
+    how: dict[str, Any] = {"limits": arguments.get("limits"), "origin": _home(file), "further": further}
+    how |= {"avoid": arguments.get("avoid") or (), "gates": request.gates}
+    points = path(path.leg_breaks) if request.openings else request.waypoints
+    destination.deliver(path, request.walls, points, **how)
 
 
-def _in_frame(given: PlanRequest, file: Path, frame: str | None) -> PlanRequest:
+def _in_frame(request: PlanRequest, file: Path, frame: str | None) -> PlanRequest:
     """Return a request in ENU whose file has other axes; one below ground throughout has to say which."""
     from minsnap.files.plan_request import in_enu
 
-    heights = [point[2] for point in given.waypoints if len(point) == 3]
+    heights = [point[2] for point in request.waypoints if len(point) == 3]
     if frame is None and heights and max(heights) <= 0.0 and min(heights) < 0.0:
         raise FrameError(
             f"{file} lies below ground throughout (z from {min(heights):g} to {max(heights):g} m) and does not say its "
@@ -94,7 +94,7 @@ def _in_frame(given: PlanRequest, file: Path, frame: str | None) -> PlanRequest:
         )
     if frame is not None and file.suffix.lower() == ".plan":
         raise InputError(f"{file} is a mission by latitude and longitude: leave out --from-frame {frame}")
-    return given if frame is None else in_enu(given, frame)
+    return request if frame is None else in_enu(request, frame)
 
 
 def _home(file: Path) -> tuple[float, ...] | None:
@@ -116,8 +116,10 @@ def _course(file: Path, closed: bool, laps: int | None, takeoff: bool, land: boo
     if not (described or wanted):
         return None
     course = read_course(file) if described else course_of(file)
-    asked = {"closed": closed, "laps": laps, "takeoff": takeoff, "land": land}
-    return course.changed(**{name: value for name, value in asked.items() if value is not None and value is not False})
+    options = {"closed": closed, "laps": laps, "takeoff": takeoff, "land": land}
+    return course.changed(
+        **{name: value for name, value in options.items() if value is not None and value is not False}
+    )
 
 
 def _deliver_again(file: Path, planning: Planning, destination: Destination, closed: bool) -> None:
@@ -132,52 +134,54 @@ def _deliver_again(file: Path, planning: Planning, destination: Destination, clo
     destination.deliver(stored.trajectory, stored.corridor, stored.waypoints, **how)
 
 
-def _closed(given: PlanRequest, file: Path, searched: bool) -> PlanRequest:
+def _closed(request: PlanRequest, file: Path, searched: bool) -> PlanRequest:
     """Return the request of a lap, whose last leg must have a duration if the others have theirs."""
-    lap = given.as_lap()
-    if lap.durations is None and given.durations is not None and not searched:
+    lap = request.as_lap()
+    if lap.durations is None and request.durations is not None and not searched:
         raise InputError(
             f"{file} has no duration for the leg that closes the lap: append the first waypoint and give one, or --time"
         )
     return lap
 
 
-def _with_corridor(found: PlanRequest, planning: Planning) -> PlanRequest:
+def _with_corridor(request: PlanRequest, planning: Planning) -> PlanRequest:
     """Return the request with the half-widths of the option in place of its own."""
     widths = planning.walls
     if widths is None:
-        return found
-    return replace(found, corridor=tuple(widths) if isinstance(widths, list) else (widths,) * max(found.legs, 1))
+        return request
+    return replace(request, corridor=tuple(widths) if isinstance(widths, list) else (widths,) * max(request.legs, 1))
 
 
-def _given(planning: Planning) -> dict[str, Any]:
+def _chosen(planning: Planning) -> dict[str, Any]:
     """Return the arguments of the options that differ from their defaults, half-widths left out."""
     usual = Planning().arguments()
-    given = {name: value for name, value in planning.arguments().items() if value != usual.get(name)}
-    given.pop("corridor", None)
-    return given
+    values = {name: value for name, value in planning.arguments().items() if value != usual.get(name)}
+    values.pop("corridor", None)
+    return values
 
 
-def _asked(found: PlanRequest, chosen: dict[str, Any], searched: bool) -> dict[str, Any]:
+def _arguments(request: PlanRequest, chosen: dict[str, Any], searched: bool) -> dict[str, Any]:
     """Return the arguments of the file, options in their place, and durations from the average speed without any."""
     import numpy as np
 
     from minsnap.paths.shapes.straight import leg_durations
 
-    asked = found.arguments()
+    arguments = request.arguments()
     if searched:
-        asked = {name: value for name, value in asked.items() if name not in ("durations", "total_time", "limits")}
-    asked = Planning().arguments() | asked | chosen
-    if _only_turns(asked):  # which limits no time: that of the file, or 1 m/s on average
-        times = found.durations or leg_durations(np.array(found.waypoints))
-        asked["total_time"] = found.total_time or float(np.sum(times))
-    if not asked.keys() & {"durations", "total_time", "time_weight", "limits"}:
-        asked["durations"] = leg_durations(np.array(found.waypoints))
-    return asked
+        arguments = {
+            name: value for name, value in arguments.items() if name not in ("durations", "total_time", "limits")
+        }
+    arguments = Planning().arguments() | arguments | chosen
+    if _only_turns(arguments):  # which limits no time: that of the file, or 1 m/s on average
+        times = request.durations or leg_durations(np.array(request.waypoints))
+        arguments["total_time"] = request.total_time or float(np.sum(times))
+    if not arguments.keys() & {"durations", "total_time", "time_weight", "limits"}:
+        arguments["durations"] = leg_durations(np.array(request.waypoints))
+    return arguments
 
 
-def _only_turns(asked: dict[str, Any]) -> bool:
+def _only_turns(arguments: dict[str, Any]) -> bool:
     """Whether the yaw rate alone is limited, and nothing says how long the flight takes."""
-    limits = asked.get("limits")
-    timed = asked.keys() & {"durations", "total_time", "time_weight"}
+    limits = arguments.get("limits")
+    timed = arguments.keys() & {"durations", "total_time", "time_weight"}
     return limits is not None and list(limits.given()) == ["yaw_rate"] and not timed

@@ -68,28 +68,35 @@ else:
     LimitOptions = make_dataclass("LimitOptions", options.limit_fields(), bases=(Span,), frozen=True)
 
 
-def limits_of(given: Any) -> Limits | None:
+def limits_of(planning: Any) -> Limits | None:
     """Return the limits among options, completed by the ordinary ones where they choose the time; None without any."""
-    chosen = options.given_limits(given)
-    if not chosen and given.no_limit is None:
+    chosen = options.limit_values(planning)
+    if not chosen and planning.no_limit is None:
         return None
     from minsnap.limits.limits import Limits
     from minsnap.limits.ordinary import completed
 
-    if getattr(given, "time", None) is not None:
-        if given.no_limit is not None:
+    if getattr(planning, "time", None) is not None:
+        if planning.no_limit is not None:
             raise InputError("with --time only the limits that are named hold: leave out --no-limit")
         return Limits(**chosen)
-    kept: dict[str, Any] = completed(chosen, [name for name in options.taken_off(given.no_limit) if name != "altitude"])
+    kept: dict[str, Any] = completed(
+        chosen, [name for name in options.taken_off(planning.no_limit) if name != "altitude"]
+    )
     if not kept:
         raise InputError("--no-limit leaves no limit: name one, such as --max-jerk, or give --time")
     return Limits(**kept)
 
 
-def altitudes_of(given: Any, points: Any) -> dict[str, Any]:
+def altitudes_of(planning: Any, points: Any) -> dict[str, Any]:
     """Return the floor and the ceiling of ordinary flight as the argument ``room``, where limits choose the time."""
-    named = bool(options.given_limits(given)) or given.no_limit is not None
-    if not named or given.time is not None or len(points[0]) != 3 or "altitude" in options.taken_off(given.no_limit):
+    named = bool(options.limit_values(planning)) or planning.no_limit is not None
+    if (
+        not named
+        or planning.time is not None
+        or len(points[0]) != 3
+        or "altitude" in options.taken_off(planning.no_limit)
+    ):
         return {}
     from minsnap.limits.ordinary import ordinary_room
 
@@ -102,8 +109,8 @@ def finer(plan: Callable[..., Path], named: dict[str, Any], path: Trajectory) ->
     Nothing where times, pieces or a split are given, no limits are, or the search took more than ``QUICK``.
     """
     report, chosen = path.report, {"total_time", "durations", "time_weight", "time_limit", "split", "continuity"}
-    given = chosen & options.given(**named).keys()
-    searched = named.get("limits") is not None and named.get("pieces") is None and not given
+    names = chosen & options.present(**named).keys()
+    searched = named.get("limits") is not None and named.get("pieces") is None and not names
     if not searched or report is None or report.interrupted:
         return {}
     from minsnap.files.plan_arguments import plan_arguments
@@ -159,7 +166,7 @@ class TimingOptions(LimitOptions):
         """Return the arguments of a plan that the options name."""
         how = {"time_weight": self.time_weight, "split": self.split, "time_limit": self.time_limit}
         how |= {"pieces": options.parse_pieces(self.pieces)}
-        return options.given(
+        return options.present(
             total_time=self.time, limits=self.limits, yaw=options.chosen_yaw(self.yaw, self.look_at), **how
         )
 
@@ -184,16 +191,16 @@ class Planning(TimingOptions):
     @property
     def limits(self) -> Limits | None:
         """The limits given; a yaw rate alone, which limits no time, is not completed."""
-        if self.no_limit is None and list(options.given_limits(self)) == ["yaw_rate"]:
+        if self.no_limit is None and list(options.limit_values(self)) == ["yaw_rate"]:
             from minsnap.limits.limits import Limits
 
-            return Limits(**options.given_limits(self))
+            return Limits(**options.limit_values(self))
         return limits_of(self)
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a plan that the options name."""
-        chosen = options.given(corridor=self.walls, continuity=self.continuity, avoid=options.parse_avoid(self.avoid))
-        chosen |= options.given(yaw_rate=self.yaw_rate, hold_below=self.hold_below)
+        chosen = options.present(corridor=self.walls, continuity=self.continuity, avoid=options.parse_avoid(self.avoid))
+        chosen |= options.present(yaw_rate=self.yaw_rate, hold_below=self.hold_below)
         return super().arguments() | chosen | {"degree": self.degree, "solver": self.solver}
 
 
@@ -264,7 +271,7 @@ class Turning(PaceOptions):
             for name, value in asdict(self).items()
             if name not in options.limit_options() | {"look_at", "no_limit"}
         }
-        return options.given(**own | angles | {"limits": self.limits})
+        return options.present(**own | angles | {"limits": self.limits})
 
     @property
     def limits(self) -> Limits | None:

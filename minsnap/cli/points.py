@@ -22,7 +22,7 @@ class PointCommand(TyperCommand):
 
 def joined_points(arguments: list[str]) -> list[str]:
     """Return the arguments with ``--start 1 -2`` written as ``--start=1,-2``."""
-    found: list[str] = []
+    joined: list[str] = []
     at = 0
     while at < len(arguments):
         word = arguments[at]
@@ -30,9 +30,9 @@ def joined_points(arguments: list[str]) -> list[str]:
         count = 0
         while word in POINT_OPTIONS and at + count < len(arguments) and _is_number(arguments[at + count]):
             count += 1
-        found.append(f"{word}={','.join(arguments[at : at + count])}" if count else word)
+        joined.append(f"{word}={','.join(arguments[at : at + count])}" if count else word)
         at += count
-    return found
+    return joined
 
 
 def parse_point(option: str, text: str) -> tuple[float, ...]:

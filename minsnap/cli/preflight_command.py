@@ -69,14 +69,14 @@ def preflight(
 
 def _assignments(texts: list[str]) -> dict[str, float]:
     """Parse NAME=VALUE, before anything is sent."""
-    found = {}
+    values = {}
     for text in texts:
         name, _, value = text.partition("=")
         try:
-            found[name.strip()] = float(value)
+            values[name.strip()] = float(value)
         except ValueError:
             raise InputError(f"--set is {text!r}: give NAME=VALUE with a number, such as COM_OBL_RC_ACT=4") from None
-    return found
+    return values
 
 
 def _set(parameters: Parameters, wanted: dict[str, float]) -> None:

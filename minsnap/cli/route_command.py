@@ -47,9 +47,9 @@ class MapOptions:
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of a route that the options name."""
-        chosen = options.given(threshold=self.threshold, altitudes=self.altitudes, resolution=self.resolution)
+        chosen = options.present(threshold=self.threshold, altitudes=self.altitudes, resolution=self.resolution)
         corner = None if self.origin is None else options.parse_numbers("--origin", self.origin)
-        return chosen | options.given(origin=corner) | {"clearance": self.clearance, "unknown": self.unknown}
+        return chosen | options.present(origin=corner) | {"clearance": self.clearance, "unknown": self.unknown}
 
 
 @app.command(cls=PointCommand)
@@ -73,17 +73,17 @@ def route(
     from minsnap.paths.routes.plan_route import plan_through
 
     ends = parse_point("--start", start), parse_point("--goal", goal)
-    asked = reading.arguments() | timing.arguments() | destination.search
-    found = plan_through(_source(map_file, reading.transpose), *ends, **plan_arguments(asked))
+    arguments = reading.arguments() | timing.arguments() | destination.search
+    path = plan_through(_source(map_file, reading.transpose), *ends, **plan_arguments(arguments))
     shorter = finer(
         partial(plan_through, _source(map_file, reading.transpose), *ends),
-        asked | {"limits": found.limits},
-        found.trajectory,
+        arguments | {"limits": path.limits},
+        path.trajectory,
     )
-    figures = shorter | {"obstacle_distance": found.distance, "obstacle_instant": found.approach.instant}
-    figures["altitude"] = 0.0 if found.dim == 2 else None
-    how: dict[str, Any] = {"corridor": found.corridor, "limits": found.limits, "further": figures}
-    destination.deliver(found.trajectory, **how, draw=lambda: _figure(found, map_file, destination))
+    figures = shorter | {"obstacle_distance": path.distance, "obstacle_instant": path.approach.instant}
+    figures["altitude"] = 0.0 if path.dim == 2 else None
+    how: dict[str, Any] = {"corridor": path.corridor, "limits": path.limits, "further": figures}
+    destination.deliver(path.trajectory, **how, draw=lambda: _figure(path, map_file, destination))
 
 
 def _source(file: Path, transpose: bool) -> Any:
@@ -97,7 +97,7 @@ def _source(file: Path, transpose: bool) -> Any:
     return cells.swapaxes(0, 1) if cells.ndim > 1 else cells
 
 
-def _figure(found: Route, file: Path, wanted: Destination) -> Any:
+def _figure(route: Route, file: Path, wanted: Destination) -> Any:
     from minsnap.plot.route_figure import plot_route
 
-    return plot_route(found, view=wanted.view or "xy", colour_by=wanted.colour_by, title=file.name)
+    return plot_route(route, view=wanted.view or "xy", colour_by=wanted.colour_by, title=file.name)

@@ -55,9 +55,9 @@ def rect(
         "center": center,
     }
     traced = partial(rectangle, width, length, **place)
-    asked = planning.arguments() | {"corridor": planning.walls} | destination.search
-    path = traced(**plan_arguments(asked))
-    destination.deliver(path, planning.walls, limits=planning.limits, further=finer(traced, asked, path))
+    arguments = planning.arguments() | {"corridor": planning.walls} | destination.search
+    path = traced(**plan_arguments(arguments))
+    destination.deliver(path, planning.walls, limits=planning.limits, further=finer(traced, arguments, path))
 
 
 @app.command()
@@ -76,9 +76,9 @@ def line(
     search = {} if constant_speed else destination.search
     if not constant_speed:
         search |= altitudes_of(timing, [start, goal])
-    asked = timing.arguments() | search
-    path = plan_line(start, goal, constant_speed=constant_speed, **plan_arguments(asked))
-    further = {} if constant_speed else finer(partial(plan_line, start, goal), asked, path)
+    arguments = timing.arguments() | search
+    path = plan_line(start, goal, constant_speed=constant_speed, **plan_arguments(arguments))
+    further = {} if constant_speed else finer(partial(plan_line, start, goal), arguments, path)
     destination.deliver(path, limits=timing.limits, further=further)
 
 

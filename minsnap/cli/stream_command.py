@@ -122,10 +122,10 @@ def stream(
         fastest=0.0 if heard is None else heard.limits.speed or 0.0,
     )
     if file.is_dir() or file.suffix.lower() == ".skyc":
-        found = fly_fleet(file, connect, settings, signing_key, preflight)
-        for name, one in found.items():
+        flights = fly_fleet(file, connect, settings, signing_key, preflight)
+        for name, one in flights.items():
             print(f"{name}: {one if isinstance(one, FlightError) else flight_summary(one).splitlines()[0]}")
-        return 0 if all(not isinstance(one, FlightError) and one.completed for one in found.values()) else 1
+        return 0 if all(not isinstance(one, FlightError) and one.completed for one in flights.values()) else 1
     source = file if heard is None else heard.flown
     report = fly(source, connect, settings, system, signing_key, preflight, heard)
     print(flight_summary(report), file=sys.stderr if listen else sys.stdout)

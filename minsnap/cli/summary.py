@@ -152,11 +152,11 @@ def _of_shape(path: Path, limits: Limits | None) -> dict[str, Any]:
     """Return the figures of a shape, by its polynomials."""
     from minsnap.certificate import certify
 
-    found = certify(path, limits=limits)
+    certificate = certify(path, limits=limits)
     return {
-        "max_speed": found.max_speed,
-        "max_acceleration": found.max_acceleration,
-        "max_jerk": found.max_jerk,
-        "limits": [asdict(used) for used in found.utilisation],
-        "binding": [used.name for used in found.utilisation if used.fraction >= BINDING],
+        "max_speed": certificate.max_speed,
+        "max_acceleration": certificate.max_acceleration,
+        "max_jerk": certificate.max_jerk,
+        "limits": [asdict(used) for used in certificate.utilisation],
+        "binding": [used.name for used in certificate.utilisation if used.fraction >= BINDING],
     }

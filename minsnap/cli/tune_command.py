@@ -122,10 +122,10 @@ class _Pilot:
 
     def _newest(self) -> Path:
         assert self._logs is not None
-        found = [file for file in self._logs.rglob("*") if file.suffix.lower() in (".ulg", ".bin")]
-        if not found:
+        logs = [file for file in self._logs.rglob("*") if file.suffix.lower() in (".ulg", ".bin")]
+        if not logs:
             raise InputError(f"{self._logs} holds no .ulg and no .bin: --logs is the folder of the autopilot's logs")
-        return max(found, key=lambda file: file.stat().st_mtime)
+        return max(logs, key=lambda file: file.stat().st_mtime)
 
     def _fetched(self, stem: Path, number: int) -> Path:
         from minsnap.flight.mavlink.link import open_link

@@ -35,12 +35,12 @@ def in_options(sentence: str) -> str:
     return _NAMED.sub(_option, _GIVEN.sub(_option_with_value, sentence))
 
 
-def _option(found: re.Match[str]) -> str:
-    return ARGUMENTS.get(found[1], found[1])
+def _option(match: re.Match[str]) -> str:
+    return ARGUMENTS.get(match[1], match[1])
 
 
-def _option_with_value(found: re.Match[str]) -> str:
-    name, value = found[1], found[2].strip("'")
+def _option_with_value(match: re.Match[str]) -> str:
+    name, value = match[1], match[2].strip("'")
     if name not in ARGUMENTS:
-        return found[0]
+        return match[0]
     return ARGUMENTS[name] if value in ("", "True") else f"{ARGUMENTS[name]} {value}"

@@ -103,10 +103,10 @@ class Walls(ReadOnly):
         slope = np.concatenate((-normal[above], normal[below]))
         radius = np.concatenate((upper[above], -lower[below]))
         matrix = np.zeros((len(row), 0, normal.shape[1]))
-        found = cls(legs[row].astype(np.intp), matrix, anchor[row], slope, radius, width[row], order, name)
-        for array in (found.leg, found.anchor, slope, radius, found.width):
+        walls = cls(legs[row].astype(np.intp), matrix, anchor[row], slope, radius, width[row], order, name)
+        for array in (walls.leg, walls.anchor, slope, radius, walls.width):
             array.flags.writeable = False
-        return found
+        return walls
 
     @classmethod
     def balls(
@@ -291,13 +291,13 @@ def leg_scales(waypoints: FloatArray) -> FloatArray:
 
 def _numbers(name: str, arrays: dict[str, npt.ArrayLike]) -> list[FloatArray]:
     """Return arrays as numbers, or raise CorridorError."""
-    found = []
+    entries = []
     for what, values in arrays.items():
         array = numbers(values)
         if array is None or np.isnan(array).any():
             raise CorridorError(f"the {what} of a wall of the {name} is not a number")
-        found.append(array)
-    return found
+        entries.append(array)
+    return entries
 
 
 def _whole(array: FloatArray) -> IntArray:

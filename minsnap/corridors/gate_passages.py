@@ -49,19 +49,21 @@ def gate_passages(trajectory: Trajectory, gates: Iterable[Gate], within: float =
     instants = trajectory.leg_breaks
     places, speeds = trajectory(instants), np.linalg.norm(trajectory(instants, 1), axis=1)
     reach = within * max(1.0, float(np.ptp(places, axis=0).max()))
-    found = []
+    passages = []
     for index, gate in enumerate(gates):
         clear = clearances(gate, places, reach)
         for knot in np.flatnonzero(clear > -reach):
-            found.append(GatePassage(index, float(instants[knot]), float(speeds[knot]), max(float(clear[knot]), 0.0)))
-    return tuple(sorted(found, key=lambda passage: passage.instant))
+            passages.append(
+                GatePassage(index, float(instants[knot]), float(speeds[knot]), max(float(clear[knot]), 0.0))
+            )
+    return tuple(sorted(passages, key=lambda passage: passage.instant))
 
 
 def numbered_passages(trajectory: Trajectory, gates: Mapping[int, Gate]) -> tuple[GatePassage, ...]:
     """Return the passages of gates that have numbers of their own, such as their places among waypoints."""
     numbers = list(gates)
-    found = gate_passages(trajectory, gates.values())
-    return tuple(replace(passed, gate=numbers[passed.gate]) for passed in found)
+    passages = gate_passages(trajectory, gates.values())
+    return tuple(replace(passed, gate=numbers[passed.gate]) for passed in passages)
 
 
 def clearances(gate: Gate, places: FloatArray, reach: float) -> FloatArray:

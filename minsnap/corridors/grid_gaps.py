@@ -65,23 +65,23 @@ def _grown_by_shifts(taken: BoolArray, clearance: float, size: FloatArray, count
         columns.append(columns[-1] | _shifted(taken, (*(0,) * (taken.ndim - 1), steps)))
         columns[-1] |= _shifted(taken, (*(0,) * (taken.ndim - 1), -steps))
     reach = np.maximum(np.arange(len(columns)) - 1, 0) * size[-1]
-    found = taken.copy()
+    grown = taken.copy()
     for step in product(*(range(-int(n), int(n) + 1) for n in count[:-1])):
         apart = np.maximum(np.abs(step) - 1, 0) * size[:-1]
         near = np.flatnonzero(np.sqrt(apart @ apart + reach**2) < clearance)
         if len(near):
-            _join(found, columns[int(near[-1])], (*step, 0))
-    return found
+            _join(grown, columns[int(near[-1])], (*step, 0))
+    return grown
 
 
 def _shifted(taken: BoolArray, step: tuple[int, ...]) -> BoolArray:
-    found = np.zeros_like(taken)
-    _join(found, taken, step)
-    return found
+    shifted = np.zeros_like(taken)
+    _join(shifted, taken, step)
+    return shifted
 
 
-def _join(found: BoolArray, taken: BoolArray, step: tuple[int, ...]) -> None:
+def _join(joined: BoolArray, taken: BoolArray, step: tuple[int, ...]) -> None:
     """Add occupied cells moved by a step, in place."""
     to = tuple(slice(max(change, 0), change if change < 0 else None) for change in step)
     source = tuple(slice(max(-change, 0), -change if change > 0 else None) for change in step)
-    found[to] |= taken[source]
+    joined[to] |= taken[source]

@@ -194,11 +194,11 @@ def as_obstacles(avoid: Any) -> tuple[Obstacle, ...]:
     """Return the argument ``avoid`` as obstacles: one, several or none."""
     if avoid is None:
         return ()
-    given = tuple(avoid) if isinstance(avoid, Sequence) else (avoid,)
-    for obstacle in given:
+    obstacles = tuple(avoid) if isinstance(avoid, Sequence) else (avoid,)
+    for obstacle in obstacles:
         if not isinstance(obstacle, Obstacle):
             raise CorridorError(f"avoid has {shown(obstacle)}: give cylinders, ellipsoids and cuboids")
-    return given
+    return obstacles
 
 
 def _numbers(

@@ -49,7 +49,7 @@ class Placement:
         Offsets within which each may lie [m]; zero where pinned.
     start, end : mapping or None
         States at the ends without their positions.
-    given : bool
+    by_waypoints : bool
         Whether there were waypoints; else these are the ends and the overlaps.
     regions : mapping of int to KnotRegion
         Waypoints whose regions are no boxes; ``lower`` and ``upper`` are boxes around them.
@@ -60,7 +60,7 @@ class Placement:
     upper: FloatArray
     start: State
     end: State
-    given: bool = True
+    by_waypoints: bool = True
     regions: Mapping[int, KnotRegion] = field(default_factory=dict)
 
     def outside(self, positions: FloatArray) -> FloatArray:
@@ -88,7 +88,7 @@ class Placement:
         if knot in self.regions:
             return f"the {self.regions[knot].what} of waypoint {knot} at {at}"
         free = (self.upper[knot] > self.lower[knot]).any()
-        if self.given:
+        if self.by_waypoints:
             return f"the box around waypoint {knot} at {at}" if free else f"waypoint {knot} at {at}"
         if not free:
             return f"the position of {'end' if knot else 'start'}, {at},"
@@ -115,7 +115,7 @@ def place(
     first, start = _without_position(start, "start")
     last, end = _without_position(end, "end")
     if waypoints is None:
-        return Placement(*_found(tolerance, constraints, first, last, closed), start, end, given=False)
+        return Placement(*_from_sets(tolerance, constraints, first, last, closed), start, end, by_waypoints=False)
     centers, gates = without_gates(waypoints)
     points = check_waypoints(centers)
     for position, index, where in ((first, 0, "start"), (last, -1, "end")):
@@ -154,7 +154,7 @@ def _without_position(state: Any, where: str) -> tuple[FloatArray | None, State]
     return position, rest
 
 
-def _found(
+def _from_sets(
     tolerance: npt.ArrayLike | Ball | None,
     constraints: Sequence[Constraint],
     first: FloatArray | None,
@@ -225,10 +225,10 @@ def _tolerances(tolerance: npt.ArrayLike | None, points: FloatArray) -> FloatArr
         return widths
     give = f"one finite number of 0 or more [m], or one for each of {count} waypoints"
     shapes = (), (count,), points.shape
-    given = check_array("waypoint_tolerance", tolerance, shapes, give, WaypointError, least=0.0)
-    given = np.where(given < SMALLEST, 0.0, given)
-    if given.ndim == 0:
-        widths[1:-1] = given
+    half = check_array("waypoint_tolerance", tolerance, shapes, give, WaypointError, least=0.0)
+    half = np.where(half < SMALLEST, 0.0, half)
+    if half.ndim == 0:
+        widths[1:-1] = half
     else:
-        widths[:] = given[:, None] if given.ndim == 1 else given
+        widths[:] = half[:, None] if half.ndim == 1 else half
     return widths

@@ -37,8 +37,8 @@ def bounding_boxes(sets: Sequence[HalfSpaceRows]) -> tuple[FloatArray, FloatArra
     dim = sets[0][0].shape[1]
     ways = np.concatenate((np.eye(dim), -np.eye(dim)))
     bounds = [(-UNBOUNDED * _size(b), UNBOUNDED * _size(b)) for _, b in sets for _ in range(ways.size)]
-    found = _minimum(np.tile(ways, (len(sets), 1)), [rows for rows in sets for _ in ways], bounds)
-    reach = found.reshape(len(sets), 2, dim, dim).diagonal(axis1=2, axis2=3)
+    least = _minimum(np.tile(ways, (len(sets), 1)), [rows for rows in sets for _ in ways], bounds)
+    reach = least.reshape(len(sets), 2, dim, dim).diagonal(axis1=2, axis2=3)
     low, high = reach[:, 0], reach[:, 1]
     far = 0.99 * UNBOUNDED * np.array([_size(b) for _, b in sets])[:, None]
     return np.where(low < -far, -np.inf, low), np.where(high > far, np.inf, high)
@@ -57,10 +57,10 @@ def _minimum(
     from scipy.sparse import block_diag
 
     matrix, right = block_diag([A for A, _ in sets], format="csc"), np.concatenate([b for _, b in sets])
-    found = linprog(costs.reshape(-1), matrix, right, bounds=bounds, method="highs", options=PRECISE)
-    if found.x is None:
-        raise SolverError(f"a linear programme for the polytopes failed: {found.message}")
-    return np.asarray(found.x.reshape(costs.shape))
+    solution = linprog(costs.reshape(-1), matrix, right, bounds=bounds, method="highs", options=PRECISE)
+    if solution.x is None:
+        raise SolverError(f"a linear programme for the polytopes failed: {solution.message}")
+    return np.asarray(solution.x.reshape(costs.shape))
 
 
 def _size(offsets: FloatArray) -> float:

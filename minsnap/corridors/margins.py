@@ -45,9 +45,9 @@ def nearest_wall(traj: Trajectory, walls: Sequence[Walls]) -> Margin | None:
 
 def margin_to(traj: Trajectory, wall: Walls) -> Margin:
     """Proved least distance to one block of walls over all time."""
-    found = _native_excess(traj, wall)
-    if found is not None:
-        return _margin(traj, wall, found)
+    extremum = _native_excess(traj, wall)
+    if extremum is not None:
+        return _margin(traj, wall, extremum)
     slacks, row, piece, where = (_flat_slacks if wall.flat else _round_slacks)(traj, wall)
     if not len(row):
         return Margin(np.inf, 0, 0.0, wall.name)
@@ -120,13 +120,13 @@ def _cone_slacks(radius: FloatArray, excess: FloatArray) -> FloatArray:
     return np.minimum(slacks - 8.0 * UNIT * np.abs(slacks), radius)
 
 
-def _margin(traj: Trajectory, wall: Walls, found: native.Extremum) -> Margin:
+def _margin(traj: Trajectory, wall: Walls, extremum: native.Extremum) -> Margin:
     """Margin from the native core's greatest excess."""
-    if found.bound == -np.inf:
+    if extremum.bound == -np.inf:
         return Margin(np.inf, 0, 0.0, wall.name)
-    row, part = divmod(found.row, traj.pieces)
+    row, part = divmod(extremum.row, traj.pieces)
     leg = int(wall.leg[row])
-    return Margin(0.0 - found.bound, leg, _instant(traj, leg * traj.pieces + part, found.where), wall.name)
+    return Margin(0.0 - extremum.bound, leg, _instant(traj, leg * traj.pieces + part, extremum.where), wall.name)
 
 
 def _instant(traj: Trajectory, piece: int, s: float) -> float:

@@ -32,8 +32,8 @@ def passing(traj: Trajectory, placement: Placement) -> tuple[float, bool]:
 
 
 def _crossed(traj: Trajectory, placement: Placement) -> bool:
-    asked = [(k, region.crossing) for k, region in placement.regions.items() if region.crossing is not None]
-    if not asked:
+    crossings = [(k, region.crossing) for k, region in placement.regions.items() if region.crossing is not None]
+    if not crossings:
         return True
     velocity, size = traj(traj.leg_breaks, 1), traj.max_norm(1)[0]
-    return all(float(velocity[k] @ crossing) >= -EXACT * size for k, crossing in asked)
+    return all(float(velocity[k] @ crossing) >= -EXACT * size for k, crossing in crossings)

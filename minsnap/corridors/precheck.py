@@ -33,7 +33,7 @@ def check_reach(placement: Placement, pins: Pins, walls: Sequence[Walls]) -> Non
     for wall in walls:
         if wall.order:
             _check_pins(pins, wall)
-    for waypoint in sorted({waypoint for found in outside for waypoint in found.tolist()}):
+    for waypoint in sorted({waypoint for rows in outside for waypoint in rows.tolist()}):
         _check_box(placement, places, waypoint)
     planes = [wall for wall in places if wall.flat]
     for waypoint in placement.regions if planes else ():
@@ -143,8 +143,8 @@ def _meets(placement: Placement, planes: Sequence[Walls], waypoint: int) -> bool
     if region is not None:
         normals, bounds = np.concatenate((normals, region.normals)), np.concatenate((bounds, region.bounds))
         flat = flat if region.plane is None else (region.plane[None, :], np.zeros(1))
-    found: Any = linprog(np.zeros(len(point)), normals, bounds, *flat, bounds=box)
-    return bool(found.status != 2)
+    solution: Any = linprog(np.zeros(len(point)), normals, bounds, *flat, bounds=box)
+    return bool(solution.status != 2)
 
 
 def _distance(normals: FloatArray, bounds: FloatArray) -> float:
@@ -184,5 +184,5 @@ def _reach(planes: Sequence[Walls], leg: int, direction: FloatArray, point: Floa
     from scipy.optimize import linprog
 
     normals, bounds = _planes_at(planes, (leg,), len(point))
-    found: Any = linprog(-direction, normals, bounds - normals @ point, bounds=(None, None))
-    return float(-found.fun) if found.status == 0 else np.inf
+    solution: Any = linprog(-direction, normals, bounds - normals @ point, bounds=(None, None))
+    return float(-solution.fun) if solution.status == 0 else np.inf

@@ -37,8 +37,8 @@ def formats() -> dict[str, Format]:
     modules = [
         importlib.import_module(name) for name in ("minsnap.files.setpoint_csv", "minsnap.files.flights", *names)
     ]
-    found = [getattr(module, "FORMAT", None) for module in modules]
-    return {entry.name: entry for entry in found if entry is not None}
+    declared = [getattr(module, "FORMAT", None) for module in modules]
+    return {entry.name: entry for entry in declared if entry is not None}
 
 
 def read_any(path: str | os.PathLike[str], frame: str | None = None) -> Content:
@@ -171,11 +171,11 @@ def format_of(path: str | os.PathLike[str], to: str | None = None) -> Format:
     if to is not None and not (isinstance(to, str) and to in able):
         raise FileError(f"no format is called {shown(to)}: choose one of {', '.join(able)}")
     ending = Path(path).suffix.lower()
-    found = able[to] if to is not None else next((e for e in able.values() if ending in e.endings), None)
-    if found is None:
+    chosen = able[to] if to is not None else next((e for e in able.values() if ending in e.endings), None)
+    if chosen is None:
         known = ", ".join(ending for entry in able.values() for ending in entry.endings)
         raise FileError(f"{path} cannot be written by its ending: use {known}, or name a format of {', '.join(able)}")
-    other = next((e.name for e in able.values() if ending in e.endings), found.name)
-    if other != found.name and found.endings and ending not in (*found.endings, *found.reads):
-        raise FileError(f"{path} is named as {other} is and was to hold {found.name}: name it *{found.endings[0]}")
-    return found
+    other = next((e.name for e in able.values() if ending in e.endings), chosen.name)
+    if other != chosen.name and chosen.endings and ending not in (*chosen.endings, *chosen.reads):
+        raise FileError(f"{path} is named as {other} is and was to hold {chosen.name}: name it *{chosen.endings[0]}")
+    return chosen

@@ -75,8 +75,8 @@ def read_mission(path: str | os.PathLike[str]) -> GroundControlMission:
     if not isinstance(mission, dict) or not isinstance(mission.get("items"), list):
         raise FileError(f"{path} is no QGroundControl plan: it has no mission with items")
     home = _coordinates(f"{path}: plannedHomePosition", mission.get("plannedHomePosition"))
-    found = [row for where, item in _simple_items(f"{path}", mission["items"]) for row in _positions(where, item, home)]
-    points = local_positions(np.array(found), home) if found else np.zeros((0, 3))
+    rows = [row for where, item in _simple_items(f"{path}", mission["items"]) for row in _positions(where, item, home)]
+    points = local_positions(np.array(rows), home) if rows else np.zeros((0, 3))
     points = points[np.concatenate(([True], (np.diff(points, axis=0) != 0.0).any(axis=1)))] if len(points) else points
     if len(points) < 2:
         raise FileError(f"{path} has {len(points)} different positions: a path needs two at least")
@@ -104,11 +104,11 @@ def _positions(where: str, item: Mapping[str, Any], home: FloatArray) -> list[tu
     command = item.get("command")
     if command not in (*WAYPOINTS, TAKEOFF):
         return []
-    given = item.get("params")
-    if not isinstance(given, list) or len(given) != 7:
-        raise FileError(f"{where} has parameters {shown(given)}: a waypoint has seven")
-    place = home[:2].tolist() if command == TAKEOFF and given[4] in (None, 0) else given[4:6]
-    latitude, longitude, altitude = _coordinates(where, [*place, given[6]]).tolist()
+    params = item.get("params")
+    if not isinstance(params, list) or len(params) != 7:
+        raise FileError(f"{where} has parameters {shown(params)}: a waypoint has seven")
+    place = home[:2].tolist() if command == TAKEOFF and params[4] in (None, 0) else params[4:6]
+    latitude, longitude, altitude = _coordinates(where, [*place, params[6]]).tolist()
     return [(latitude, longitude, altitude + _base(where, item.get("frame"), home))]
 
 
@@ -121,9 +121,9 @@ def _base(where: str, frame: Any, home: FloatArray) -> float:
     raise FileError(f"{where} gives its altitude in frame {shown(frame)}: use altitudes above home or above sea level")
 
 
-def _coordinates(where: str, given: Any) -> FloatArray:
+def _coordinates(where: str, entry: Any) -> FloatArray:
     """Return latitude, longitude [degrees] and altitude [m] as an array."""
-    numbers = isinstance(given, list) and len(given) == 3 and all(type(v) in (int, float) for v in given)
-    if not numbers or not all(abs(v) <= most for v, most in zip(given, (90.0, 180.0, 1e8), strict=True)):
-        raise FileError(f"{where} has the coordinates {shown(given)}: give latitude, longitude and altitude")
-    return np.array(given, dtype=np.float64)
+    numbers = isinstance(entry, list) and len(entry) == 3 and all(type(v) in (int, float) for v in entry)
+    if not numbers or not all(abs(v) <= most for v, most in zip(entry, (90.0, 180.0, 1e8), strict=True)):
+        raise FileError(f"{where} has the coordinates {shown(entry)}: give latitude, longitude and altitude")
+    return np.array(entry, dtype=np.float64)

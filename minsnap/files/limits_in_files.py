@@ -67,12 +67,12 @@ def limits_of(where: str, said: Any, folder: Path) -> Limits:
     LimitError, VehicleError
         If a limit cannot be kept, or a vehicle cannot fly.
     """
-    found = without_null(LIMITS.read(where, said))
-    rotors = found.pop("rotors", None)
+    values = without_null(LIMITS.read(where, said))
+    rotors = values.pop("rotors", None)
     if rotors is None:
-        return Limits(**found)
+        return Limits(**values)
     vehicle = vehicle_of(rotors["vehicle"], folder)
-    return Limits.of(vehicle, rotors.get("reserve", RESERVE), **found)
+    return Limits.of(vehicle, rotors.get("reserve", RESERVE), **values)
 
 
 def vehicle_of(said: Any, folder: Path, name: str = "vehicle") -> Quadrotor:

@@ -29,18 +29,18 @@ def plan_arguments(named: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         If a value is malformed, or turning goes with another yaw than one along the velocity.
     """
-    asked = {name: value for name, value in named.items() if name not in (*SEARCH, *TURNING, "room")}
+    arguments = {name: value for name, value in named.items() if name not in (*SEARCH, *TURNING, "room")}
     search = {name: named[name] for name in SEARCH if named.get(name) is not None}
     turning = {name: named[name] for name in TURNING if named.get(name) is not None}
     if search:
-        asked["search"] = Search(**search)
+        arguments["search"] = Search(**search)
     if turning:
-        if not (isinstance(asked.get("yaw"), str) and asked["yaw"] == "velocity"):
+        if not (isinstance(arguments.get("yaw"), str) and arguments["yaw"] == "velocity"):
             name, value = next(iter(turning.items()))
             raise YawError(f"{name}={shown(value)} is for a heading along the velocity: give yaw='velocity' with it")
-        asked["yaw"] = Velocity(**turning)
+        arguments["yaw"] = Velocity(**turning)
     room = as_room(named.get("room"))
     if room:
-        corridor = asked.get("corridor")
-        asked["corridor"] = room if corridor is None else [corridor, *room]
-    return asked
+        corridor = arguments.get("corridor")
+        arguments["corridor"] = room if corridor is None else [corridor, *room]
+    return arguments

@@ -183,11 +183,11 @@ class PlanRequest:
         InputError
             If a wall or a limit is malformed.
         """
-        asked: dict[str, Any] = {"waypoints": self.places, "durations": self.durations, "yaw": self.yaw}
-        asked |= {"total_time": self.total_time, "limits": self.bounds, "corridor": self.walls}
-        asked |= {"continuity": self.continuity, "avoid": self.obstacles or None}
-        given = {name: value for name, value in asked.items() if value is not None}
-        return given | {"degree": self.degree, "pieces": self.pieces, "closed": self.closed}
+        arguments: dict[str, Any] = {"waypoints": self.places, "durations": self.durations, "yaw": self.yaw}
+        arguments |= {"total_time": self.total_time, "limits": self.bounds, "corridor": self.walls}
+        arguments |= {"continuity": self.continuity, "avoid": self.obstacles or None}
+        present = {name: value for name, value in arguments.items() if value is not None}
+        return present | {"degree": self.degree, "pieces": self.pieces, "closed": self.closed}
 
     def _corridor(self) -> Any:
         """Half-widths where the tube is alone, so that the native core sees the plain problem."""

@@ -107,9 +107,9 @@ def read_request(path: str | os.PathLike[str]) -> PlanRequest:
         return _from_waypoints(waypoints_of(f"{path}", content))
     plain = {key: value for key, value in content.items() if key not in FURTHER}
     heading = plain.pop("yaw") if HEADING.fits(plain.get("yaw")) else None
-    found = _from_waypoints(waypoints_of(f"{path}", plain))
-    found = found if heading is None else replace(found, yaw=HEADING.read("yaw", heading))
-    return _with_further(f"{path}", found, content)
+    request = _from_waypoints(waypoints_of(f"{path}", plain))
+    request = request if heading is None else replace(request, yaw=HEADING.read("yaw", heading))
+    return _with_further(f"{path}", request, content)
 
 
 def write_request(request: PlanRequest, path: str | os.PathLike[str], *, clobber: bool = True) -> None:
@@ -157,20 +157,20 @@ def _lists(value: Any) -> Any:
     return [_lists(entry) for entry in value] if isinstance(value, tuple) else value
 
 
-def _from_waypoints(found: Waypoints) -> PlanRequest:
-    rows = tuple(tuple(row) for row in found.points.tolist())
-    durations = None if found.durations is None else tuple(found.durations.tolist())
-    return PlanRequest(rows, durations, yaw=None if found.yaw is None else tuple(found.yaw.tolist()))
+def _from_waypoints(points: Waypoints) -> PlanRequest:
+    rows = tuple(tuple(row) for row in points.points.tolist())
+    durations = None if points.durations is None else tuple(points.durations.tolist())
+    return PlanRequest(rows, durations, yaw=None if points.yaw is None else tuple(points.yaw.tolist()))
 
 
-def _with_further(where: str, found: PlanRequest, content: Mapping[str, Any]) -> PlanRequest:
+def _with_further(where: str, request: PlanRequest, content: Mapping[str, Any]) -> PlanRequest:
     """Return the request with the keys of ``FURTHER``, each checked for its form."""
     changes: dict[str, Any] = {
         key: FURTHER[key].form.read(f"{where}: {key}", content[key]) for key in FURTHER if content.get(key) is not None
     }
     if "limits" in changes:
         changes |= _limits(
-            f"{where}: limits", changes.pop("limits"), found.durations is not None or "total_time" in changes
+            f"{where}: limits", changes.pop("limits"), request.durations is not None or "total_time" in changes
         )
     if "avoid" in changes:
         changes["avoid"] = tuple(named for entry in changes["avoid"] for named in entry.items())
@@ -180,16 +180,16 @@ def _with_further(where: str, found: PlanRequest, content: Mapping[str, Any]) ->
             for gate in changes["openings"]
         )
     if isinstance(changes.get("corridor"), float):
-        changes["corridor"] = (changes["corridor"],) * max(found.legs, 1)
-    return replace(found, **changes.pop("view", {}) | changes)
+        changes["corridor"] = (changes["corridor"],) * max(request.legs, 1)
+    return replace(request, **changes.pop("view", {}) | changes)
 
 
 def _limits(where: str, said: dict[str, Any], timed: bool) -> dict[str, Any]:
     """Return the limits of a request, completed where they choose the time, and whose rotors are kept."""
     rotors = said.pop("rotors", None)
     kept = without_null(said) if timed or rotors else complete(said)
-    found: dict[str, Any] = {"limits": tuple(kept.items())}
+    fields: dict[str, Any] = {"limits": tuple(kept.items())}
     if rotors is None:
-        return found
+        return fields
     preset = PRESET.read(f"{where}: rotors: vehicle", rotors["vehicle"])
-    return found | {"vehicle": preset, "rotors": rotors.get("reserve", RESERVE)}
+    return fields | {"vehicle": preset, "rotors": rotors.get("reserve", RESERVE)}

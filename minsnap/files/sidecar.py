@@ -72,7 +72,7 @@ def note_frame(
         file.write(json.dumps(facts) + "\n")
 
 
-def frame_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
+def frame_of(path: str | os.PathLike[str], wanted: str | None = None) -> str:
     """Return the frame of a CSV: that of its header or its note, else the requested one, else ENU.
 
     Raises
@@ -82,9 +82,9 @@ def frame_of(path: str | os.PathLike[str], asked: str | None = None) -> str:
     FileError
         If the note is damaged, or the CSV was changed after it was written.
     """
-    name = get_frame("enu" if asked is None else asked).name
+    name = get_frame("enu" if wanted is None else wanted).name
     kept = said_frame(path) or name
-    if asked is not None and kept != name:
+    if wanted is not None and kept != name:
         where = "its header" if _headed(path) else _beside(path)
         raise FrameError(f"{path} is in {kept}, as {where} says, not in {name}: leave the frame out")
     return kept
@@ -152,16 +152,16 @@ def _noted(path: str | os.PathLike[str]) -> dict[str, Any]:
         return {}
     with reading(beside, "a note on a setpoint file"):
         facts = json.loads(read_text(beside, LARGEST))
-        found: dict[str, Any] = {"frame": get_frame(facts["frame"]).name, "lead": float(facts.get("lead", 0.0))}
+        facts_read: dict[str, Any] = {"frame": get_frame(facts["frame"]).name, "lead": float(facts.get("lead", 0.0))}
         if facts.get("origin") is not None:
             latitude, longitude, altitude = map(float, facts["origin"])
-            found["origin"] = (latitude, longitude, altitude)
+            facts_read["origin"] = (latitude, longitude, altitude)
         checksum, units = int(facts["crc32"]), facts.get("units")
-    if not 0.0 <= found["lead"] < math.inf:
-        raise FileError(f"{beside} says a lead of {found['lead']} s: it must be 0 or more")
+    if not 0.0 <= facts_read["lead"] < math.inf:
+        raise FileError(f"{beside} says a lead of {facts_read['lead']} s: it must be 0 or more")
     if units != UNITS or checksum != _checksum(path):
         raise FileError(f"{path} is not the file that {beside} was written for: write it again, or remove {beside}")
-    return found
+    return facts_read
 
 
 def noted_beside(path: str | os.PathLike[str]) -> str | None:

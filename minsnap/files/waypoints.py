@@ -184,9 +184,9 @@ def waypoints_of(path: str, content: Any) -> Waypoints:
     names = [name for name in COLUMNS if any(name in row for row in rows)]
     for i, row in enumerate(rows):
         _check_complete(f"{path}, waypoint {i}", row, names)
-    found = _from_columns(f"{path}", {name: np.array([row.get(name, np.nan) for row in rows]) for name in names})
-    yaw = _listed(path, keys, "yaw", found.yaw)
-    return Waypoints(found.points, yaw, _listed(path, keys, "durations", found.durations))
+    waypoints = _from_columns(f"{path}", {name: np.array([row.get(name, np.nan) for row in rows]) for name in names})
+    yaw = _listed(path, keys, "yaw", waypoints.yaw)
+    return Waypoints(waypoints.points, yaw, _listed(path, keys, "durations", waypoints.durations))
 
 
 def _waypoint(where: str, item: Any) -> dict[str, float]:
@@ -205,12 +205,12 @@ def _check_complete(where: str, row: Mapping[str, float], names: list[str]) -> N
 
 
 def _listed(
-    path: str | os.PathLike[str], keys: Mapping[str, Any], name: str, found: FloatArray | None
+    path: str | os.PathLike[str], keys: Mapping[str, Any], name: str, column: FloatArray | None
 ) -> FloatArray | None:
     """Return a list given for all waypoints or legs at once, or raise an error if they have such entries too."""
     values = keys.get(name)
     if values is None:
-        return found
-    if found is not None or not isinstance(values, list):
+        return column
+    if column is not None or not isinstance(values, list):
         raise FileError(f"{path}: {name} is one list of numbers, or a value with each waypoint, not both")
     return np.array([finite_number(f"{path}: {name} {i}", value) for i, value in enumerate(values)])

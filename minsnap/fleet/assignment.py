@@ -97,16 +97,16 @@ def line_distance(starts: npt.ArrayLike, goals: npt.ArrayLike, separation: Separ
     FleetError
         If they are malformed, or not as many.
     """
-    asked = as_separation(separation)
+    apart = as_separation(separation)
     begin, end = points_of(starts, "starts"), points_of(goals, "goals")
     if begin.shape != end.shape:
         raise FleetError(f"starts and goals have shapes {begin.shape} and {end.shape}: give each vehicle both")
     if len(begin) == 1:
         return LineDistance(True, np.inf, None, 0.0)
-    scale = np.array([1.0, 1.0, 1.0 / asked.downwash])[: begin.shape[1]]
-    radii = asked.radii_of(len(begin))
-    found = [_nearest_of(begin * scale, end * scale, radii, first) for first in range(0, len(begin) - 1, ROWS)]
-    share, distance, pair, progress = min(found, key=lambda entry: entry[0])
+    scale = np.array([1.0, 1.0, 1.0 / apart.downwash])[: begin.shape[1]]
+    radii = apart.radii_of(len(begin))
+    nearest = [_nearest_of(begin * scale, end * scale, radii, first) for first in range(0, len(begin) - 1, ROWS)]
+    share, distance, pair, progress = min(nearest, key=lambda entry: entry[0])
     return LineDistance(share >= 1.0 - EXACT, distance, pair, progress)
 
 

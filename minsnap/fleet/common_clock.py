@@ -110,10 +110,10 @@ def _as_trajectory(curve: Any, index: int) -> Trajectory:
 def _checked_names(names: Any, count: int) -> tuple[str, ...] | None:
     if names is None:
         return None
-    given = tuple(names) if isinstance(names, Sequence) and not isinstance(names, str) else ()
-    if len(given) != count or not all(isinstance(name, str) for name in given) or len(set(given)) != count:
+    entries = tuple(names) if isinstance(names, Sequence) and not isinstance(names, str) else ()
+    if len(entries) != count or not all(isinstance(name, str) for name in entries) or len(set(entries)) != count:
         raise FleetError(f"a fleet of {count} needs {count} different names, or none")
-    return given
+    return entries
 
 
 def _at(curve: Trajectory, instants: FloatArray, order: int) -> FloatArray:

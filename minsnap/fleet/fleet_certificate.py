@@ -159,9 +159,9 @@ def certify_fleet(
         If the trajectories, the limits, the room or the obstacles do not fit together.
     """
     flown = fleet if isinstance(fleet, Fleet) else Fleet(_listed(fleet))
-    asked = flown.separation if separation is None else as_separation(separation)
+    apart = flown.separation if separation is None else as_separation(separation)
     workers = processors(threads)
-    pairs = () if asked is None or len(flown) < 2 else _nearest(flown, asked, _checked_reach(reach), workers)
+    pairs = () if apart is None or len(flown) < 2 else _nearest(flown, apart, _checked_reach(reach), workers)
     use = () if limits is None else fleet_use(flown, limits)
     rooms = as_room(room)
     margins = room_margins(flown, rooms[0]) if rooms else None
@@ -181,7 +181,7 @@ def certify_fleet(
         clear,
         which,
         flown,
-        asked,
+        apart,
     )
 
 
@@ -200,26 +200,26 @@ def _checked_reach(reach: float) -> float:
 def _nearest(fleet: Fleet, separation: Separation, reach: float, threads: int) -> tuple[NearPair, ...]:
     """Return pairs nearer than ``reach``, or the single nearest one, nearest to their separation first."""
     radii = separation.radii_of(len(fleet))
-    found = near_pairs(fleet.arrays, radii, separation.downwash, reach, False, threads)
-    if not len(found.pairs):
-        found = near_pairs(fleet.arrays, radii, separation.downwash, reach, True, threads)
-        return _merged(found, separation, radii)[:1]
-    return _merged(found, separation, radii)
+    pairs = near_pairs(fleet.arrays, radii, separation.downwash, reach, False, threads)
+    if not len(pairs.pairs):
+        pairs = near_pairs(fleet.arrays, radii, separation.downwash, reach, True, threads)
+        return _merged(pairs, separation, radii)[:1]
+    return _merged(pairs, separation, radii)
 
 
-def _merged(found: NearPairs, separation: Separation, radii: FloatArray) -> tuple[NearPair, ...]:
+def _merged(pairs: NearPairs, separation: Separation, radii: FloatArray) -> tuple[NearPair, ...]:
     """Return the least of each pair over the cells of time."""
-    one, two = found.pairs.T
-    order = np.lexsort((found.instant, found.attained, two, one))
+    one, two = pairs.pairs.T
+    order = np.lexsort((pairs.instant, pairs.attained, two, one))
     first = np.ones(len(order), dtype=bool)
     first[1:] = (np.diff(one[order]) != 0) | (np.diff(two[order]) != 0)
     starts = np.flatnonzero(first)
-    least, kept = np.minimum.reduceat(found.least[order], starts), order[starts]
+    least, kept = np.minimum.reduceat(pairs.least[order], starts), order[starts]
     required = radii[one[kept]] + radii[two[kept]]
     ranked = np.lexsort((two[kept], one[kept], least / required))
-    columns = (one[kept], two[kept], least, required, found.instant[kept])
+    columns = (one[kept], two[kept], least, required, pairs.instant[kept])
     rows = zip(*(column[ranked].tolist() for column in columns), strict=True)
-    return tuple(NearPair((i, j), distance, asked, instant) for i, j, distance, asked, instant in rows)
+    return tuple(NearPair((i, j), distance, limit, instant) for i, j, distance, limit, instant in rows)
 
 
 def _clearances(fleet: Fleet, obstacles: Sequence[Obstacle], threads: int) -> tuple[FloatArray, IntArray]:

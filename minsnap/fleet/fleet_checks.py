@@ -68,9 +68,9 @@ def _checked_waypoints(waypoints: Any) -> tuple[FloatArray, ...]:
     if len(waypoints) > MOST_VEHICLES:
         raise FleetError(f"there are {len(waypoints)} vehicles: at most {MOST_VEHICLES} are planned at once")
     points = []
-    for vehicle, given in enumerate(waypoints):
+    for vehicle, rows in enumerate(waypoints):
         try:
-            own = check_waypoints(given)
+            own = check_waypoints(rows)
         except WaypointError as error:
             raise FleetError(f"vehicle {vehicle}: {error}", vehicle=vehicle) from None
         if own.shape[1] != 3:
@@ -89,10 +89,10 @@ def _checked_states(start: Any, count: int) -> tuple[Mapping[int, FloatArray], .
 def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[Boxes | None, ...]:
     if corridors is None:
         return ()
-    given = tuple(corridors) if isinstance(corridors, Sequence) else ()
-    if len(given) != len(points):
+    entries = tuple(corridors) if isinstance(corridors, Sequence) else ()
+    if len(entries) != len(points):
         raise FleetError(f"corridors must be a list of {len(points)} Boxes, with None for vehicles without one")
-    for vehicle, (boxes, own) in enumerate(zip(given, points, strict=True)):
+    for vehicle, (boxes, own) in enumerate(zip(entries, points, strict=True)):
         if boxes is None:
             continue
         if not isinstance(boxes, Boxes) or boxes.lower.shape != (len(own) - 1, 3):
@@ -104,19 +104,19 @@ def _checked_corridors(corridors: Any, points: tuple[FloatArray, ...]) -> tuple[
             leg = int(np.argmax(((ends < boxes.lower) | (ends > boxes.upper)).any(axis=(0, 2))))
             text = f"leg {leg} of vehicle {vehicle} begins or ends outside of its box: move the waypoint or the box"
             raise FleetError(text, vehicle=vehicle)
-    return given
+    return entries
 
 
 def _checked_holds(holds: Any, points: tuple[FloatArray, ...]) -> tuple[FloatArray | None, ...]:
     if holds is None:
         return ()
-    given = tuple(holds) if isinstance(holds, Sequence) else ()
-    if len(given) != len(points):
+    entries = tuple(holds) if isinstance(holds, Sequence) else ()
+    if len(entries) != len(points):
         raise FleetError(f"holds must be a list of {len(points)}, of each vehicle seconds at its waypoints, or None")
-    checked = [None if each is None else numbers(each) for each in given]
+    checked = [None if each is None else numbers(each) for each in entries]
     for vehicle, (own, way) in enumerate(zip(checked, points, strict=True)):
-        if given[vehicle] is not None and (own is None or own.shape != way.shape[:1] or not (own >= 0.0).all()):
-            text = f"the holds of vehicle {vehicle} are {shown(given[vehicle])}"
+        if entries[vehicle] is not None and (own is None or own.shape != way.shape[:1] or not (own >= 0.0).all()):
+            text = f"the holds of vehicle {vehicle} are {shown(entries[vehicle])}"
             raise FleetError(f"{text}: give {len(way)} numbers of 0 or more [s], one a waypoint", vehicle=vehicle)
     return tuple(checked)
 

@@ -47,10 +47,10 @@ def fleet_fault(task: FleetTask, fleet: Fleet, threads: int) -> str | None:
 def _faults_alone(task: FleetTask, vehicle: int, curve: Trajectory, duration: float) -> Iterator[str]:
     """Yield what one vehicle does not keep, but for limits."""
     points, holds = task.waypoints[vehicle], task.holds_of(vehicle)
-    found = fault_as_one_leg(curve, points[[0, -1]], task.states[vehicle], HALF, duration)
+    fault = fault_as_one_leg(curve, points[[0, -1]], task.states[vehicle], HALF, duration)
     boxes = task.corridors[vehicle] if task.corridors else None
-    if found is not None:
-        yield found
+    if fault is not None:
+        yield fault
     if len(points) == 2 and boxes is None and not holds.any():
         return
     knots = passed_knots(curve, points)
@@ -69,16 +69,16 @@ def passed_knots(curve: Trajectory, points: FloatArray) -> IntArray | None:
     resting = (curve.control_points == curve.control_points[:, :1]).all(axis=(1, 2))
     places = np.concatenate((curve.control_points[:, 0], curve.control_points[-1:, -1]))
     moves = np.append(np.flatnonzero(~resting), len(resting))
-    found, next_one = [], 0
+    knots, next_one = [], 0
     for point in points[:-1]:
         here = next_one + np.flatnonzero((places[next_one:] == point).all(axis=1))
         if not len(here):
             return None
         leaves = int(moves[np.searchsorted(moves, here[0])])
-        found.append((int(here[0]), leaves))
+        knots.append((int(here[0]), leaves))
         next_one = leaves + 1
     arrives = int(moves[-2]) + 1 if len(moves) > 1 else 0
-    return np.array([*found, (arrives, len(resting))]) if (places[-1] == points[-1]).all() else None
+    return np.array([*knots, (arrives, len(resting))]) if (places[-1] == points[-1]).all() else None
 
 
 def _outside_of(boxes: Boxes, curve: Trajectory, knots: IntArray) -> Iterator[int]:
@@ -102,9 +102,11 @@ def _broken_limit(task: FleetTask, fleet: Fleet) -> str | None:
     return None
 
 
-def _fault_together(found: FleetCertificate) -> str:
-    if found.room_margin is not None and found.room_margin < -EXACT:
-        return f"vehicle {int(np.argmin(found.room_margins))} leaves the room by {-found.room_margin:.3g} m"  # type: ignore[arg-type]
-    if found.clearance is not None and found.clearance < -EXACT:
-        return f"vehicle {int(np.argmin(found.clearances))} is {-found.clearance:.3g} m inside an obstacle"  # type: ignore[arg-type]
-    return f"vehicles {found.pair} come as near as {found.least_distance:.9g} m at {found.instant:.4g} s"
+def _fault_together(certificate: FleetCertificate) -> str:
+    if certificate.room_margin is not None and certificate.room_margin < -EXACT:
+        return f"vehicle {int(np.argmin(certificate.room_margins))} leaves the room by {-certificate.room_margin:.3g} m"  # type: ignore[arg-type]
+    if certificate.clearance is not None and certificate.clearance < -EXACT:
+        return f"vehicle {int(np.argmin(certificate.clearances))} is {-certificate.clearance:.3g} m inside an obstacle"  # type: ignore[arg-type]
+    return (
+        f"vehicles {certificate.pair} come as near as {certificate.least_distance:.9g} m at {certificate.instant:.4g} s"
+    )

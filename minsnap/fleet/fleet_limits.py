@@ -107,7 +107,7 @@ def extent_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _least(points: FloatArray) -> FloatArray:
     """Return the proved least value of each coordinate over all pieces, shape (dim,)."""
     rows = -np.moveaxis(points, 2, 0)
-    found = native.maxima(rows.reshape(-1, points.shape[1]), None, points.shape[2])
-    if found is None:
+    largest = native.maxima(rows.reshape(-1, points.shape[1]), None, points.shape[2])
+    if largest is None:
         return np.array([-native.maximum(each)[0] for each in rows])
-    return -found[1]
+    return -largest[1]

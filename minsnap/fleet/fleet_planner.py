@@ -23,13 +23,13 @@ from minsnap.fleet.fleet_checks import check_task, refuse_meetings
 from minsnap.fleet.fleet_last_look import fleet_fault
 from minsnap.fleet.fleet_report import FleetReport
 from minsnap.fleet.fleet_task import FleetTask, way_of
-from minsnap.fleet.nothing_found import not_found
 from minsnap.fleet.one_curve import PIECES, one_curve
 from minsnap.fleet.processors import processors
 from minsnap.fleet.separation import Separation
 from minsnap.fleet.time_search import COARSE, FINE, LAST, WARM, Certified, TimeSearch, flown
+from minsnap.fleet.unproved_fleet import unproved_fleet
 from minsnap.limits.limits import Limits
-from minsnap.optimisation.planned_yaw import Yaw, asked_heading
+from minsnap.optimisation.planned_yaw import Yaw, chosen_heading
 from minsnap.trajectory.path import Path
 from minsnap.trajectory.trajectory import Trajectory
 
@@ -154,11 +154,11 @@ class _Finish:
         task, report = self.task, _report(self.search, curves, method, stopped)
         headed = (*_headed(task, curves, self.yaw), *task.fixed)
         names = None if self.names is None else tuple(self.names)
-        found = Fleet(headed, names, task.separation, report)  # type: ignore[arg-type]
-        wrong = fleet_fault(task, found, self.search.threads)
+        fleet = Fleet(headed, names, task.separation, report)  # type: ignore[arg-type]
+        wrong = fleet_fault(task, fleet, self.search.threads)
         if wrong is not None:
             raise UnprovedError(f"the fleet is refused at the last look: {wrong}; give more time or another yaw")
-        return found
+        return fleet
 
 
 def _searched(finish: _Finish, total_time: float | None, polish: float, seed: int, pieces: Any) -> Fleet:
@@ -173,40 +173,40 @@ def _searched(finish: _Finish, total_time: float | None, polish: float, seed: in
             if len(quick[0]) == 1:
                 raise
     try:
-        found = _joint(search, total_time, polish, seed)
+        best = _joint(search, total_time, polish, seed)
         stopped = "time_limit" if search.stopped() else ""
     except KeyboardInterrupt:
         if search.best is None or total_time is not None:
             raise
-        found, stopped = search.best, "Ctrl-C"
-    return finish.fleet(flown(found.curves[: len(search.task)], found.time), "joint", stopped)
+        best, stopped = search.best, "Ctrl-C"
+    return finish.fleet(flown(best.curves[: len(search.task)], best.time), "joint", stopped)
 
 
 def _joint(search: TimeSearch, total_time: float | None, polish: float, seed: int) -> Certified:
     bound = least = float(search.task.bounds.max())
     if total_time is not None:
         return _timed(search, float(total_time), seed)
-    found: list[Certified] = []
+    certified: list[Certified] = []
     for kind in GUESSES:
         begun = search.open(seed, kind, max(bound, 1e-3))
-        if begun is not None and not found:
+        if begun is not None and not certified:
             search.alone = _alone(search)
             least = max(bound, BELOW_ALONE * search.alone)
         if begun is not None:
-            found.append(search.shorten(begun, COARSE, WARM, EXPLORING, least))
-        if search.stopped() or _settled(found, len(search.task), least):
+            certified.append(search.shorten(begun, COARSE, WARM, EXPLORING, least))
+        if search.stopped() or _settled(certified, len(search.task), least):
             break
     if search.best is None:
-        raise not_found(search, "", seed)
+        raise unproved_fleet(search, "", seed)
     search.shorten(search.best, COARSE, WARM, LOWERING, least)
     search.shorten(search.best, FINE, LAST, ENDING, least)
     best = search.best
     return (search.least_snap(best.time * (1.0 + polish)) if polish > 0.0 else None) or best
 
 
-def _settled(found: list[Certified], vehicles: int, least: float) -> bool:
+def _settled(certified: list[Certified], vehicles: int, least: float) -> bool:
     """Whether another guess is not worth its time: one came near the least time, two agree, or vehicles are few."""
-    times = sorted(each.time for each in found)
+    times = sorted(each.time for each in certified)
     if not times:
         return False
     agree = len(times) > 1 and times[1] <= times[0] * (1.0 + AGREEING)
@@ -241,7 +241,7 @@ def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
             return search.least_snap(time) or search.best
         if search.stopped():
             break
-    raise not_found(search, f" in {time:g} s", seed)
+    raise unproved_fleet(search, f" in {time:g} s", seed)
 
 
 def _headed(task: FleetTask, curves: list[Trajectory], yaw: Any) -> list[Trajectory]:
@@ -251,7 +251,7 @@ def _headed(task: FleetTask, curves: list[Trajectory], yaw: Any) -> list[Traject
         raise FleetError(f"{len(each)} yaws for {len(curves)} vehicles: give one for all, or one each")
     limits = task.limits or (None,) * len(curves)
     return [
-        curve if own is None else curve.with_yaw(asked_heading(own, 1, False, limit)(curve))
+        curve if own is None else curve.with_yaw(chosen_heading(own, 1, False, limit)(curve))
         for curve, own, limit in zip(curves, each, limits, strict=True)
     ]
 
@@ -296,10 +296,10 @@ def _check_time(task: FleetTask, total_time: Any) -> None:
                 "plan_fleet needs limits on the speed or the acceleration of vehicles that move, or a total_time"
             )
         return
-    given = check_time("total_time", total_time, TimingError)
-    if given < bound * (1.0 - 1e-9):
+    seconds = check_time("total_time", total_time, TimingError)
+    if seconds < bound * (1.0 - 1e-9):
         raise TimingError(
-            f"total_time is {given:g} s, and vehicle {slowest} alone needs {bound:.4g} s for its way of "
+            f"total_time is {seconds:g} s, and vehicle {slowest} alone needs {bound:.4g} s for its way of "
             f"{way_of(task.waypoints[slowest]):.4g} m within its speed and acceleration: give more time"
         )
 

@@ -146,10 +146,10 @@ class FleetTask:
             knots.append((arrives, leaves))
         last = int(np.searchsorted(instants, 1.0 - holds[-1] + 1e-12, side="right")) - 1
         knots[-1] = (last, pieces)
-        found = np.array(knots)
-        if (found[1:, 0] <= found[:-1, 1]).any():
+        indices = np.array(knots)
+        if (indices[1:, 0] <= indices[:-1, 1]).any():
             raise FleetError(f"the holds of vehicle {vehicle} leave too few pieces to fly: give pieces={2 * pieces}")
-        return found
+        return indices
 
     @cached_property
     def limit_table(self) -> FloatArray:
@@ -195,24 +195,24 @@ def table_of(limits: Limits) -> FloatArray:
         if value is not None:
             table[order, : 3 if limits.norm == "axis" else 0] = value
             table[order, 3] = inf if limits.norm == "axis" else value
-    given = limits.given()
+    values = limits.given()
     for order, name in enumerate(PLAIN[:2]):
-        table[order, 4] = given.get(f"horizontal_{name}", inf)
-        table[order, 2] = min(table[order, 2], given.get(f"vertical_{name}", inf))
-    table[0, 2] = min(table[0, 2], given.get("climb_speed", inf), given.get("descent_speed", inf))
-    _add_thrust(table, given, limits.gravity)
+        table[order, 4] = values.get(f"horizontal_{name}", inf)
+        table[order, 2] = min(table[order, 2], values.get(f"vertical_{name}", inf))
+    table[0, 2] = min(table[0, 2], values.get("climb_speed", inf), values.get("descent_speed", inf))
+    _add_thrust(table, values, limits.gravity)
     return table
 
 
-def _add_thrust(table: FloatArray, given: Mapping[str, float], gravity: float) -> None:
+def _add_thrust(table: FloatArray, values: Mapping[str, float], gravity: float) -> None:
     """Lower the acceleration so that thrust and tilt are kept, and the jerk so that body rates are."""
-    room = [gravity * (given["max_thrust"] - 1.0)] if "max_thrust" in given else []
-    room += [gravity * (1.0 - given["min_thrust"])] if "min_thrust" in given else []
-    room += [gravity * sin(given["tilt"])] if "tilt" in given else []
+    room = [gravity * (values["max_thrust"] - 1.0)] if "max_thrust" in values else []
+    room += [gravity * (1.0 - values["min_thrust"])] if "min_thrust" in values else []
+    room += [gravity * sin(values["tilt"])] if "tilt" in values else []
     table[1, 3] = min([table[1, 3], *room])
-    if "body_rate" in given:
+    if "body_rate" in values:
         table[1, 3] = min(table[1, 3], gravity * cos(1.0))
-        table[2, 3] = min(table[2, 3], given["body_rate"] * (gravity - table[1, 3]))
+        table[2, 3] = min(table[2, 3], values["body_rate"] * (gravity - table[1, 3]))
 
 
 def _trapezoid(way: float, speed: float, acceleration: float) -> float:

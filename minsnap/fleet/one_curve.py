@@ -35,12 +35,17 @@ def _single(task: FleetTask, total_time: float | None, polish: float, pieces: in
     walls = [each for each in (*task.corridors, task.room) if each is not None]
     start = {DERIVATIVES[order]: value for order, value in task.states[0].items()} or None
     limits = None if task.limits is None else task.limits[0]
-    asked: dict[str, Any] = {"limits": limits, "corridor": walls or None, "start": start, "avoid": task.avoid or None}
-    asked["pieces"] = 1 if task.avoid else pieces  # legs are cut where they go around
-    curve = plan(task.waypoints[0], total_time=total_time, **asked)
+    arguments: dict[str, Any] = {
+        "limits": limits,
+        "corridor": walls or None,
+        "start": start,
+        "avoid": task.avoid or None,
+    }
+    arguments["pieces"] = 1 if task.avoid else pieces  # legs are cut where they go around
+    curve = plan(task.waypoints[0], total_time=total_time, **arguments)
     if total_time is not None or polish == 0.0:
         return curve
-    return plan(task.waypoints[0], total_time=(1.0 + polish) * curve.duration, **asked)
+    return plan(task.waypoints[0], total_time=(1.0 + polish) * curve.duration, **arguments)
 
 
 def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: int) -> list[Trajectory] | None:
@@ -58,11 +63,14 @@ def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: 
     if longest == 0.0:
         return None
     ways = np.column_stack((way, norms, np.sqrt((way[:, :2] ** 2).sum(axis=1))))
-    line, asked = [(0.0, 0.0, 0.0), (longest, 0.0, 0.0)], {"limits": _strictest(task, ways, longest), "pieces": pieces}
+    line, arguments = (
+        [(0.0, 0.0, 0.0), (longest, 0.0, 0.0)],
+        {"limits": _strictest(task, ways, longest), "pieces": pieces},
+    )
     try:
-        profile = plan(line, total_time=total_time, **asked)  # type: ignore[arg-type]
+        profile = plan(line, total_time=total_time, **arguments)  # type: ignore[arg-type]
         if total_time is None and polish > 0.0:
-            profile = plan(line, total_time=(1.0 + polish) * profile.duration, **asked)  # type: ignore[arg-type]
+            profile = plan(line, total_time=(1.0 + polish) * profile.duration, **arguments)  # type: ignore[arg-type]
     except (InfeasibleError, SolverError):
         return None
     return _along(task, profile, longest)

@@ -159,13 +159,13 @@ class TimeSearch:
     def certify(self, curves: FloatArray, time: float) -> tuple[Certified | None, FleetCertificate]:
         """Return the curves at the least time at which they keep their limits, if they keep everything else."""
         task = self.task
-        asked = {"separation": task.separation, "room": task.room, "avoid": task.avoid, "threads": self.threads}
+        held_to = {"separation": task.separation, "room": task.room, "avoid": task.avoid, "threads": self.threads}
         if task.limits is not None and task.free_time:
             time = self._stretched(curves, time)
         fleet = Fleet((*flown(curves[: len(task)], time), *task.fixed))  # type: ignore[arg-type]
-        found = certify_fleet(fleet, **asked)  # type: ignore[arg-type]
-        kept = found.ok and self._inside(curves) and (self._stretches or self._limits_kept(fleet))
-        return (Certified(curves.copy(), time, found) if kept else None), found
+        certificate = certify_fleet(fleet, **held_to)  # type: ignore[arg-type]
+        kept = certificate.ok and self._inside(curves) and (self._stretches or self._limits_kept(fleet))
+        return (Certified(curves.copy(), time, certificate) if kept else None), certificate
 
     @cached_property
     def _stretches(self) -> bool:
@@ -215,10 +215,10 @@ class TimeSearch:
             if time >= best.time * (1.0 - 0.2 * end):
                 break
             self.nearest = self.attempt(search, self.at_time(best.curves, time), time, settings)
-            found, aim = self.nearest.certified, best.time - time
-            gain = best.time - found.time if found is not None else 0.0
-            if found is not None and gain > 0.0:
-                best = found
+            certified, aim = self.nearest.certified, best.time - time
+            gain = best.time - certified.time if certified is not None else 0.0
+            if certified is not None and gain > 0.0:
+                best = certified
             else:
                 search.forget()
             share = min(largest, GROWTH * share) if gain > ENOUGH * aim else 0.5 * share
@@ -232,9 +232,9 @@ class TimeSearch:
             settings = replace(LAST, smoothness=weight, iterations=60, settle=True)
             outcome = search.run(curves, time, self.unit, settings, self.stopped)
             self.iterations += outcome.iterations
-            found, _ = self.certify(curves, time)
-            if found is not None and found.time <= time * (1.0 + 1e-9):
-                return replace(found, time=time)
+            certified, _ = self.certify(curves, time)
+            if certified is not None and certified.time <= time * (1.0 + 1e-9):
+                return replace(certified, time=time)
         return None
 
     @property

@@ -46,7 +46,7 @@ ChosenHeading = Callable[[Trajectory], Heading]
 """Gives a planned curve its heading."""
 
 
-def asked_heading(yaw: Yaw, legs: int, closed: bool, limits: Limits | None = None) -> ChosenHeading:
+def chosen_heading(yaw: Yaw, legs: int, closed: bool, limits: Limits | None = None) -> ChosenHeading:
     """Check the requested yaw and return the function that gives a curve its heading.
 
     Parameters

@@ -59,17 +59,17 @@ def plan_around(
         If what was found does not keep everything at the last look.
     """
     _refuse_inside(task, obstacles)
-    found = looked_at(_found_around(task, timing, finish, instants, obstacles), task, timing, instants)
-    depth, instant, which = deepest(found.trajectory, obstacles)
+    timed = looked_at(_planned_around(task, timing, finish, instants, obstacles), task, timing, instants)
+    depth, instant, which = deepest(timed.trajectory, obstacles)
     if depth < -EXACT:
         raise SolverError(
             f"the plan found is refused at the last look: it is {-depth:.3g} m inside obstacle {which} at "
             f"{instant:.4g} s; please report this question"
         )
-    return found
+    return timed
 
 
-def _found_around(
+def _planned_around(
     task: Task, timing: Timing, finish: AttachHeading, instants: int | None, obstacles: Sequence[Obstacle]
 ) -> Timed:
     """Search for a way around and plan along it."""
@@ -82,8 +82,8 @@ def _found_around(
     for parts in _parts(task):
         attempt = partial(_attempt, task, timing, finish, instants, obstacles, parts)
         for way in _ways(task, first.trajectory, obstacles, parts):
-            found = attempt(way)
-            best = found if best is None or (found is not None and found[0] < best[0]) else best
+            timed = attempt(way)
+            best = timed if best is None or (timed is not None and timed[0] < best[0]) else best
             if best is not None and ends is not None and monotonic() > ends:
                 return best[1]
         if best is not None:
@@ -129,10 +129,10 @@ def _improved(
     best: tuple[float, Timed], attempt: Callable[[Trajectory], tuple[float, Timed] | None], ends: float | None
 ) -> Timed:
     for _ in range(ROUNDS):
-        found = None if ends is not None and monotonic() > ends else attempt(best[1].trajectory)
-        if found is None or found[0] >= best[0]:
+        timed = None if ends is not None and monotonic() > ends else attempt(best[1].trajectory)
+        if timed is None or timed[0] >= best[0]:
             break
-        gain, best = best[0] - found[0], found
+        gain, best = best[0] - timed[0], timed
         if gain < GAIN * best[0]:
             break
     return best[1]
@@ -156,20 +156,20 @@ def _attempt(
         each = check_durations(timing.durations, task.legs)
         timing = replace(timing, durations=np.repeat(each / parts, parts))
     try:
-        found = plan_timed(cut, timing, lambda curve: curve.with_yaw(finish(_joined(curve, parts)).yaw), instants)
+        timed = plan_timed(cut, timing, lambda curve: curve.with_yaw(finish(_joined(curve, parts)).yaw), instants)
     except (InfeasibleError, SolverError, TimingError):
         return None
-    found = replace(found, trajectory=_joined(found.trajectory, parts))
-    if deepest(found.trajectory, obstacles)[0] < -EXACT:
+    timed = replace(timed, trajectory=_joined(timed.trajectory, parts))
+    if deepest(timed.trajectory, obstacles)[0] < -EXACT:
         return None
-    return _price(found, timing), found
+    return _price(timed, timing), timed
 
 
-def _price(found: Timed, timing: Timing) -> float:
+def _price(attempt: Timed, timing: Timing) -> float:
     if timing.time_weight is not None:
-        return found.cost + timing.time_weight * found.trajectory.duration
+        return attempt.cost + timing.time_weight * attempt.trajectory.duration
     timed = timing.durations is not None or timing.total_time is not None
-    return found.cost if timed else found.trajectory.duration
+    return attempt.cost if timed else attempt.trajectory.duration
 
 
 def _joined(curve: Trajectory, parts: int) -> Trajectory:
@@ -279,5 +279,5 @@ def _curve(data: FloatArray, durations: FloatArray, task: Task) -> Trajectory:
     from scipy.interpolate import BPoly
 
     breaks = np.concatenate(([0.0], np.cumsum(durations)))
-    found = BPoly.from_derivatives(breaks, data[:, :, : task.dim])
-    return Trajectory(found.c.transpose(1, 0, 2), durations, pieces=len(durations) // task.legs)
+    curve = BPoly.from_derivatives(breaks, data[:, :, : task.dim])
+    return Trajectory(curve.c.transpose(1, 0, 2), durations, pieces=len(durations) // task.legs)

@@ -23,7 +23,7 @@ from minsnap.native.status import Status
 from minsnap.optimisation.tube_report import TubeReports
 from minsnap.planning.problem_rows import (
     GRADIENT_GAP,
-    ManyAsked,
+    ManyProblems,
     Pins,
     ProblemRows,
     State,
@@ -104,7 +104,7 @@ def plan_many(
     others = further_arguments(len(batch), durations is None, limits=limits, pins=pins, total_time=total_time)
     walls, workers = corridors_of(corridor, len(batch)), thread_count(threads)
     with progress_line(progress, "planning", _problems_in) as watch:
-        return _solved(ManyAsked(batch, half, ends, walls, others, workers, began, watch), gradients)
+        return _solved(ManyProblems(batch, half, ends, walls, others, workers, began, watch), gradients)
 
 
 def _problems_in(line: ProgressLine) -> Callable[[int, int], None]:
@@ -112,110 +112,110 @@ def _problems_in(line: ProgressLine) -> Callable[[int, int], None]:
     return lambda done, count: line.show(done / count, f"{done} of {count} problems")
 
 
-def _solved(asked: ManyAsked, gradients: bool) -> Trajectories:
+def _solved(many: ManyProblems, gradients: bool) -> Trajectories:
     """Plan in the way that fits the request."""
-    widths = asked.widths()
+    widths = many.widths()
     if check_switch("gradients", gradients):
-        _check_gradients(asked)
-    if asked.others:
-        return _solved_one_by_one(asked, gradients)
-    if asked.corridors is None:
-        return _solved_free(asked, gradients)
-    return _solved_one_by_one(asked, gradients) if widths is None else _solved_in_tubes(asked, widths, gradients)
+        _check_gradients(many)
+    if many.others:
+        return _solved_one_by_one(many, gradients)
+    if many.corridors is None:
+        return _solved_free(many, gradients)
+    return _solved_one_by_one(many, gradients) if widths is None else _solved_in_tubes(many, widths, gradients)
 
 
-def _check_gradients(asked: ManyAsked) -> None:
+def _check_gradients(many: ManyProblems) -> None:
     from minsnap.corridors.named_constraints import CONSTRAINTS
 
     if any(
         name != "pins" and (name == "durations" or value is not None)
-        for o in asked.others or ()
+        for o in many.others or ()
         for name, value in o.items()
     ):
         raise InputError("gradients are known for fixed durations: leave out gradients=True, or limits and total_time")
-    for corridor in asked.corridors or ():
+    for corridor in many.corridors or ():
         for part in corridor if isinstance(corridor, (list, tuple)) else [corridor]:
             if hasattr(part, "walls") and CONSTRAINTS.get(type(part).__name__) is not type(part):
                 kinds = ", ".join(CONSTRAINTS)
                 raise InputError(f"gradients are known in walls of {kinds}, not of {type(part).__name__}")
 
 
-def _solved_free(asked: ManyAsked, gradients: bool) -> Trajectories:
+def _solved_free(many: ManyProblems, gradients: bool) -> Trajectories:
     """Plan without walls, all at once where the native core is."""
-    batch = asked.batch
-    arrays = batch.points, batch.durations, batch.offsets, asked.half, asked.ends, asked.workers
+    batch = many.batch
+    arrays = batch.points, batch.durations, batch.offsets, many.half, many.ends, many.workers
     solved = many_optima(*arrays)
     if solved is None:
-        return _solved_one_by_one(asked, gradients)
+        return _solved_one_by_one(many, gradients)
     slopes = many_gradients(*arrays) if gradients else None
-    how: ReportMaker = LinearSystem(0.0, (perf_counter() - asked.began) / max(len(batch), 1), "native")
-    return _mended(asked, solved, [how] * len(batch), slopes)
+    how: ReportMaker = LinearSystem(0.0, (perf_counter() - many.began) / max(len(batch), 1), "native")
+    return _mended(many, solved, [how] * len(batch), slopes)
 
 
-def _solved_in_tubes(asked: ManyAsked, widths: FloatArray, gradients: bool) -> Trajectories:
+def _solved_in_tubes(many: ManyProblems, widths: FloatArray, gradients: bool) -> Trajectories:
     """Plan from rest to rest in tubes, all at once where the native core is."""
-    batch = asked.batch
+    batch = many.batch
     gap = GRADIENT_GAP if gradients else GAP
-    arrays = batch.points, batch.durations, batch.offsets, asked.half, widths
-    found = many_tubes(*arrays, asked.workers, gradients, gap, asked.watch)
-    if found is None:
-        return _solved_one_by_one(asked, gradients)
-    look_over(*arrays, asked.workers, found.points, found.statuses)
-    share = (perf_counter() - asked.began) / max(len(batch), 1)
-    reports = TubeReports(share, found.figures, owned(batch.points), widths, batch.offsets)
-    return _mended(asked, (found.points, found.breaks, found.statuses), reports, found.slopes)
+    arrays = batch.points, batch.durations, batch.offsets, many.half, widths
+    curves = many_tubes(*arrays, many.workers, gradients, gap, many.watch)
+    if curves is None:
+        return _solved_one_by_one(many, gradients)
+    look_over(*arrays, many.workers, curves.points, curves.statuses)
+    share = (perf_counter() - many.began) / max(len(batch), 1)
+    reports = TubeReports(share, curves.figures, owned(batch.points), widths, batch.offsets)
+    return _mended(many, (curves.points, curves.breaks, curves.statuses), reports, curves.slopes)
 
 
 def _mended(
-    asked: ManyAsked,
+    many: ManyProblems,
     solved: tuple[FloatArray, FloatArray, IntArray],
     made: Reports,
     slopes: ManySlopes | None,
 ) -> Trajectories:
     """Plan by themselves the problems that the native core left, and wrap all."""
     points, breaks, statuses = solved
-    batch = asked.batch
+    batch = many.batch
     errors: list[MinsnapError | None] = [None] * len(batch)
     own_reports: dict[int, ReportMaker] = {}
     for index in np.flatnonzero(statuses != Status.DONE).tolist():
-        found = asked.alone(index)
-        if isinstance(found, MinsnapError):
-            errors[index] = found
+        curve = many.alone(index)
+        if isinstance(curve, MinsnapError):
+            errors[index] = curve
             continue
         legs = slice(int(batch.offsets[index]), int(batch.offsets[index + 1]))
-        points[legs], breaks[legs.start + index : legs.stop + index + 1] = found.control_points, found.breaks
-        own_reports[index] = found.report or made[index]
+        points[legs], breaks[legs.start + index : legs.stop + index + 1] = curve.control_points, curve.breaks
+        own_reports[index] = curve.report or made[index]
         if slopes is not None:
-            own = asked.slopes(index, found)
+            own = many.slopes(index, curve)
             slopes.durations[legs], slopes.displacements[legs] = own.durations, -np.cumsum(own.waypoints[:-1], axis=0)
             if slopes.widths is not None:
                 slopes.widths[legs] = own.widths
     gradients = None if slopes is None else Gradients.of_legs(*slopes, batch.offsets)
     reports = ReportsExcept(made, own_reports)
-    return _wrapped(points, batch.durations, breaks, batch.offsets, errors, reports, asked.workers, gradients)
+    return _wrapped(points, batch.durations, breaks, batch.offsets, errors, reports, many.workers, gradients)
 
 
-def _solved_one_by_one(asked: ManyAsked, gradients: bool) -> Trajectories:
+def _solved_one_by_one(many: ManyProblems, gradients: bool) -> Trajectories:
     """Plan every problem by itself."""
 
     def slopes(index: int) -> Slopes:
-        curve = found[index]
-        return asked.slopes(index, curve) if isinstance(curve, Trajectory) else Slopes.unknown(0, asked.batch.dim)
+        curve = answers[index]
+        return many.slopes(index, curve) if isinstance(curve, Trajectory) else Slopes.unknown(0, many.batch.dim)
 
-    found = asked.all_alone()
-    with ThreadPoolExecutor(asked.workers) as pool:
-        each = list(pool.map(slopes, range(len(found)))) if gradients else []
+    answers = many.all_alone()
+    with ThreadPoolExecutor(many.workers) as pool:
+        each = list(pool.map(slopes, range(len(answers)))) if gradients else []
     blank = LinearSystem(0.0, 0.0, "python")
-    curves = [curve if isinstance(curve, Trajectory) else None for curve in found]
-    points = np.concatenate([np.zeros((0, 2 * asked.half, asked.batch.dim)), *(c.control_points for c in curves if c)])
+    curves = [curve if isinstance(curve, Trajectory) else None for curve in answers]
+    points = np.concatenate([np.zeros((0, 2 * many.half, many.batch.dim)), *(c.control_points for c in curves if c)])
     durations = np.concatenate([np.zeros(0), *(c.durations for c in curves if c)])
     breaks = np.concatenate([np.zeros(0), *(np.zeros(1) if c is None else c.breaks for c in curves)])
     offsets = np.cumsum([0, *(0 if c is None else len(c.durations) for c in curves)])
-    errors = [None if isinstance(f, Trajectory) else f for f in found]
+    errors = [None if isinstance(f, Trajectory) else f for f in answers]
     reports = [blank if c is None or c.report is None else c.report for c in curves]
-    walls = asked.corridors is not None
-    known = Gradients.of_plans(each, asked.batch.dim, walls, np.asarray(offsets)) if gradients else None
-    return _wrapped(points, durations, breaks, np.asarray(offsets), errors, reports, asked.workers, known)
+    walls = many.corridors is not None
+    known = Gradients.of_plans(each, many.batch.dim, walls, np.asarray(offsets)) if gradients else None
+    return _wrapped(points, durations, breaks, np.asarray(offsets), errors, reports, many.workers, known)
 
 
 def _wrapped(

@@ -36,7 +36,7 @@ from minsnap.corridors.precheck import check_reach
 from minsnap.corridors.sampled import Sampled, unsampled
 from minsnap.corridors.tubes import as_constraints
 from minsnap.errors import TimingError
-from minsnap.optimisation.planned_yaw import Yaw, asked_heading
+from minsnap.optimisation.planned_yaw import Yaw, chosen_heading
 from minsnap.optimisation.task import Task
 from minsnap.time_allocation.resting import resting_plan
 from minsnap.time_allocation.search_options import USUAL, Search, check_search
@@ -196,12 +196,12 @@ def plan(
     walls, instants = unsampled(corridor, limits is not None)
     half = check_degree(degree)
     smoothness = half, check_continuity(continuity, half), parts
-    asked = waypoints, waypoint_tolerance, start, end, pins, closed
+    places = waypoints, waypoint_tolerance, start, end, pins, closed
     deadline = _deadline(timing.time_limit, durations, limits)
-    task = placed_task(*asked, as_constraints(walls), *smoothness, _named_solver(solver))
+    task = placed_task(*places, as_constraints(walls), *smoothness, _named_solver(solver))
     check_jumps(task.continuity, half, parts == 1 and not refine and not (task.upper > task.lower).any())
     task = task if deadline is NEVER else replace(task, deadline=deadline)
-    heading = asked_heading(yaw, task.legs, task.closed, limits)
+    heading = chosen_heading(yaw, task.legs, task.closed, limits)
     with progress_line(progress, "searching", lambda line: _steps_in(line, how.on_interrupt)) as watch:
         watched = timing if watch is None else replace(timing, progress=watch)
         chosen = partial(plan_around, obstacles=obstacles) if obstacles else plan_timed
@@ -209,9 +209,9 @@ def plan(
     return timed.trajectory.reported_by(_Plan(timed, limits, yaw is None, 1e3 * (perf_counter() - began)))
 
 
-def _shown(found: Trajectory, progress: Progress | bool, on_interrupt: str) -> Trajectory:
+def _shown(curve: Trajectory, progress: Progress | bool, on_interrupt: str) -> Trajectory:
     """Show the steps of a search that was too quick to be watched."""
-    steps = () if found.report is None else found.report.steps
+    steps = () if curve.report is None else curve.report.steps
     with progress_line(progress, "searching", lambda line: _steps_in(line, on_interrupt)) as watch:
         try:
             for step in steps:
@@ -220,7 +220,7 @@ def _shown(found: Trajectory, progress: Progress | bool, on_interrupt: str) -> T
         except KeyboardInterrupt:
             if on_interrupt != "return":
                 raise
-    return found
+    return curve
 
 
 def _steps_in(line: ProgressLine, on_interrupt: str) -> Progress:

@@ -132,11 +132,11 @@ def end_states(state: State | None, where: str, batch: ProblemRows, half: int) -
     )
     states = np.zeros((len(batch), half - 1, batch.dim))
     for name, value in state.items():
-        given = numbers(value)
-        if given is None or given.shape not in ((batch.dim,), (len(batch), batch.dim)):
+        values = numbers(value)
+        if values is None or values.shape not in ((batch.dim,), (len(batch), batch.dim)):
             shapes = f"({batch.dim},) or ({len(batch)}, {batch.dim})"
             raise WaypointError(f"the {name} of {where} must be numbers of shape {shapes}")
-        states[:, DERIVATIVES.index(name) - 1] = given
+        states[:, DERIVATIVES.index(name) - 1] = values
     return states
 
 
@@ -158,7 +158,7 @@ def no_durations(waypoints: Any) -> list[Any]:
     return [None] * len(_rows(waypoints, "waypoints"))
 
 
-def further_arguments(count: int, without_durations: bool, **given: Any) -> list[dict[str, Any]] | None:
+def further_arguments(count: int, without_durations: bool, **named: Any) -> list[dict[str, Any]] | None:
     """Return the further arguments of ``plan`` by problem; None where there are none.
 
     Raises
@@ -166,10 +166,10 @@ def further_arguments(count: int, without_durations: bool, **given: Any) -> list
     InputError
         If there are others than one for all, or one for each.
     """
-    if not without_durations and all(value is None for value in given.values()):
+    if not without_durations and all(value is None for value in named.values()):
         return None
     each: list[dict[str, Any]] = [{"durations": None} if without_durations else {} for _ in range(count)]
-    for name, value in given.items():
+    for name, value in named.items():
         if not isinstance(value, (list, tuple, np.ndarray)) or (isinstance(value, np.ndarray) and not value.ndim):
             values = [value] * count
         else:
@@ -183,7 +183,7 @@ def further_arguments(count: int, without_durations: bool, **given: Any) -> list
 
 
 @dataclass(frozen=True, eq=False)
-class ManyAsked:
+class ManyProblems:
     """All that a call asks for.
 
     Parameters
@@ -214,12 +214,12 @@ class ManyAsked:
     def alone(self, index: int) -> Trajectory | MinsnapError:
         """Plan one problem by itself."""
         points, start, end = self._places(index)
-        given: dict[str, Any] = {"durations": self.batch.problem(index)[1]} | (
+        arguments: dict[str, Any] = {"durations": self.batch.problem(index)[1]} | (
             self.others[index] if self.others else {}
         )
         try:
             ends = {"start": start, "end": end, "degree": 2 * self.half - 1}
-            curve = plan(points, corridor=self._corridor(index), **ends, **given)  # type: ignore[arg-type]
+            curve = plan(points, corridor=self._corridor(index), **ends, **arguments)  # type: ignore[arg-type]
             if curve.dim != self.batch.dim:
                 raise WaypointError(
                     f"problem {index} has {curve.dim} coordinates and the others {self.batch.dim}: plan it apart"
@@ -230,13 +230,13 @@ class ManyAsked:
 
     def all_alone(self) -> list[Trajectory | MinsnapError]:
         """Plan every problem by itself, over threads."""
-        found = []
+        curves = []
         with ThreadPoolExecutor(self.workers) as pool:
             for curve in pool.map(self.alone, range(len(self.batch))):
-                found.append(curve)
+                curves.append(curve)
                 if self.watch is not None:
-                    self.watch(len(found), len(self.batch))
-        return found
+                    self.watch(len(curves), len(self.batch))
+        return curves
 
     def slopes(self, index: int, curve: Trajectory) -> Slopes:
         """Return how the optimal cost of one problem changes, whose plan this is."""

@@ -97,8 +97,8 @@ def plot_separation(certificate: FleetCertificate, ax: Axes | None = None) -> Ax
     axes = new_axes() if ax is None else ax
     t = np.linspace(0.0, certificate.fleet.duration, INSTANTS)
     axes.plot(t, least_distances(certificate.fleet, separation, t), color="tab:blue", label="nearest pair, sampled")
-    asked = separation.between(*pair)
-    axes.axhline(asked, color="tab:red", linestyle="--", label=f"asked, {asked:g} m")
+    apart = separation.between(*pair)
+    axes.axhline(apart, color="tab:red", linestyle="--", label=f"asked, {apart:g} m")
     proved = f"proved least, {least:.3f} m"
     axes.plot(instant, least, "o", color="tab:orange", label=proved)
     axes.set_xlabel("time [s]")
@@ -122,10 +122,10 @@ def near_pairs(places: FloatArray, separation: Separation) -> IntArray:
     from scipy.spatial import KDTree
 
     radii, flat = NEAR_FACTOR * separation.radii_of(len(places)), _flattened(places, separation)
-    found = KDTree(flat).query_pairs(2.0 * radii.max(), output_type="ndarray")
-    one, two = found.T
+    pairs = KDTree(flat).query_pairs(2.0 * radii.max(), output_type="ndarray")
+    one, two = pairs.T
     kept = np.linalg.norm(flat[one] - flat[two], axis=1) < radii[one] + radii[two]
-    return np.asarray(found[kept])
+    return np.asarray(pairs[kept])
 
 
 def _flattened(places: FloatArray, separation: Separation) -> Any:

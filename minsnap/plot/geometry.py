@@ -148,9 +148,9 @@ def view_coordinates(view: str, dim: int) -> list[int]:
     return list(VIEWS[view])
 
 
-def _waypoints(path: Path | Samples, given: Waypoints | None) -> tuple[FloatArray | None, Mapping[int, Gate]]:
-    if given is not None:
-        return nominal_points(given)
+def _waypoints(path: Path | Samples, places: Waypoints | None) -> tuple[FloatArray | None, Mapping[int, Gate]]:
+    if places is not None:
+        return nominal_points(places)
     breaks = getattr(path, "leg_breaks", None)
     return (None if breaks is None or isinstance(path, Samples) else path(breaks)), {}
 

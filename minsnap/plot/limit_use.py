@@ -71,15 +71,15 @@ def utilisation_curves(samples: Samples, limits: Limits) -> dict[str, FloatArray
     InputError
         If no limit is set, or the samples lack what one bounds.
     """
-    given = limits.given()
-    if not given:
+    bounds = limits.given()
+    if not bounds:
         raise InputError("no limit is set: there is nothing to draw")
     motion = sampled_motion(samples, limits.norm, limits.medium)
     try:
-        values = {name: _values(KIND[name], samples, motion) for name in given}
+        values = {name: _values(KIND[name], samples, motion) for name in bounds}
     except (TypeError, IndexError):
-        raise InputError(f"the samples lack a derivative or a coordinate that {', '.join(given)} need") from None
-    return {name: given[name] / value if KIND[name].least else value / given[name] for name, value in values.items()}
+        raise InputError(f"the samples lack a derivative or a coordinate that {', '.join(bounds)} need") from None
+    return {name: bounds[name] / value if KIND[name].least else value / bounds[name] for name, value in values.items()}
 
 
 def _values(kind: Kind, samples: Samples, motion: Motion) -> FloatArray:

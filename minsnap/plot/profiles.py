@@ -131,10 +131,10 @@ def available_orders(samples: Samples, orders: Sequence[int] = (0, 1, 2, 3, 4)) 
     """
     if any(order not in range(len(QUANTITIES)) for order in orders):
         raise InputError(f"the orders are {tuple(orders)}: choose from 0 (position) to 4 (snap)")
-    found = [order for order in orders if getattr(samples, QUANTITIES[order]) is not None]
-    if not found:
+    available = [order for order in orders if getattr(samples, QUANTITIES[order]) is not None]
+    if not available:
         raise InputError("the samples have none of these derivatives")
-    return found
+    return available
 
 
 def _stack(rows: int) -> npt.NDArray[Any]:

@@ -88,11 +88,11 @@ def _passed(route: Route, position: FloatArray) -> BoolArray:
 
 def _draw_nearest(ax: Axes, route: Route) -> None:
     """Draw a line from the path to the occupied cell that it comes nearest to."""
-    found, grid = route.approach, route.grid
-    if found.instant is None or found.cell is None:
+    approach, grid = route.approach, route.grid
+    if approach.instant is None or approach.cell is None:
         return
-    place = route.trajectory(found.instant)[:2]
-    low = grid.lower[:2] + grid.resolution[:2] * np.array(found.cell[:2])
+    place = route.trajectory(approach.instant)[:2]
+    low = grid.lower[:2] + grid.resolution[:2] * np.array(approach.cell[:2])
     there = np.clip(place, low, low + grid.resolution[:2])
     line = np.stack((place, there), axis=1)
     ax.plot(*line, color=LIMIT_COLOUR, linewidth=1.5, label="nearest", zorder=7)

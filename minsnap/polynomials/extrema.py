@@ -62,8 +62,8 @@ def maxima(points: FloatArray, errors: FloatArray | None = None) -> Maxima:
 
 def maximum(points: FloatArray, errors: FloatArray | None = None) -> tuple[float, int, float]:
     """Largest value over all the polynomials (m, n + 1): a proved bound, which one comes nearest, where on [0, 1]."""
-    found = _Search(points, errors, np.zeros(len(points), dtype=np.intp)).run()
-    return float(found.bounds[0]), int(found.rows[0]), float(found.where[0])
+    largest = _Search(points, errors, np.zeros(len(points), dtype=np.intp)).run()
+    return float(largest.bounds[0]), int(largest.rows[0]), float(largest.where[0])
 
 
 class _Search:

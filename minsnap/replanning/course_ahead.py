@@ -103,8 +103,8 @@ def course_ahead(
 
 def _points(start: FloatArray, waypoints: npt.ArrayLike) -> FloatArray:
     """Start and waypoints, (n + 1, dim)."""
-    given = numbers(waypoints)
-    ahead = np.zeros((0, 0)) if given is None else np.atleast_2d(given)
+    points = numbers(waypoints)
+    ahead = np.zeros((0, 0)) if points is None else np.atleast_2d(points)
     if ahead.ndim != 2 or not ahead.size or ahead.shape[1] != len(start):
         raise WaypointError(
             f"the waypoints ahead have shape {ahead.shape}: give those still to be passed, at least one, of "

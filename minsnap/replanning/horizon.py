@@ -97,14 +97,14 @@ def legs_of(curve: Trajectory, first: int, last: int) -> Trajectory:
 
 def walls_from(walls: Sequence[Walls], first: int, last: int) -> list[Walls]:
     """Return the walls of legs from ``first`` to before ``last``, counted from the first of them."""
-    found = []
+    rest = []
     for wall in walls:
         own = np.flatnonzero((wall.leg >= first) & (wall.leg < last))
         arrays = {entry.name: getattr(wall, entry.name) for entry in fields(wall)}
         chosen: dict[str, Any] = {name: value[own] for name, value in arrays.items() if isinstance(value, np.ndarray)}
         if len(own):
-            found.append(replace(wall, **{**chosen, "leg": wall.leg[own] - first}))
-    return found
+            rest.append(replace(wall, **{**chosen, "leg": wall.leg[own] - first}))
+    return rest
 
 
 def grouped(curve: Trajectory, pieces: int) -> Trajectory:

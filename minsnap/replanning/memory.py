@@ -56,7 +56,7 @@ def leg_start_of(splice: Splice, memory: Memory | None) -> FloatArray:
     return memory.leg_start if known and memory is not None else splice.leg_start
 
 
-def asked_of_legs(task: Task) -> list[bytes]:
+def leg_conditions(task: Task) -> list[bytes]:
     """All conditions of each leg, in a form that can be compared."""
     ends = [task.waypoints[1:].tobytes(), task.lower[1:].tobytes(), task.upper[1:].tobytes()]
     size = len(ends[0]) // task.legs

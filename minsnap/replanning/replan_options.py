@@ -9,7 +9,7 @@ from minsnap.basics.checks import check_array, check_degree, is_number, is_whole
 from minsnap.basics.messages import shown
 from minsnap.errors import DegreeError, InputError, YawError
 from minsnap.limits.limits import Limits, check_limits
-from minsnap.optimisation.planned_yaw import ChosenHeading, asked_heading
+from minsnap.optimisation.planned_yaw import ChosenHeading, chosen_heading
 from minsnap.vehicle import Quadrotor
 
 LEAST_HALF = 4
@@ -34,13 +34,13 @@ def all_limits(limits: Limits | None, vehicle: Quadrotor | None) -> Limits | Non
     return Limits.of(vehicle, **others)
 
 
-def chosen_heading(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
+def replan_heading(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
     """Return what gives a curve the requested heading; None where it is held."""
     if yaw is None:
         return None
     if not isinstance(yaw, str) and not is_number(yaw):
         raise YawError(f"yaw is {shown(yaw)}: give an angle [rad], 'velocity' or 'tilt', or nothing to hold it")
-    return asked_heading(yaw, 1, False, limits)
+    return chosen_heading(yaw, 1, False, limits)
 
 
 def waypoint_angles(yaw: Any, legs: int) -> FloatArray | None:

@@ -27,12 +27,12 @@ from minsnap.replanning.clearance import moved_inwards
 from minsnap.replanning.course_ahead import CourseAhead, course_ahead, refuse_outside
 from minsnap.replanning.horizon import Near, joined_with, near
 from minsnap.replanning.leg_end import after_first_leg, flown_on, rest_within, task_after
-from minsnap.replanning.memory import Memory, asked_of_legs, leg_start_of
+from minsnap.replanning.memory import Memory, leg_conditions, leg_start_of
 from minsnap.replanning.replan_options import (
     all_limits,
     check_half,
     check_horizon,
-    chosen_heading,
+    replan_heading,
     waypoint_angles,
 )
 from minsnap.replanning.search import Aim, Better, search_ahead, search_back, seen_joined
@@ -130,7 +130,7 @@ class Replanner:
         self._half, self._pieces = check_half(degree), check_pieces(pieces)[0]
         self._limits = all_limits(limits, vehicle)
         self._corridor, self._room = corridor, as_room(room)
-        self._chosen = chosen_heading(yaw, self._limits)
+        self._chosen = replan_heading(yaw, self._limits)
         self._recover = check_distance("recover", recover, InputError)
         self._clearance = check_distance("clearance", clearance, InputError)
         self._horizon = check_horizon(horizon)
@@ -231,7 +231,7 @@ class Replanner:
         stops, safe = self._stop_first(call)
         rest = splice.rest if call.course.fits(splice.rest) else None
         standing = self._with_angles(call, rest) if rest is not None and safe else None
-        legs = asked_of_legs(task)
+        legs = leg_conditions(task)
         better, settled, reason = None, True, "nothing has changed"
         if standing is None or not self._unchanged(call, standing, legs):
             better, settled, reason = self._searched(call, rest)
@@ -275,11 +275,11 @@ class Replanner:
             stop, no_stop = self._stop(call, stopping.aside)
         return (stop, no_stop), safe
 
-    def _stop(self, call: _Call, found: Callable[[], Trajectory | None]) -> tuple[Trajectory | None, str]:
+    def _stop(self, call: _Call, way: Callable[[], Trajectory | None]) -> tuple[Trajectory | None, str]:
         """Return a stop with the heading at the splice, or None and why there is none."""
         splice = call.splice
         try:
-            stop = found()
+            stop = way()
         except LateError:
             return None, LATE_STOP
         if stop is None:
@@ -344,12 +344,12 @@ class Replanner:
         later = None if end is None else aim.after(end.left.duration)
         if end is None or later is None:
             part = self._part(task, rest, guess)
-            found = self._search(part, aim, self._finish(call, splice), seconds)
-            return found if part.tail is None else seen_joined(found, task, aim)
+            better = self._search(part, aim, self._finish(call, splice), seconds)
+            return better if part.tail is None else seen_joined(better, task, aim)
         part = self._part(task_after(task, end.after.state), after_first_leg(rest), after_first_leg(guess))
-        found = self._search(part, later, self._finish(call, end.after, 1), seconds)
-        starts = (start and start + end.left.duration for start in (found.limits_from, found.inside_from))
-        return seen_joined(Better(end.before(found.curve), *starts), task, aim)
+        better = self._search(part, later, self._finish(call, end.after, 1), seconds)
+        starts = (start and start + end.left.duration for start in (better.limits_from, better.inside_from))
+        return seen_joined(Better(end.before(better.curve), *starts), task, aim)
 
     def _part(self, task: Task, rest: Trajectory | None, guess: Trajectory | None) -> Near:
         """Return the legs of the horizon, with the clearance from their walls."""
@@ -357,13 +357,13 @@ class Replanner:
         return near(replace(task, walls=walls), self._limits, self._horizon, rest, guess)
 
     def _search(self, part: Near, aim: Aim, finish: AttachHeading, seconds: float) -> Better:
-        found = search_ahead(part.task, aim, finish, part.guess, seconds)
+        better = search_ahead(part.task, aim, finish, part.guess, seconds)
         if part.tail is None:
-            return found
-        curve = joined_with(found.curve, part.tail, finish)
-        if not within(curve, self._limits, found.limits_from):
+            return better
+        curve = joined_with(better.curve, part.tail, finish)
+        if not within(curve, self._limits, better.limits_from):
             raise SolverError("what is flown beyond the horizon exceeds the limits with the new headings")
-        return replace(found, curve=curve)
+        return replace(better, curve=curve)
 
     def _finish(self, call: _Call, splice: Splice, passed: int = 0) -> AttachHeading:
         """Return what gives a curve from a splice its heading; ``passed`` of the waypoints ahead are before it."""
@@ -396,15 +396,15 @@ class Replanner:
         self, call: _Call, chosen: Better | None, stops: tuple[Trajectory | None, str], safe: bool, reason: str
     ) -> Change:
         splice, (stop, no_stop) = call.splice, stops
-        found = splice.rest if chosen is None else chosen.curve
-        if found is None:
+        curve = splice.rest if chosen is None else chosen.curve
+        if curve is None:
             raise TimingError(f"the flown plan is over at {splice.instant:.6g} s, and no plan was found: {reason}")
         certified = safe if chosen is None else True
-        if stop is None and certified and ends_at_rest(found):
-            stop = found
+        if stop is None and certified and ends_at_rest(curve):
+            stop = curve
         times = (0.0, 0.0) if chosen is None else (chosen.limits_from, chosen.inside_from)
         return Change(
-            found,
+            curve,
             splice.instant,
             stop,
             chosen is None,
@@ -445,8 +445,8 @@ def replan(
     """
     each = isinstance(yaw, Sequence | np.ndarray) and not isinstance(yaw, str) and getattr(yaw, "ndim", 1) > 0
     whole: Any = None if each else yaw
-    asked = {"durations": durations, "total_time": total_time, "began": began, "yaw": None if whole is yaw else yaw}
-    return Replanner(yaw=whole, **options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **asked)  # type: ignore[arg-type]
+    wishes = {"durations": durations, "total_time": total_time, "began": began, "yaw": None if whole is yaw else yaw}
+    return Replanner(yaw=whole, **options).replan(flown, now, waypoints, budget, boxes=boxes, goal=goal, **wishes)  # type: ignore[arg-type]
 
 
 _awake = threading.Event()

@@ -63,9 +63,9 @@ class Aim:
     def compares(self, rest: Trajectory) -> bool:
         """Whether a rest takes the requested time."""
         if self.durations is not None:
-            asked = np.asarray(self.durations, dtype=np.float64)
+            durations = np.asarray(self.durations, dtype=np.float64)
             own = np.diff(rest.leg_breaks)
-            return asked.shape == own.shape and bool(np.allclose(own, asked, rtol=EQUAL_TIMES, atol=0.0))
+            return durations.shape == own.shape and bool(np.allclose(own, durations, rtol=EQUAL_TIMES, atol=0.0))
         return self.total_time is None or abs(rest.duration - self.total_time) <= EQUAL_TIMES * self.total_time
 
     def after(self, left: float) -> Aim | None:
@@ -121,10 +121,10 @@ def search_ahead(task: Task, aim: Aim, finish: AttachHeading, guess: Trajectory 
     task.deadline.check()
     if aim.timed and aim.limits is not None:
         shortest = as_timed(shortest_from(task, aim.limits, timing, finish, guess), finish)
-        found = looked_at(shortest, task, timing)
+        timed = looked_at(shortest, task, timing)
     else:
-        found = plan_timed(task, timing, finish)
-    return Better(found.trajectory, found.limits_from)
+        timed = plan_timed(task, timing, finish)
+    return Better(timed.trajectory, timed.limits_from)
 
 
 def search_back(task: Task, aim: Aim, finish: AttachHeading, seconds: float) -> Better:
@@ -142,7 +142,7 @@ def search_back(task: Task, aim: Aim, finish: AttachHeading, seconds: float) -> 
     return seen_joined(Better(whole, limited, inside), replace(task, walls=()), Aim())
 
 
-def seen_joined(found: Better, task: Task, aim: Aim) -> Better:
+def seen_joined(better: Better, task: Task, aim: Aim) -> Better:
     """Return parts that were looked at alone, once their whole is seen to go on without a jump and to be inside.
 
     Limits are proved of the parts: what is left of a leg has few digits of its derivatives.
@@ -153,11 +153,11 @@ def seen_joined(found: Better, task: Task, aim: Aim) -> Better:
         If a waypoint, a joint, the state at the start, a time or a wall is not kept.
     """
     times = aim.durations if aim.total_time is None else float(aim.total_time)
-    asked = near(task, None, found.curve.legs, None, None).task
-    wrong = fault(asked, found.curve, None, times)  # type: ignore[arg-type]
+    near_task = near(task, None, better.curve.legs, None, None).task
+    wrong = fault(near_task, better.curve, None, times)  # type: ignore[arg-type]
     if wrong is not None:
         raise SolverError(f"the plan found is refused at the last look: {wrong}; please report this replan")
-    return found
+    return better
 
 
 def inside_from(curve: Trajectory, task: Task) -> float:

@@ -88,11 +88,11 @@ class Splice:
 
 def divided(points: FloatArray, parts: int) -> FloatArray:
     """Control points (parts, n + 1, dim) of equal parts of a polynomial."""
-    found = []
+    pieces = []
     for part in range(parts, 1, -1):
         first, points = split(points, 1.0 / part)
-        found.append(first)
-    return np.stack([*found, points])
+        pieces.append(first)
+    return np.stack([*pieces, points])
 
 
 def ends_at_rest(curve: Trajectory) -> bool:

@@ -144,8 +144,8 @@ class Stopping:
         _, acceleration, unit = self._scales
         piece = SinglePiece(start_state(self.task), acceleration)
         parts = (unit * DURATIONS[first : first + STOPS.together] for first in range(0, len(DURATIONS), STOPS.together))
-        found = (self._family(piece, durations) for durations in parts)
-        return self._first_certified(chain.from_iterable(found))
+        families = (self._family(piece, durations) for durations in parts)
+        return self._first_certified(chain.from_iterable(families))
 
     def aside(self) -> Trajectory | None:
         """Return a certified stop in the first leg, its end chosen by programmes; None, and LateError, as braking."""
@@ -175,15 +175,15 @@ class Stopping:
 
 def _caps(task: Task, legs: int) -> list[Walls]:
     """Planes at the end of legs whose walls run along them, such as tubes: their width beyond the waypoint."""
-    found: list[Walls] = []
+    caps: list[Walls] = []
     for leg in range(legs):
         along = task.waypoints[leg + 1] - task.waypoints[leg]
         along = along / np.linalg.norm(along)
         widths = [wall.width[wall.leg == leg].min() for wall in task.walls if _runs_along(wall, leg, along)]
         if widths:
             far = np.array([min(widths)])
-            found.append(Walls.planes(np.array([leg]), along[None], task.waypoints[[leg + 1]], -np.inf + far, far, far))
-    return found
+            caps.append(Walls.planes(np.array([leg]), along[None], task.waypoints[[leg + 1]], -np.inf + far, far, far))
+    return caps
 
 
 def _runs_along(wall: Walls, leg: int, along: FloatArray) -> bool:
@@ -239,9 +239,9 @@ def _programmes(
     """Pieces whose end is at rest at the place that a programme chooses."""
     demands = [demand for wall in known for demand in piece_demands(wall, piece.state, moment)]
     for duration in durations:
-        found = piece.solve(float(duration), piece.rest_ends(float(duration)), (0,), demands)
-        if found is not None:
-            yield Candidate(float(duration), found)
+        solution = piece.solve(float(duration), piece.rest_ends(float(duration)), (0,), demands)
+        if solution is not None:
+            yield Candidate(float(duration), solution)
 
 
 def inside(curve: Trajectory, walls: Sequence[Walls]) -> bool:

@@ -50,8 +50,8 @@ def text(vehicles: int, words: str, size: float, height: float) -> FloatArray:
 
     count, size = _count(vehicles), check_positive("the size of a text", size, "m", FleetError)
     letters = str(words).strip()
-    found = TextPath((0.0, 0.0), letters, size=size / CAPITALS).to_polygons() if letters else []
-    outlines = [line for line in map(np.asarray, found) if len(line) > 1]
+    polygons = TextPath((0.0, 0.0), letters, size=size / CAPITALS).to_polygons() if letters else []
+    outlines = [line for line in map(np.asarray, polygons) if len(line) > 1]
     if not outlines:
         raise FleetError(f"the text {shown(words)} has no outlines: give letters")
     points = along(outlines, count)

@@ -19,7 +19,7 @@ from minsnap.fleet.separation import Separation
 from minsnap.limits.limits import Limits
 from minsnap.trajectory.trajectory import Trajectory
 
-Asked = tuple[Limits, Separation, Any, int]
+Conditions = tuple[Limits, Separation, Any, int]
 """Limits, separation, corners of the room or None, and seed of every flight."""
 
 
@@ -29,7 +29,7 @@ class KeptFlights:
 
     Parameters
     ----------
-    asked : tuple
+    conditions : tuple
         What holds for every flight.
     folder : str or path, optional
         Where they are stored.
@@ -37,7 +37,7 @@ class KeptFlights:
         Show a line on the terminal during a search.
     """
 
-    asked: Asked
+    conditions: Conditions
     folder: str | os.PathLike[str] | None
     progress: bool
 
@@ -53,7 +53,7 @@ class KeptFlights:
         if file is not None and file.exists():
             stored = read_archive(file)
             return [Trajectory(stored[f"p{i}"], stored[f"d{i}"]) for i in range(len(starts))], "kept"
-        limits, separation, room, seed = self.asked
+        limits, separation, room, seed = self.conditions
         ways = np.stack([starts, goals], axis=1)
         try:
             fleet = plan_fleet(ways, limits, separation, room, seed=seed, progress=self.progress)
@@ -69,11 +69,11 @@ class KeptFlights:
 
     def _key(self, starts: FloatArray, goals: FloatArray) -> str:
         """Return a name of the question of a flight."""
-        limits, apart, room, seed = self.asked
+        limits, apart, room, seed = self.conditions
         radii = None if apart.radii is None else apart.radii.tolist()
         corners = None if room is None else [np.asarray(corner).tolist() for corner in room]
-        asked = (starts.tolist(), goals.tolist(), repr(limits), apart.distance, radii, apart.downwash, corners, seed)
-        return hashlib.sha256(repr(asked).encode()).hexdigest()[:24]
+        question = (starts.tolist(), goals.tolist(), repr(limits), apart.distance, radii, apart.downwash, corners, seed)
+        return hashlib.sha256(repr(question).encode()).hexdigest()[:24]
 
 
 def _store(file: Path, curves: list[Trajectory]) -> None:

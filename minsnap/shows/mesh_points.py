@@ -49,7 +49,7 @@ def mesh(vehicles: int, file: str | os.PathLike[str], size: float, height: float
 def read_triangles(file: str | os.PathLike[str]) -> FloatArray:
     """Return the faces of an OBJ file as triangles, shape (n, 3, 3); larger faces are fans around a vertex."""
     corners: list[list[float]] = []
-    found: list[list[list[float]]] = []
+    faces: list[list[list[float]]] = []
     with reading(file, "an OBJ mesh"):
         for line in read_text(file).splitlines():
             words = line.split()
@@ -58,8 +58,8 @@ def read_triangles(file: str | os.PathLike[str]) -> FloatArray:
             elif words[:1] == ["f"]:
                 numbers = [int(word.split("/")[0]) for word in words[1:]]
                 face = [corners[number - 1 if number > 0 else number] for number in numbers]
-                found += [[face[0], *face[i : i + 2]] for i in range(1, len(face) - 1)]
-        triangles = np.array(found, dtype=np.float64)
+                faces += [[face[0], *face[i : i + 2]] for i in range(1, len(face) - 1)]
+        triangles = np.array(faces, dtype=np.float64)
     if triangles.ndim != 3 or not np.isfinite(triangles).all():
         raise FileError(f"{file} holds no faces of finite vertices: give an OBJ with v and f lines")
     return triangles

@@ -56,12 +56,12 @@ def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
     shift = np.zeros((*curves.shape[:2], 3))
     if way is not None:
         shift = _pieces(breaks, np.stack([way(np.minimum(breaks, way.duration), q) for q in range(4)], axis=1))
-    found = []
+    moves = []
     for x, y, z in points - center:
         x_y = curves[..., :1] * (x, y) + curves[..., 1:2] * (-y, x)
-        found.append(Trajectory(center + shift + np.concatenate((x_y, curves[..., 2:] * z), axis=2), durations))
-    time = slowed(found, limits) if move.seconds is None else move.seconds
-    return [Trajectory(curve.control_points, curve.durations * time) for curve in found]
+        moves.append(Trajectory(center + shift + np.concatenate((x_y, curves[..., 2:] * z), axis=2), durations))
+    time = slowed(moves, limits) if move.seconds is None else move.seconds
+    return [Trajectory(curve.control_points, curve.durations * time) for curve in moves]
 
 
 def _shape(move: Move, breaks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

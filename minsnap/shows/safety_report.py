@@ -106,13 +106,13 @@ def _verdict(report: SafetyReport) -> str:
 
 
 def _facts(report: SafetyReport) -> str:
-    held, asked = report.held, report.held.separation
+    held, separation = report.held, report.held.separation
     corners = [curve.control_points.reshape(-1, 3) for curve in held.fleet]
     points = np.concatenate(corners)
     rows = [("vehicles", str(len(held.fleet))), ("duration", f"{held.fleet.duration:.2f} s")]
-    if asked is not None:
-        apart = "radii of each vehicle" if asked.distance is None else f"{asked.distance:g} m"
-        rows.append(("separation asked", f"{apart}, heights divided by {asked.downwash:g}"))
+    if separation is not None:
+        apart = "radii of each vehicle" if separation.distance is None else f"{separation.distance:g} m"
+        rows.append(("separation asked", f"{apart}, heights divided by {separation.downwash:g}"))
     rows.append(("files from the plan", f"{1e3 * report.distance:.2g} mm at most, included in every figure below"))
     for axis, name in enumerate(("x", "y", "altitude")):
         rows.append((name, f"within {_range(points[:, axis])} m"))
@@ -153,16 +153,16 @@ def _limits(report: SafetyReport) -> str:
 def _validation(held: FleetCertificate) -> str:
     """Return what Skybrush checks at samples, with the exact figures over all time beside its thresholds."""
     limits = Limits(**{name: 1.0 for name in VALIDATED})  # type: ignore[arg-type]
-    found = certify_fleet(held.fleet, Separation(1.0), limits)
-    figures = {used.use.name: used.use.value for used in found.utilisation}
+    certificate = certify_fleet(held.fleet, Separation(1.0), limits)
+    figures = {used.use.name: used.use.value for used in certificate.utilisation}
     figures["altitude"] = max(float(extent_of(curve.control_points)[1][2]) for curve in held.fleet)
     rows = []
-    for what, (unit, *asked) in VALIDATION.items():
-        value, least = figures.get(what, found.least_distance), what == "distance"
+    for what, (unit, *bounds) in VALIDATION.items():
+        value, least = figures.get(what, certificate.least_distance), what == "distance"
         if value is None:
             continue
-        kept = [bound is None or (value >= bound if least else value <= bound) for bound in asked]
-        told = zip(asked, kept, strict=True)
+        kept = [bound is None or (value >= bound if least else value <= bound) for bound in bounds]
+        told = zip(bounds, kept, strict=True)
         cells = ["none" if bound is None else f"{bound:g}, {'kept' if good else 'warns'}" for bound, good in told]
         rows.append((f"{what.replace('_', ' ')} [{unit}]", f"{value:.4g}", *cells))
     return table("Checks of Skybrush, exact", ["", "files", "Studio", "Viewer outdoors", "Viewer indoors"], rows)

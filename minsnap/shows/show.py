@@ -110,11 +110,11 @@ class Show:
             if len(points) < 2:
                 continue
             least, pair = spacing_of(points, self.separation.downwash)
-            asked = self.separation.between(*pair)
-            if least < asked:
+            apart = self.separation.between(*pair)
+            if least < apart:
                 raise FleetError(
-                    f"points {pair[0]} and {pair[1]} of {name} are {least:.3f} m apart, {asked - least:.3f} m less "
-                    f"than the separation of {asked:g} m: spread it, or give it fewer vehicles",
+                    f"points {pair[0]} and {pair[1]} of {name} are {least:.3f} m apart, {apart - least:.3f} m less "
+                    f"than the separation of {apart:g} m: spread it, or give it fewer vehicles",
                     pair=pair,
                 )
 
@@ -238,16 +238,16 @@ def _return(show: Show, now: FloatArray) -> IntArray:
 
 def _checked(curves: list[Trajectory], show: Show, name: str) -> list[Trajectory]:
     """Return the curves of a move, or raise FleetError where they come too near or leave the room."""
-    found = certify_fleet(curves, show.separation, room=show.room)
-    if found.pair is not None and found.nearest and found.nearest[0].share < 1.0 - EXACT:
-        near = found.nearest[0]
+    certificate = certify_fleet(curves, show.separation, room=show.room)
+    if certificate.pair is not None and certificate.nearest and certificate.nearest[0].share < 1.0 - EXACT:
+        near = certificate.nearest[0]
         raise FleetError(
             f"vehicles {near.pair[0]} and {near.pair[1]} come within {near.distance:.3f} m of {near.required:g} m in a "
             f"move of {name!r}: shrink it less",
             pair=near.pair,
         )
-    if found.room_margin is not None and found.room_margin < -EXACT:
-        raise FleetError(f"a move of {name!r} leaves the room by {-found.room_margin:.3g} m: move it less far")
+    if certificate.room_margin is not None and certificate.room_margin < -EXACT:
+        raise FleetError(f"a move of {name!r} leaves the room by {-certificate.room_margin:.3g} m: move it less far")
     return curves
 
 

@@ -58,8 +58,8 @@ def read_lines(file: str | os.PathLike[str]) -> list[FloatArray]:
     if "<!ENTITY" in text or "<!DOCTYPE" in text[:4096] and "[" in text[: text.find(">") + 1]:
         raise FileError(f"{file} declares entities, which are not read: save it as a plain SVG")
     with reading(file, "an SVG drawing"):
-        found = list(_lines(ElementTree.fromstring(text), np.eye(3)))
-    lines = [line for line in found if len(line) > 1 and np.isfinite(line).all() and np.ptp(line, axis=0).any()]
+        polylines = list(_lines(ElementTree.fromstring(text), np.eye(3)))
+    lines = [line for line in polylines if len(line) > 1 and np.isfinite(line).all() and np.ptp(line, axis=0).any()]
     if not lines:
         raise FileError(
             f"{file} has no lines: give an SVG with paths, lines, polygons, rectangles, circles or ellipses"
@@ -82,8 +82,8 @@ def _drawn(name: str, said: dict[str, str]) -> list[FloatArray]:
     """Return the lines of one element."""
 
     def number(key: str) -> float:
-        found = NUMBER.match(said.get(key, "0"))
-        return float(found.group()) if found else 0.0
+        match = NUMBER.match(said.get(key, "0"))
+        return float(match.group()) if match else 0.0
 
     if name == "path":
         return _path(said.get("d", ""))
@@ -166,13 +166,13 @@ def _path(text: str) -> list[FloatArray]:
 
 
 def _bezier(points: list[complex]) -> list[complex]:
-    found = []
+    curve = []
     for step in range(1, STEPS + 1):
         share, left = step / STEPS, points
         while len(left) > 1:
             left = [a + share * (b - a) for a, b in zip(left, left[1:], strict=False)]
-        found.append(left[0])
-    return found
+        curve.append(left[0])
+    return curve
 
 
 def _arc(start: complex, v: list[float], end: complex) -> list[complex]:

@@ -99,8 +99,8 @@ def open_scene(path: str | os.PathLike[str]) -> PlanRequest:
 
 def timed(request: PlanRequest) -> PlanRequest:
     """Return a request that has durations at 1 m/s if nothing else gives its time."""
-    given = (request.durations, request.total_time, request.rotors)
-    if request.limits or any(value is not None for value in given):
+    times = (request.durations, request.total_time, request.rotors)
+    if request.limits or any(value is not None for value in times):
         return request
     return replace(request, durations=straight_durations(request))
 

@@ -223,7 +223,7 @@ def set_limit(request: PlanRequest, name: str, value: float | None) -> PlanReque
     InputError
         If that would leave a plan within limits without any.
     """
-    limits = {known: given for known, given in request.limits if known != name}
+    limits = {known: bound for known, bound in request.limits if known != name}
     if value is not None:
         limits[name] = float(value)
     if not limits and request.rotors is None:

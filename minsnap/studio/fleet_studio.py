@@ -133,8 +133,8 @@ class FleetStudio(Page):
             return
         self._t = np.linspace(0.0, self.fleet.duration, INSTANTS)
         self._least = least_distances(self.fleet, apart, self._t)
-        asked, high = apart.between(*pair), round_up(1.05 * float(self._least.max()))
-        self._edges = (0.0, high, asked, -high)
+        separation, high = apart.between(*pair), round_up(1.05 * float(self._least.max()))
+        self._edges = (0.0, high, separation, -high)
         self._chart = time_chart(gui, "least distance [m]", ("nearest pair",), height=220)
         self._chart.scales = {"x": {"time": False, "range": (0.0, self.fleet.duration)}, "y": {"range": (0.0, high)}}
 

@@ -16,7 +16,7 @@ from minsnap.studio.plan_stages import PlannedScene, Superseded, planned_in_stag
 SETTLED = 0.2
 """Seconds without a newer request after which a better plan is searched."""
 
-Found = Callable[[PlannedScene], None]
+OnPlan = Callable[[PlannedScene], None]
 Refused = Callable[[PlanRequest, MinsnapError], None]
 
 
@@ -25,16 +25,16 @@ class PlanWorker:
 
     Parameters
     ----------
-    found : callable
+    on_plan : callable
         Called with every plan, in the thread.
     refused : callable
         Called with a request that cannot be met, and why.
     """
 
-    def __init__(self, found: Found, refused: Refused) -> None:
-        self._found, self._refused = found, refused
+    def __init__(self, on_plan: OnPlan, refused: Refused) -> None:
+        self._on_plan, self._refused = on_plan, refused
         self._changed = threading.Condition()
-        self._asked: PlanRequest | None = None
+        self._waiting: PlanRequest | None = None
         self._durations: FloatArray | None = None
         self._busy = self._closed = False
         self._thread = threading.Thread(target=self._run, name="studio plans", daemon=True)
@@ -43,13 +43,13 @@ class PlanWorker:
     def ask(self, request: PlanRequest) -> None:
         """Plan this request next, instead of any other that waits; a search that runs is ended."""
         with self._changed:
-            self._asked = request
+            self._waiting = request
             self._changed.notify_all()
 
     def wait(self, timeout: float) -> bool:
         """Wait until nothing is left to plan; return whether that is so within this time [s]."""
         with self._changed:
-            return self._changed.wait_for(lambda: self._asked is None and not self._busy, timeout)
+            return self._changed.wait_for(lambda: self._waiting is None and not self._busy, timeout)
 
     def close(self, timeout: float = 2.0) -> None:
         """End the thread; it is left behind if a plan without a search takes longer than this [s]."""
@@ -74,17 +74,17 @@ class PlanWorker:
         with self._changed:
             self._busy = False
             self._changed.notify_all()
-            self._changed.wait_for(lambda: self._asked is not None or self._closed)
-            request, self._asked, self._busy = self._asked, None, True
+            self._changed.wait_for(lambda: self._waiting is not None or self._closed)
+            request, self._waiting, self._busy = self._waiting, None, True
             return None if self._closed else request
 
     def _superseded(self) -> bool:
-        return self._asked is not None or self._closed
+        return self._waiting is not None or self._closed
 
     def _plan(self, request: PlanRequest) -> None:
         for planned in planned_in_stages(request, self._durations, self._superseded):
             self._durations = np.diff(planned.trajectory.leg_breaks)
-            self._found(planned)
+            self._on_plan(planned)
             if not planned.final:
                 self._settle()
 

@@ -26,13 +26,13 @@ def as_python(request: PlanRequest) -> str:
         "pieces": repr(request.pieces) if request.pieces != 1 else None,
         "closed": True if request.closed else None,
     }
-    given = [f"    {name}={value}," for name, value in arguments.items() if value is not None]
+    lines = [f"    {name}={value}," for name, value in arguments.items() if value is not None]
     gates = {index: f"minsnap.Gate.polygon{tuple(gate)!r}" for index, *gate in request.openings}
     points = [f"    {gates.get(i, repr(point))}," for i, point in enumerate(request.waypoints)]
     head = ["import minsnap"] + (["from minsnap.vehicle import Quadrotor"] if request.rotors is not None else [])
     head += ["from minsnap.corridors.keep_out import named_obstacle"] if request.avoid else []
     return "\n".join(
-        [*head, "", "waypoints = [", *points, "]", "trajectory = minsnap.plan(", "    waypoints,", *given, ")", ""]
+        [*head, "", "waypoints = [", *points, "]", "trajectory = minsnap.plan(", "    waypoints,", *lines, ")", ""]
     )
 
 

@@ -177,8 +177,8 @@ class RoutePanel:
     def _turn(self, index: int) -> Any:
         def turn(value: float) -> None:
             def change(request: PlanRequest) -> PlanRequest:
-                given = request.yaw if isinstance(request.yaw, tuple) else ()
-                return replace(request, yaw=(*given[:index], radians(value), *given[index + 1 :]))
+                turns = request.yaw if isinstance(request.yaw, tuple) else ()
+                return replace(request, yaw=(*turns[:index], radians(value), *turns[index + 1 :]))
 
             self._editor.edit(change, f"heading {index}")
 

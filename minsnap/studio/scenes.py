@@ -53,13 +53,13 @@ def scene_of(curve: Any, waypoints: Any = None, corridor: Any = None, limits: Li
 
 def _walls(parts: list[Constraint], legs: int) -> dict[str, Any]:
     """Return walls as fields of a scene."""
-    found: dict[str, Any] = {}
+    walls: dict[str, Any] = {}
     for part in parts:
         name, value = _wall(part, legs)
-        if name in found:
+        if name in walls:
             raise CorridorError("a scene has one tube or box per leg and one room at most: give one of each kind")
-        found[name] = value
-    return found
+        walls[name] = value
+    return walls
 
 
 def _wall(part: Constraint, legs: int) -> tuple[str, Any]:

@@ -136,12 +136,12 @@ class TimePanel:
         self._editor.edit(lambda request: set_reserve(request, share), "reserve")
 
     def _show_limits(self, request: PlanRequest) -> None:
-        given = dict(request.limits)
+        values = dict(request.limits)
         for name, (box, slider) in self._sliders.items():
-            follow(box, name in given)
-            slider.visible = name in given
-            if name in given:
-                value = degrees(given[name]) if KIND[name].degrees else given[name]
+            follow(box, name in values)
+            slider.visible = name in values
+            if name in values:
+                value = degrees(values[name]) if KIND[name].degrees else values[name]
                 follow(slider, round(value, 9))
         follow(self._rotors, request.rotors is not None)
         self._reserve.visible = request.rotors is not None

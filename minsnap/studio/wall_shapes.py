@@ -76,15 +76,15 @@ def _polygon(along: FloatArray, half_width: float) -> FloatArray:
     normals = np.vstack([across, -across])
     kept = np.linalg.norm(normals, axis=1) > TOUCHING
     normals = normals[kept]
-    found = []
+    vertices = []
     for i, first in enumerate(normals):
         for second in normals[i + 1 :]:
             matrix = np.array([first, second])
             if abs(np.linalg.det(matrix)) > TOUCHING:
                 corner = np.linalg.solve(matrix, np.full(2, half_width))
                 if (normals @ corner).max() <= half_width * (1.0 + TOUCHING):
-                    found.append(corner)
-    corners = np.array(found)
+                    vertices.append(corner)
+    corners = np.array(vertices)
     order = np.argsort(np.arctan2(corners[:, 1], corners[:, 0]))
     return np.asarray(corners[order] @ across.T)
 

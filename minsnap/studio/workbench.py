@@ -80,7 +80,7 @@ class Workbench:
         self._history = EditHistory(request, clock)
         self._observer = observer
         self._state = BenchState(request, planned)
-        self._worker = PlanWorker(self._found, self._refused)
+        self._worker = PlanWorker(self._take_plan, self._refused)
         self._show(self._state) if planned is not None else self.plan()
 
     @property
@@ -159,7 +159,7 @@ class Workbench:
         self._worker.ask(self._history.present)
         self._show(BenchState(self._history.present, planned, True, ghost=ghost))
 
-    def _found(self, planned: PlannedScene) -> None:
+    def _take_plan(self, planned: PlannedScene) -> None:
         with self.lock:
             now = self._state
             searching = not planned.final or planned.request != now.request

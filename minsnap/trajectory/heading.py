@@ -162,8 +162,8 @@ class RemappedHeading(Heading):
     def largest_rate(self, start: float, end: float) -> Largest | None:
         """Return that of the first heading, on this clock."""
         first, last = sorted(self.start + self.rate * t for t in (start, end))
-        found = self.heading.largest_rate(first, last)
-        return None if found is None else (found[0] * abs(self.rate), (found[1] - self.start) / self.rate)
+        largest = self.heading.largest_rate(first, last)
+        return None if largest is None else (largest[0] * abs(self.rate), (largest[1] - self.start) / self.rate)
 
     @property
     def largest_jerk(self) -> float:

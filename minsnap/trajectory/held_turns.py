@@ -44,14 +44,14 @@ class HeadingTable:
 
         An index of -1, or m, is that of a hold that begins, or ends, with the path; holds that meet are joined.
         """
-        found, at = self._slow_runs, 0
-        while at < len(found):
-            low = found[at - 1][1] if at else 0
-            high = found[at + 1][0] if at + 1 < len(found) else len(self.t) - 1
-            wide = self._widened(found[at], (low, high), most * (1.0 - RESERVE))
-            found = self._joined(found, at, (low, high)) if wide is None else [*found[:at], wide, *found[at + 1 :]]
+        runs, at = self._slow_runs, 0
+        while at < len(runs):
+            low = runs[at - 1][1] if at else 0
+            high = runs[at + 1][0] if at + 1 < len(runs) else len(self.t) - 1
+            wide = self._widened(runs[at], (low, high), most * (1.0 - RESERVE))
+            runs = self._joined(runs, at, (low, high)) if wide is None else [*runs[:at], wide, *runs[at + 1 :]]
             at = at + 1 if wide is not None else max(at - 1, 0)
-        return found
+        return runs
 
     def turn(self, first: FloatArray, last: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return length of the eased ends, length and angle of the middle step between instants by index, each (w,)."""
@@ -89,15 +89,15 @@ class HeadingTable:
         _, middle, angle = self.turn(first, last)
         return np.asarray(np.maximum(ends, 1.5 * np.abs(angle) / middle))
 
-    def _joined(self, found: list[tuple[int, int]], at: int, room: tuple[int, int]) -> list[tuple[int, int]]:
+    def _joined(self, runs: list[tuple[int, int]], at: int, room: tuple[int, int]) -> list[tuple[int, int]]:
         """Join a hold that has no room with its nearer neighbour, or let it begin or end with the path."""
-        (first, last), (low, high), size = found[at], room, len(self.t)
+        (first, last), (low, high), size = runs[at], room, len(self.t)
         backwards = first >= 0 and (last >= size or first - low <= high - last)
         if backwards:
-            merged = (found[at - 1][0] if at else -1, last)
-            return [*found[: max(at - 1, 0)], merged, *found[at + 1 :]]
-        merged = (first, found[at + 1][1] if at + 1 < len(found) else size)
-        return [*found[:at], merged, *found[at + 2 :]]
+            merged = (runs[at - 1][0] if at else -1, last)
+            return [*runs[: max(at - 1, 0)], merged, *runs[at + 1 :]]
+        merged = (first, runs[at + 1][1] if at + 1 < len(runs) else size)
+        return [*runs[:at], merged, *runs[at + 2 :]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -65,16 +65,16 @@ class Medium:
             return force, *others
         speed = norm(velocity, floor)[..., None]
         share, divisor = self.linear + self.quadratic * speed, np.where(speed == 0.0, np.inf, speed)
-        found = [force + share * velocity]
+        derivatives = [force + share * velocity]
         if others:
             first = inner(velocity, acceleration)[..., None] / divisor
-            found.append(others[0] + self.quadratic * first * velocity + share * acceleration)
+            derivatives.append(others[0] + self.quadratic * first * velocity + share * acceleration)
         if len(others) > 1:
             bent = inner(acceleration, acceleration) + inner(velocity, others[0])
             second = (bent[..., None] - first * first) / divisor
             change = self.quadratic * (second * velocity + 2.0 * first * acceleration)
-            found.append(others[1] + change + share * others[0])
-        return tuple(np.asarray(part) for part in found)
+            derivatives.append(others[1] + change + share * others[0])
+        return tuple(np.asarray(part) for part in derivatives)
 
     def thrust(self, force: FloatArray, velocity: FloatArray, floor: float = 0.0) -> FloatArray:
         """Return the thrust per mass (...) where f and the velocity are (..., 3)."""

@@ -29,11 +29,11 @@ def norm_maxima(
     orders : sequence of int
         Ascending, at most degree + 1.
     """
-    found = largest_norms(points, durations, orders)
-    faint = found is not None and min(one.bound for one in found) < FAINT**2
-    if found is None or (faint and _faint(points, durations, min(max(orders), points.shape[1] - 1))):
+    largest = largest_norms(points, durations, orders)
+    faint = largest is not None and min(one.bound for one in largest) < FAINT**2
+    if largest is None or (faint and _faint(points, durations, min(max(orders), points.shape[1] - 1))):
         return [_largest_norm(points, durations, breaks, order) for order in orders]
-    return [(_norm_of(one.bound), _instant(durations, breaks, one.row, one.where)) for one in found]
+    return [(_norm_of(one.bound), _instant(durations, breaks, one.row, one.where)) for one in largest]
 
 
 def extent_along(points: FloatArray, durations: FloatArray, along: FloatArray, order: int) -> tuple[float, float]:

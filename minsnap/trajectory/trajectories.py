@@ -178,9 +178,9 @@ class Trajectories:
     def _values(self, t: FloatArray, order: int) -> FloatArray:
         if order <= self.degree:
             curves = self.control_points, self.durations, self.breaks, np.asarray(self.offsets, dtype=np.int64)
-            found = many_values(curves, self.present, order, t, self.threads)
-            if found is not None and not found[1].any():
-                return found[0]
+            rows = many_values(curves, self.present, order, t, self.threads)
+            if rows is not None and not rows[1].any():
+                return rows[0]
         values = np.full((len(self), t.shape[-1], self.dim), np.nan)
         for index in np.flatnonzero(self.present):
             values[index] = self._one(int(index), t if t.ndim == 1 else t[index], order)

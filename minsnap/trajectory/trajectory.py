@@ -384,9 +384,9 @@ class Trajectory(ReadOnly, Path):
 
 def costs_of_pieces(points: FloatArray, durations: FloatArray, order: int) -> FloatArray:
     """Integral of the squared norm of a derivative over each piece, from a sum of squares: shape (pieces,)."""
-    found = native_costs(points, durations, order)
-    if found is not None:
-        return found
+    costs = native_costs(points, durations, order)
+    if costs is not None:
+        return costs
     degree = points.shape[1] - 1
     roots = np.matmul(gram_root(degree - order), perm(degree, order) * careful_differences(points, order))
     with np.errstate(over="ignore"):  # a cost beyond all numbers is infinite

@@ -90,8 +90,8 @@ class Transport:
         return np.append(inner.reshape(-1), self.path.duration)
 
     def _cell_of(self, t: FloatArray) -> IntArray:
-        found = np.searchsorted(self.start, t, side="right") - 1
-        return np.asarray(np.clip(found, 0, len(self.start) - 1), dtype=np.intp)
+        cells = np.searchsorted(self.start, t, side="right") - 1
+        return np.asarray(np.clip(cells, 0, len(self.start) - 1), dtype=np.intp)
 
 
 def carried(path: Path, angle: float, medium: Medium) -> Transport:
@@ -161,9 +161,9 @@ def spatial_columns(path: Path, t: FloatArray, order: int) -> FloatArray:
 def lift_of(path: Path, medium: Medium, t: FloatArray, derivatives: int = 0) -> list[FloatArray]:
     """Vector along the thrust axis and its derivatives, each (3, m) [m/s^2], ...; upright where there is no thrust."""
     motion = [spatial_columns(path, t, order).T for order in range(1, 3 + derivatives)]
-    found = [part.T.copy() for part in medium.lift(*motion)]
-    found[0][:, np.linalg.norm(found[0], axis=0) <= FREE_FALL * medium.gravity] = [[0.0], [0.0], [medium.gravity]]
-    return found
+    forces = [part.T.copy() for part in medium.lift(*motion)]
+    forces[0][:, np.linalg.norm(forces[0], axis=0) <= FREE_FALL * medium.gravity] = [[0.0], [0.0], [medium.gravity]]
+    return forces
 
 
 @cache

@@ -44,10 +44,10 @@ def checked_inertia(value: npt.ArrayLike) -> FloatArray:
     A rigid body's matrix is symmetric and positive definite, and none of its principal moments exceeds the sum of the
     other two.
     """
-    given = numbers(value)
-    if given is None or given.shape not in ((3,), (3, 3)) or not bounded(given).all():
+    values = numbers(value)
+    if values is None or values.shape not in ((3,), (3, 3)) or not bounded(values).all():
         raise VehicleError(f"inertia is {shown(value)}: give 3 finite moments or a finite 3 x 3 matrix")
-    matrix = np.diag(given) if given.ndim == 1 else given
+    matrix = np.diag(values) if values.ndim == 1 else values
     _check_body(matrix)
     matrix = 0.5 * (matrix + matrix.T)
     matrix.flags.writeable = False

@@ -96,7 +96,7 @@ def _fit_square(name: str, speed: npt.ArrayLike, values: npt.ArrayLike) -> Coeff
     return CoefficientFit(name, value, error, explained(measured, residuals), residuals, span)
 
 
-def columns(name: str, given: dict[str, npt.ArrayLike], least: int) -> dict[str, FloatArray]:
+def columns(name: str, table: dict[str, npt.ArrayLike], least: int) -> dict[str, FloatArray]:
     """Return equally long finite columns as arrays of shape (m,), or raise FitError.
 
     Parameters
@@ -108,7 +108,7 @@ def columns(name: str, given: dict[str, npt.ArrayLike], least: int) -> dict[str,
     least : int
         Fewest points that determine the fit and its uncertainty.
     """
-    arrays = {key: np.asarray(value, dtype=np.float64).reshape(-1) for key, value in given.items()}
+    arrays = {key: np.asarray(value, dtype=np.float64).reshape(-1) for key, value in table.items()}
     lengths = {key: len(array) for key, array in arrays.items()}
     if len(set(lengths.values())) > 1:
         raise FitError(f"{name}: the columns differ in length ({lengths}): give one value per measurement in each")

@@ -32,11 +32,11 @@ def read_described(kind: type[Vehicle], path: str | os.PathLike[str]) -> Vehicle
     """
     from minsnap.basics.storage.text import load_yaml
 
-    given = load_yaml(path)
-    if not isinstance(given, dict):
+    content = load_yaml(path)
+    if not isinstance(content, dict):
         raise VehicleError(f"{path} holds no vehicle: give its fields by name, such as 'mass: 1.0'")
     try:
-        return vehicle_from(kind, given)
+        return vehicle_from(kind, content)
     except VehicleError as error:
         raise VehicleError(f"{path}: {error}") from None
     except (TypeError, ValueError, OverflowError) as error:
@@ -59,16 +59,16 @@ def write_description(vehicle: Any, path: str | os.PathLike[str]) -> None:
         file.write(yaml.safe_dump(description_of(vehicle), sort_keys=False))
 
 
-def vehicle_from(kind: type[Vehicle], given: dict[str, Any]) -> Vehicle:
+def vehicle_from(kind: type[Vehicle], content: dict[str, Any]) -> Vehicle:
     """Return the vehicle that a mapping of fields describes, or raise VehicleError."""
     known = [field.name for field in fields(kind)]  # type: ignore[arg-type]
-    unknown = [str(name)[:SHOWN] for name in given if name not in known][:5]
+    unknown = [str(name)[:SHOWN] for name in content if name not in known][:5]
     if unknown:
         raise VehicleError(f"no field is called {', '.join(unknown)}: the fields are {', '.join(known)}")
-    missing = [name for name in known[:6] if name not in given]
+    missing = [name for name in known[:6] if name not in content]
     if missing:
         raise VehicleError(f"a vehicle needs {', '.join(missing)} too")
-    values = dict(given)
+    values = dict(content)
     if "drag" in values:
         values["drag"] = _drag_from(values["drag"])
     return kind(**values)
@@ -80,22 +80,22 @@ def description_of(vehicle: Any) -> dict[str, Any]:
     return plain | {"inertia": vehicle.inertia.tolist(), "drag": _describe(vehicle.drag)}
 
 
-def _drag_from(given: Any) -> Drag:
-    match given:
+def _drag_from(content: Any) -> Drag:
+    match content:
         case {"surface": dict(surface), **rest} if rest.keys() <= {"count"}:
             return _surface_from(surface, rest.get("count", 1))
         case {"per_rotor_speed": coefficient, **rest} if not rest:
             return RotorSpeedDrag(coefficient)
-        case dict() if set(given) <= {"linear", "quadratic"}:
-            return BodyDrag(**given)
-    raise VehicleError(f"drag is {shown(given)}: give linear and quadratic, per_rotor_speed, or surface")
+        case dict() if set(content) <= {"linear", "quadratic"}:
+            return BodyDrag(**content)
+    raise VehicleError(f"drag is {shown(content)}: give linear and quadratic, per_rotor_speed, or surface")
 
 
-def _surface_from(given: dict[str, Any], count: Any) -> Drag:
+def _surface_from(content: dict[str, Any], count: Any) -> Drag:
     try:
-        values = dict(given)
-        values |= {"variables": tuple(given["variables"]), "exponents": tuple(tuple(e) for e in given["exponents"])}
-        values["measured"] = {name: (low, high) for name, (low, high) in given.get("measured", {}).items()}
+        values = dict(content)
+        values |= {"variables": tuple(content["variables"]), "exponents": tuple(tuple(e) for e in content["exponents"])}
+        values["measured"] = {name: (low, high) for name, (low, high) in content.get("measured", {}).items()}
         drag = SurfaceDrag(Surface(**values), int(count))
         drag.force(np.ones(3))
     except (KeyError, TypeError, ValueError, IndexError) as error:

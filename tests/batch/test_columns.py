@@ -4,7 +4,7 @@ from batches import good_row, walks, write_problems
 
 import minsnap
 from minsnap.batch.columns import COLUMNS, parquet_writer, record_batch, schema, trajectory_of
-from minsnap.batch.dataset_rows import Asked
+from minsnap.batch.dataset_rows import planned_row
 from minsnap.batch.requests import request
 from minsnap.batch.spec import read_mapping
 from minsnap.errors import InputError
@@ -22,7 +22,7 @@ def dataset(tmp_path):
     path = tmp_path / "data" / "part-00000.parquet"
     path.parent.mkdir()
     with open(path, "wb") as file, parquet_writer(file, {"batch": "x"}) as writer:
-        writer.write_table(pyarrow.Table.from_batches([record_batch([Asked(spec, n).row() for n in range(6)])]))
+        writer.write_table(pyarrow.Table.from_batches([record_batch([planned_row(spec, n) for n in range(6)])]))
     return spec, path
 
 
@@ -75,7 +75,7 @@ def test_a_problem_that_failed_has_nulls_and_not_zeros(dataset):
 
 def test_several_pieces_and_two_coordinates(tmp_path):
     spec = walks(pieces=2, dim=2)
-    row = record_batch([Asked(spec, 3).row()]).to_pylist()[0]
+    row = record_batch([planned_row(spec, 3)]).to_pylist()[0]
     assert same_bits(trajectory_of(row), minsnap.plan(**request(spec, 3).arguments)) and row["pieces"] == 2
 
 

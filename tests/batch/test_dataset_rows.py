@@ -5,7 +5,7 @@ import pytest
 from batches import good_row, walks, write_problems
 
 import minsnap
-from minsnap.batch.dataset_rows import STATUSES, Asked, stopped_row
+from minsnap.batch.dataset_rows import STATUSES, planned_row, stopped_row
 from minsnap.batch.requests import request
 from minsnap.batch.spec import read_mapping
 from minsnap.time_allocation import allocate
@@ -14,7 +14,7 @@ from minsnap.time_allocation import allocate
 def test_a_row_is_what_plan_and_certify_return():
     spec = walks()
     for number in (0, 7):
-        row, given = Asked(spec, number).row(), request(spec, number).arguments
+        row, given = planned_row(spec, number), request(spec, number).arguments
         curve = minsnap.plan(**given)
         proof = minsnap.certify(curve, given["waypoints"], given["corridor"])
         assert row["status"] == "done" and row["certified"] is True and proof.ok
@@ -26,22 +26,22 @@ def test_a_row_is_what_plan_and_certify_return():
 
 def test_what_was_drawn_is_in_the_row():
     spec = walks(limits={"speed": [2.0, 4.0], "acceleration": 6.0}, vehicle=["f330", "crazyflie"], legs=2)
-    rows = [Asked(spec, number).row() for number in range(6)]
+    rows = [planned_row(spec, number) for number in range(6)]
     assert {row["vehicle"] for row in rows} == {"dji_f330", "crazyflie"}
     for row in rows:
         assert row["status"] == "done" and row["certified"] and row["limit_acceleration"] == 6.0
         assert 2.0 <= row["limit_speed"] <= 4.0 and row["max_speed"] <= row["limit_speed"] * (1.0 + 1e-9)
         assert row["limit_max_thrust"] > 1.0 and row["limit_jerk"] is None
-    assert Asked(walks(total_time=9.0), 0).row()["total_time"] == 9.0
+    assert planned_row(walks(total_time=9.0), 0)["total_time"] == 9.0
 
 
 def test_gates_and_boxes_are_in_the_row():
     spec = read_mapping({"generator": "gates", "count": 2, "legs": 3})
-    row, given = Asked(spec, 1).row(), request(spec, 1).arguments
+    row, given = planned_row(spec, 1), request(spec, 1).arguments
     assert row["status"] == "done" and row["certified"]
     assert np.isnan(row["gates"][[0, 3]]).all() and (row["gates"][1] == given["waypoints"][1].corners).all()
     spec = read_mapping({"generator": "boxes", "count": 2, "extent": 8.0, "dim": 2})
-    row, given = Asked(spec, 0).row(), request(spec, 0).arguments
+    row, given = planned_row(spec, 0), request(spec, 0).arguments
     assert row["status"] == "done" and (row["boxes"][:, 1] == given["corridor"].upper).all()
 
 
@@ -54,7 +54,7 @@ def test_poisoned_problems_have_their_status_and_sentence(tmp_path):
     rows[5] |= {"limits": {"body_rate": 1e-3}}
     write_problems(tmp_path / "p.csv", rows)
     spec = read_mapping({"table": str(tmp_path / "p.csv")})
-    found = [Asked(spec, number).row() for number in range(6)]
+    found = [planned_row(spec, number) for number in range(6)]
     assert [row["status"] for row in found] == ["invalid", "invalid", "infeasible", "invalid", "done", "unsolved"]
     assert "waypoint 1" in found[0]["error"] and "durations" in found[3]["error"]
     assert (
@@ -64,7 +64,7 @@ def test_poisoned_problems_have_their_status_and_sentence(tmp_path):
 
 def test_a_mistake_in_the_code_is_a_row_too(monkeypatch):
     monkeypatch.setattr("minsnap.batch.dataset_rows.plan", lambda **given: 1 / 0)
-    row = Asked(walks(), 3).row()
+    row = planned_row(walks(), 3)
     assert row["status"] == "crashed" and row["error"] == "ZeroDivisionError: division by zero"
     assert set(stopped_row(walks(), 3, "timeout", "slow")) == {"problem", "seed", "status", "error"}
     assert "timeout" in STATUSES
@@ -72,7 +72,7 @@ def test_a_mistake_in_the_code_is_a_row_too(monkeypatch):
 
 @pytest.mark.parametrize("option", [{"degree": 5}, {"pieces": 2}, {"total_time": 12.0}, {"waypoint_tolerance": 0.1}])
 def test_options_of_plan_reach_it(option):
-    row = Asked(walks(**option), 0).row()
+    row = planned_row(walks(**option), 0)
     curve = minsnap.plan(**request(walks(**option), 0).arguments)
     assert row["status"] == "done" and row["certified"] and (row["control_points"] == curve.control_points).all()
 
@@ -85,5 +85,5 @@ def test_what_the_last_look_refuses_is_no_row_of_a_data_set(monkeypatch):
         allocate, "_timed", lambda task, timing, *rest: solve(task, replace(timing, limits=faster), *rest)
     )
     monkeypatch.setattr(allocate, "in_other_times", lambda *question: None)
-    row = Asked(spec, 0).row()
+    row = planned_row(spec, 0)
     assert row["status"] == "unsolved" and "last look: speed reaches" in row["error"] and "control_points" not in row

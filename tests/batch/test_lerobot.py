@@ -9,7 +9,7 @@ from batches import walks
 
 from minsnap.batch import export_lerobot, trajectory_of
 from minsnap.batch.columns import parquet_writer, record_batch
-from minsnap.batch.dataset_rows import Asked, stopped_row
+from minsnap.batch.dataset_rows import planned_row, stopped_row
 from minsnap.errors import FileError, InputError
 
 
@@ -22,7 +22,7 @@ def plans(folder, rows, number=0):
 
 
 def test_episodes_are_the_plans(tmp_path):
-    rows = [Asked(walks(), number).row() for number in range(4)]
+    rows = [planned_row(walks(), number) for number in range(4)]
     failed = stopped_row(walks(), 9, "timeout", "slow")
     plans(tmp_path / "plans", [rows[0], failed, rows[1]])
     plans(tmp_path / "plans", rows[2:], 1)
@@ -57,7 +57,7 @@ AHEAD = "observation.environment_state"
 
 
 def test_tasks_are_indexed_by_their_sentence(tmp_path):
-    plans(tmp_path / "plans", [Asked(walks(), 0).row()])
+    plans(tmp_path / "plans", [planned_row(walks(), 0)])
     export_lerobot(tmp_path / "plans", tmp_path)
     assert pandas.read_parquet(tmp_path / "meta/tasks.parquet").index.tolist() == ["fly through the waypoints"]
 

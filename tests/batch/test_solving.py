@@ -9,7 +9,7 @@ import pytest
 from batches import good_row, long_row, walks, write_problems
 
 from minsnap.batch.columns import record_batch
-from minsnap.batch.dataset_rows import Asked
+from minsnap.batch.dataset_rows import planned_row
 from minsnap.batch.solver_process import FORMAT
 from minsnap.batch.solving import Solving
 from minsnap.batch.spec import read_mapping
@@ -40,7 +40,7 @@ def marked(solving):
 @pytest.mark.slow
 def test_rows_are_those_of_this_process(solving):
     spec = walks()
-    alone = pyarrow.Table.from_batches([record_batch([Asked(spec, number).row() for number in range(3, 30)])])
+    alone = pyarrow.Table.from_batches([record_batch([planned_row(spec, number) for number in range(3, 30)])])
     assert table_of(solving(spec).rows(range(3, 30))).equals(alone)
 
 

@@ -4,13 +4,13 @@ import pytest
 from batches import walks
 
 from minsnap.batch.columns import record_batch
-from minsnap.batch.dataset_rows import Asked, stopped_row
+from minsnap.batch.dataset_rows import planned_row, stopped_row
 from minsnap.batch.tally import Tally
 
 
 @pytest.fixture(scope="module")
 def table():
-    rows = [Asked(walks(), number).row() for number in range(12)]
+    rows = [planned_row(walks(), number) for number in range(12)]
     rows[5] = stopped_row(walks(), 5, "timeout", "slow")
     return pyarrow.Table.from_batches([record_batch(rows)])
 

@@ -9,7 +9,7 @@ import pytest
 
 import minsnap
 from minsnap.basics.limit_kinds import KIND, KINDS
-from minsnap.cli.options import given_limits
+from minsnap.cli.options import limit_values
 from minsnap.cli.planning import TimingOptions
 from minsnap.cli.summary import as_text, summarise
 from minsnap.limits.limits import Limits
@@ -52,7 +52,7 @@ def test_the_option_sets_the_limit(kind):
     value = 0.9 if kind.least else 30.0 if kind.degrees else 1.5
     limits = TimingOptions(**{field: value}).limits
     assert limits.given()[kind.name] == (radians(value) if kind.degrees else value)
-    assert given_limits(TimingOptions()) == {}
+    assert limit_values(TimingOptions()) == {}
 
 
 @pytest.mark.parametrize("kind", OF_PLANS, ids=lambda kind: kind.name)

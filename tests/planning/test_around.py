@@ -151,7 +151,7 @@ def test_what_the_search_around_does_not_know_is_seen(monkeypatch, off):
     """The search has the question without one of its parts, and what it finds must not leave."""
     asked = {"waypoints": ACROSS, "limits": LIMITS, "corridor": 0.9, "start": {"velocity": (0.5, 0.9, 0.0)}}
     asked["avoid"] = Cylinder((3.0, 0.3), 0.5)
-    search, (changed, sentence) = around._found_around, OFF[off]
+    search, (changed, sentence) = around._planned_around, OFF[off]
     obstacles = [Cylinder((9.0, 9.0), 0.1)] if off == "obstacle" else None
 
     def without(task, timing, finish, instants, known):
@@ -159,6 +159,6 @@ def test_what_the_search_around_does_not_know_is_seen(monkeypatch, off):
         return search(other, timing, finish, instants, obstacles or known)
 
     minsnap.plan(**asked)
-    monkeypatch.setattr(around, "_found_around", without)
+    monkeypatch.setattr(around, "_planned_around", without)
     with pytest.raises(SolverError, match=f"refused at the last look: .*{sentence}"):
         minsnap.plan(**asked)

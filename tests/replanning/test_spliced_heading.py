@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minsnap
-from minsnap.optimisation.planned_yaw import asked_heading
+from minsnap.optimisation.planned_yaw import chosen_heading
 from minsnap.replanning.splice import splice_of
 from minsnap.replanning.spliced_heading import SplicedHeading, spliced
 from minsnap.trajectory.heading import ConstantHeading, wrap
@@ -23,7 +23,7 @@ def flown_and_next(yaw):
 @pytest.mark.parametrize("next_yaw", [None, 3.0, "velocity"])
 def test_angle_and_rate_are_those_of_the_flown_plan(flown_yaw, next_yaw):
     flown, curve = flown_and_next(flown_yaw)
-    chosen = None if next_yaw is None else asked_heading(next_yaw, 1, False)
+    chosen = None if next_yaw is None else chosen_heading(next_yaw, 1, False)
     heading = spliced(flown, 0.6, chosen, None, curve)
     assert wrap(float(heading(0.0)) - float(flown.yaw(0.6))) == pytest.approx(0.0, abs=1e-6)
     assert float(heading(0.0, 1)) == pytest.approx(float(flown.yaw(0.6, 1)), abs=1e-6)
@@ -31,7 +31,7 @@ def test_angle_and_rate_are_those_of_the_flown_plan(flown_yaw, next_yaw):
 
 def test_the_difference_is_gone_after_its_span():
     flown, curve = flown_and_next(0.7)
-    heading = spliced(flown, 0.6, asked_heading(1.2, 1, False), None, curve)
+    heading = spliced(flown, 0.6, chosen_heading(1.2, 1, False), None, curve)
     after = np.linspace(1.875 * 0.5, curve.duration, 9)
     assert wrap(heading(after) - 1.2) == pytest.approx(np.zeros(9), abs=1e-12)
     assert heading(after, 1) == pytest.approx(np.zeros(9), abs=1e-12)
@@ -47,7 +47,7 @@ def test_derivatives_are_those_of_the_angle(order):
 
 def test_a_yaw_rate_limit_bounds_the_turn():
     flown, curve = flown_and_next(0.0)
-    heading = spliced(flown, 0.6, asked_heading(1.0, 1, False), 0.9, curve)
+    heading = spliced(flown, 0.6, chosen_heading(1.0, 1, False), 0.9, curve)
     used = minsnap.Limits(yaw_rate=0.9).utilisation(curve.with_yaw(heading))[0]
     assert used.method == "exact" and used.fraction <= 1.0
     rates = np.abs(heading(np.linspace(0.0, curve.duration, 4001), 1)).max()
@@ -58,7 +58,7 @@ def test_a_yaw_rate_limit_bounds_the_turn():
 def test_a_constant_heading_is_reached_as_the_quintic_reaches_it_also_where_the_curve_ends_before(duration):
     flown, curve = flown_and_next([0.0, 1.0, 2.0, 3.5])
     part = minsnap.plan(POINTS[:2], durations=[duration])
-    heading = spliced(flown, 0.6, asked_heading(0.2, 1, False), None, part)
+    heading = spliced(flown, 0.6, chosen_heading(0.2, 1, False), None, part)
     gap, rate = float(flown.yaw(0.6)) - 0.2, float(flown.yaw(0.6, 1))
     quintic = SplicedHeading(ConstantHeading(0.2), gap, rate, max(0.5, 1.875 * abs(gap)))
     t = np.linspace(0.0, duration, 57)

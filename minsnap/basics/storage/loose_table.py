@@ -93,23 +93,23 @@ def _named_by_comment(raw: list[str], columns: LooseColumns) -> tuple[list[str],
     text = raw[0].lstrip().lstrip("#")
     words = [word for word in re.split(r"[;,\t ]+", text.strip()) if word]
     names = [_UNIT.match(word.strip("\"'").lower()) for word in words]
-    found = [match["name"] for match in names if match]
-    if len(found) < 2 or any(name not in columns.known for name in found) or len(set(found)) < len(found):
+    titles = [match["name"] for match in names if match]
+    if len(titles) < 2 or any(name not in columns.known for name in titles) or len(set(titles)) < len(titles):
         return None
-    return found, {}, 0
+    return titles, {}, 0
 
 
 def _separator(path: str | os.PathLike[str], lines: list[_Line]) -> str | None:
     """Return what is between the cells; None for spaces."""
     text = "\n".join(line.text for line in lines)
-    found = [separator for separator in SEPARATORS if separator in text]
-    if len(found) > 1:
-        line = next(line for line in lines if found[1] in line.text)
+    present = [separator for separator in SEPARATORS if separator in text]
+    if len(present) > 1:
+        line = next(line for line in lines if present[1] in line.text)
         raise FileError(
-            f"{path}, line {line.number}: {SEPARATORS[found[0]]} and {SEPARATORS[found[1]]} are mixed: use one of them "
-            "between the numbers, and a point for decimals"
+            f"{path}, line {line.number}: {SEPARATORS[present[0]]} and {SEPARATORS[present[1]]} are mixed: "
+            "use one of them between the numbers, and a point for decimals"
         )
-    return found[0] if found else None
+    return present[0] if present else None
 
 
 def _cells(text: str, separator: str | None) -> list[str]:
@@ -144,13 +144,13 @@ def _names(
 
 def _joined(cells: list[str]) -> list[str]:
     """Return the cells of a header with units that stand apart, as in ``x [m] y [m]``, joined to their names."""
-    found: list[str] = []
+    entries: list[str] = []
     for cell in cells:
-        if found and cell[:1] in "[(" and cell:
-            found[-1] += cell
+        if entries and cell[:1] in "[(" and cell:
+            entries[-1] += cell
         else:
-            found.append(cell)
-    return found
+            entries.append(cell)
+    return entries
 
 
 def _check_names(where: str, names: list[str], columns: LooseColumns) -> None:

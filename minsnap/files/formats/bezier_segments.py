@@ -115,9 +115,9 @@ def distances_within(first: Trajectory, second: Trajectory) -> FloatArray:
     norms = np.linalg.norm(difference, axis=2).max(axis=1) + rounding * np.sqrt(first.dim)
     middle = (breaks[:-1] + breaks[1:]) / 2.0
     piece = np.clip(np.searchsorted(first.breaks, middle) - 1, 0, len(first.durations) - 1)
-    found = np.zeros(len(first.durations))
-    np.maximum.at(found, piece, norms)
-    return found
+    distances = np.zeros(len(first.durations))
+    np.maximum.at(distances, piece, norms)
+    return distances
 
 
 def _difference(first: Trajectory, second: Trajectory) -> tuple[FloatArray, FloatArray, float]:

@@ -112,7 +112,7 @@ def lights_of(programme: bytes) -> Lights | None:
 
 def _commands(programme: bytes) -> list[tuple[int, tuple[int, ...], int]]:
     """Return commands with their colours and ticks, loops written out."""
-    found: list[tuple[int, tuple[int, ...], int]] = []
+    commands: list[tuple[int, tuple[int, ...], int]] = []
     offset, steps = 0, 0
     loops: list[list[int]] = []
     while offset < len(programme) and programme[offset] != END:
@@ -122,7 +122,7 @@ def _commands(programme: bytes) -> list[tuple[int, tuple[int, ...], int]]:
             count = 0 if command == SLEEP else 3
             colour = tuple(programme[offset : offset + count])
             ticks, offset = _read_varint(programme, offset + count)
-            found.append((command, colour, ticks))
+            commands.append((command, colour, ticks))
         elif command == LOOP and offset < len(programme):
             loops.append([offset + 1, programme[offset] - 1])
             offset += 1
@@ -138,16 +138,16 @@ def _commands(programme: bytes) -> list[tuple[int, tuple[int, ...], int]]:
             )
         if steps > MOST_COMMANDS:  # loops in loops that do nothing count too
             raise FileError(f"a programme of lights runs more than {MOST_COMMANDS} commands")
-    return found
+    return commands
 
 
 def _varint(value: int) -> bytes:
     """Return seven bits a byte, lowest first, the highest bit set on all but the last."""
-    found = b""
+    encoded = b""
     while value > 127:
-        found += bytes([value & 127 | 128])
+        encoded += bytes([value & 127 | 128])
         value >>= 7
-    return found + bytes([value])
+    return encoded + bytes([value])
 
 
 def _read_varint(content: bytes, offset: int) -> tuple[int, int]:

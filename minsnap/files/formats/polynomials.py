@@ -79,10 +79,13 @@ class PlanFile:
         """Certify the plan anew: the certificate, and a sentence for all that it keeps less than its file says."""
         from minsnap.certificate import certify
 
-        found, said = certify(self.trajectory, self.waypoints, self.corridor, self.limits), _said(self.certificate)
+        certificate, said = (
+            certify(self.trajectory, self.waypoints, self.corridor, self.limits),
+            _said(self.certificate),
+        )
         margin, missed, tiny = (
-            found.corridor_margin,
-            found.waypoint_error,
+            certificate.corridor_margin,
+            certificate.waypoint_error,
             EXACT * np.abs(self.trajectory.control_points).max(),
         )
         problems = []
@@ -90,16 +93,18 @@ class PlanFile:
             problems.append(f"the plan leaves its corridor: its exact margin is {margin:.3g} m")
         if missed is not None and missed > said.missed + tiny:
             problems.append(f"the plan misses a waypoint by {missed:.3g} m, and its file says {said.missed:.3g} m")
-        if found.continuity < said.smooth:
-            problems.append(f"the plan has {found.continuity} continuous derivatives, and its file says {said.smooth}")
-        exceeded = [used for used in found.utilisation if not used.kept]
+        if certificate.continuity < said.smooth:
+            problems.append(
+                f"the plan has {certificate.continuity} continuous derivatives, and its file says {said.smooth}"
+            )
+        exceeded = [used for used in certificate.utilisation if not used.kept]
         problems += [
             f"the plan exceeds its limit {used.name}: {used.value:.6g} of {used.limit:.6g} on leg {used.leg} "
             f"at {used.instant:.4g} s"
             for used in exceeded
             if used.fraction > (1.0 + EXACT) * said.used.get(used.name, 1.0)
         ]
-        return found, problems
+        return certificate, problems
 
 
 @dataclass(frozen=True)
@@ -182,7 +187,7 @@ def description(
     """Return the file's content as plain numbers, text, lists and mappings; see :func:`write_polynomials`."""
     from minsnap.certificate import certify
 
-    found = certify(trajectory, waypoints, corridor, limits)
+    certificate = certify(trajectory, waypoints, corridor, limits)
     names = ("ok", "corridor_margin", "waypoint_error", "max_speed", "max_acceleration", "max_jerk", "continuity")
     return {
         "format": MARK,
@@ -199,8 +204,8 @@ def description(
         "corridor": _corridor(corridor),
         "openings": _openings(gates),
         "limits": None if limits is None else _limits(limits),
-        "certificate": {name: getattr(found, name) for name in names}
-        | {"limits": [asdict(used) for used in found.utilisation]}
+        "certificate": {name: getattr(certificate, name) for name in names}
+        | {"limits": [asdict(used) for used in certificate.utilisation]}
         | {"gates": [asdict(passed) for passed in numbered_passages(trajectory, gates)]},
     }
 

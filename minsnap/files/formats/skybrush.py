@@ -151,15 +151,15 @@ def _block(kind: int, body: bytes) -> bytes:
 
 def _blocks(content: bytes, offset: int) -> dict[int, bytes]:
     """Return the first block of each type."""
-    found: dict[int, bytes] = {}
+    blocks: dict[int, bytes] = {}
     while offset < len(content):
         kind, length = struct.unpack_from("<BH", content, offset)
         body = content[offset + 3 : offset + 3 + length]
         if len(body) < length:
             raise FileError("a block is cut off")
-        found.setdefault(kind, body)
+        blocks.setdefault(kind, body)
         offset += 3 + length
-    return found
+    return blocks
 
 
 def _write(content: Trajectory, path: str | os.PathLike[str], writing: Writing) -> str:

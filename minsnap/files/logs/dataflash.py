@@ -124,7 +124,7 @@ def _columns(reader: Any, types: list[str]) -> dict[str, dict[str, FloatArray]]:
             rows[message.get_type()].append(message.to_dict())
     for name, instance in (("XKF1", "C"), ("IMU", "I")):
         rows[name] = [row for row in rows.get(name, []) if not row.get(instance)]
-    return {name: _table(found) for name, found in rows.items() if found}
+    return {name: _table(entries) for name, entries in rows.items() if entries}
 
 
 def _messages(reader: Any, types: list[str]) -> Iterator[Any]:

@@ -70,8 +70,8 @@ def flight_log(reference: Track | None, flight: Track | None, damage: str | None
     starts = [track.t[0] for track in clean if track is not None]
     start = float(min(starts)) if starts else 0.0
     told = None if damage is None else f"{damage}; {_what_was_read(*clean)}"
-    asked, flown = (None if track is None else _samples(track, start, frame) for track in clean)
-    return FlightLog(asked, flown, start, told)
+    setpoints, flown = (None if track is None else _samples(track, start, frame) for track in clean)
+    return FlightLog(setpoints, flown, start, told)
 
 
 def _cleaned(track: Track) -> Track | None:

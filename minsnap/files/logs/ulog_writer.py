@@ -42,14 +42,14 @@ def write_ulog(log: FlightLog, path: str | os.PathLike[str], *, clobber: bool = 
     FileError
         If the file cannot be written.
     """
-    topics = [*_asked(log.reference), *_flown(log.flight), *_felt(log.inertial)]
+    topics = [*_setpoint_topics(log.reference), *_flown(log.flight), *_felt(log.inertial)]
     if not topics:
         raise InputError("the log has neither setpoints nor positions: there is nothing to write")
     with atomic_write(path, "wb", clobber=clobber) as file:
         file.write(_ulog(topics))
 
 
-def _asked(reference: Samples | None) -> list[Topic]:
+def _setpoint_topics(reference: Samples | None) -> list[Topic]:
     if reference is None:
         return []
     sent = map_samples(reference, "enu", "ned").commanded()

@@ -74,13 +74,13 @@ def store(link: CrtpLink, upload: Upload) -> None:
         raise FileError(f"{link.name}: {len(upload.content)} bytes, and its memory has {size}: fly it in parts")
     for start in range(0, len(upload.content), CHUNK):
         _write(link, number, start, upload.content[start : start + CHUNK])
-    found = b"".join(
+    stored = b"".join(
         _read(link, number, start, min(CHUNK, len(upload.content) - start))
         for start in range(0, len(upload.content), CHUNK)
     )
-    if found != upload.content:
-        wrong = next(i for i, (a, b) in enumerate(zip(found, upload.content, strict=True)) if a != b)
-        raise FlightError(f"{link.name}: byte {wrong} reads {found[wrong]} and was written {upload.content[wrong]}")
+    if stored != upload.content:
+        wrong = next(i for i, (a, b) in enumerate(zip(stored, upload.content, strict=True)) if a != b)
+        raise FlightError(f"{link.name}: byte {wrong} reads {stored[wrong]} and was written {upload.content[wrong]}")
     command(link, struct.pack("<BBBBIB", DEFINE, SLOT, 1, upload.kind, 0, upload.pieces))
     command(link, struct.pack("<BB", SET_GROUP, GROUP))
 
@@ -89,8 +89,8 @@ def find_memory(link: CrtpLink) -> tuple[int, int]:
     """Return number and size of the memory of trajectories."""
     count = ask(link, MEMORY_PORT, INFO, b"\x01", lambda body: body[:1] == b"\x01" and len(body) > 1)[1]
     for number in range(count):
-        asked = bytes([2, number])
-        about = ask(link, MEMORY_PORT, INFO, asked, lambda body, asked=asked: body[:2] == asked)  # type: ignore[misc]
+        request = bytes([2, number])
+        about = ask(link, MEMORY_PORT, INFO, request, lambda body, request=request: body[:2] == request)  # type: ignore[misc]
         if len(about) >= 7 and about[2] == TRAJECTORIES:
             return number, struct.unpack_from("<I", about, 3)[0]
     raise FlightError(f"{link.name} has no memory of trajectories: its firmware is too old")
@@ -98,7 +98,7 @@ def find_memory(link: CrtpLink) -> tuple[int, int]:
 
 def command(link: CrtpLink, body: bytes) -> None:
     """Give a command of the high-level commander until it is answered, or raise FlightError if it is refused."""
-    answer = ask(link, COMMAND_PORT, 0, body, lambda found: found[:1] == body[:1] and len(found) >= 4)
+    answer = ask(link, COMMAND_PORT, 0, body, lambda reply: reply[:1] == body[:1] and len(reply) >= 4)
     if answer[3]:
         raise FlightError(f"{link.name} refuses command {body[0]} with error {answer[3]}")
 

@@ -48,7 +48,7 @@ class SerialPort(LinkTransport):
 def open_port(text: str, baud: int) -> SerialPort:
     """Open ``DEVICE``, ``DEVICE:BAUD`` or ``DEVICE,BAUD``."""
     for separator in (",", ":"):
-        device, found, rate = text.rpartition(separator)
-        if found and rate.isdecimal():
+        device, separated, rate = text.rpartition(separator)
+        if separated and rate.isdecimal():
             return SerialPort(device, int(rate))
     return SerialPort(text, baud)

@@ -65,10 +65,10 @@ def autopilot_limits(autopilot: str, values: Mapping[str, float], drag: float = 
     """
     if autopilot not in PARAMETERS:
         raise LinkError("the autopilot is neither PX4 nor ArduPilot: its limits are not known")
-    found = (_px4 if autopilot == "px4" else _ardupilot)(values)
-    if "horizontal_speed" not in found or "tilt" not in found:
+    limits = (_px4 if autopilot == "px4" else _ardupilot)(values)
+    if "horizontal_speed" not in limits or "tilt" not in limits:
         raise LinkError("the vehicle did not answer with its greatest speed and tilt")
-    rounded: dict[str, Any] = {name: _rounded(value) for name, value in _with_drag(found, drag).items()}
+    rounded: dict[str, Any] = {name: _rounded(value) for name, value in _with_drag(limits, drag).items()}
     return Limits(**rounded)
 
 
@@ -103,10 +103,10 @@ def _scaled(values: Mapping[str, float], **wanted: tuple[str, float]) -> dict[st
     return {name: scale * values[key] for name, (key, scale) in wanted.items() if values.get(key, 0.0) > 0.0}
 
 
-def _with_drag(found: dict[str, float], drag: float) -> dict[str, Any]:
+def _with_drag(values: dict[str, float], drag: float) -> dict[str, Any]:
     """Return limits with the reserve of feedback taken off, and with room in the tilt for drag."""
-    level = GRAVITY * math.tan(min(found["tilt"], math.radians(85.0)))
-    limits = {name: FEEDBACK * value for name, value in found.items()}
+    level = GRAVITY * math.tan(min(values["tilt"], math.radians(85.0)))
+    limits = {name: FEEDBACK * value for name, value in values.items()}
     if drag > 0.0:
         limits["horizontal_speed"] = min(limits["horizontal_speed"], DRAG_SHARE * level / drag)
     left = FEEDBACK * level - drag * limits["horizontal_speed"]

@@ -54,7 +54,7 @@ class FeedForward:
             raise InputError(f"the lead is {shown(self.lead)} s: it must be between 0 and {LONGEST_LEAD:g} s")
 
     @property
-    def given(self) -> bool:
+    def active(self) -> bool:
         """Whether anything is added."""
         return bool(self.drag) or self.vehicle is not None or bool(self.lead)
 
@@ -77,7 +77,7 @@ class FeedForward:
         """
         if self.lead and samples.lead:
             raise InputError(f"the file states its lead already ({samples.lead:g} s): leave the lead out")
-        return replace(self._compensated(samples), lead=samples.lead + self.lead) if self.given else samples
+        return replace(self._compensated(samples), lead=samples.lead + self.lead) if self.active else samples
 
     def _compensated(self, samples: Samples) -> Samples:
         if not self.drag and self.vehicle is None:

@@ -62,16 +62,16 @@ class Parameters:
 
     def read(self, names: Iterable[str]) -> dict[str, Parameter]:
         """Return those of the named parameters that the vehicle has; it does not answer for unknown names."""
-        found: dict[str, Parameter] = {}
+        parameters: dict[str, Parameter] = {}
         wanted = list(dict.fromkeys(names))
         for _ in range(_TRIES):
-            missing = [name for name in wanted if name not in found]
+            missing = [name for name in wanted if name not in parameters]
             if not missing:
                 break
             for name in missing:
                 self._request(name)
-            self._collect(found, set(missing))
-        return {name: found[name] for name in wanted if name in found}
+            self._collect(parameters, set(missing))
+        return {name: parameters[name] for name in wanted if name in parameters}
 
     def write(self, name: str, value: float) -> Parameter:
         """Set a parameter and return the value that the vehicle reports.
@@ -108,16 +108,16 @@ class Parameters:
         )
         self._link.send(message)
 
-    def _collect(self, found: dict[str, Parameter], awaited: set[str]) -> None:
+    def _collect(self, parameters: dict[str, Parameter], awaited: set[str]) -> None:
         """Receive until all requested parameters have arrived, for at most one interval."""
         until = self._clock.now() + _RETRY
-        while awaited - found.keys() and self._clock.now() < until:
+        while awaited - parameters.keys() and self._clock.now() < until:
             for message in self._link.pump(min(until, self._clock.now() + 0.05)):
                 if self._heard is not None:
                     self._heard(message)
                 if message.get_type() == "PARAM_VALUE":
                     parameter = self._decoded(message)
-                    found[parameter.name] = parameter
+                    parameters[parameter.name] = parameter
 
     def _decoded(self, message: Message) -> Parameter:
         kind, value = int(message.param_type), float(message.param_value)

@@ -87,13 +87,13 @@ def read_events(path: str | os.PathLike[str]) -> dict[int, str]:
     with reading(path, "events of PX4 (all_events.json)"):
         raw = Path(path).read_bytes()
         said = json.loads(lzma.decompress(raw) if raw.startswith(b"\xfd7zXZ") else raw)
-        found = {
+        events = {
             int(component) << 24 | int(number): str(event["message"])
             for component, space in said["components"].items()
             for group in space.get("event_groups", {}).values()
             for number, event in group["events"].items()
         }
-    return {**found, **TEXTS}
+    return {**events, **TEXTS}
 
 
 @dataclass(frozen=True)

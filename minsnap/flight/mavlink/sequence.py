@@ -151,7 +151,7 @@ class Sequence:
         self.reason: str | None = None
         self.completed = self.aborted = self.gave_up = self.led = self.ready = False
         self._lost_at: float | None = None
-        self._asked_to_arm = -math.inf
+        self._arm_sent = -math.inf
         self.offset: Vector = (0.0, 0.0, 0.0)
         self.setpoint = table.start
         self.planned: Vector = self.setpoint.position
@@ -230,7 +230,7 @@ class Sequence:
     def _on_the_ground(self, at: Conditions) -> bool:
         """Return whether its motors stand still, by a heartbeat later than the last command to arm: nothing is held."""
         fresh = at.now - at.vehicle.heartbeat <= self._rules.heartbeat_timeout
-        return fresh and not at.vehicle.armed and at.vehicle.heartbeat > self._asked_to_arm + _TAKES_EFFECT
+        return fresh and not at.vehicle.armed and at.vehicle.heartbeat > self._arm_sent + _TAKES_EFFECT
 
     def _watch_gap(self, at: Conditions) -> None:
         """After a pause of this program, abandon the flight and hold the vehicle at its current position."""
@@ -348,11 +348,11 @@ class Sequence:
     def hold_ends(self, at: Conditions) -> str:
         """Return what ends a hold."""
         command = self._wanted_command(at.vehicle)
-        asked = "" if command is None else "it has been asked to come down; "
+        descent = "" if command is None else "it has been asked to come down; "
         refusal = at.vehicle.refusal
         told = command is not None and refusal is not None and refusal.command == command.command
         refused = f"it refuses {refusal}; " if told else ""
-        return f"{asked}{refused}it ends when the vehicle leaves {self._autopilot.mode}, or with a second Ctrl-C"
+        return f"{descent}{refused}it ends when the vehicle leaves {self._autopilot.mode}, or with a second Ctrl-C"
 
     def _answer(self, at: Conditions) -> SetpointStep:
         index = at.slot - self._first_slot if self.phase is Phase.FLYING else None
@@ -374,7 +374,7 @@ class Sequence:
             return ()
         self._next_command = at.now + _RETRY
         if self.phase is Phase.READY and not at.vehicle.armed:
-            self._asked_to_arm = at.now
+            self._arm_sent = at.now
         return (command,)
 
     def _wanted_command(self, vehicle: VehicleState) -> Message | None:

@@ -60,8 +60,8 @@ class ReferenceTable:
     def index(self, t: FloatArray, delay: float = 0.0) -> npt.NDArray[np.intp]:
         """Return the index of the setpoint valid at each instant, shape (m,), with a delay of the setpoints [s]."""
         start = self.samples.t[0]
-        found = np.searchsorted(self.samples.t - start, t - delay + 1e-9, side="right") - 1
-        return np.asarray(np.clip(found, 0, len(self.samples) - 1))
+        rows = np.searchsorted(self.samples.t - start, t - delay + 1e-9, side="right") - 1
+        return np.asarray(np.clip(rows, 0, len(self.samples) - 1))
 
     def at(self, t: FloatArray, path: Path | Samples) -> Samples:
         """Return what is planned for instants, shape (m,): exact for a path, interpolated between samples."""

@@ -158,10 +158,10 @@ def least_squares(name: str, design: FloatArray, values: FloatArray) -> tuple[Fl
     """Return coefficients, their covariance, and residuals of a linear fit; columns are first scaled to unit length."""
     scale = np.sqrt(np.einsum("ij,ij->j", design, design))
     scaled = design / np.where(scale > 0, scale, 1.0)
-    found, _, rank, _ = np.linalg.lstsq(scaled, values, rcond=1e-10)
+    coefficients, _, rank, _ = np.linalg.lstsq(scaled, values, rcond=1e-10)
     if rank < design.shape[1]:
         raise FitError(f"{name}: the points fix {rank} of {design.shape[1]} coefficients: vary every column more")
-    residuals = values - scaled @ found
+    residuals = values - scaled @ coefficients
     scatter = float(residuals @ residuals) / (len(values) - design.shape[1])
     covariance = scatter * np.linalg.inv(scaled.T @ scaled) / np.outer(scale, scale)
-    return found / scale, np.asarray(covariance), residuals
+    return coefficients / scale, np.asarray(covariance), residuals

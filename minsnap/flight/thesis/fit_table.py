@@ -121,22 +121,22 @@ def fit_table(path: str | os.PathLike[str], form: str) -> TableFit:
 
 def _bench(path: str | os.PathLike[str], form: str) -> TableFit:
     table = read_columns(path, ("speed_rpm", form))
-    found = _BENCH[form](table["speed_rpm"] * RPM, table[form])
+    fit = _BENCH[form](table["speed_rpm"] * RPM, table[form])
     unit = "N" if form == "thrust" else "N m"
     terms = (
-        Term(f"[{unit}/(rad/s)^2]", found.value, found.standard_error),
-        Term(f"[{unit}/RPM^2]", found.value * RPM**2, found.standard_error * RPM**2),
+        Term(f"[{unit}/(rad/s)^2]", fit.value, fit.standard_error),
+        Term(f"[{unit}/RPM^2]", fit.value * RPM**2, fit.standard_error * RPM**2),
     )
-    return TableFit(form, terms, found.r_squared, found.residuals, _ranges(table, ("speed_rpm",)), table, found)
+    return TableFit(form, terms, fit.r_squared, fit.residuals, _ranges(table, ("speed_rpm",)), table, fit)
 
 
 def _surface(path: str | os.PathLike[str], form: str) -> TableFit:
     variables = FORMS[form].variables
     table = read_columns(path, (*variables, "drag"))
-    found = fit_drag(table, form)
-    named = zip(_term_names(found.surface), found.coefficients, found.standard_errors, strict=True)
+    fit = fit_drag(table, form)
+    named = zip(_term_names(fit.surface), fit.coefficients, fit.standard_errors, strict=True)
     terms = tuple(Term(name, float(value), float(error)) for name, value, error in named)
-    return TableFit(form, terms, found.r_squared, found.residuals, found.surface.measured, table, found)
+    return TableFit(form, terms, fit.r_squared, fit.residuals, fit.surface.measured, table, fit)
 
 
 def _consistent(path: str | os.PathLike[str]) -> TableFit:
@@ -167,20 +167,20 @@ def _term_names(surface: Surface) -> list[str]:
     return words
 
 
-def plot_table_fit(found: TableFit) -> Any:
+def plot_table_fit(table_fit: TableFit) -> Any:
     """Draw a fit with its measurements and return the axes: a parabola, a surface, or the residuals."""
     from minsnap.flight.thesis.fit_figures import plot_coefficient_fit, plot_surface
     from minsnap.plot.style import new_axes
 
-    if isinstance(found.fitted, CoefficientFit):
-        quantity = "thrust [N]" if found.form == "thrust" else "torque [N m]"
+    if isinstance(table_fit.fitted, CoefficientFit):
+        quantity = "thrust [N]" if table_fit.form == "thrust" else "torque [N m]"
         return plot_coefficient_fit(
-            found.fitted, found.table["speed_rpm"] * RPM, found.table[found.form], quantity=quantity
+            table_fit.fitted, table_fit.table["speed_rpm"] * RPM, table_fit.table[table_fit.form], quantity=quantity
         )
-    if isinstance(found.fitted, DragFit) and len(found.fitted.surface.variables) == 2:
-        return plot_surface(found.fitted.surface, found.table)
+    if isinstance(table_fit.fitted, DragFit) and len(table_fit.fitted.surface.variables) == 2:
+        return plot_surface(table_fit.fitted.surface, table_fit.table)
     axes = new_axes()
-    axes.plot(found.table["velocity"], found.residuals, "o", color="#0072b2")
+    axes.plot(table_fit.table["velocity"], table_fit.residuals, "o", color="#0072b2")
     axes.axhline(0.0, color="#000000", linewidth=1.0)
     axes.set(xlabel="velocity [m/s]", ylabel="measured minus fitted [N]")
     return axes

@@ -116,10 +116,10 @@ class _AcrossThrust:
     def solve(self) -> tuple[list[list[FittedNumber | None]], FloatArray]:
         """Return the estimates as rows of linear, quadratic, bias, wind, None for those left out; and the values."""
         first = np.zeros(int(self.slots.sum()))
-        found, _ = fitted(self.residuals, first, self._motion.rate)
-        told = iter(found)
+        numbers, _ = fitted(self.residuals, first, self._motion.rate)
+        told = iter(numbers)
         listed = [next(told) if kept else None for kept in self.slots]
-        return [listed[2 * k : 2 * k + 2] for k in range(4)], self.unpacked(np.array([each.value for each in found]))
+        return [listed[2 * k : 2 * k + 2] for k in range(4)], self.unpacked(np.array([each.value for each in numbers]))
 
 
 def fit_drag_of(motion: FlightMotion) -> BodyDragFit:
@@ -176,8 +176,8 @@ def _unexcited(axis: str, speed: float) -> str:
     )
 
 
-def _no_quadratic(axis: str, found: FittedNumber | None) -> str:
-    size = "" if found is None else f" ({found.value:.3g} ± {found.error:.2g} 1/m)"
+def _no_quadratic(axis: str, quadratic: FittedNumber | None) -> str:
+    size = "" if quadratic is None else f" ({quadratic.value:.3g} ± {quadratic.error:.2g} 1/m)"
     return f"quadratic drag along {axis} is not told from zero{size}, and left out"
 
 
@@ -200,16 +200,16 @@ class _AlongThrust:
             notes.append(_unexcited("z", speed))
         varied = excited and speed >= VARIED
         lag = min(LAGS, key=lambda each: float((self._fit(each, excited, varied)[1] ** 2).sum()))
-        found, _ = self._fit(lag, excited, varied)
-        if excited and not (varied and _is_told(found[2])):
-            notes.append(_no_quadratic("z", found[2] if varied else None))
-            found, _ = self._fit(lag, True, False)
+        numbers, _ = self._fit(lag, excited, varied)
+        if excited and not (varied and _is_told(numbers[2])):
+            notes.append(_no_quadratic("z", numbers[2] if varied else None))
+            numbers, _ = self._fit(lag, True, False)
         self._thrust = self._lagged(lag)
-        told = [each.value for each in found] + [0.0, 0.0]
+        told = [each.value for each in numbers] + [0.0, 0.0]
         self._values = (told[0], told[1], told[2])
-        hover = GRAVITY / found[0].value
-        drag = [*found[1:], None, None]
-        return AxisDrag(speed, drag[0], drag[1]), FittedNumber(hover, hover * found[0].error / found[0].value)
+        hover = GRAVITY / numbers[0].value
+        drag = [*numbers[1:], None, None]
+        return AxisDrag(speed, drag[0], drag[1]), FittedNumber(hover, hover * numbers[0].error / numbers[0].value)
 
     def _fit(self, lag: float, linear: bool, quadratic: bool) -> tuple[list[FittedNumber], FloatArray]:
         columns = [self._lagged(lag)]

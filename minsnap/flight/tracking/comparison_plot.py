@@ -72,10 +72,10 @@ def _draw_coordinate(ax: Axes, flights: Mapping[str, ComparedFlight], axis: int,
 def _draw_error(ax: Axes, flights: Mapping[str, ComparedFlight]) -> None:
     """Draw the error along the path (full lines) and across it (dotted), where the reference moves."""
     for index, one in enumerate(flights.values()):
-        found, colour = one.comparison, _STYLES[index % len(_STYLES)]["color"]
-        rests = ~found.direction.any(axis=1)
-        for name, error, dash in (("along", found.along, "-"), ("across", found.across, ":")):
+        comparison, colour = one.comparison, _STYLES[index % len(_STYLES)]["color"]
+        rests = ~comparison.direction.any(axis=1)
+        for name, error, dash in (("along", comparison.along, "-"), ("across", comparison.across, ":")):
             shown = np.where(rests, np.nan, error)
-            ax.plot(found.t, shown, color=colour, linestyle=dash, label=None if index else name)
+            ax.plot(comparison.t, shown, color=colour, linestyle=dash, label=None if index else name)
     ax.set_ylabel("error [m]")
     legend_beside(ax)

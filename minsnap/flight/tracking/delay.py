@@ -85,5 +85,5 @@ def _refined(reference: Samples, flight: Samples, best: float, step: float, most
     low, high = max(best - step, -most), min(best + step, most)
     if high - low < RESOLUTION:
         return best
-    found = minimize_scalar(distance, bounds=(low, high), method="bounded", options={"xatol": RESOLUTION})
-    return float(found.x)
+    minimum = minimize_scalar(distance, bounds=(low, high), method="bounded", options={"xatol": RESOLUTION})
+    return float(minimum.x)

@@ -177,41 +177,43 @@ def fit_flight(source: str | os.PathLike[str] | FlightLog, lead: float | None = 
 
 def _from_body(log: FlightLog) -> FlightFit:
     assert log.flight is not None and log.inertial is not None
-    found = fit_drag_of(body_motion(log.flight, log.inertial))
-    curves = (found.speed, found.force, found.model)
-    return FlightFit(FELT, found.axes, found.wind, found.hover, None, found.notes, *curves)
+    fit = fit_drag_of(body_motion(log.flight, log.inertial))
+    curves = (fit.speed, fit.force, fit.model)
+    return FlightFit(FELT, fit.axes, fit.wind, fit.hover, None, fit.notes, *curves)
 
 
 def _from_setpoints(log: FlightLog) -> FlightFit:
     if log.reference is None or log.flight is None:
         raise FitError("the log has neither attitude and accelerometer nor setpoints: log them")
-    found = fit_setpoint_drag(log.reference, log.flight)
+    fit = fit_setpoint_drag(log.reference, log.flight)
     notes = (
         "the log has no attitude and accelerometer: one horizontal drag was fitted to setpoints and velocities, and it "
         "holds for PX4's default gains alone",
         "drag along z, quadratic drag, wind and hover throttle are not told without them",
     )
-    speeds = found.speed.std(axis=0)
-    sides = [AxisDrag(float(speed), found.drag) for speed in speeds]
+    speeds = fit.speed.std(axis=0)
+    sides = [AxisDrag(float(speed), fit.drag) for speed in speeds]
     axes = (sides[0], sides[1], AxisDrag(0.0))
-    model = -found.drag.value * found.speed
-    return FlightFit(ASKED, axes, None, None, None, notes, found.speed, found.force, model)
+    model = -fit.drag.value * fit.speed
+    return FlightFit(ASKED, axes, None, None, None, notes, fit.speed, fit.force, model)
 
 
 def _delay(reference: Samples, flight: Samples) -> FittedNumber | None:
     """Return the delay of positions after setpoints; None where setpoints do not move while the vehicle flies."""
     first, last = flown_span(flight)
-    asked, flown = _within(reference, first - LONGEST_DELAY, last), _within(flight, first, last)
-    if len(asked) < 10 or len(flown) < 10 or np.ptp(asked.position, axis=0).max() < 0.5:
+    setpoints, flown = _within(reference, first - LONGEST_DELAY, last), _within(flight, first, last)
+    if len(setpoints) < 10 or len(flown) < 10 or np.ptp(setpoints.position, axis=0).max() < 0.5:
         return None
-    inside = (flown.t >= asked.t[0] + LONGEST_DELAY) & (flown.t <= asked.t[-1])
+    inside = (flown.t >= setpoints.t[0] + LONGEST_DELAY) & (flown.t <= setpoints.t[-1])
     if inside.sum() < 10:
         return None
-    start = min(max(estimate_delay(asked, flown, LONGEST_DELAY), 0.0), LONGEST_DELAY)
+    start = min(max(estimate_delay(setpoints, flown, LONGEST_DELAY), 0.0), LONGEST_DELAY)
     t, place = flown.t[inside], flown.position[inside]
 
     def away(values: FloatArray) -> FloatArray:
-        return np.asarray(place - position_at(asked, np.clip(t - values[0], asked.t[0], asked.t[-1])) - values[1:])
+        return np.asarray(
+            place - position_at(setpoints, np.clip(t - values[0], setpoints.t[0], setpoints.t[-1])) - values[1:]
+        )
 
     return fitted(away, np.array([start, *np.zeros(flown.dim)]), len(t) / (t[-1] - t[0]))[0][0]
 

@@ -16,7 +16,7 @@ MOST_POINTS = 4000
 """Points that are drawn for each axis."""
 
 
-def plot_flight_fit(found: FlightFit) -> Figure:
+def plot_flight_fit(fit: FlightFit) -> Figure:
     """Draw what acted on the vehicle against its speed, and the fit through it.
 
     Parameters
@@ -30,16 +30,16 @@ def plot_flight_fit(found: FlightFit) -> Figure:
     """
     from matplotlib import pyplot
 
-    count = found.speed.shape[1]
+    count = fit.speed.shape[1]
     figure, panels = pyplot.subplots(1, count, figsize=(1.0 + 3.6 * count, 3.6), layout="constrained", squeeze=False)
-    where = "body" if found.source == FELT else "world"
-    step = max(1, len(found.speed) // MOST_POINTS)
+    where = "body" if fit.source == FELT else "world"
+    step = max(1, len(fit.speed) // MOST_POINTS)
     for k, (ax, colours) in enumerate(zip(panels[0], AXIS_STYLES, strict=False)):
-        order = np.argsort(found.speed[:, k])
-        told = found.axes[k].linear is not None
-        ax.plot(found.speed[::step, k], found.force[::step, k], ".", markersize=2, color=colours["color"], alpha=0.3)
+        order = np.argsort(fit.speed[:, k])
+        told = fit.axes[k].linear is not None
+        ax.plot(fit.speed[::step, k], fit.force[::step, k], ".", markersize=2, color=colours["color"], alpha=0.3)
         if told:
-            ax.plot(found.speed[order, k], found.model[order, k], color="#000000", linewidth=1.2)
+            ax.plot(fit.speed[order, k], fit.model[order, k], color="#000000", linewidth=1.2)
         ax.set(xlabel=f"speed along {coordinate_name(k, 3)} of the {where} [m/s]", title="" if told else "not told")
         ax.grid(alpha=0.3)
     panels[0][0].set_ylabel("drag per mass [m/s²]")

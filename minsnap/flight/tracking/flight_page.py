@@ -152,9 +152,15 @@ def _flights(flights: Mapping[str, ComparedFlight]) -> str:
     columns = ["flight", "error [m]", "greatest [m]", "at [s]", "along [m]", "across [m]", "lag [s]", "less lag [m]"]
     rows = []
     for name, one in flights.items():
-        found = one.comparison
-        figures = (found.rmse_3d, found.max_error, found.worst_instant, found.along_rmse, found.across_rmse)
-        rows.append([name, *(f"{x:.3f}" for x in (*figures, found.delay, found.late_rmse_3d))])
+        comparison = one.comparison
+        figures = (
+            comparison.rmse_3d,
+            comparison.max_error,
+            comparison.worst_instant,
+            comparison.along_rmse,
+            comparison.across_rmse,
+        )
+        rows.append([name, *(f"{x:.3f}" for x in (*figures, comparison.delay, comparison.late_rmse_3d))])
     return table("Flights", columns, rows)
 
 
@@ -174,10 +180,10 @@ def _legs(flights: Mapping[str, ComparedFlight], instants: FloatArray) -> str:
 
 def _fits(fits: Mapping[str, FlightFit]) -> str:
     rows = []
-    for name, found in fits.items():
-        drag = [axis.linear for axis in found.axes[:2] if axis.linear is not None]
-        wind = "not told" if found.wind is None else " and ".join(str(each) for each in found.wind)
-        delay = "not told" if found.delay is None else str(found.delay)
+    for name, fit in fits.items():
+        drag = [axis.linear for axis in fit.axes[:2] if axis.linear is not None]
+        wind = "not told" if fit.wind is None else " and ".join(str(each) for each in fit.wind)
+        delay = "not told" if fit.delay is None else str(fit.delay)
         rows.append([name, str(drag[0]) if drag else "not told", wind, delay])
     return table(
         "What the logs tell", ["flight", "drag over mass [1/s]", "wind along x and y [m/s]", "delay [s]"], rows

@@ -92,8 +92,8 @@ def compare_in_log(
     """
     compared, lead = [], setpoints.lead or reference.lead
     reference, planned = replace(reference, lead=0.0), None if planned is None else replace(planned, lead=0.0)
-    for found in find_flights(reference, setpoints):
-        place = replace(found, start=found.start + lead / found.rate, lead=lead)
+    for match in find_flights(reference, setpoints):
+        place = replace(match, start=match.start + lead / match.rate, lead=lead)
         there, flight = place.moved(planned or reference), place.in_time_of_file(flown, reference.duration)
         compared.append(ComparedFlight(compare(there, flight, max_delay=max_delay), there, flight, place))
     return compared

@@ -129,11 +129,11 @@ def find_flights(reference: Samples, setpoints: Samples) -> list[LogFlight]:
     """
     if reference.dim != setpoints.dim:
         raise InputError(f"the file has {reference.dim} coordinates and the log {setpoints.dim}: they must agree")
-    found = [_refined(reference, setpoints, start) for start in _candidates(reference, setpoints)]
-    whole = [flight for flight in found if flight.mismatch <= _tolerance(reference)]
+    refined = [_refined(reference, setpoints, start) for start in _candidates(reference, setpoints)]
+    whole = [flight for flight in refined if flight.mismatch <= _tolerance(reference)]
     flights = [_cut(reference, setpoints, flight) for flight in whole] or _begun(reference, setpoints)
     if not flights:
-        nearest = min((flight.mismatch for flight in found), default=np.inf)
+        nearest = min((flight.mismatch for flight in refined), default=np.inf)
         near = f"at best {nearest:.2g} m apart" if np.isfinite(nearest) else "nothing like it was asked for"
         raise InputError(f"the log's setpoints do not follow the file ({near}): is it of another file or frame?")
     return flights
@@ -152,8 +152,8 @@ def _begun(reference: Samples, setpoints: Samples) -> list[LogFlight]:
         head = _until(reference, share * reference.duration)
         if np.ptp(head.position, axis=0).max() < MATCH.least_way:
             break
-        found = [_refined(head, setpoints, start) for start in _candidates(head, setpoints)]
-        flights = [flight for flight in found if flight.mismatch <= _tolerance(head)]
+        refined = [_refined(head, setpoints, start) for start in _candidates(head, setpoints)]
+        flights = [flight for flight in refined if flight.mismatch <= _tolerance(head)]
         if flights:
             return _apart([_cut(reference, setpoints, flight) for flight in flights], reference.duration)
     return []
@@ -189,37 +189,37 @@ def _cut(reference: Samples, setpoints: Samples, flight: LogFlight) -> LogFlight
 def _candidates(reference: Samples, setpoints: Samples) -> list[float]:
     """Return instants of the log from which the setpoints, up to a constant shift, nearly equal the file."""
     grid = np.arange(int(np.ceil(setpoints.duration * MATCH.rate)) + 1) / MATCH.rate + setpoints.t[0]
-    asked = position_at(setpoints, grid)
+    setpoint_positions = position_at(setpoints, grid)
     file = position_at(reference, reference.t[0] + np.arange(int(reference.duration * MATCH.rate) + 1) / MATCH.rate)
-    if len(file) > len(asked):
+    if len(file) > len(setpoint_positions):
         return [float(setpoints.t[0])]
-    distance = np.sqrt(_centred_distances(asked, file))
+    distance = np.sqrt(_centred_distances(setpoint_positions, file))
     spread = float(np.sqrt(np.sum(np.var(file, axis=0)))) or 1.0
     return [float(grid[k]) for k in _least(distance, MATCH.candidate * spread, len(file) // 2)]
 
 
-def _centred_distances(asked: FloatArray, file: FloatArray) -> FloatArray:
+def _centred_distances(setpoints: FloatArray, file: FloatArray) -> FloatArray:
     """Return mean squared distances of the file to every window of the setpoints, both with their mean removed."""
     from scipy.signal import correlate
 
     count = len(file)
     y = file - file.mean(axis=0)
-    windows = np.array([correlate(column, np.ones(count), mode="valid") for column in asked.T])
-    squares = correlate((asked**2).sum(axis=1), np.ones(count), mode="valid") / count
-    cross = sum(correlate(a, b, mode="valid") for a, b in zip(asked.T, y.T, strict=True)) / count
+    windows = np.array([correlate(column, np.ones(count), mode="valid") for column in setpoints.T])
+    squares = correlate((setpoints**2).sum(axis=1), np.ones(count), mode="valid") / count
+    cross = sum(correlate(a, b, mode="valid") for a, b in zip(setpoints.T, y.T, strict=True)) / count
     variance = squares - ((windows / count) ** 2).sum(axis=0)
     return np.asarray(np.maximum(variance - 2.0 * cross + (y**2).sum() / count, 0.0))
 
 
 def _least(distance: FloatArray, most: float, apart: int) -> list[int]:
     """Return the indices of local minima below a bound, at least the given number of steps apart."""
-    found: list[int] = []
+    minima: list[int] = []
     for k in np.argsort(distance, kind="stable"):
         if distance[k] > most:
             break
-        if all(abs(int(k) - other) >= apart for other in found):
-            found.append(int(k))
-    return sorted(found)
+        if all(abs(int(k) - other) >= apart for other in minima):
+            minima.append(int(k))
+    return sorted(minima)
 
 
 def _refined(reference: Samples, setpoints: Samples, start: float) -> LogFlight:

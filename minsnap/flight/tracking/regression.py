@@ -57,13 +57,13 @@ def fitted(
     """
     from scipy.optimize import least_squares
 
-    found = least_squares(lambda values: residuals(values).reshape(-1), first, method="lm", x_scale=1.0)
-    left = residuals(found.x)
-    slopes = found.jac.reshape(*left.shape, len(first))
-    inverse = np.linalg.pinv(found.jac.T @ found.jac)
+    solution = least_squares(lambda values: residuals(values).reshape(-1), first, method="lm", x_scale=1.0)
+    left = residuals(solution.x)
+    slopes = solution.jac.reshape(*left.shape, len(first))
+    inverse = np.linalg.pinv(solution.jac.T @ solution.jac)
     spread = inverse @ _long_run(np.einsum("mi,mip->mp", left, slopes), round(MEMORY * rate)) @ inverse
     errors = np.sqrt(np.maximum(np.diag(spread), 0.0))
-    return [FittedNumber(*pair) for pair in zip(found.x.tolist(), errors.tolist(), strict=True)], left
+    return [FittedNumber(*pair) for pair in zip(solution.x.tolist(), errors.tolist(), strict=True)], left
 
 
 def _long_run(rows: FloatArray, lags: int) -> FloatArray:

@@ -87,9 +87,9 @@ def fit_setpoint_drag(reference: Samples, flight: Samples, settings: CascadeSett
     series = _Series(reference, flight, settings or CascadeSettings())
     rest = {pair: series.rest(*pair) for pair in product(DELAYS, DELAYS)}
     best = min(rest, key=lambda pair: series.squares(rest[pair]))
-    found, _ = fitted(lambda values: series.residuals(rest[best], values), np.zeros(3), RATE)
-    drag = FittedNumber(found[0].value, float(np.hypot(found[0].error, MODEL_ERROR)))
-    force = rest[best] / WINDOW - [each.value for each in found[1:]]
+    numbers, _ = fitted(lambda values: series.residuals(rest[best], values), np.zeros(3), RATE)
+    drag = FittedNumber(numbers[0].value, float(np.hypot(numbers[0].error, MODEL_ERROR)))
+    force = rest[best] / WINDOW - [each.value for each in numbers[1:]]
     return SetpointDrag(drag, sum(best) / RATE, series.moved / WINDOW, force)
 
 
@@ -101,12 +101,12 @@ class _Series:
         assert flight.velocity is not None
         t = np.arange(max(first, reference.t[0]), min(last, reference.t[-1], flight.t[-1]), 1.0 / RATE)
         place, self._velocity = (_at(t, flight.t, values) for values in (flight.position, flight.velocity))
-        asked = np.clip(np.searchsorted(reference.t, t, side="right") - 1, 0, len(reference) - 1)
+        row = np.clip(np.searchsorted(reference.t, t, side="right") - 1, 0, len(reference) - 1)
         gains = {name: np.array(getattr(settings, name)[:2]) for name in _GAINS}
         assert reference.velocity is not None
-        ahead = reference.velocity[asked, :2] + gains["position_gain"] * reference.position[asked, :2]
-        pushed = 0.0 if reference.acceleration is None else reference.acceleration[asked, :2]
-        self._asked = pushed + _controlled(ahead, gains)
+        ahead = reference.velocity[row, :2] + gains["position_gain"] * reference.position[row, :2]
+        pushed = 0.0 if reference.acceleration is None else reference.acceleration[row, :2]
+        self._commanded = pushed + _controlled(ahead, gains)
         change = gains["velocity_derivative"] * np.gradient(self._velocity, 1.0 / RATE, axis=0)
         self._felt = _controlled(gains["position_gain"] * place + self._velocity, gains) + change
         self._step, self._longest = round(WINDOW * RATE), 2 * DELAYS[-1]
@@ -114,9 +114,9 @@ class _Series:
 
     def rest(self, link: int, attitude: int) -> FloatArray:
         """Return what drag and a constant have to explain for delays in steps, (m, 2), every row one window."""
-        velocity, end = self._velocity[self._longest :], len(self._asked)
-        asked = self._asked[self._longest - link - attitude : end - link - attitude]
-        pulled = asked - self._felt[self._longest - attitude : end - attitude]
+        velocity, end = self._velocity[self._longest :], len(self._commanded)
+        setpoints = self._commanded[self._longest - link - attitude : end - link - attitude]
+        pulled = setpoints - self._felt[self._longest - attitude : end - attitude]
         return np.asarray(velocity[self._step :] - velocity[: -self._step] - _integrals(pulled, self._step))
 
     def residuals(self, rest: FloatArray, values: FloatArray) -> FloatArray:

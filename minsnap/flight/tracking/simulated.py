@@ -28,16 +28,16 @@ def flight_figures(flight: Flight, vehicle: Quadrotor) -> dict[str, Any]:
         max_speed [m/s]; max_tilt [rad]; max_rotor_thrust and rotor_thrust_limit [N]; saturated: share of the time in
         which the rotors could not do what the controller asked for.
     """
-    found = compared(flight).comparison
+    comparison = compared(flight).comparison
     apart = np.linalg.norm(flight.error, axis=1)
     upright = 1.0 - 2.0 * (flight.quaternion[:, 1:3] ** 2).sum(axis=1)
     return {
         "duration": flight.duration,
-        "rmse": found.rmse_3d,
-        "rmse_axes": found.rmse.tolist(),
+        "rmse": comparison.rmse_3d,
+        "rmse_axes": comparison.rmse.tolist(),
         "max_error": float(apart.max()),
         "max_error_instant": float(flight.t[apart.argmax()]),
-        "delay": found.delay,
+        "delay": comparison.delay,
         "max_speed": float(np.linalg.norm(flight.velocity, axis=1).max()),
         "max_tilt": float(np.arccos(np.clip(upright, -1.0, 1.0)).max()),
         "max_rotor_thrust": float(vehicle.thrust_coefficient * (flight.rotor_speed**2).max()),

@@ -63,10 +63,10 @@ def learn_from(
     InputError
         If the file is no log, or the flight was stopped or lies elsewhere than the plan.
     """
-    found = load_log(log)
-    if found is None or found.reference is None or found.flight is None:
+    log_read = load_log(log)
+    if log_read is None or log_read.reference is None or log_read.flight is None:
         raise InputError(f"{log} is no log with setpoints and positions: give a .ulg, a .bin or a log of stream")
-    last = compare_in_log(sent, found.reference, found.flight)[-1]
+    last = compare_in_log(sent, log_read.reference, log_read.flight)[-1]
     if last.place is not None and (last.place.end is not None or last.place.shift.any()):
         raise InputError(f"{last.remarks()[0]}: tune learns from a whole flight where the plan lies")
     delay = last.comparison.delay

@@ -191,11 +191,11 @@ def section_arguments(stops: Sequence[Stop], course: Course, closed: bool) -> di
         places[-1] = places[0]
     corridor: list[Constraint] = [] if course.tube is None else [Tube(np.array(course.tube))]
     corridor += [part for knot, gate in straight for part in _straight_passage(knot, gate)]
-    asked: dict[str, Any] = {"waypoints": places, "closed": closed, "limits": course.bounds}
-    asked |= {"corridor": corridor} if corridor else {}
+    arguments: dict[str, Any] = {"waypoints": places, "closed": closed, "limits": course.bounds}
+    arguments |= {"corridor": corridor} if corridor else {}
     if any(balls):
-        return asked | {"waypoint_tolerance": Ball(balls)}
-    return asked | ({"waypoint_tolerance": course.tolerance} if course.tolerance else {})
+        return arguments | {"waypoint_tolerance": Ball(balls)}
+    return arguments | ({"waypoint_tolerance": course.tolerance} if course.tolerance else {})
 
 
 def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:
@@ -208,9 +208,9 @@ def _straight_passage(knot: int, gate: Gate) -> list[Constraint]:
 
 def knots_of(stops: Sequence[Stop]) -> list[int]:
     """Return the knot of each stop of an open section, as :func:`section_arguments` places them."""
-    found, knot = [], 0
+    knots, knot = [], 0
     for index, stop in enumerate(stops):
         inner = bool(stop.straight) and 0 < index < len(stops) - 1
-        found.append(knot + inner)
+        knots.append(knot + inner)
         knot += 3 if inner else 1
-    return found
+    return knots

@@ -139,10 +139,10 @@ def _course(where: str, said: Mapping[str, Any], path: Path) -> Course:
     if closed and len(stops) > 2 and np.array_equal(stops[0].center, stops[-1].center):
         stops.pop()
     optional = ("laps", "tube", "start", "end", "tolerance", "yaw", "takeoff", "land")
-    given = {key: said[key] for key in optional if key in said}
+    values = {key: said[key] for key in optional if key in said}
     boxes = Boxes(**said["boxes"]) if "boxes" in said else None
     limits = _limits(path.parent, said)
-    return Course(tuple(stops), closed, limits=limits, boxes=boxes, name=said.get("name", path.stem), **given)
+    return Course(tuple(stops), closed, limits=limits, boxes=boxes, name=said.get("name", path.stem), **values)
 
 
 def stop_of(where: str, said: Any) -> Stop:
@@ -172,15 +172,15 @@ def _gate(where: str, entry: Mapping[str, Any]) -> Gate:
             f"{where}: a gate has a center, a width or a radius, and one of normal, heading and heading_deg"
         )
     made = Gate.circle if "radius" in entry else Gate
-    given = how | {name: entry[name] for name in ("center", "radius", "width", "height", "up") if name in entry}
+    values = how | {name: entry[name] for name in ("center", "radius", "width", "height", "up") if name in entry}
     if directions[0] == "normal":
-        return made(normal=entry["normal"], **given)
+        return made(normal=entry["normal"], **values)
     angle = entry[directions[0]]
     if directions[0] == "heading" and abs(angle) > MOST_TURNED:
         raise FileError(f"{where}: heading is {angle:g} rad, beyond a turn: write heading_deg: {angle:g} for degrees")
     angle = radians(angle) if directions[0] == "heading_deg" else angle
-    flat = [cos(angle), sin(angle), 0.0][: len(given["center"])]
-    return made(normal=flat, **{"crossing": 1} | given)
+    flat = [cos(angle), sin(angle), 0.0][: len(values["center"])]
+    return made(normal=flat, **{"crossing": 1} | values)
 
 
 def _limits(folder: Path, said: Mapping[str, Any]) -> Limits | None:

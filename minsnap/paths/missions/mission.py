@@ -21,7 +21,7 @@ from minsnap.errors import SolverError, WaypointError
 from minsnap.limits.compliance import keeps
 from minsnap.limits.limits import Limits
 from minsnap.limits.ordinary import ACCELERATION, SPEED
-from minsnap.optimisation.planned_yaw import asked_heading
+from minsnap.optimisation.planned_yaw import chosen_heading
 from minsnap.paths.missions.course import Course, Stop, knots_of, section_arguments
 from minsnap.planning.planner import plan
 from minsnap.time_allocation.time_stretch import most_used, nearby_factor, touching_factor
@@ -180,16 +180,16 @@ def _within_limits(course: Course, flown: list[_Flown], curve: Trajectory) -> tu
     )
 
 
-def _look_at(curve: Trajectory, corridor: Sequence[HalfSpaces], asked: int | None, joined_parts: bool) -> None:
+def _look_at(curve: Trajectory, corridor: Sequence[HalfSpaces], wanted: int | None, joined_parts: bool) -> None:
     """Raise SolverError where parts that are right by themselves do not join, or leave a wall together.
 
-    Parts begin and end with k - 1 derivatives that are given: more of them are continuous inside of parts alone.
+    Parts begin and end with k - 1 prescribed derivatives: more of them are continuous inside of parts alone.
     """
     usual = (curve.degree - 1) // 2
-    least = usual if asked is None else min(asked, usual) if joined_parts else asked
+    least = usual if wanted is None else min(wanted, usual) if joined_parts else wanted
     joined, nearest = continuity(curve), nearest_wall(curve, walls_of(corridor, curve(curve.leg_breaks)))
     if joined < least:
-        wrong = f"its parts join with {joined} continuous derivatives, and {least} were asked for"
+        wrong = f"its parts join with {joined} continuous derivatives, and the plan needs {least}"
     elif nearest is not None and not nearest.value >= 0.0:
         wrong = f"it leaves the walls of leg {nearest.leg} by {-nearest.value:.3g} m at {nearest.instant:.4g} s"
     else:
@@ -207,28 +207,28 @@ def _flown(course: Course, planning: dict[str, Any]) -> list[_Flown]:
         curve = plan(None, corridor=walls, limits=course.bounds, yaw=yaw, **ends, **planning)  # type: ignore[arg-type]
         return [_Flown(curve, (("course", 0.0),), _walls([course.boxes], curve(curve.leg_breaks)))]
     if course.periodic and not on_ground:
-        asked = section_arguments([*course.stops, course.stops[0]], course, closed=True)
-        lap = plan(yaw=yaw, **asked, **planning)
-        kept = _walls(asked.get("corridor", ()), asked["waypoints"])
+        arguments = section_arguments([*course.stops, course.stops[0]], course, closed=True)
+        lap = plan(yaw=yaw, **arguments, **planning)
+        kept = _walls(arguments.get("corridor", ()), arguments["waypoints"])
         return [_Flown(lap, ((f"lap {number}", 0.0),), kept) for number in range(1, course.laps + 1)]
     return _sections(course, yaw, planning)
 
 
 def _sections(course: Course, yaw: str | Velocity | None, planning: dict[str, Any]) -> list[_Flown]:
     """Plan from hold to hold, each from rest to rest, and the holds between."""
-    found: list[_Flown] = []
+    sections: list[_Flown] = []
     section: list[tuple[str, Stop]] = []
     order = _order(course)
     for index, entry in enumerate(order):
         section.append(entry)
         last = index == len(order) - 1
         if len(section) > 1 and (entry[1].hold or last):
-            ends = _given_ends(course, index == len(section) - 1, last)
-            found.append(_section(section, course, yaw, ends | planning))
+            ends = _end_states(course, index == len(section) - 1, last)
+            sections.append(_section(section, course, yaw, ends | planning))
             section = [entry]
         if entry[1].hold:
-            found.append(_Flown(_at_rest(entry[1].center, entry[1].hold), (("hold", 0.0),)))
-    return found
+            sections.append(_Flown(_at_rest(entry[1].center, entry[1].hold), (("hold", 0.0),)))
+    return sections
 
 
 def _order(course: Course) -> list[tuple[str, Stop]]:
@@ -263,12 +263,12 @@ def _section(
 ) -> _Flown:
     """Plan a section, and name its parts."""
     stops = [stop for _, stop in section]
-    asked = section_arguments(stops, course, closed=False)
-    curve = plan(yaw=yaw, **asked, **further)
+    arguments = section_arguments(stops, course, closed=False)
+    curve = plan(yaw=yaw, **arguments, **further)
     times = curve.leg_breaks[knots_of(stops)]
     names = [(name, float(t)) for (name, _), t in zip(section[:-1], times, strict=False)]
     kept = [entry for i, entry in enumerate(names) if i == 0 or entry[0] != names[i - 1][0]]
-    return _Flown(curve, tuple(kept), _walls(asked.get("corridor", ()), asked["waypoints"]))
+    return _Flown(curve, tuple(kept), _walls(arguments.get("corridor", ()), arguments["waypoints"]))
 
 
 def _walls(corridor: Sequence[Constraint], places: Any) -> list[Walls]:
@@ -279,7 +279,7 @@ def _walls(corridor: Sequence[Constraint], places: Any) -> list[Walls]:
 
 def _corridor(joined: Trajectory, flown: Sequence[_Flown]) -> tuple[HalfSpaces, ...]:
     """Return the walls of all parts, which are planes, on the legs of the whole."""
-    found, start = [], 0.0
+    walls, start = [], 0.0
     middles = (joined.leg_breaks[:-1] + joined.leg_breaks[1:]) / 2.0
     for part in flown:
         own = np.searchsorted(start + part.curve.leg_breaks, middles, side="right") - 1
@@ -287,14 +287,14 @@ def _corridor(joined: Trajectory, flown: Sequence[_Flown]) -> tuple[HalfSpaces, 
             offset = wall.radius - (wall.slope * wall.anchor).sum(axis=1)
             for leg in np.unique(wall.leg):
                 rows, legs = wall.leg == leg, np.flatnonzero(own == leg).tolist()
-                found.append(HalfSpaces(-wall.slope[rows], offset[rows], tuple(legs)))
+                walls.append(HalfSpaces(-wall.slope[rows], offset[rows], tuple(legs)))
         start += part.curve.duration
-    return tuple(found)
+    return tuple(walls)
 
 
-def _given_ends(course: Course, first: bool, last: bool) -> dict[str, Any]:
-    given = {"start": course.start if first else None, "end": course.end if last else None}
-    return {name: state for name, state in given.items() if state is not None}
+def _end_states(course: Course, first: bool, last: bool) -> dict[str, Any]:
+    states = {"start": course.start if first else None, "end": course.end if last else None}
+    return {name: state for name, state in states.items() if state is not None}
 
 
 def _at_rest(place: FloatArray, duration: float) -> Trajectory:
@@ -323,7 +323,7 @@ def _headed(course: Course, flown: Sequence[_Flown]) -> Trajectory:
     """Join the parts, and give the whole its heading."""
     joined = concatenate([part.curve for part in flown])
     limits = course.bounds
-    heading = asked_heading(course.yaw, joined.legs, False, limits)
+    heading = chosen_heading(course.yaw, joined.legs, False, limits)
     return joined.with_yaw(heading(joined))
 
 

@@ -81,8 +81,8 @@ def _nearest(grid: GridMap, cells: IntArray) -> IntArray:
 
     touching = binary_dilation(grid.occupied, np.ones((3,) * grid.dim, dtype=np.bool_))
     index = distance_transform_edt(~touching, grid.resolution, return_distances=False, return_indices=True)
-    found = touched = np.stack([axis[tuple(cells.T)] for axis in index], axis=-1)
+    nearest = touched = np.stack([axis[tuple(cells.T)] for axis in index], axis=-1)
     for step in sorted(product((-1, 0, 1), repeat=grid.dim), key=np.count_nonzero, reverse=True):
         other = np.clip(touched + step, 0, np.array(grid.occupied.shape) - 1)
-        found = np.where(grid.occupied[tuple(other.T)][:, None], other, found)
-    return found
+        nearest = np.where(grid.occupied[tuple(other.T)][:, None], other, nearest)
+    return nearest

@@ -95,11 +95,11 @@ def _shifted(step: tuple[int, ...]) -> tuple[tuple[slice, ...], tuple[slice, ...
 def _all_open(free: BoolArray, step: tuple[int, ...]) -> BoolArray:
     """Return where all cells of the block that a step goes through are free."""
     here, _ = _shifted(step)
-    found = np.ones(free[here].shape, dtype=np.bool_)
+    open_cells = np.ones(free[here].shape, dtype=np.bool_)
     for part in product(*((0, change) if change else (0,) for change in step)):
         offsets = zip(part, step, free.shape, strict=True)
-        found &= free[tuple(_moved(change, whole, length) for change, whole, length in offsets)]
-    return found
+        open_cells &= free[tuple(_moved(change, whole, length) for change, whole, length in offsets)]
+    return open_cells
 
 
 def _moved(change: int, whole: int, length: int) -> slice:

@@ -21,12 +21,12 @@ def decompress(block: bytes, size: int) -> bytes:
     ValueError
         If the block is damaged.
     """
-    found, at = bytearray(), 0
-    while at < len(block) and len(found) <= size:
+    output, at = bytearray(), 0
+    while at < len(block) and len(output) <= size:
         control = block[at]
         at += 1
         if control < 32:
-            found += block[at : at + control + 1]
+            output += block[at : at + control + 1]
             at += control + 1
             continue
         length = control >> 5
@@ -35,16 +35,16 @@ def decompress(block: bytes, size: int) -> bytes:
             at += 1
         back = ((control & 31) << 8) + block[at] + 1
         at += 1
-        _repeat(found, back, length + 2)
-    if len(found) != size:
+        _repeat(output, back, length + 2)
+    if len(output) != size:
         raise ValueError("a block of another size than it should have")
-    return bytes(found)
+    return bytes(output)
 
 
-def _repeat(found: bytearray, back: int, length: int) -> None:
+def _repeat(output: bytearray, back: int, length: int) -> None:
     """Append bytes from some way back; the repetition may run into itself."""
-    start = len(found) - back
+    start = len(output) - back
     if start < 0:
         raise ValueError("a reference to data before the block")
-    piece = bytes(found[start : start + length])
-    found += (piece * (length // len(piece) + 1))[:length]
+    piece = bytes(output[start : start + length])
+    output += (piece * (length // len(piece) + 1))[:length]

@@ -83,9 +83,9 @@ def _text_rows(body: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, A
 
 def _columns(block: bytes, layout: np.dtype[Any], count: int) -> Mapping[str, Any]:
     """Return the fields of a block that holds one field of all points after the other."""
-    found, at = {}, 0
+    columns, at = {}, 0
     for name in layout.names or ():
         field = layout[name]
-        found[name] = np.frombuffer(block, dtype=field, count=count, offset=at)
+        columns[name] = np.frombuffer(block, dtype=field, count=count, offset=at)
         at += count * field.itemsize
-    return found
+    return columns

@@ -157,20 +157,20 @@ def plan_through(
     ends = [end_point(point, read.dim, name) for point, name in ((start, "start"), (goal, "goal"))]
     if ends[0].shape != ends[1].shape or (ends[0] == ends[1]).all():
         raise WaypointError("start and goal are one point, or have different numbers of coordinates: give two points")
-    found = find_passage(read, ends[0][: read.dim], ends[1][: read.dim], radius)
-    corridor, way = _lifted(found, *ends)
-    asked = _timed(planning)
-    curve = plan(None, corridor=corridor, start={"position": ends[0]}, end={"position": ends[1]}, **asked)
-    return Route(curve, corridor, way, read, radius, nearest_cell(curve, read), asked.get("limits"))
+    passage = find_passage(read, ends[0][: read.dim], ends[1][: read.dim], radius)
+    corridor, way = _lifted(passage, *ends)
+    timing = _timed(planning)
+    curve = plan(None, corridor=corridor, start={"position": ends[0]}, end={"position": ends[1]}, **timing)
+    return Route(curve, corridor, way, read, radius, nearest_cell(curve, read), timing.get("limits"))
 
 
 def _as_map(
     grid: GridMap | str | os.PathLike[str] | npt.ArrayLike, further: dict[str, Any], ends: list[Any], clearance: float
 ) -> GridMap:
     if isinstance(grid, GridMap):
-        given = [name for name, value in further.items() if value not in (None, "occupied")]
-        if given:
-            raise CorridorError(f"{given[0]} is for files and arrays: a GridMap has it already")
+        names = [name for name, value in further.items() if value not in (None, "occupied")]
+        if names:
+            raise CorridorError(f"{names[0]} is for files and arrays: a GridMap has it already")
         return grid
     if isinstance(grid, (str, os.PathLike)):
         return read_map(FilePath(grid), **further, ends=ends, clearance=clearance)
@@ -180,9 +180,9 @@ def _as_map(
     return array_map(grid, further["resolution"], further["origin"], how)
 
 
-def _lifted(found: GridCorridor, start: FloatArray, goal: FloatArray) -> tuple[Boxes, FloatArray]:
+def _lifted(corridor: GridCorridor, start: FloatArray, goal: FloatArray) -> tuple[Boxes, FloatArray]:
     """Return boxes and points with altitudes, where start and goal above a plane map have them."""
-    boxes, points = found.boxes, found.waypoints
+    boxes, points = corridor.boxes, corridor.waypoints
     if len(start) == points.shape[1]:
         return boxes, points
     low, high = min(start[2], goal[2]) - FREE_HEIGHT, max(start[2], goal[2]) + FREE_HEIGHT
@@ -194,7 +194,7 @@ def _lifted(found: GridCorridor, start: FloatArray, goal: FloatArray) -> tuple[B
 
 def _timed(planning: dict[str, Any]) -> dict[str, Any]:
     """Return arguments of a plan with limits, if neither times nor limits are among them."""
-    given = {name for name, value in planning.items() if value is not None}
-    if given & {"durations", "total_time", "limits"} or is_priced(planning):
+    names = {name for name, value in planning.items() if value is not None}
+    if names & {"durations", "total_time", "limits"} or is_priced(planning):
         return planning
     return planning | {"limits": ordinary_limits()}

@@ -170,8 +170,8 @@ def _constant_speed(
     from minsnap.trajectory.trajectory import Trajectory
 
     if limits is not None or options:
-        given = ", ".join([*(["limits"] if limits is not None else []), *options])
-        raise TimingError(f"a line at constant speed has nothing to plan: leave out {given}")
+        names = ", ".join([*(["limits"] if limits is not None else []), *options])
+        raise TimingError(f"a line at constant speed has nothing to plan: leave out {names}")
     default = (LINE_SAMPLES - 1) / 20.0
     seconds = check_positive("the total time", default if total_time is None else total_time, "s", ShapeError)
     return Trajectory(ends[None], np.array([seconds]), ConstantHeading(yaw))

@@ -37,7 +37,7 @@ def test_a_lead_sends_the_whole_path_earlier_from_rest_to_rest():
         np.testing.assert_array_equal(getattr(led, name), getattr(PATH, name))
     report = check_samples(led)
     assert led.lead == report.lead == 0.1 and report.starts_at_rest and report.ends_at_rest
-    assert not FeedForward().given and FeedForward().applied(PATH) is PATH
+    assert not FeedForward().active and FeedForward().applied(PATH) is PATH
 
 
 @pytest.mark.parametrize("lead", [0.1, 0.137, 0.35])

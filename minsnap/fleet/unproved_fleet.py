@@ -13,21 +13,25 @@ LONGER, NEARER = (1.25, 1.6, 2.0), (0.9, 0.75, 0.5)
 """Shares of the time, and of the separation, that are tried where nothing was found, to say what would do."""
 
 
-def not_found(search: TimeSearch, when: str, seed: int) -> UnprovedError:
+def unproved_fleet(search: TimeSearch, when: str, seed: int) -> UnprovedError:
     """Say what was reached in the longest time that was tried, which pair presses, and what more or less would do."""
     tried = search.nearest
     if tried is None:
         return UnprovedError("no fleet was found, as the search ended before it began: give a longer time_limit")
     task, flew = search.task, flown(tried.curves[: len(search.task)], tried.time)
-    found = certify_fleet(flew, task.separation, avoid=task.avoid or None)
+    certificate = certify_fleet(flew, task.separation, avoid=task.avoid or None)
     text = f"no fleet was found that is apart at every instant{when}"
-    if found.clearances is not None and found.clearances.min() < 0.0:
-        vehicle = int(found.clearances.argmin())
-        text += f": in {tried.time:.4g} s vehicle {vehicle} was {-found.clearances[vehicle]:.3g} m inside an obstacle"
-    elif found.pair is not None and not found.ok:
-        one, two = found.pair
-        text += f": in {tried.time:.4g} s vehicles {one} and {two} came as near as {found.least_distance:.3g} m at "
-        text += f"{found.instant:.4g} s, {found.nearest[0].share:.0%} of their separation"
+    if certificate.clearances is not None and certificate.clearances.min() < 0.0:
+        vehicle = int(certificate.clearances.argmin())
+        text += (
+            f": in {tried.time:.4g} s vehicle {vehicle} was {-certificate.clearances[vehicle]:.3g} m inside an obstacle"
+        )
+    elif certificate.pair is not None and not certificate.ok:
+        one, two = certificate.pair
+        text += (
+            f": in {tried.time:.4g} s vehicles {one} and {two} came as near as {certificate.least_distance:.3g} m at "
+        )
+        text += f"{certificate.instant:.4g} s, {certificate.nearest[0].share:.0%} of their separation"
     elif tried.outcome.over_by > 0.0:
         text += f": in {tried.time:.4g} s limits or walls were exceeded by {tried.outcome.over_by:.1%}"
     did = [] if search.stopped() else [*_longer(search, tried, seed), *_nearer(search, tried, seed)]
