@@ -52,7 +52,7 @@ class Certificate:
     ok : bool
         All conditions hold.
     corridor_margin : float or None
-        Least distance to a wall [m], negative outside; None if no corridor was asked about. The exact one is not less.
+        Least distance to a wall [m], negative outside; None without a corridor. The exact distance is not less.
     nearest : Margin or None
         Where that is.
     waypoint_error : float or None
@@ -94,7 +94,7 @@ class Certificate:
 
     @property
     def limits_from(self) -> float:
-        """First instant from which all limits are kept to the end [s]; 0 where they always are, or none were given."""
+        """First instant from which all limits are kept to the end [s]; 0 where they always are, and without limits."""
         if self.limits is None:
             return 0.0
         from minsnap.limits.compliance import kept_from
@@ -170,7 +170,7 @@ def certify(
     tolerance : float, array_like or Ball
         How far from its waypoints it may be [m], as ``plan`` takes it for ``waypoint_tolerance``.
     limits_from : float
-        Instant from which the limits are asked for [s]: ``report.limits_from`` of a plan that starts outside of them.
+        Instant from which the limits hold [s]: ``report.limits_from`` of a plan that starts outside of them.
 
     Returns
     -------
@@ -221,7 +221,7 @@ def _use(limits: Limits, traj: Trajectory, start: float) -> tuple[Utilisation, .
 
 
 def _start_of_limits(instant: float, traj: Trajectory) -> float:
-    """Return the instant from which limits are asked for, or raise InputError."""
+    """Return the instant from which limits hold, or raise InputError."""
     if not (is_number(instant) and 0.0 <= instant < traj.duration):
         raise InputError(f"limits_from is {shown(instant)}: give an instant from 0 to below {traj.duration:g} s")
     return float(instant)

@@ -239,7 +239,7 @@ class UnknownSolverError(InputError):
 class InfeasibleError(InputError):
     """No trajectory meets all conditions, which ``verify()`` proves.
 
-    Where that has no proof, because a search only found none, the error is an :class:`UnprovedError`.
+    Where that has no proof, because only a search failed, the error is an :class:`UnprovedError`.
 
     Attributes
     ----------
@@ -251,12 +251,12 @@ class InfeasibleError(InputError):
         The smallest half-width of that leg's corridor that has a solution [m]: of its widest walls, where they differ,
         with the others wider by the same factor.
     shortest : float or None
-        The shortest total time found that has a solution [s].
+        The shortest total time known to have a solution [s].
     stretch : float or None
         Factor on all durations that has a solution.
     contradiction : minsnap.optimisation.contradiction.Contradiction or None
         The proof: walls at instants, with multipliers, that no curve satisfies together at ``contradiction.durations``.
-        Where these were not given but chosen, the sentence says so. Of a total, or a leg, too short for the limits
+        Where the plan chose these, the sentence says so. Of a total, or a leg, too short for the limits
         a ``time_allocation.short_total.ShortTotal``; of a map without a way a ``routes.barrier.Barrier``.
     """
 
@@ -276,9 +276,9 @@ class InfeasibleError(InputError):
 
 
 class UnprovedError(InfeasibleError):
-    """A search found no trajectory in the time given; that there is none is not proved, and ``verify()`` is False.
+    """A search ended without a trajectory in its time; that there is none is not proved, and ``verify()`` is False.
 
-    The sentence says what was tried, and ``shortest`` and ``stretch`` what was found in more time.
+    The sentence says what was tried; ``shortest`` and ``stretch`` tell what more time allows.
     """
 
 

@@ -167,7 +167,7 @@ def check_degree(degree: Any) -> int:
 
 
 def check_continuity(continuity: Any, half: int) -> int:
-    """Return the continuity, k - 1 where none is given; at most degree - 1."""
+    """Return the continuity, k - 1 by default; at most degree - 1."""
     if continuity is None:
         return half - 1
     if not is_whole(continuity) or not 0 <= continuity <= 2 * half - 2:

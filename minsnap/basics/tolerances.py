@@ -9,4 +9,4 @@ ROUNDING = 1e-12
 """Share of the largest entry of a vector or a matrix below which an entry counts as the rounding of zero."""
 
 GAP = 9e-7
-"""Share of the cost of a plan that may be given away so that it is proved: both cores move walls inwards by so much."""
+"""Share of a plan's cost that a proof may cost: both cores move walls inwards by at most that."""

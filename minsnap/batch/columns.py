@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from minsnap.basics.version import __version__
-from minsnap.batch.dataset_rows import ASKED, Row
+from minsnap.batch.dataset_rows import REQUESTED, Row
 from minsnap.batch.problem_table import pyarrow_parquet
 from minsnap.batch.spec import LIMITS
 from minsnap.errors import InputError
@@ -28,7 +28,7 @@ COLUMNS: Mapping[str, str] = {
     "gates": "list",
     "corridor": "list",
     "boxes": "list",
-    **dict.fromkeys(ASKED, "double"),
+    **dict.fromkeys(REQUESTED, "double"),
     **{f"limit_{name}": "double" for name in LIMITS},
     "vehicle": "string",
     "durations": "list",

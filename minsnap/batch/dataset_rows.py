@@ -22,13 +22,13 @@ from minsnap.planning.planner import plan
 from minsnap.trajectory.trajectory import Trajectory
 
 STATUSES = ("done", "infeasible", "unsolved", "invalid", "timeout", "crashed")
-"""Planned; no curve meets everything; the solvers found none; malformed; too slow; the process or the code failed."""
+"""Planned; no curve meets everything; the solvers failed; malformed; too slow; the process or the code failed."""
 
 SENTENCE = 500
 """Characters of an error's sentence that are kept."""
 
-ASKED = ("waypoint_tolerance", "total_time", "time_weight")
-"""Numbers that a problem may ask for, as columns."""
+REQUESTED = ("waypoint_tolerance", "total_time", "time_weight")
+"""Numbers in a problem's request, as columns."""
 
 Row = dict[str, Any]
 """Values by column; a column that is not named is null."""
@@ -63,7 +63,7 @@ def _question(problem: DrawnProblem) -> Row:
     """Columns of the problem itself, as far as it is one of numbers."""
     arguments = problem.arguments
     row: Row = {"vehicle": problem.vehicle}
-    row |= {name: arguments[name] for name in ASKED if is_number(arguments.get(name))}
+    row |= {name: arguments[name] for name in REQUESTED if is_number(arguments.get(name))}
     if isinstance(arguments.get("limits"), Limits):
         row |= {f"limit_{name}": getattr(arguments["limits"], name) for name in LIMITS}
     waypoints = _points(arguments.get("waypoints"))

@@ -18,7 +18,7 @@ COLUMNS = (
     *("waypoints", "durations", "corridor", "waypoint_tolerance", "total_time", "time_weight", "limits"),
     *("start", "end", "pins", "closed", "degree", "continuity", "split", "enforce", "pieces", "room", "solver"),
 )
-"""Columns that a table may have; an empty cell counts as not given."""
+"""Columns that a table may have; an empty cell counts as left out."""
 
 LARGEST_CSV = 256_000_000
 """Bytes of the largest CSV that is read: it is held in memory whole, Parquet is not."""

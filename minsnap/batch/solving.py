@@ -65,7 +65,7 @@ class Solving:
                 at += 1
 
     def _sent_rows(self, first: int, last: int) -> Iterator[Any]:
-        """Yield the rows that the process answers with; fewer than asked where it ends."""
+        """Yield the rows that the process answers with; fewer where it ends early."""
         if first == last:
             return
         process = self._running()
@@ -126,7 +126,7 @@ class Solving:
 
 
 def solving(spec: Spec, timeout: float) -> Solving:
-    """Return what plans for this thread; it is kept, with its process, until another batch is asked for."""
+    """Return what plans for this thread; it is kept, with its process, until the next batch."""
     known: Solving | None = getattr(_LOCAL, "known", None)
     if known is not None and (known.spec, known.timeout) == (spec, timeout):
         return known

@@ -1,4 +1,4 @@
-"""What a batch is asked for: read from YAML, checked once, and written in one form that names it."""
+"""The specification of a batch: read from YAML, checked once, and written in one form that names it."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ COMMON = {
 TABLE = mapping(
     {
         "table": Key(TEXT, "a .parquet or .csv file of problems, from the folder of this file", needed=True),
-        "count": Key(from_to(WHOLE, 1, 10**12), "how many of its problems; all unless given"),
+        "count": Key(from_to(WHOLE, 1, 10**12), "how many of its problems; all by default"),
         **COMMON,
     },
     "a mapping with table",

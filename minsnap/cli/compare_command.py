@@ -144,7 +144,7 @@ def _refuse_unknown_clock(path: Path, log: FlightLog | None, align: bool) -> Non
 
 
 def _kept(flight: Samples, waypoints: Path | None, corridor: str | None, max_speed: float | None) -> dict[str, Any]:
-    """Return how a flight kept the given corridor and speed limit."""
+    """Return how a flight kept a corridor and a speed limit."""
     import numpy as np
 
     kept: dict[str, Any] = {}

@@ -36,8 +36,8 @@ def fleet(
 ) -> int:
     """Plan the flights of a show, write them, and prove of what was written how far apart the vehicles stay.
 
-    Flights are kept in FOLDER/flights as they are found: a run that was killed goes on with them. Ctrl-C ends the
-    search for one flight with the best so far. Exit status 1 if what was asked does not hold of the files.
+    Each planned flight is kept in FOLDER/flights: a run that was killed goes on with them. Ctrl-C ends the
+    search for one flight with the best so far. Exit status 1 if the files do not keep the show's conditions.
     """
     from minsnap.basics.storage.atomic import check_destination
     from minsnap.files.formats.cubic_segments import worst_distance

@@ -228,7 +228,7 @@ def chosen_yaw(text: str | None, look_at: tuple[float, float] | None) -> Any:
     Raises
     ------
     InputError
-        If both are given.
+        If both are set.
     """
     if look_at is None:
         return parse_yaw(text)
@@ -240,7 +240,7 @@ def chosen_yaw(text: str | None, look_at: tuple[float, float] | None) -> Any:
 
 
 def parse_yaw(text: str | None) -> float | str | None:
-    """Return an angle [rad] given in degrees, the word "velocity" or "tilt", or None.
+    """Return an angle [rad] from degrees, the word "velocity" or "tilt", or None.
 
     Raises
     ------

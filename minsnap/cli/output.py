@@ -65,7 +65,7 @@ class Destination:
     TimingError
         If the rate is not positive.
     InputError
-        If the view is unknown, or asked of no figure.
+        If the view is unknown, or no figure is drawn.
     """
 
     output: options.Output = None

@@ -48,7 +48,7 @@ LEAST = 0.5
 """Time that this may take in any case [s]."""
 
 RECTANGLE_WALLS = 0.3
-"""Half-width around the sides of a rectangle, unless another is given or none is wanted [m]."""
+"""Half-width around the sides of a rectangle, by default [m]."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def altitudes_of(planning: Any, points: Any) -> dict[str, Any]:
 def finer(plan: Callable[..., Path], named: dict[str, Any], path: Trajectory) -> dict[str, Any]:
     """Return how long a plan would last with ``--pieces auto``, where one polynomial per leg was searched for.
 
-    Nothing where times, pieces or a split are given, no limits are, or the search took more than ``QUICK``.
+    Nothing where times, pieces or a split are set, limits are not, or the search took more than ``QUICK``.
     """
     report, chosen = path.report, {"total_time", "durations", "time_weight", "time_limit", "split", "continuity"}
     names = chosen & options.present(**named).keys()
@@ -121,7 +121,7 @@ def finer(plan: Callable[..., Path], named: dict[str, Any], path: Trajectory) ->
 def gain(plan: Callable[..., Path], path: Path, milliseconds: float) -> dict[str, Any]:
     """Return the same for what a function plans again with other arguments, where the search took so long.
 
-    It is given as long again, and no less than ``LEAST``.
+    It gets as long again, and no less than ``LEAST``.
     """
     if milliseconds > QUICK:
         return {}
@@ -159,7 +159,7 @@ class TimingOptions(LimitOptions):
 
     @property
     def limits(self) -> Limits | None:
-        """The limits given, or None."""
+        """The limits of the options, or None."""
         return limits_of(self)
 
     def arguments(self) -> dict[str, Any]:
@@ -190,7 +190,7 @@ class Planning(TimingOptions):
 
     @property
     def limits(self) -> Limits | None:
-        """The limits given; a yaw rate alone, which limits no time, is not completed."""
+        """The limits of the options; a yaw rate alone, which limits no time, is not completed."""
         if self.no_limit is None and list(options.limit_values(self)) == ["yaw_rate"]:
             from minsnap.limits.limits import Limits
 
@@ -206,7 +206,7 @@ class Planning(TimingOptions):
 
 @dataclass(frozen=True)
 class RectanglePlanning(Planning):
-    """The same for a rectangle: in a corridor, and within limits where no time is given."""
+    """The same for a rectangle: in a corridor, and within limits where no time is set."""
 
     corridor: RectangleCorridor = None
     no_corridor: NoCorridor = False
@@ -225,7 +225,7 @@ class RectanglePlanning(Planning):
 
     @property
     def limits(self) -> Limits | None:
-        """The limits given, or those of ``rectangle`` if no time is given either."""
+        """The limits of the options, or those of ``rectangle`` where no time is set either."""
         chosen = limits_of(self)
         if chosen is not None or self.time is not None or self.time_weight is not None:
             return chosen
@@ -275,7 +275,7 @@ class Turning(PaceOptions):
 
     @property
     def limits(self) -> Limits | None:
-        """The limits given, or None."""
+        """The limits of the options, or None."""
         return limits_of(self)
 
 

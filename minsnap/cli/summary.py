@@ -31,7 +31,7 @@ _LINES = (
     ("solver", "solver", "{}"),
     ("rounds", "rounds", "{}"),
     ("milliseconds", "planned in", "{:.1f} ms"),
-    ("interrupted", "interrupted", "{} (the best plan found until then)"),
+    ("interrupted", "interrupted", "{} (the best plan until then)"),
     ("note", "note", "{}"),
     ("output", "written", "{}"),
     ("beside", "beside it", "{}"),

@@ -47,7 +47,7 @@ class Walls(ReadOnly):
     name : str
         What messages call it.
     at : ndarray of int, shape (m,), optional
-        Where on its leg each holds: 0 at the start alone, 1 at the end alone. Unless given, at every instant.
+        Where on its leg each holds: 0 at the start alone, 1 at the end alone. By default at every instant.
     """
 
     leg: IntArray

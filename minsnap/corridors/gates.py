@@ -19,7 +19,7 @@ from minsnap.errors import WaypointError
 
 @dataclass(frozen=True, eq=False)
 class Ball(ReadOnly):
-    """Waypoints are met if the curve passes within a given distance.
+    """Waypoints are met if the curve passes within a distance.
 
     Parameters
     ----------

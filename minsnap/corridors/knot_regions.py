@@ -194,7 +194,7 @@ def _end(position: FloatArray | None, where: str, dim: int) -> FloatArray:
 def _within(
     room: Room, inside: FloatArray, lower: FloatArray, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Cut overlaps to a room; pinned ends and overlaps outside are unchanged and found by the check of all walls."""
+    """Cut overlaps to a room; pinned ends and overlaps outside stay, and the check of all walls refuses them."""
     if len(room.lower) != inside.shape[1]:
         return inside, lower, upper
     low, high = np.maximum(lower, room.lower), np.minimum(upper, room.upper)

@@ -24,7 +24,7 @@ def passing(traj: Trajectory, placement: Placement) -> tuple[float, bool]:
     excess : float
         Largest distance, on either side of a knot [m].
     passes : bool
-        Whether that is 0, and gates are passed in the direction asked for, to rounding: ``Placement.rounding`` of a
+        Whether that is 0, and gates are passed in their direction, to rounding: ``Placement.rounding`` of a
         distance, ``EXACT`` of the largest speed.
     """
     excess = max(float(placement.outside(side).max()) for side in knot_positions(traj))

@@ -17,7 +17,7 @@ class KnotRegion:
     Parameters
     ----------
     lower, upper : ndarray, shape (dim,)
-        Corners of a box around the region; the region itself where nothing else is given [m].
+        Corners of a box around the region; the region itself by default [m].
     radius : float
         Of a ball around the nominal position [m]; infinite where there is none.
     normals : ndarray, shape (m, dim)

@@ -47,11 +47,11 @@ class Format:
     holds : {"samples", "polynomials", "either"}
         What is passed to ``write``.
     endings : tuple of str
-        Endings that mean this format when a file is written; none where it has to be asked for by name.
+        Endings that mean this format when a file is written; none where only its name chooses it.
     write : callable or None
         ``write(content, path, writing)``; returns a sentence on what was lost, or None.
     reads : tuple of str
-        Endings of the files that ``read`` may be asked for.
+        Endings of the files that ``read`` takes.
     read : callable or None
         ``read(path, frame)``.
     recognises : callable or None

@@ -176,7 +176,7 @@ class PlanRequest:
         return Limits(**dict(self.limits)) if self.limits else None  # type: ignore[arg-type]
 
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of ``plan`` that were given, the waypoints among them.
+        """Return the arguments of ``plan`` that are set, the waypoints among them.
 
         Raises
         ------
@@ -203,7 +203,7 @@ class PlanRequest:
 
 
 def in_enu(request: PlanRequest, frame: str) -> PlanRequest:
-    """Return a request whose waypoints and headings are given in the axes of a frame.
+    """Return a request whose waypoints and headings are in the axes of a frame.
 
     Raises
     ------

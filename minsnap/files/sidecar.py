@@ -3,7 +3,7 @@
 A CSV in another frame than ENU has a last column ``frame_ned`` of ones, which stays with the numbers wherever they go
 and which readers of columns by name, and of the first twelve, do not notice. Further data are in ``NAME.csv.meta``:
 JSON with frame, units and rate, the origin where it is known, how much earlier than planned its rows are to be sent,
-and a checksum of the CSV to which it belongs. A CSV that says nothing is in the frame given by the reader, by default
+and a checksum of the CSV to which it belongs. A CSV that says nothing is in the frame that the reader names, by default
 ENU.
 """
 

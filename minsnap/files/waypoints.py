@@ -207,7 +207,7 @@ def _check_complete(where: str, row: Mapping[str, float], names: list[str]) -> N
 def _listed(
     path: str | os.PathLike[str], keys: Mapping[str, Any], name: str, column: FloatArray | None
 ) -> FloatArray | None:
-    """Return a list given for all waypoints or legs at once, or raise an error if they have such entries too."""
+    """Return a list for all waypoints or legs at once, or raise an error if they have such entries too."""
     values = keys.get(name)
     if values is None:
         return column

@@ -145,7 +145,7 @@ def certify_fleet(
     avoid : obstacle or sequence of obstacles, optional
         Cylinders, ellipsoids and cuboids to keep out of.
     reach : float
-        Pairs that come nearer than so many times their separation are listed.
+        Pairs are listed that come nearer than this multiple of their separation.
     threads : int, optional
         By default as many as processors; they change nothing in the result.
 

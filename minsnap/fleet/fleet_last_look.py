@@ -1,4 +1,4 @@
-"""The last look at a fleet before it leaves: everything that was asked of its vehicles, alone and together.
+"""The last look at a fleet before it leaves: all conditions on its vehicles, alone and together.
 
 It judges the trajectories that are returned, with their headings, by their control points alone. Of the knots and the
 times that the search had in mind it takes nothing over.
@@ -21,11 +21,11 @@ from minsnap.time_allocation.last_look import fault_as_one_leg
 from minsnap.trajectory.trajectory import Trajectory
 
 HALF = 4
-"""Derivatives 0 ... k - 1 are continuous, and given at both ends."""
+"""Derivatives 0 ... k - 1 are continuous, and prescribed at both ends."""
 
 
 def fleet_fault(task: FleetTask, fleet: Fleet, threads: int) -> str | None:
-    """Return what a fleet does not keep of all that was asked, or None.
+    """Return which condition a fleet does not keep, or None.
 
     Parameters
     ----------

@@ -103,11 +103,11 @@ def plan_fleet(
     names : sequence of str, optional
         Of the vehicles, the fixed ones last.
     polish : float
-        Share of the shortest time that may be given away for curves of less snap, such as 0.05.
+        Share of the shortest time to spend on curves of less snap, such as 0.05.
     seed : int
         Of the numbers that decide between equal ways; the same seed gives the same bits, with any number of threads.
     time_limit : float, optional
-        Ends the search after so many seconds [s].
+        Ends the search after this time [s].
     progress : bool or callable, optional
         True for a line on the terminal, or what is called with each time reached [s] and its least distance [m].
     threads : int, optional
@@ -116,16 +116,16 @@ def plan_fleet(
     Returns
     -------
     Fleet
-        Its report says how it was found; degree 7, three derivatives continuous.
+        Its report says how it was planned; degree 7, three derivatives continuous.
 
     Raises
     ------
     FleetError
         If the question is malformed or contradicts itself.
     TimingError
-        If no time and no limits are given, or the total time is shorter than the way of a vehicle allows.
+        If neither a time nor limits are set, or the total time is shorter than the way of a vehicle allows.
     UnprovedError
-        If no fleet was found; that there is none is not proved.
+        If the search ends without a fleet; that there is none is not proved.
     """
     task = check_task(waypoints, limits, separation, room, avoid, start, fixed, corridors, holds)
     check_seed(seed)
@@ -142,7 +142,7 @@ def plan_fleet(
 
 @dataclass(frozen=True)
 class _Finish:
-    """Makes a fleet of curves that were found, and looks at it."""
+    """Makes a fleet of the curves of a search, and looks at it."""
 
     task: FleetTask
     search: TimeSearch
@@ -162,7 +162,7 @@ class _Finish:
 
 
 def _searched(finish: _Finish, total_time: float | None, polish: float, seed: int, pieces: Any) -> Fleet:
-    """Return the best fleet found: by one curve where that decides it, or by a joint search."""
+    """Return the best fleet: by one curve where that decides it, or by a joint search."""
     search, stopped = finish.search, ""
     count = PIECES * (max(len(points) for points in search.task.waypoints) == 2) or 3
     quick = one_curve(search.task, total_time, polish, count if pieces == "auto" else pieces)
@@ -231,7 +231,7 @@ def _lone_task(task: FleetTask, vehicle: int) -> FleetTask:
 
 
 def _timed(search: TimeSearch, time: float, seed: int) -> Certified:
-    """Return curves of little snap at a given time, or raise UnprovedError."""
+    """Return curves of little snap at a fixed time, or raise UnprovedError."""
     settings = replace(LAST, smoothness=1e-5, tau=0.02, iterations=200)
     for kind in GUESSES:
         curves = search.opening(seed, kind, time)

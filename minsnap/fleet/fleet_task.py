@@ -39,7 +39,7 @@ class FleetTask:
     states : tuple of mapping
         Of each: derivatives at the start, by order.
     limits : tuple of Limits or None
-        Of each; None where only a total time is given.
+        Of each; None where only a total time is set.
     separation : Separation or None
     room : Room or None
     avoid : tuple of Obstacle
@@ -131,8 +131,8 @@ class FleetTask:
     def knots_of(self, vehicle: int, pieces: int) -> IntArray:
         """Return the knots at which a vehicle arrives at each waypoint and leaves it, shape (n_i, 2).
 
-        Arrivals go by the length of the way, and each leg has at least one piece. Holds last as long as is asked in the
-        least time that the fleet can take, and longer in longer ones.
+        Arrivals go by the length of the way, and each leg has at least one piece. Holds last their seconds in the least
+        time that the fleet can take, and longer in longer ones.
         """
         points, holds = self.waypoints[vehicle], self.holds_of(vehicle)
         holds = holds / max(self.total_time or float(self.bounds.max()), 1e-12) if holds.any() else holds

@@ -49,7 +49,7 @@ def _single(task: FleetTask, total_time: float | None, polish: float, pieces: in
 
 
 def _straight(task: FleetTask, total_time: float | None, polish: float, pieces: int) -> list[Trajectory] | None:
-    """Return straight lines with one common profile, if nothing else is asked; None too where they meet.
+    """Return straight lines with one common profile; None where there are other conditions, or they meet.
 
     The profile is the curve of one vehicle on a line whose limits are the strictest of all, in units of their ways.
     """

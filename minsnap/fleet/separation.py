@@ -33,7 +33,7 @@ class Separation(ReadOnly):
     Raises
     ------
     FleetError
-        If a distance is not positive, the downwash is below 1, or both or none of distance and radii are given.
+        If a distance is not positive, the downwash is below 1, or distance and radii are both set, or neither.
     """
 
     distance: float | None
@@ -68,7 +68,7 @@ class Separation(ReadOnly):
         return self.radii
 
     def scaled(self, share: float) -> Separation:
-        """Return the same with so many times the distance."""
+        """Return the separation with its distance multiplied by a factor."""
         if self.radii is None:
             return Separation((self.distance or 0.0) * share, self.downwash)
         return Separation(downwash=self.downwash, radii=self.radii * share)

@@ -1,6 +1,6 @@
 """The search for the shortest common time of a fleet: joint searches at ever shorter times, each result certified.
 
-A time counts once the curves found for it are certified: pairs, room and obstacles as they are, limits after stretching
+A time counts once its curves are certified: pairs, room and obstacles as they are, limits after stretching
 all of time by what they are exceeded, which leaves the curves and their distances as they are.
 """
 
@@ -132,7 +132,7 @@ class TimeSearch:
         return np.ascontiguousarray(self.at_time(curves, time))
 
     def at_time(self, curves: FloatArray, time: float) -> FloatArray:
-        """Return curves with the states that are given for a time: moving starts, and vehicles that fly as they do."""
+        """Return curves with the states that a time fixes: moving starts, and vehicles that fly as they do."""
         h, count = time / self.pieces, len(self.task)
         moved = curves.copy()
         for vehicle, state in enumerate(self.task.states):

@@ -1,4 +1,4 @@
-"""What is said where no fleet was found: what was reached, which pair presses, and what more or less would do."""
+"""The error of a search without a fleet: what it reached, which pair presses, and what more or less would do."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from minsnap.fleet.fleet_task import FleetTask
 from minsnap.fleet.time_search import FINE, FIRST, TimeSearch, TimeTried, flown
 
 LONGER, NEARER = (1.25, 1.6, 2.0), (0.9, 0.75, 0.5)
-"""Shares of the time, and of the separation, that are tried where nothing was found, to say what would do."""
+"""Shares of the time, and of the separation, that are tried after a failed search, to say what would do."""
 
 
 def unproved_fleet(search: TimeSearch, when: str, seed: int) -> UnprovedError:

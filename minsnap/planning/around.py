@@ -54,16 +54,16 @@ def plan_around(
     CorridorError
         If a waypoint is inside an obstacle.
     UnprovedError
-        If no way around was found.
+        If the search ends without a way around.
     SolverError
-        If what was found does not keep everything at the last look.
+        If the plan does not keep everything at the last look.
     """
     _refuse_inside(task, obstacles)
     timed = looked_at(_planned_around(task, timing, finish, instants, obstacles), task, timing, instants)
     depth, instant, which = deepest(timed.trajectory, obstacles)
     if depth < -EXACT:
         raise SolverError(
-            f"the plan found is refused at the last look: it is {-depth:.3g} m inside obstacle {which} at "
+            f"the plan is refused at the last look: it is {-depth:.3g} m inside obstacle {which} at "
             f"{instant:.4g} s; please report this question"
         )
     return timed

@@ -75,7 +75,7 @@ def plan_many(
         k - 1 that are not named are zero.
     gradients : bool
         Whether ``many.gradients`` holds the exact derivatives of every optimal cost in durations, waypoints and the
-        half-widths of tubes: for given durations, without limits, in walls of this library. Plans in tubes from rest to
+        half-widths of tubes: for fixed durations, without limits, in walls of this library. Plans in tubes from rest to
         rest are then solved more accurately, and may differ from those of ``plan`` by some 1e-6 of their cost.
     threads : int, optional
         Threads to use; by default as many as processors.  The result does not depend on it.
@@ -92,7 +92,7 @@ def plan_many(
     ------
     InputError
         If it is not clear what the problems are: another number of durations, corridors or end states than of
-        waypoints, or a degree that does not exist; or if gradients are asked for that are not known.  What is wrong
+        waypoints, or a degree that does not exist; or if gradients are not known for it.  What is wrong
         with one problem is in ``errors``.
     OutOfMemoryError
         If there is less memory than the plans take.

@@ -104,7 +104,7 @@ def plan(
     waypoints : array_like, shape (n, dim), sequence with Gates among them, or None
         Positions to pass through [m], n >= 2; a ``Gate`` is passed anywhere in its opening. A table with columns named
         x, y and z is used by these names (a data frame, a structured array, a mapping); its ``yaw`` [rad], and ``t`` or
-        ``duration`` [s], where neither ``yaw`` nor a time or limits are given. With None the curve passes from set to
+        ``duration`` [s], where neither ``yaw`` nor a time or limits are set. With None the curve passes from set to
         set through their overlaps; the corridor is then ``Boxes`` or ``Polytopes``, and ``start`` and ``end`` give
         positions.
     durations : array_like, shape (n - 1,), optional
@@ -112,15 +112,15 @@ def plan(
     total_time : float, optional
         Duration of all legs together [s], divided among them as ``search.split`` says.
     limits : Limits, optional
-        Bounds that hold at every instant; where neither durations, total time nor ``search.time_weight`` are given, the
-        plan has the shortest time found within them.
+        Bounds that hold at every instant; where neither durations, total time nor ``search.time_weight`` are set, the
+        plan has the shortest time within them.
     corridor : float, array_like, Constraint, sequence with Constraints among it, or Sampled, optional
         Half-width of a ``Tube`` around each leg [m], one for all legs or one per leg; or constraints, which all hold,
         such as ``[0.3, Room(lower, upper)]``. It holds at every instant, but for a ``Sampled`` one.
     continuity : int, optional
-        Derivatives continuous at the knots; k - 1 unless given (3 for degree 7), at most 2k - 2; k - 2 with one
-        polynomial per leg between given waypoints. Above k - 1 shortest times are not searched for: the plan is made at
-        the durations found for k - 1, or longer ones.
+        Derivatives continuous at the knots; k - 1 by default (3 for degree 7), at most 2k - 2; k - 2 with one
+        polynomial per leg between fixed waypoints. Above k - 1 shortest times are not searched for: the plan is made at
+        the durations for k - 1, or longer ones.
     degree : int
         2k - 1: 3, 5, 7, 9 or 11.
     yaw : float, array_like of shape (n,), "velocity", "tilt", Velocity, LookAt, callable, optional
@@ -153,7 +153,7 @@ def plan(
     Returns
     -------
     Trajectory
-        Its ``report`` says how it was found.
+        Its ``report`` says how it was planned.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def plan(
     InfeasibleError
         If no curve meets everything: names the leg and the smallest half-width that has a solution, and proves it.
     UnprovedError
-        An InfeasibleError without proof, if a search found no plan in the time given.
+        An InfeasibleError without proof, if a search ends without a plan in its time.
     SolverError
         If every solver failed on a problem that has a solution.
     OutOfMemoryError
@@ -243,7 +243,7 @@ def _usual(closed: bool, solver: str, pieces: int | str) -> bool:
 
 
 def _deadline(time_limit: float | None, durations: npt.ArrayLike | None, limits: Limits | None) -> Deadline:
-    """Return when planning for given durations ends; a search has its own deadline."""
+    """Return when planning for fixed durations ends; a search has its own deadline."""
     if time_limit is None or (durations is None and limits is not None):
         return NEVER
     if durations is None:

@@ -29,7 +29,7 @@ from minsnap.trajectory.gradients import Slopes, free_slopes
 from minsnap.trajectory.trajectory import Trajectory
 
 GRADIENT_GAP = 1e-10
-"""Share of the cost of a plan in walls that may be given away where gradients are asked for: their error goes as its
+"""Share of the cost of a plan in walls that may be lost where gradients are computed: their error goes as its
 square root."""
 
 State = Mapping[str, npt.ArrayLike]

@@ -79,7 +79,7 @@ def animate_path(
     InputError
         If the view is not plane.
     FileError
-        If the ending is another, ffmpeg is needed and not found, or the file cannot be written.
+        If the ending is another, ffmpeg is needed and missing, or the file cannot be written.
     TimingError
         If rate or speed are not positive, or there would be more than 3000 pictures.
     """

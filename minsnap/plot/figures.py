@@ -65,7 +65,7 @@ def plot_overview(
     path : Path or Samples
         dim 2 or 3.
     figure : matplotlib Figure, optional
-        Where to draw; a new one, that no window shows, unless given.
+        Where to draw; by default a new one, that no window shows.
     view, corridor, waypoints, tolerance, avoid, colour_by
         As :func:`plot_path` takes them.
     limits

@@ -105,7 +105,7 @@ def plot_separation(certificate: FleetCertificate, ax: Axes | None = None) -> Ax
     axes.set_ylabel("distance [m]" if separation.downwash == 1.0 else "distance, heights by the downwash [m]")
     axes.set_ylim(bottom=0.0)
     axes.set_xlim(0.0, certificate.fleet.duration)
-    axes.legend(loc="lower left", framealpha=0.9)  # below what is asked there is no curve
+    axes.legend(loc="lower left", framealpha=0.9)  # below the separation there is no curve
     return axes
 
 

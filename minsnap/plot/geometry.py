@@ -63,17 +63,17 @@ def plot_path(
     path : Path or Samples
         dim 2 or 3.
     ax : matplotlib axes, optional
-        Where to draw; a new figure unless given (three-dimensional axes for the view "3d").
+        Where to draw; by default a new figure (three-dimensional axes for the view "3d").
     view : str
         ``"xy"``, ``"xz"``, ``"yz"`` or ``"3d"``.
     corridor : Constraint, sequence of Constraint, or array_like, optional
-        What :func:`minsnap.plan` was given; drawn as one body a leg.
+        That of :func:`minsnap.plan`; drawn as one body a leg.
     waypoints : array_like, shape (n, dim), or sequence with Gates among them, optional
         [m]; by default those of a planned trajectory. Gates are drawn as outlines.
     tolerance : Ball, optional
-        What :func:`minsnap.plan` was given as ``waypoint_tolerance``; drawn as circles. Boxes are not drawn.
+        The ``waypoint_tolerance`` of :func:`minsnap.plan`; drawn as circles. Boxes are not drawn.
     avoid : sequence of Obstacle
-        What :func:`minsnap.plan` was given; drawn as shadows in a plane, and not in the view "3d".
+        Those of :func:`minsnap.plan`; drawn as shadows in a plane, and not in the view "3d".
     colour_by : {"speed"}, optional
         Colour the curve by its speed, with a scale beside it.
 

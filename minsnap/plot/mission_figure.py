@@ -30,7 +30,7 @@ def plot_mission(
     ----------
     mission : Mission
     figure : matplotlib Figure, optional
-        Where to draw; a new one, that no window shows, unless given.
+        Where to draw; by default a new one, that no window shows.
     view, colour_by
         As :func:`plot_path` takes them; numbers, and when and how fast gates are passed, are written where the view is
         ``"xy"``.

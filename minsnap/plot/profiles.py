@@ -62,7 +62,7 @@ def plot_profiles(
     Raises
     ------
     InputError
-        If an order is not one of 0 to 4, the samples have none of those asked for, or the axes are too few.
+        If an order is not one of 0 to 4, the samples have none of them, or the axes are too few.
     """
     samples = dense_samples(path)
     drawn = available_orders(samples, orders)

@@ -72,7 +72,7 @@ def plot_race(
         dim 2 or 3.
     vehicle : Quadrotor
     figure : matplotlib Figure, optional
-        Where to draw; a new one, that no window shows, unless given.
+        Where to draw; by default a new one, that no window shows.
     view, corridor, waypoints, tolerance
         As :func:`plot_path` takes them.
     title : str, optional

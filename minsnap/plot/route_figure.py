@@ -37,7 +37,7 @@ def plot_route(
     ----------
     route : Route
     figure : matplotlib Figure, optional
-        Where to draw; a new one, that no window shows, unless given.
+        Where to draw; by default a new one, that no window shows.
     view, colour_by
         As :func:`plot_path` takes them.
     title : str, optional

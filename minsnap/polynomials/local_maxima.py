@@ -1,4 +1,4 @@
-"""Local maxima of many polynomials, found quickly: a grid, then Newton steps in expansions around its points."""
+"""Local maxima of many polynomials, quickly: a grid, then Newton steps in expansions around its points."""
 
 from __future__ import annotations
 

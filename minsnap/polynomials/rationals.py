@@ -18,7 +18,7 @@ Scalar = list[Fraction]
 Curve = list[Scalar]
 
 DEPTH = 400
-"""Halvings after which a polynomial that only touches zero, somewhere else than at a dyadic number, is given up."""
+"""Halvings after which a polynomial that only touches zero, somewhere else than at a dyadic number, stays undecided."""
 
 
 def exact(values: FloatArray) -> Curve:

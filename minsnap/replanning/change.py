@@ -23,7 +23,7 @@ class Change:
         True: the trajectory is the rest of the flown plan.
     certified : bool
         Whether the trajectory is proved to be inside the walls ahead and the limits; false only for a rest that is kept
-        because nothing that is was found in time. Then fly ``stop``. A rest that is kept passes the waypoints where
+        because no certified curve was ready in time. Then fly ``stop``. A rest that is kept passes the waypoints where
         they were when it was planned.
     reason : str
         Why the rest was kept; empty where it was not.

@@ -1,4 +1,4 @@
-"""Walls moved inwards for a search, so that what is found stays inside while walls that are measured anew shift."""
+"""Walls moved inwards for a search, so that its curve stays inside while walls that are measured anew shift."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def near(
     task : Task
     limits : Limits or None
     legs : int or None
-        So many legs, all with None.
+        Number of legs; None for all.
     rest : Trajectory or None
         What is flown through all waypoints of the task; the plan then joins it, where it is inside and keeps the limits
         beyond the horizon.

@@ -29,7 +29,7 @@ class Memory:
     settled : bool
         Whether the search behind it ended by itself.
     guess : Trajectory or None
-        The last curve found for these legs, where it was not returned.
+        The last planned curve for these legs, where it was not returned.
     """
 
     answer: Trajectory

@@ -44,7 +44,7 @@ def replan_heading(yaw: Any, limits: Limits | None) -> ChosenHeading | None:
 
 
 def waypoint_angles(yaw: Any, legs: int) -> FloatArray | None:
-    """Return one angle for each waypoint ahead (legs,) [rad]; None where none was given."""
+    """Return one angle for each waypoint ahead (legs,) [rad]; None without angles."""
     if yaw is None:
         return None
     give = (

@@ -82,7 +82,7 @@ class Replanner:
     Parameters
     ----------
     limits : Limits, optional
-        Which the shortest plan keeps, where neither durations nor a total time are given.
+        Which the shortest plan keeps, where neither durations nor a total time are set.
     corridor : float, Constraint or sequence of Constraint, optional
         As for ``plan``; one per leg ahead.
     room : Room or (lower, upper), optional
@@ -98,7 +98,7 @@ class Replanner:
         Distance that new plans keep from the walls, where the waypoints and the start have it [m]: walls that are
         measured anew may then shift by as much, and the plan is still inside.
     horizon : int, optional
-        So many legs are planned; beyond them the flown plan goes on, or the new one ends at rest there.
+        Number of legs to plan; beyond them the flown plan goes on, or the new one ends at rest there.
     degree : int
         7, 9 or 11.
     pieces : int
@@ -314,7 +314,7 @@ class Replanner:
         return Deadline(due - closing, self._clock, self._takes.most("check"))
 
     def _searched(self, call: _Call, rest: Trajectory | None) -> tuple[Better | None, bool, str]:
-        """Search in the time that is left; what was found, whether the search ended by itself, and why nothing."""
+        """Search in the time that is left; return the better plan, whether the search ended by itself, and why not."""
         call.deadline.resume()
         seconds = call.deadline.left - self._takes.usual("ending", ENDING * call.seconds)
         if call.aim.timed and seconds <= 0.0:

@@ -90,7 +90,7 @@ class Aim:
 
 @dataclass(frozen=True, eq=False)
 class Better:
-    """A plan found, and from when on it keeps the limits and is inside [s]."""
+    """A plan, and from when on it keeps the limits and is inside [s]."""
 
     curve: Trajectory
     limits_from: float = 0.0
@@ -156,7 +156,7 @@ def seen_joined(better: Better, task: Task, aim: Aim) -> Better:
     near_task = near(task, None, better.curve.legs, None, None).task
     wrong = fault(near_task, better.curve, None, times)  # type: ignore[arg-type]
     if wrong is not None:
-        raise SolverError(f"the plan found is refused at the last look: {wrong}; please report this replan")
+        raise SolverError(f"the plan is refused at the last look: {wrong}; please report this replan")
     return better
 
 

@@ -25,7 +25,7 @@ SAME = 1e-12
 """Difference of headings, or of their rates, that is rounding [rad], [rad/s]."""
 
 EQUAL_ANGLES = 1e-9
-"""Difference from an angle asked for at which a heading has it [rad]."""
+"""Difference from a wanted angle at which a heading has it [rad]."""
 
 STEEPEST = 1.875
 """Largest rate of the quintic 1 - 10 s^3 + 15 s^4 - 6 s^5."""
@@ -86,7 +86,7 @@ def through_angles(flown: Trajectory, instant: float, angles: FloatArray) -> Cho
 
 
 def has_angles(curve: Trajectory, angles: FloatArray | None) -> bool:
-    """Whether a curve has these headings at the ends of its legs, but for whole turns, or none are asked for."""
+    """Whether a curve has these headings at the ends of its legs, but for whole turns; true without headings."""
     if angles is None:
         return True
     return bool(np.abs(wrap(curve.yaw(curve.leg_breaks[1:]) - angles[: curve.legs])).max() <= EQUAL_ANGLES)

@@ -102,7 +102,7 @@ class Stopping:
         Its first legs are those to stop in.
     limits : Limits or None
     deadline : Deadline
-        After which no stop is looked for: LateError where none was found before.
+        End of the search for a stop: LateError where there is none by then.
     """
 
     task: Task

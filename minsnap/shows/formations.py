@@ -18,7 +18,7 @@ CAPITALS = 0.72
 
 
 def grid(vehicles: int, spacing: float, height: float = 0.0, columns: int | None = None) -> FloatArray:
-    """Return rows of a level grid around the origin, row by row; as square as possible unless columns are given."""
+    """Return rows of a level grid around the origin, row by row; as square as possible by default."""
     count, spacing = _count(vehicles), check_positive("the spacing of a grid", spacing, "m", FleetError)
     wide = int(np.ceil(np.sqrt(count))) if columns is None else _count(columns)
     rows, places = np.divmod(np.arange(count), wide)

@@ -1,4 +1,4 @@
-"""The flights between the formations of a show, each stored in a file when it is found."""
+"""The flights between the formations of a show, each stored in a file once it is planned."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class KeptFlights:
     progress: bool
 
     def between(self, starts: FloatArray, goals: FloatArray, name: str) -> tuple[list[Trajectory], str]:
-        """Return the curves from starts to goals, shape (vehicles, 3), and how they were found.
+        """Return the curves from starts to goals, shape (vehicles, 3), and how they were planned.
 
         Raises
         ------
         UnprovedError
-            If none were found; says in which flight.
+            If the search ends without any; says in which flight.
         """
         file = None if self.folder is None else Path(self.folder) / f"{self._key(starts, goals)}.npz"
         if file is not None and file.exists():

@@ -47,7 +47,7 @@ class Move:
 
 
 def moved(move: Move, points: FloatArray, limits: Limits) -> list[Trajectory]:
-    """Return the curves of a formation (vehicles, 3), in the time given or the shortest within the limits."""
+    """Return the curves of a formation (vehicles, 3), in its seconds or the shortest time within the limits."""
     way = None if move.along is None else plan(move.along, total_time=1.0)
     count = max(LEAST_PIECES, ceil(abs(move.turn) / PIECE))
     breaks = np.union1d(np.linspace(0.0, 1.0, count + 1), [] if way is None else way.breaks[1:-1])

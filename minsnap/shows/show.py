@@ -1,4 +1,4 @@
-"""A show: formations one after the other, and the flights between them, planned one by one and kept as found.
+"""A show: formations one after the other, and the flights between them, planned one by one and kept once planned.
 
 From home all climb straight up, fly to the acts, each by the assignment of least squared way, hold each, return above
 home and land.
@@ -70,7 +70,7 @@ class Show:
     take_off : float
         How far above home the vehicles climb straight [m].
     layers : int
-        Into so many heights, each the separation times the downwash above the one before, neighbours into other ones.
+        Number of heights, each the separation times the downwash above the one before, neighbours into other ones.
     land : str
         ``"own"``: each lands where it took off; ``"any"``: at any vehicle's place, where that is shorter.
     room : pair of corners or None
@@ -169,7 +169,7 @@ def fly(
     ----------
     show : Show
     kept : str or path, optional
-        Folder in which flights are stored as they are found; those of an earlier run that ask the same are not planned
+        Folder in which planned flights are stored; those of an earlier run with equal conditions are not planned
         again.
     told : callable, optional
         Is told a sentence after each flight.
@@ -181,7 +181,7 @@ def fly(
     FleetError
         If acts and vehicles do not fit together.
     UnprovedError
-        If a flight was not found; says which.
+        If a search ends without a flight; says which.
     """
     show.check()
     same = np.arange(len(show.home))

@@ -61,7 +61,7 @@ EXPORTS = {
 
 
 def example_scene() -> PlanRequest:
-    """Return the scene of a studio that is given no file: the rectangle of 8 by 4 m in 12 s, 0.3 m to each side."""
+    """Return the scene of a studio without a file: the rectangle of 8 by 4 m in 12 s, 0.3 m to each side."""
     corners = ((0.0, 0.0, 1.0), (8.0, 0.0, 1.0), (8.0, 4.0, 1.0), (0.0, 4.0, 1.0), (0.0, 0.0, 1.0))
     return PlanRequest(corners, total_time=12.0, corridor=(0.3,) * 4, vehicle="dji_f330")
 

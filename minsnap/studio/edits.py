@@ -259,7 +259,7 @@ def _points(corners: FloatArray) -> tuple[Point, ...]:
 
 
 def _with_legs(changed: PlanRequest, before: PlanRequest, leg: int, shares: tuple[float, float]) -> PlanRequest:
-    """Return the request with what belongs to a leg given to two of them."""
+    """Return the request with the values of a leg copied to the two legs that replace it."""
     durations, corridor, boxes = before.durations, before.corridor, before.boxes
     if durations is not None:
         halves = tuple(share * durations[leg] for share in shares)
@@ -272,7 +272,7 @@ def _with_legs(changed: PlanRequest, before: PlanRequest, leg: int, shares: tupl
 
 
 def _joined(changed: PlanRequest, before: PlanRequest, leg: int) -> PlanRequest:
-    """Return the request with what belongs to a leg and its successor given to one."""
+    """Return the request with the values of a leg and its successor joined in one."""
     durations, corridor, boxes = before.durations, before.corridor, before.boxes
     if durations is not None:
         durations = (*durations[:leg], durations[leg] + durations[leg + 1], *durations[leg + 2 :])

@@ -126,7 +126,7 @@ class FleetStudio(Page):
         self._lines = scene.add_line_segments("/fleet/near", np.zeros((1, 2, 3)), NEAR, **lines)
 
     def _build_chart(self, gui: Any) -> None:
-        """Plot the least distance of any two against time, with what is asked."""
+        """Plot the least distance of any two against time, beside the separation."""
         pair, apart = self.certificate.pair, self.fleet.separation
         self._chart, self._step = None, -1
         if pair is None or apart is None:

@@ -24,7 +24,7 @@ def start_server(host: str = LOOPBACK, port: int = PORT) -> viser.ViserServer:
     """Start the server of a page.
 
     Only pages from this server may connect (by the ``Origin`` that a browser sends), so that no other page that the
-    browser shows can edit the scene; and no tunnel to a public address can be asked for.
+    browser shows can edit the scene; and no tunnel to a public address can be opened.
 
     Parameters
     ----------

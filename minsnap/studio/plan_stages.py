@@ -1,4 +1,4 @@
-"""Plans of a request one after the other: a quick one where the search takes long, then the one that was asked for."""
+"""Plans of a request one after the other: a quick one where the search takes long, then the one of the request."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class PlannedScene:
     Parameters
     ----------
     request : PlanRequest
-        What was asked for.
+        The request that was planned.
     trajectory : Trajectory
-        What was found.
+        Its plan.
     certificate : Certificate
         What holds of it.
     final : bool
@@ -71,7 +71,7 @@ def planned_in_stages(
     durations : ndarray, shape (legs,), or None
         Of the last plan [s].
     superseded : callable
-        Whether a newer request is there; it is asked during the search.
+        Whether a newer request is there; called during the search.
 
     Yields
     ------
@@ -121,7 +121,7 @@ def _ender(superseded: Callable[[], bool]) -> Callable[[Step], None]:
 def _quick_plan(
     request: PlanRequest, arguments: dict[str, Any], limits: Limits, durations: FloatArray | None
 ) -> Trajectory | None:
-    """Plan with the durations given, as often stretched as the limits need; None if that does not end."""
+    """Plan with fixed durations, stretched as often as the limits need; None if that does not end."""
     times = np.array(straight_durations(request) if durations is None else durations)
     if len(times) != request.legs:
         times = np.array(straight_durations(request))

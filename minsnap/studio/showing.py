@@ -69,7 +69,7 @@ def show(
     folder : str or path
         Where the page saves files.
     host : str
-        Address to listen on; only this machine can connect unless it is given.
+        Address to listen on; by default only this machine can connect.
     port : int
         0 for any that is free.
     browser : bool

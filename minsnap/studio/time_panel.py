@@ -36,7 +36,7 @@ AUTOMATIC = "automatic"
 
 
 class TimePanel:
-    """How the time is given, and the polynomials.
+    """How the time is set, and the polynomials.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Derivatives of the optimal costs of many plans in what they were asked with."""
+"""Derivatives of the optimal costs of many plans in their waypoints, durations and widths."""
 
 from __future__ import annotations
 

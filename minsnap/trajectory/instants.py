@@ -1,4 +1,4 @@
-"""Instants and orders of derivatives that are asked of paths and headings, checked."""
+"""Checks of the instants and orders of derivatives at which paths and headings are evaluated."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ def _instants(path: Path) -> FloatArray:
 
 
 def heading_at(function: Callable[[Any], Any], t: FloatArray) -> FloatArray:
-    """Return the yaw that a function of time gives at instants (m,), asked for all at once or one by one: (m,) [rad].
+    """Return the yaw (m,) of a function of time at instants (m,), called with all at once or one by one [rad].
 
     Raises
     ------

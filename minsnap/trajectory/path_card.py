@@ -47,7 +47,7 @@ def path_card(path: Any) -> str:
 
 
 def trajectory_card(path: Any) -> str:
-    """Return the card of a trajectory: drawn, with its greatest speed, and how it was found."""
+    """Return the card of a trajectory: drawn, with its greatest speed, and how it was planned."""
     shape = f"{path.legs} of degree {path.degree}" + (f", {path.pieces} pieces each" if path.pieces > 1 else "")
     known = [("duration", f"{path.duration:.6g} s"), ("legs", shape)]
     known += [("cost", f"{path.cost():.6g} {cost_unit(path.cost_order)}")]

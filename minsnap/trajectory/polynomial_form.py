@@ -17,7 +17,7 @@ from minsnap.trajectory.phase import SPIN_UP, PhaseLaw, PhasePath
 from minsnap.trajectory.trajectory import Trajectory
 
 ERROR = 1e-6
-"""Largest distance between the shape and the polynomials, unless given [m]."""
+"""Largest distance between the shape and the polynomials, by default [m]."""
 
 DEGREE = 7
 ORDERS = 8
@@ -33,7 +33,7 @@ SHORTEST_RAMP = 1e-9
 
 
 def as_polynomials(path: Path, error: float = ERROR) -> Trajectory:
-    r"""Return a shape as a trajectory of degree 7 that differs from it by a given distance at most, at every instant.
+    r"""Return a shape as a trajectory of degree 7 that differs from it by a distance at most, at every instant.
 
     Each piece has the shape's position, velocity, acceleration and jerk at both ends, so the trajectory is three times
     continuously differentiable and starts and ends exactly as the shape does. On a piece of duration 2w,

@@ -1,4 +1,4 @@
-"""Records of a plan: how durations were searched, how far limits are used, how the plan was found."""
+"""Records of a plan: how durations were searched, how far limits are used, how the plan was made."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Utilisation:
     instant : float
         When [s].
     method : {"exact", "interval", "sampled"}
-        How it was found: from exact extrema, as a bound that interval arithmetic proves, or at many instants.
+        How it was measured: from exact extrema, as a bound that interval arithmetic proves, or at many instants.
     """
 
     name: str
@@ -109,7 +109,7 @@ _RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 @dataclass(frozen=True)
 class Report:
-    """How a plan was found.
+    """How a plan was made.
 
     Parameters
     ----------
@@ -130,9 +130,9 @@ class Report:
     utilisation : tuple of Utilisation
         How far each limit is used; empty without limits.
     steps : tuple of Step
-        The search for durations, evaluation by evaluation; empty where they were given.
+        The search for durations, evaluation by evaluation; empty where they were fixed.
     interrupted : bool
-        Whether that search was stopped by Ctrl-C (``on_interrupt="return"``); the plan is the best found until then.
+        Whether that search was stopped by Ctrl-C (``on_interrupt="return"``); the plan is the best until then.
     core : str
         Which core solved the problem: ``"native"`` (compiled) or ``"python"``.
     handed_over : str
@@ -171,7 +171,7 @@ class Report:
         return max(self.utilisation, key=lambda used: used.fraction, default=None)
 
     def facts(self) -> list[tuple[str, str | None]]:
-        """Return how the plan was found, but for its cost: names and texts, None where one does not apply."""
+        """Return how the plan was made, but for its cost: names and texts, None where one does not apply."""
         margin = self.corridor_margin
         return [
             ("corridor margin", None if margin is None else f"{margin:.3g} m, at every instant"),
@@ -179,7 +179,7 @@ class Report:
             ("solver", f"{self.solver} ({self.core} core)"),
             ("rounds", f"{self.rounds}, {self.rows} rows" if self.rounds else None),
             ("durations searched", f"{len(self.steps)} plans tried" if self.steps else None),
-            ("interrupted", "yes: the best plan found until then" if self.interrupted else None),
+            ("interrupted", "yes: the best plan until then" if self.interrupted else None),
             ("fallbacks", ", ".join((*self.fallback, *self.rungs)) or None),
             ("handed over", self.handed_over or None),
             ("planned in", f"{self.milliseconds:.4g} ms"),

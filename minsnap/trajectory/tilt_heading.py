@@ -35,7 +35,7 @@ class TiltHeading(Heading):
     Called, it gives the yaw angle :math:`\psi` of that attitude, :math:`y_B \perp (\cos\psi, \sin\psi, 0)`, and its
     derivatives; ``axes`` and ``forward`` give the attitude itself (see :mod:`minsnap.trajectory.transport`), which is
     regular wherever there is thrust. The yaw angle is not: it has no value where the lateral axis is vertical, beyond
-    a tilt of 90 degrees; its rate is given as zero there.
+    a tilt of 90 degrees; its rate is zero there.
 
     The attitude depends on the whole path up to an instant: after a closed lap it has turned by the solid angle that
     the thrust axis went round.

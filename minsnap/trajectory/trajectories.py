@@ -19,7 +19,7 @@ from minsnap.trajectory.trajectory import ReportMaker, Trajectory, costs_of_piec
 
 
 class Reports(Protocol):
-    """Reports by plan, or what makes them: a list, or what gathers each when it is asked for."""
+    """Reports by plan, or what makes them: a list, or what makes each at its first use."""
 
     def __getitem__(self, index: int, /) -> ReportMaker:
         """Return the report of one plan, or what makes it."""
@@ -60,7 +60,7 @@ class Trajectories:
     threads : int
         With how many threads all are evaluated.
     gradients : Gradients or None
-        Derivatives of the costs, where they were asked for.
+        Derivatives of the costs, where they were computed.
     """
 
     control_points: FloatArray

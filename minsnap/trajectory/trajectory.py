@@ -53,7 +53,7 @@ class ReportMaker(Protocol):
     """Makes the report of a plan from the finished curve."""
 
     def report(self, curve: Trajectory) -> Report:
-        """Return how the plan was found."""
+        """Return how the plan was made."""
         ...
 
 
@@ -75,7 +75,7 @@ class Trajectory(ReadOnly, Path):
     pieces : int
         Polynomials per leg; a divisor of the number of pieces.
     how : ReportMaker, optional
-        Makes the report of a plan when it is asked for; a ``Report`` is its own.
+        Makes the report of a plan at its first use; a ``Report`` is its own.
     rest_of : (Trajectory, float), optional
         The curve of which this is the rest, and the instant on its clock at which it begins [s]: it is evaluated with
         the polynomials of that one. What is left of a piece is stored as control points that lie close together;
@@ -135,7 +135,7 @@ class Trajectory(ReadOnly, Path):
 
     @cached_property
     def report(self) -> Report | None:
-        """How the plan was found; None for a trajectory made otherwise."""
+        """How the plan was made; None for other trajectories."""
         return None if self.how is None else self.how.report(self)
 
     @cached_property
@@ -219,7 +219,7 @@ class Trajectory(ReadOnly, Path):
         return self._with(yaw=as_heading(yaw), how=None)
 
     def reported_by(self, how: ReportMaker) -> Trajectory:
-        """Return the same curve with a report that is made when it is asked for."""
+        """Return the same curve with a report that is made at its first use."""
         return self._with(how=how)
 
     def derivative(self, order: int = 1) -> Trajectory:

@@ -21,7 +21,7 @@ SPANS = 2.0
 
 
 class Spatial(Protocol):
-    """What is asked of a trajectory here."""
+    """What these notes need of a trajectory."""
 
     @property
     def dim(self) -> int:

@@ -20,10 +20,10 @@ from minsnap.trajectory.trajectory import Trajectory
 from minsnap.trajectory.turn_rates import largest_turn_within
 
 HELD_RATE = 2.0
-"""Largest rate at which a held heading turns, unless given [rad/s]."""
+"""Largest rate at which a held heading turns, by default [rad/s]."""
 
 SLOW, SLOW_SHARE = 0.5, 0.1
-"""Horizontal speed below which the heading is held, unless given: 0.5 m/s, or that share of the top one if less."""
+"""Horizontal speed below which the heading is held, by default: 0.5 m/s, or that share of the top one if less."""
 
 RESTING = 1e-6
 """Share of the top speed, climbing included, that no horizontal speed exceeds where a path only climbs."""

@@ -129,7 +129,7 @@ class RotorSpeedDrag:
     """Rotor drag that grows with rotor speed, ``F = -sum(speed) diag(coefficient) v``.
 
     The model of RotorPy (Folk, Paulos and Kumar 2023). In simulation it acts at each hub with the hub's own velocity,
-    which damps the body's rotation; without rotation the force is the sum given here.
+    which damps the body's rotation; without rotation the force is this sum.
 
     Parameters
     ----------

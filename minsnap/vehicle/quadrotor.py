@@ -140,11 +140,11 @@ class Quadrotor(ReadOnly):
         return np.asarray(self.thrust_coefficient * (speeds * np.abs(speeds)) @ self.mixer.T)
 
     def rotor_thrusts(self, wrench: npt.ArrayLike) -> FloatArray:
-        """Return the rotor thrusts [N] for a given total thrust and torques, both of shape (..., 4)."""
+        """Return the rotor thrusts [N] for a total thrust and torques, both of shape (..., 4)."""
         return np.asarray(np.asarray(wrench, dtype=np.float64) @ self.inverse_mixer.T)
 
     def rotor_speeds(self, wrench: npt.ArrayLike) -> FloatArray:
-        """Return the rotor speeds [rad/s] for a given total thrust and torques, both of shape (..., 4).
+        """Return the rotor speeds [rad/s] for a total thrust and torques, both of shape (..., 4).
 
         No limit is applied; a negative thrust gives a negative speed.
         """

@@ -103,7 +103,7 @@ def columns(name: str, table: dict[str, npt.ArrayLike], least: int) -> dict[str,
     ----------
     name : str
         What is fitted, for the message.
-    given : dict
+    table : dict
         The columns.
     least : int
         Fewest points that determine the fit and its uncertainty.

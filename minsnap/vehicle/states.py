@@ -80,7 +80,7 @@ def flat_states(
     Parameters
     ----------
     vehicle : Quadrotor
-        Its drag must be a :class:`~minsnap.vehicle.BodyDrag`, unless ``drag`` is given.
+        Its drag must be a :class:`~minsnap.vehicle.BodyDrag`, unless ``drag`` replaces it.
     velocity, acceleration, jerk, snap : array_like, shape (m, 3) or (m, 2)
         Derivatives of position at consecutive instants, in the world frame.
     yaw, yaw_rate, yaw_acceleration : array_like, shape (m,) or ()

@@ -52,7 +52,7 @@ class Surface:
         object.__setattr__(self, "coefficients", owned)
 
     def __call__(self, **values: npt.ArrayLike) -> FloatArray:
-        """Return the drag [N] at values of the variables, given by name; their shapes must broadcast.
+        """Return the drag [N] at values of the variables, by name; their shapes must broadcast.
 
         Raises
         ------

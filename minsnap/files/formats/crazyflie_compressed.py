@@ -140,7 +140,7 @@ def _lowest_degrees(exact: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArr
 def rounding_bounds(trajectory: Trajectory) -> Rounding:
     """Return upper bounds of the distance between what the file holds and the trajectory, and of their derivatives.
 
-    Found from the control points of the difference, at equal instants: rounded times are part of it. The bound of the
+    From the control points of the difference, at equal instants: rounded times are part of it. The bound of the
     acceleration grows with the inverse square of the pieces' durations, 0.15 m/s^2 at 1 s and 15 m/s^2 at 0.1 s for
     three axes of degree 7: long pieces and low degrees are stored best.
     """

@@ -19,7 +19,7 @@ from minsnap.polynomials.bernstein import basis, differentiate
 from minsnap.trajectory.trajectory import Trajectory
 
 TOLERANCE = 0.002
-"""Largest distance of a cubic from the curve before rounding, unless given: about what rounding adds [m]."""
+"""Largest distance of a cubic from the curve before rounding, by default: about what rounding adds [m]."""
 
 LONGEST = 60_000
 """Longest segment [ms]: Skybrush's own builder splits above."""

@@ -20,7 +20,7 @@ class FlightLog:
     Parameters
     ----------
     reference : Samples or None
-        The setpoints that asked for a position; None when none was logged.
+        The setpoints with a position; None where the log has none.
     flight : Samples or None
         The estimated positions; None when none was logged.
     start : float
@@ -28,7 +28,7 @@ class FlightLog:
     damage : str or None
         What was wrong with the file and what could be read all the same; None for a sound one.
     inertial : InertialLog or None
-        What the body felt, if it was asked for and logged.
+        What the body felt, if it was wanted and logged.
     """
 
     reference: Samples | None

@@ -152,7 +152,7 @@ def _stack(data: dict[str, FloatArray], *names: str) -> FloatArray:
 
 
 def _damage(path: Any, raw: bytes, corrupt: bool) -> str | None:
-    """Return a sentence if the parser found damage or the file ends within a message."""
+    """Return a sentence if the parser reports damage or the file ends within a message."""
     if corrupt:
         return f"{path} is damaged"
     offset, header = _HEADER, struct.Struct("<HB")

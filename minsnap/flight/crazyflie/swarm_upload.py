@@ -72,7 +72,7 @@ def upload(
     timing: FlightTimes | None = None,
     told: Callable[[str], None] | None = None,
 ) -> None:
-    """Write a fleet into the memories of its vehicles, and fly it if asked to.
+    """Write a fleet into the memories of its vehicles, and fly it if ``start`` says so.
 
     Parameters
     ----------

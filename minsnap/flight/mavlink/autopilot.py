@@ -112,7 +112,7 @@ def get_autopilot(name: str, vehicle: VehicleState) -> Autopilot:
 
 
 def command(vehicle: VehicleState, name: str, *parameters: float) -> Message:
-    """COMMAND_LONG to the vehicle; parameters not given are 0."""
+    """COMMAND_LONG to the vehicle; parameters left out are 0."""
     dialect = load_dialect()
     values = (*parameters, *(0.0,) * (7 - len(parameters)))
     return dialect.MAVLink_command_long_message(vehicle.system, vehicle.component, getattr(dialect, name), 0, *values)

@@ -24,7 +24,7 @@ class CommonFlight:
     rate : float
         Setpoints a second, the same for all [Hz].
     trigger : callable
-        Asked once all are ready; True lets all go.
+        Called once all are ready; True lets all go.
 
     Attributes
     ----------

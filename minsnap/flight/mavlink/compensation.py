@@ -38,7 +38,7 @@ class FeedForward:
     Raises
     ------
     InputError
-        If the drag is negative or not finite, both are given, or the lead is not between 0 and 1 s.
+        If the drag is negative or not finite, both are set, or the lead is not between 0 and 1 s.
     """
 
     drag: float = 0.0

@@ -35,7 +35,7 @@ def open_transport(connection: str, baud: int = 115200) -> LinkTransport:
     LinkError
         If the string cannot be understood, or the port cannot be opened.
     ImportError
-        If a serial port is asked for and pyserial is not installed.
+        If a serial port is named and pyserial is not installed.
     """
     kind, _, rest = connection.partition(":")
     if kind == "serial" or "/" in kind or kind.upper().startswith("COM"):

@@ -189,7 +189,7 @@ class Link:
         timeout : float
             How long [s].
         cancelled : callable
-            Asked now and then; True gives up at once.
+            Called now and then; True gives up at once.
 
         Raises
         ------

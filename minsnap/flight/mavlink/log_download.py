@@ -14,11 +14,11 @@ from minsnap.flight.mavlink.schedule import Clock
 PIECE = 90
 """Bytes of a log in one message (LOG_DATA)."""
 
-ASKED = 512 * PIECE
-"""Bytes asked for at a time."""
+REQUEST = 512 * PIECE
+"""Bytes of one request."""
 
 SILENCE, TRIES = 1.5, 5
-"""How long an answer may take before it is asked for again [s], and how often it is."""
+"""How long an answer may take before the request is repeated [s], and how often it is."""
 
 LARGEST = 2**31
 """Bytes of the largest log that is fetched."""
@@ -52,9 +52,9 @@ def download_log(
     tries = 0
     while missing:
         first = min(missing)
-        link.send(dialect.MAVLink_log_request_data_message(*target, entry.id, first, min(ASKED, entry.size - first)))
+        link.send(dialect.MAVLink_log_request_data_message(*target, entry.id, first, min(REQUEST, entry.size - first)))
         before = len(missing)
-        _receive(link, clock, entry, content, missing, min(first + ASKED, entry.size))
+        _receive(link, clock, entry, content, missing, min(first + REQUEST, entry.size))
         progress(1.0 - len(missing) * PIECE / max(entry.size, 1))
         tries = 0 if len(missing) < before else tries + 1
         if tries == TRIES:
@@ -98,7 +98,7 @@ def _receive(link: Link, clock: Clock, entry: Message, content: bytearray, missi
             if message.get_type() != "LOG_DATA" or message.id != entry.id or message.ofs not in missing:
                 continue
             count = min(PIECE, entry.size - message.ofs)
-            if message.count < count:  # a piece that is cut short is asked for again
+            if message.count < count:  # a piece that is cut short is requested again
                 continue
             content[message.ofs : message.ofs + count] = bytes(message.data[:count])
             missing.discard(message.ofs)

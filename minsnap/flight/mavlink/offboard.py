@@ -41,9 +41,9 @@ def stream(
         A connection string (:func:`~minsnap.flight.mavlink.link_transport.open_transport`), or an open link, which
         stays open.
     options : StreamOptions, optional
-        How; every field of it may be given as a keyword of its own.
+        How; each of its fields is also a keyword.
     clock : Clock, optional
-        Monotonic time, unless another is given; that of the link if a link is given.
+        Monotonic time by default; that of the link if ``connect`` is a link.
     on_event, on_status : callable, optional
         See :class:`~minsnap.flight.mavlink.streaming.Streamer`.
 

@@ -53,7 +53,7 @@ class Parameters:
     clock : Clock
         The same as the link's.
     heard : callable, optional
-        Given every message that comes meanwhile.
+        Called with every message that comes meanwhile.
     """
 
     def __init__(self, link: Link, clock: Clock, heard: Callable[[Message], None] | None = None) -> None:

@@ -79,7 +79,7 @@ class Rule:
     names : tuple of str
         Parameters that it needs; the first is the one to change.
     judge : callable
-        Given their values and the flight, says what does not fit, or None.
+        Takes their values and the flight; returns what does not fit, or None.
     grave : bool
         Whether a flight that does not fit it is refused.
     """

@@ -62,7 +62,7 @@ class SafetyRules:
 
     @property
     def farthest(self) -> float:
-        """The abort distance, or the least one where none is given [m]."""
+        """The abort distance; the least one by default [m]."""
         return LEAST_ABORT if self.abort_distance is None else self.abort_distance
 
     def fitting(self, lag: float) -> SafetyRules:

@@ -49,7 +49,7 @@ class Conditions:
     triggered : bool
         True once the flight may begin.
     stops : int
-        How often the user has asked to stop.
+        How often the user has pressed Ctrl-C.
     gap : float
         Time since the slot before this was served [s].
     begin : int or None

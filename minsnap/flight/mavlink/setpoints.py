@@ -87,7 +87,7 @@ class SetpointTable:
     fields : tuple of str
         What is held, in the order of :data:`FIELDS`.
     missing : tuple of str
-        What was asked for and the source does not have.
+        What was requested and the source does not have.
     laps : int
         How often the rows are flown; the last row of a lap is the first of the next.
     note : str
@@ -238,7 +238,7 @@ def _check_laps(samples: Samples, laps: int) -> None:
 
 
 def _resampled(samples: Samples, rate: float | None) -> Samples:
-    """Return the samples at another rate, by Hermite interpolation of position and the given derivatives."""
+    """Return the samples at another rate, by Hermite interpolation of position and its derivatives."""
     if rate is not None and not (math.isfinite(rate) and rate > 0):
         raise TimingError(f"the rate is {shown(rate)}: it must be a positive number of setpoints per second")
     if rate is None or abs(samples.rate - rate) <= 1e-6 * rate:

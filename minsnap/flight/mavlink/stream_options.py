@@ -17,7 +17,7 @@ from minsnap.flight.mavlink.setpoints import Setpoint
 from minsnap.flight.mavlink.vehicle_state import VehicleState
 
 ON_ABORT = ("hold", "land", "rtl")
-"""What may be asked for when a rule has stopped a flight."""
+"""What a flight may do after a rule has stopped it."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class StreamOptions:
         ``auto`` (by its heartbeat), ``px4``, ``ardupilot`` or ``generic``.
     trigger : str or callable
         ``mode``: go when the vehicle enters the mode in which it follows setpoints. ``now``: go as soon as it is in it.
-        A callable is asked once a slot and lets go, for good, by returning True; the vehicle must be in the mode as
+        A callable is called once a slot and lets go, for good, by returning True; the vehicle must be in the mode as
         well.
     relative : bool
         Start where the vehicle is: its x and y are those of the first setpoint, at the source's own height.
@@ -125,7 +125,7 @@ class StreamOptions:
 
 @dataclass(frozen=True)
 class StreamStatus:
-    """Status of a flight, given to a callback once per slot.
+    """Status of a flight, passed to a callback once per slot.
 
     Parameters
     ----------

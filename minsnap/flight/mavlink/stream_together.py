@@ -37,9 +37,9 @@ def stream_together(
     on_event : callable, optional
         Told sentences, each begun by the vehicle's name, from several threads.
     on_status : callable, optional
-        Given the status of the first vehicle.
+        Called with the status of the first vehicle.
     begun : callable, optional
-        Given what stops all, before they fly.
+        Called with what stops all, before they fly.
 
     Returns
     -------

@@ -50,7 +50,7 @@ class Streamer:
     on_event : callable, optional
         Told of everything worth a sentence, as text.
     on_status : callable, optional
-        Given a :class:`~minsnap.flight.mavlink.stream_options.StreamStatus` after every slot. An exception in a
+        Called with a :class:`~minsnap.flight.mavlink.stream_options.StreamStatus` after every slot. An exception in a
         callback stops the flight like a broken rule and is raised at the end.
     common : (CommonFlight, int), optional
         What it tells the other flights of a fleet, and which of them it is

@@ -30,7 +30,7 @@ def undisturbed(real_time: bool, within: bool = False) -> Iterator[str]:
     Yields
     ------
     str
-        What the system granted, in words; empty if it was not asked.
+        What the system granted, in words; empty without a request.
     """
     collecting = gc.isenabled()
     if not within:

@@ -19,7 +19,7 @@ from minsnap.flight.mavlink.schedule import Clock
 from minsnap.trajectory.samples import Samples
 
 LISTEN, ANSWERED = 3.0, 1.0
-"""How long the vehicle is listened to, and after its arming checks were asked for [s]."""
+"""How long the vehicle is listened to, and after the request for its arming checks [s]."""
 
 LOW_BATTERY = 30
 """Charge below which a flight is not begun with confidence [%]."""

@@ -31,7 +31,7 @@ class Flight:
     wind : ndarray, shape (m, 3)
         In the world frame [m/s].
     saturated : ndarray of bool, shape (m,)
-        Instants when the rotors could not do what the controller asked for.
+        Instants when the rotors could not do what the controller commanded.
     reference : Samples
         What was to be flown, at the same instants.
     """

@@ -96,7 +96,7 @@ def tabulate(path: Path | Samples, rate: float | None, step: float) -> Samples:
     Raises
     ------
     TimingError
-        If the rate is not positive, or samples are given a rate.
+        If the rate is not positive, or samples come with a rate.
     InputError
         If it is neither a path nor samples.
     """

@@ -80,7 +80,7 @@ class StateEstimator:
         self._truth: list[float] = []
 
     def estimate(self, state: list[float]) -> Estimate:
-        """Return the estimate one step after the previous call, given the true state of 13 numbers."""
+        """Return the estimate one step after the previous call, from the true state of 13 numbers."""
         count = len(self._past)
         self._past.append((state[0], state[1], state[2]))
         if count == 0:

@@ -132,14 +132,14 @@ def run_experiment(
     repetitions : int
         Ten in the thesis.
     compensations : sequence of str or None, optional
-        Which of :data:`MODELS` to offset in each flight; None among them flies without. Unless given, None and those
+        Which of :data:`MODELS` to offset in each flight; None among them flies without. By default, None and those
         of :func:`models_of`.
     literal : bool
         Start and repeat as in the thesis; otherwise from rest and without jumps.
     vehicle : Quadrotor or None
         By default the thesis's DJI F330.
     controller : Controller or None
-        PX4's cascade, following position and velocity, unless given.
+        By default PX4's cascade, following position and velocity.
     setpoint_rate : float
         20 Hz in the thesis.
     sensors : Sensors or None

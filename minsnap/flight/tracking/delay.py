@@ -13,7 +13,7 @@ from minsnap.trajectory.samples import Samples
 _RATE = 100.0
 """Rate of the grid on which signals are correlated, at most [Hz]."""
 RESOLUTION = 1e-5
-"""To what a delay is found [s]."""
+"""Resolution of a delay [s]."""
 _OVERLAP = 0.5
 """Least part of the shorter signal that must overlap at a lag."""
 

@@ -25,7 +25,7 @@ from minsnap.vehicle.quadrotor import Quadrotor
 LONGEST_DELAY = 1.5
 """Of a position response [s]."""
 
-FELT, ASKED = "accelerometer, attitude and velocity", "setpoints and velocity"
+FELT, COMMANDED = "accelerometer, attitude and velocity", "setpoints and velocity"
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +195,7 @@ def _from_setpoints(log: FlightLog) -> FlightFit:
     sides = [AxisDrag(float(speed), fit.drag) for speed in speeds]
     axes = (sides[0], sides[1], AxisDrag(0.0))
     model = -fit.drag.value * fit.speed
-    return FlightFit(ASKED, axes, None, None, None, notes, fit.speed, fit.force, model)
+    return FlightFit(COMMANDED, axes, None, None, None, notes, fit.speed, fit.force, model)
 
 
 def _delay(reference: Samples, flight: Samples) -> FittedNumber | None:

@@ -212,7 +212,7 @@ def _centred_distances(setpoints: FloatArray, file: FloatArray) -> FloatArray:
 
 
 def _least(distance: FloatArray, most: float, apart: int) -> list[int]:
-    """Return the indices of local minima below a bound, at least the given number of steps apart."""
+    """Return the indices of local minima below a bound, at least this number of steps apart."""
     minima: list[int] = []
     for k in np.argsort(distance, kind="stable"):
         if distance[k] > most:

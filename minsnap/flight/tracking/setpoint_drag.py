@@ -49,7 +49,7 @@ class SetpointDrag:
     delay : float
         Of link and attitude together, at which the fit is best [s].
     speed, force : ndarray, shape (m, 2)
-        Mean velocity over windows [m/s], and the acceleration that was asked for and is missing [m/s^2].
+        Mean velocity over windows [m/s], and the commanded acceleration that is missing [m/s^2].
     """
 
     drag: FittedNumber

@@ -26,7 +26,7 @@ def flight_figures(flight: Flight, vehicle: Quadrotor) -> dict[str, Any]:
     dict
         duration [s]; rmse, rmse_axes, max_error [m]; max_error_instant [s]; delay [s]: by how much it was late;
         max_speed [m/s]; max_tilt [rad]; max_rotor_thrust and rotor_thrust_limit [N]; saturated: share of the time in
-        which the rotors could not do what the controller asked for.
+        which the rotors could not do what the controller commanded.
     """
     comparison = compared(flight).comparison
     apart = np.linalg.norm(flight.error, axis=1)

@@ -89,7 +89,7 @@ def tune_in_flight(
     plan : Samples
         What is to be flown.
     fly : callable
-        Flies setpoints, given them and the number of the flight from 1 on, and returns its log.
+        Takes setpoints and the number of the flight from 1 on, flies them, and returns the log.
     flights : int
     settings : LearningSettings, optional
     sent : Samples, optional

@@ -136,7 +136,7 @@ class Course:
         for name, end, ground in (("start", 0, "takeoff"), ("end", -1, "land")):
             held = bool(self.stops) and self.stops[end].hold > 0.0
             if getattr(self, name) and (held or getattr(self, ground) is not False):
-                why = f"a hold is at its {name}" if held else f"{ground} is asked for"
+                why = f"a hold is at its {name}" if held else f"{ground} is planned"
                 raise WaypointError(f"the course has a state at its {name}, where it rests since {why}: leave one out")
 
     @property

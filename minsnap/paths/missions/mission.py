@@ -66,7 +66,7 @@ class Mission:
     parts : tuple of MissionPart
         In order.
     course : Course
-        What was asked for.
+        The course as planned.
     limits : Limits
         What holds for all parts.
     corridor : tuple of HalfSpaces
@@ -313,7 +313,7 @@ def _ground(curve: Trajectory, t: float, where: Any) -> FloatArray:
 
 
 def _vertical(start: FloatArray, goal: FloatArray, limits: Limits, speed: float) -> Trajectory:
-    """Plan a climb or a descent from rest to rest, slower than the limits and than the given speed."""
+    """Plan a climb or a descent from rest to rest, slower than the limits and than a speed."""
     slow = min(speed, limits.speed or speed)
     gentle = min(GENTLE, limits.acceleration or GENTLE)
     return plan([start, goal], limits=replace(limits, speed=slow, acceleration=gentle))

@@ -59,7 +59,7 @@ class Barrier:
 
 
 def beside(cells: BoolArray) -> BoolArray:
-    """Return the cells that have one of those given behind a face, and are not among them."""
+    """Return the cells beside ``cells``: they share a face with one of them and are not among them."""
     from scipy.ndimage import binary_dilation
 
     return np.asarray(binary_dilation(cells) & ~cells)

@@ -120,7 +120,7 @@ class _NearestPairs:
         self.unresolved = np.inf
 
     def run(self) -> Approach:
-        """Halve the arcs of all pairs whose bound is below the least distance found."""
+        """Halve the arcs of all pairs whose bound is below the least distance so far."""
         for _ in range(HALVINGS):
             bound = self._bounds()
             self._improve()

@@ -24,7 +24,7 @@ class Reading:
     Parameters
     ----------
     threshold : float or None
-        Probability from which a cell is occupied, in (0, 1]; 0.5, or what the map says, unless given.
+        Probability from which a cell is occupied, in (0, 1]; 0.5, or what the map says, by default.
     unknown : {"occupied", "free"}
         What cells count as of which nothing is known.
 

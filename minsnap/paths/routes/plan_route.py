@@ -47,7 +47,7 @@ class Route(Path):
     grid : GridMap
         The map.
     clearance : float
-        What was asked for [m].
+        The least clearance, as requested [m].
     approach : Approach
         The least distance to an occupied cell over all time, and where.
     limits : Limits or None
@@ -101,7 +101,7 @@ def plan_through(
 ) -> Route:
     """Plan from start to goal through the free cells of a map, at a distance from all that is occupied.
 
-    The shortest way through cells that are far enough from occupied ones is found by graph search, boxes are inflated
+    A graph search takes the shortest way through cells that are far enough from occupied ones, boxes are inflated
     along it, and the curve passes from box to box as :func:`minsnap.plan` plans it. Its distance to the occupied cells
     is measured over all time.
 
@@ -121,7 +121,7 @@ def plan_through(
         Lowest and highest altitude of cells that may be flown through, in a map in space [m].
     **planning
         Further arguments of :func:`minsnap.plan`: ``limits``, ``total_time``, ``yaw``, ``pieces``, … Within 3 m/s and
-        6 m/s^2 in the shortest time found unless a time or limits are given.
+        6 m/s^2 in the shortest time unless a time or limits are set.
 
     Returns
     -------

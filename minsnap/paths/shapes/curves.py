@@ -80,7 +80,7 @@ def circle(
     Raises
     ------
     ShapeError
-        If a measure is not a positive or finite number, or both a period and a speed are given.
+        If a measure is not a positive or finite number, or both a period and a speed are set.
     YawError
         If the yaw is neither a number nor "velocity", "tilt" or a LookAt.
 

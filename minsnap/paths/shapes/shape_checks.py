@@ -18,7 +18,7 @@ Turning = TypeVar("Turning", bound=PhasePath)
 
 
 def check_point(name: str, value: Sequence[float], size: int) -> tuple[float, ...]:
-    """Return ``value`` as floats, or raise ShapeError unless it has the given number of finite entries."""
+    """Return ``value`` as floats, or raise ShapeError unless it has this number of finite entries."""
     return tuple(check_array(f"the {name}", value, ((size,),), f"{size} finite numbers [m]", ShapeError).tolist())
 
 
@@ -35,7 +35,7 @@ def phase_law(period: float | None, speed: float | None, reach: float, laps: flo
     Parameters
     ----------
     period : float or None
-        Seconds per lap at full rate; 6 if neither is given.
+        Seconds per lap at full rate; 6 by default.
     speed : float or None
         Greatest speed [m/s].
     reach : float

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from minsnap.trajectory.trajectory import Trajectory
 
 SPEED = 1.0
-"""Average speed of a line that is given neither a time nor limits [m/s]."""
+"""Average speed of a line without a time and limits [m/s]."""
 
 MOST_LAPS = 100_000
 """Laps of a rectangle, which has four legs for each."""
 
 LINE_SAMPLES = 120
-"""Samples of the constant-speed line at 20 Hz, both ends included, unless it is given a time."""
+"""Samples of the constant-speed line at 20 Hz, both ends included, without a time."""
 
 
 @explains_names({"length": "start= and end=, two points"})
@@ -47,12 +47,12 @@ def line(
     start, goal : sequence of 3 floats
         Ends [m].
     total_time : float, optional
-        Seconds; at 1 m/s on average unless this or limits are given.
+        Seconds; at 1 m/s on average unless this or limits are set.
     limits : Limits, optional
         What not to exceed: the line is then flown in the shortest time that keeps them.
     constant_speed : bool
         Equal steps from start to goal, at speed from the first instant to the last; 120 samples at 20 Hz unless a
-        total time is given.
+        total time is set.
     **options
         More arguments of :func:`minsnap.plan`, such as ``yaw``.
 
@@ -66,7 +66,7 @@ def line(
     ShapeError
         If an end is not 3 finite numbers, or both are the same point.
     TimingError
-        If the time is not positive, or limits are given with a constant speed.
+        If the time is not positive, or limits are set with a constant speed.
     """
     ends = np.array([check_point("start", start, 3), check_point("goal", goal, 3)])
     distance = float(np.linalg.norm(ends[1] - ends[0]))
@@ -114,7 +114,7 @@ def rectangle(
     center : sequence of 2 floats
         Center in the plane [m].
     total_time, durations, limits
-        As :func:`minsnap.plan` takes them; unless one is given, the shortest time found within 3 m/s and 6 m/s^2.
+        As :func:`minsnap.plan` takes them; by default the shortest time within 3 m/s and 6 m/s^2.
     **options
         More arguments of :func:`minsnap.plan`, such as ``yaw``, ``closed`` or ``search``.
 

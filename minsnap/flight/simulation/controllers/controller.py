@@ -25,7 +25,7 @@ class Reference(NamedTuple):
     velocity: Vector
     acceleration: Vector
     feed_forward: Vector
-    """Acceleration that offsets drag, added to whatever acceleration is asked for [m/s^2]."""
+    """Acceleration that offsets drag, added to the commanded acceleration [m/s^2]."""
     yaw: float
     yaw_rate: float
     body_rates: Vector
@@ -77,7 +77,7 @@ def cross(a: Sequence[float], b: Sequence[float]) -> Vector:
 
 
 def unit(a: Sequence[float], otherwise: Vector) -> Vector:
-    """Return the direction of a vector, or the given fallback if the vector is zero."""
+    """Return the direction of a vector, or a fallback if the vector is zero."""
     length = math.sqrt(dot(a, a))
     return (a[0] / length, a[1] / length, a[2] / length) if length > 1e-9 else otherwise
 
@@ -95,7 +95,7 @@ def relative(body: Axes, desired: Axes) -> Axes:
 
 
 def times(matrix: Sequence[Sequence[float]], vector: Sequence[float]) -> Vector:
-    """Return a matrix, given by its rows, times a vector."""
+    """Return the product of a matrix, as its rows, and a vector."""
     return dot(matrix[0], vector), dot(matrix[1], vector), dot(matrix[2], vector)
 
 
