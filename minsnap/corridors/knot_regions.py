@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,17 +24,6 @@ STORED = 8.0 * UNIT
 """Error of a stored position, relative to the largest."""
 
 State = Mapping[str, npt.ArrayLike] | None
-
-
-class Passages(Protocol):
-    """A constraint that provides the overlaps of consecutive sets, so that waypoints are not needed."""
-
-    def passages(self, closed: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return a point inside each overlap and the corners of a box around it, each (legs - 1, dim) [m].
-
-        A closed lap has the overlap of the last set with the first one before all others.
-        """
-        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,13 +51,6 @@ def along(curve: Curve, normal: FloatArray) -> Scalar:
     ]
 
 
-def value_at(points: Scalar, s: Fraction) -> Fraction:
-    """Value at s in [0, 1], by de Casteljau's algorithm."""
-    while len(points) > 1:
-        points = [a + s * (b - a) for a, b in zip(points, points[1:], strict=False)]
-    return points[0]
-
-
 def squared_norm(curve: Curve) -> Scalar:
     """Squared Euclidean norm, of twice the degree."""
     degree = len(curve[0]) - 1

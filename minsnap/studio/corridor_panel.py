@@ -6,7 +6,7 @@ from typing import Any
 
 from minsnap.files.plan_request import Box, PlanRequest
 from minsnap.studio.edits import WIDTH, replace_box, set_width, with_boxes, with_room, with_tube
-from minsnap.studio.page_inputs import Change, Editor, follow, sentence, when_changed
+from minsnap.studio.page_inputs import Change, Editor, InputRows, editing, follow, sentence, when_changed
 from minsnap.studio.wall_view import NO_FACES, ROOM_FACES, WallView
 from minsnap.studio.workbench import BenchState
 
@@ -30,8 +30,7 @@ class CorridorPanel:
     def __init__(self, gui: Any, editor: Editor, view: WallView) -> None:
         self._gui, self._editor, self._view = gui, editor, view
         self._tube = self._checkbox("Corridor: a tube around each leg", with_tube)
-        self._folder = gui.add_folder("Half-width per leg [m]")
-        self._rows: list[tuple[Any, Any]] = []
+        self._rows = InputRows(gui.add_folder("Half-width per leg [m]"), self._row)
         self._boxes = self._checkbox("Corridor: a box around each leg", with_boxes)
         self._room = self._checkbox("Room around all legs", with_room)
         self._faces = when_changed(gui.add_dropdown("Faces to drag", (NO_FACES,)), self._choose)
@@ -47,34 +46,19 @@ class CorridorPanel:
         follow(self._tube, request.corridor is not None)
         follow(self._boxes, request.boxes is not None)
         follow(self._room, request.room is not None)
-        self._folder.visible = request.corridor is not None
-        self._show_rows(request.corridor or ())
-        for leg, (_, told) in enumerate(self._rows):
+        self._rows.folder.visible = request.corridor is not None
+        self._rows.show(request.corridor or ())
+        for leg, (_, told) in enumerate(self._rows.handles):
             told.visible = bool(state.refusal) and state.leg == leg
             if told.visible:
                 told.content = sentence(state.refusal, "refusal")
         self._show_faces(request)
 
     def _checkbox(self, label: str, change: Any) -> Any:
-        def act(wanted: bool) -> None:
-            self._editor.edit(lambda request: change(request, wanted))
-
-        return when_changed(self._gui.add_checkbox(label, False), act)
-
-    def _show_rows(self, widths: tuple[float, ...]) -> None:
-        while len(self._rows) > len(widths):
-            for handle in self._rows.pop():
-                handle.remove()
-        with self._folder:
-            while len(self._rows) < len(widths):
-                self._rows.append(self._row(len(self._rows)))
-        for (slider, _), width in zip(self._rows, widths, strict=True):
-            follow(slider, width)
+        return when_changed(self._gui.add_checkbox(label, False), editing(self._editor, change))
 
     def _row(self, leg: int) -> tuple[Any, Any]:
-        def widen(value: float) -> None:
-            self._editor.edit(lambda request: set_width(request, leg, value), f"width {leg}")
-
+        widen = editing(self._editor, lambda request, width: set_width(request, leg, width), f"width {leg}")
         how = {"min": NARROWEST, "max": WIDEST, "step": 0.01, "initial_value": WIDTH}
         return when_changed(self._gui.add_slider(f"Leg {leg}", **how), widen), self._gui.add_html("", visible=False)
 

@@ -85,6 +85,39 @@ def follow(handle: Any, value: Any) -> None:
     handle.value = value
 
 
+def editing(
+    editor: Editor, change: Callable[[PlanRequest, Any], PlanRequest], subject: str = ""
+) -> Callable[[Any], None]:
+    """Return what edits the document with every value of an input; ``change`` takes the document and the value."""
+    return lambda value: editor.edit(lambda request: change(request, value), subject)
+
+
+class InputRows:
+    """A folder with one row of inputs for each entry of the document.
+
+    Parameters
+    ----------
+    folder : viser.GuiFolderHandle
+    add : callable
+        Adds the row of an index and returns its handles; the first follows the entry.
+    """
+
+    def __init__(self, folder: Any, add: Callable[[int], tuple[Any, ...]]) -> None:
+        self.folder, self._add = folder, add
+        self.handles: list[tuple[Any, ...]] = []
+
+    def show(self, values: Sequence[Any]) -> None:
+        """Show as many rows as there are values, with these values."""
+        while len(self.handles) > len(values):
+            for handle in self.handles.pop():
+                handle.remove()
+        with self.folder:
+            while len(self.handles) < len(values):
+                self.handles.append(self._add(len(self.handles)))
+        for (handle, *_), value in zip(self.handles, values, strict=True):
+            follow(handle, value)
+
+
 def sentence(text: str, kind: str = "note") -> str:
     """Return text as HTML in which nothing is evaluated: in red for ``"refusal"``, grey for ``"note"``."""
     colour = {"refusal": "#c92a2a", "good": "#2b8a3e"}.get(kind, "#868e96")

@@ -20,7 +20,7 @@ from minsnap.studio.edits import (
     with_gate,
 )
 from minsnap.studio.gate_view import GateView
-from minsnap.studio.page_inputs import Editor, follow, when_changed
+from minsnap.studio.page_inputs import Editor, InputRows, editing, follow, when_changed
 from minsnap.studio.waypoint_view import WaypointView
 from minsnap.studio.workbench import BenchState
 
@@ -32,7 +32,7 @@ ORDER = ("Add", "Delete", "↑", "↓")
 
 
 class RoutePanel:
-    """Rows of waypoints, buttons that change their number and order, heading.
+    """InputRows of waypoints, buttons that change their number and order, heading.
 
     Parameters
     ----------
@@ -49,8 +49,7 @@ class RoutePanel:
     def __init__(self, gui: Any, editor: Editor, view: WaypointView, gates: GateView) -> None:
         self._gui, self._editor, self._view, self._gates = gui, editor, view, gates
         view.when_clicked(self.choose)
-        self._folder = gui.add_folder("Waypoints [m]")
-        self._rows: list[Any] = []
+        self._rows = InputRows(gui.add_folder("Waypoints [m]"), self._row)
         self._chosen = when_changed(gui.add_number("Waypoint", 0, min=0, step=1), self._choose)
         self._order = gui.add_button_group("Order", ORDER)
         self._order.on_click(self._reorder)
@@ -60,38 +59,29 @@ class RoutePanel:
         self._margin = gui.add_number("Margin [m]", 0.0, min=0.0, step=0.05, visible=False)
         when_changed(self._margin, self._set_margin)
         self._request: PlanRequest | None = None
-        self._closed = when_changed(gui.add_checkbox("Closed lap", False), self._set_closed)
-        self._heading = when_changed(gui.add_dropdown("Heading", HEADINGS), self._set_heading)
-        self._angle = when_changed(gui.add_number("Angle [degrees]", 0.0, step=1.0), self._set_angle)
-        self._angles = gui.add_folder("Headings [degrees]", visible=False)
-        self._turns: list[Any] = []
+        self._closed = when_changed(gui.add_checkbox("Closed lap", False), editing(editor, _closed))
+        self._heading = when_changed(gui.add_dropdown("Heading", HEADINGS), editing(editor, _headed))
+        turn = editing(editor, lambda request, angle: replace(request, yaw=radians(angle)), "heading")
+        self._angle = when_changed(gui.add_number("Angle [degrees]", 0.0, step=1.0), turn)
+        self._turns = InputRows(gui.add_folder("Headings [degrees]", visible=False), self._turn)
 
     def show(self, state: BenchState) -> None:
         """Show the waypoints and the heading of the document."""
         self._request = request = state.request
-        self._show_rows(request)
+        self._rows.show(request.waypoints)
         self.choose(int(self._chosen.value))
         follow(self._closed, request.closed)
         follow(self._heading, _heading(request))
         self._angle.visible = _heading(request) == "fixed"
         if isinstance(request.yaw, float):
             follow(self._angle, round(degrees(request.yaw), 9))
-        self._show_turns(request.yaw if isinstance(request.yaw, tuple) else ())
+        turns = request.yaw if isinstance(request.yaw, tuple) else ()
+        self._turns.folder.visible = bool(turns)
+        self._turns.show([round(degrees(angle), 9) for angle in turns])
 
-    def _show_rows(self, request: PlanRequest) -> None:
-        while len(self._rows) > len(request.waypoints):
-            self._rows.pop().remove()
-        with self._folder:
-            while len(self._rows) < len(request.waypoints):
-                self._rows.append(self._row(len(self._rows), request.waypoints[len(self._rows)]))
-        for row, point in zip(self._rows, request.waypoints, strict=True):
-            follow(row, point)
-
-    def _row(self, index: int, point: Any) -> Any:
-        def move(value: Any) -> None:
-            self._editor.edit(lambda request: move_waypoint(request, index, value), f"waypoint {index}")
-
-        return when_changed(self._gui.add_vector3(f"{index}", point, step=0.05), move)
+    def _row(self, index: int) -> tuple[Any]:
+        move = editing(self._editor, lambda request, point: move_waypoint(request, index, point), f"waypoint {index}")
+        return (when_changed(self._gui.add_vector3(f"{index}", (0.0, 0.0, 0.0), step=0.05), move),)
 
     async def _reorder(self, event: Any) -> None:
         if event.client_id is None:
@@ -108,7 +98,7 @@ class RoutePanel:
 
     def choose(self, index: int) -> None:
         """Choose the waypoint that buttons and keys act on."""
-        follow(self._chosen, min(max(index, 0), len(self._rows) - 1))
+        follow(self._chosen, min(max(index, 0), len(self._rows.handles) - 1))
         self._choose(int(self._chosen.value))
 
     def _choose(self, index: int) -> None:
@@ -149,40 +139,23 @@ class RoutePanel:
         index = int(self._chosen.value)
         self._editor.edit(lambda request: delete_waypoint(request, _within(request, index)))
 
-    def _set_closed(self, wanted: bool) -> None:
-        self._editor.edit(lambda request: request.as_lap() if wanted else replace(request, closed=False))
+    def _turn(self, index: int) -> tuple[Any]:
+        def change(request: PlanRequest, angle: float) -> PlanRequest:
+            turns = request.yaw if isinstance(request.yaw, tuple) else ()
+            return replace(request, yaw=(*turns[:index], radians(angle), *turns[index + 1 :]))
 
-    def _set_heading(self, kind: str) -> None:
-        def change(request: PlanRequest) -> PlanRequest:
-            fixed = request.yaw if isinstance(request.yaw, float) else 0.0
-            each = (fixed,) * len(request.waypoints)
-            chosen: dict[str, float | tuple[float, ...]] = {"fixed": fixed, "per waypoint": each}
-            return replace(request, yaw=chosen.get(kind, kind))
+        turn = editing(self._editor, change, f"heading {index}")
+        return (when_changed(self._gui.add_number(f"{index}", 0.0, step=1.0), turn),)
 
-        self._editor.edit(change)
 
-    def _set_angle(self, value: float) -> None:
-        self._editor.edit(lambda request: replace(request, yaw=radians(value)), "heading")
+def _closed(request: PlanRequest, wanted: bool) -> PlanRequest:
+    return request.as_lap() if wanted else replace(request, closed=False)
 
-    def _show_turns(self, yaw: tuple[float, ...]) -> None:
-        self._angles.visible = bool(yaw)
-        while len(self._turns) > len(yaw):
-            self._turns.pop().remove()
-        with self._angles:
-            while len(self._turns) < len(yaw):
-                self._turns.append(self._turn(len(self._turns)))
-        for handle, value in zip(self._turns, yaw, strict=True):
-            follow(handle, round(degrees(value), 9))
 
-    def _turn(self, index: int) -> Any:
-        def turn(value: float) -> None:
-            def change(request: PlanRequest) -> PlanRequest:
-                turns = request.yaw if isinstance(request.yaw, tuple) else ()
-                return replace(request, yaw=(*turns[:index], radians(value), *turns[index + 1 :]))
-
-            self._editor.edit(change, f"heading {index}")
-
-        return when_changed(self._gui.add_number(f"{index}", 0.0, step=1.0), turn)
+def _headed(request: PlanRequest, kind: str) -> PlanRequest:
+    fixed = request.yaw if isinstance(request.yaw, float) else 0.0
+    chosen: dict[str, Any] = {"fixed": fixed, "per waypoint": (fixed,) * len(request.waypoints)}
+    return replace(request, yaw=chosen.get(kind, kind))
 
 
 def _heading(request: PlanRequest) -> str:

@@ -10,7 +10,7 @@ from minsnap.basics.checks import DEGREES
 from minsnap.basics.limit_kinds import KIND
 from minsnap.files.plan_request import RESERVE, PlanRequest
 from minsnap.studio.edits import set_duration, set_limit, set_reserve, straight_durations, with_time
-from minsnap.studio.page_inputs import Editor, follow, when_changed
+from minsnap.studio.page_inputs import Editor, InputRows, editing, follow, when_changed
 from minsnap.studio.workbench import BenchState
 
 MODES = ("durations", "total time", "limits")
@@ -48,17 +48,16 @@ class TimePanel:
 
     def __init__(self, gui: Any, editor: Editor) -> None:
         self._gui, self._editor = gui, editor
-        self._mode = when_changed(gui.add_dropdown("Time from", MODES), self._set_mode)
+        self._mode = when_changed(gui.add_dropdown("Time from", MODES), editing(editor, self._timed))
         self._total = gui.add_slider("Total [s]", min=0.5, max=60.0, step=0.1, initial_value=12.0)
-        when_changed(self._total, self._set_total)
-        self._legs = gui.add_folder("Duration per leg [s]")
-        self._rows: list[Any] = []
+        when_changed(self._total, editing(editor, _with_total, "total time"))
+        self._rows = InputRows(gui.add_folder("Duration per leg [s]"), self._row)
         self._limits = gui.add_folder("Limits")
         with self._limits:
             self._sliders = {name: self._limit_row(name) for name in SLIDERS}
-            self._rotors = when_changed(gui.add_checkbox("rotors of the vehicle", False), self._set_rotors)
+            self._rotors = when_changed(gui.add_checkbox("rotors of the vehicle", False), editing(editor, _with_rotors))
             reserve = gui.add_slider("reserve", min=0.0, max=0.9, step=0.01, initial_value=RESERVE, visible=False)
-            self._reserve = when_changed(reserve, self._set_reserve)
+            self._reserve = when_changed(reserve, editing(editor, set_reserve, "reserve"))
         with gui.add_folder("Polynomials"):
             self._add_polynomials()
         self._durations: tuple[float, ...] = ()
@@ -71,39 +70,22 @@ class TimePanel:
             self._durations = tuple(b - a for a, b in zip(breaks[:-1], breaks[1:], strict=True))
         mode = _mode(request)
         follow(self._mode, mode)
-        self._total.visible, self._legs.visible = mode == MODES[1], mode == MODES[0]
+        self._total.visible, self._rows.folder.visible = mode == MODES[1], mode == MODES[0]
         self._limits.visible = mode == MODES[2]
         if request.total_time is not None:
             follow(self._total, request.total_time)
-        self._show_rows(request.durations or ())
+        self._rows.show(request.durations or ())
         self._show_limits(request)
         self._show_polynomials(request)
 
-    def _set_mode(self, mode: str) -> None:
-        def change(request: PlanRequest) -> PlanRequest:
-            known = self._durations if len(self._durations) == request.legs else straight_durations(request)
-            return with_time(request, mode, known, USUAL)
+    def _timed(self, request: PlanRequest, mode: str) -> PlanRequest:
+        known = self._durations if len(self._durations) == request.legs else straight_durations(request)
+        return with_time(request, mode, known, USUAL)
 
-        self._editor.edit(change)
-
-    def _set_total(self, seconds: float) -> None:
-        self._editor.edit(lambda request: replace(request, total_time=float(seconds), durations=None), "total time")
-
-    def _show_rows(self, durations: tuple[float, ...]) -> None:
-        while len(self._rows) > len(durations):
-            self._rows.pop().remove()
-        with self._legs:
-            while len(self._rows) < len(durations):
-                self._rows.append(self._row(len(self._rows)))
-        for row, seconds in zip(self._rows, durations, strict=True):
-            follow(row, seconds)
-
-    def _row(self, leg: int) -> Any:
-        def set_it(seconds: float) -> None:
-            self._editor.edit(lambda request: set_duration(request, leg, seconds), f"duration {leg}")
-
+    def _row(self, leg: int) -> tuple[Any]:
         slider = self._gui.add_slider(f"Leg {leg} ", min=0.1, max=20.0, step=0.05, initial_value=1.0)
-        return when_changed(slider, set_it)
+        change = editing(self._editor, lambda request, seconds: set_duration(request, leg, seconds), f"duration {leg}")
+        return (when_changed(slider, change),)
 
     def _limit_row(self, name: str) -> tuple[Any, Any]:
         low, high, usual = SLIDERS[name]
@@ -114,26 +96,14 @@ class TimePanel:
             value = _inner(name, slider.value) if wanted else None
             self._editor.edit(lambda request: set_limit(request, name, value))
 
-        def set_it(value: float) -> None:
-            self._editor.edit(lambda request: set_limit(request, name, _inner(name, value)), f"limit {name}")
-
         box = when_changed(self._gui.add_checkbox(label, False), choose)
         slider = self._gui.add_slider(
             f"≤ {kind.label}", min=low, max=high, step=0.05, initial_value=usual, visible=False
         )
-        return box, when_changed(slider, set_it)
-
-    def _set_rotors(self, wanted: bool) -> None:
-        def change(request: PlanRequest) -> PlanRequest:
-            if wanted:
-                return replace(request, rotors=RESERVE, vehicle=request.vehicle or "dji_f330")
-            limits = request.limits or tuple(USUAL.items())
-            return replace(request, rotors=None, limits=limits)
-
-        self._editor.edit(change)
-
-    def _set_reserve(self, share: float) -> None:
-        self._editor.edit(lambda request: set_reserve(request, share), "reserve")
+        change = editing(
+            self._editor, lambda request, value: set_limit(request, name, _inner(name, value)), f"limit {name}"
+        )
+        return box, when_changed(slider, change)
 
     def _show_limits(self, request: PlanRequest) -> None:
         values = dict(request.limits)
@@ -149,20 +119,30 @@ class TimePanel:
             follow(self._reserve, request.rotors)
 
     def _add_polynomials(self) -> None:
-        gui, edit = self._gui, self._editor.edit
+        gui, editor = self._gui, self._editor
         self._degree = gui.add_dropdown("Degree", tuple(map(str, DEGREES)), initial_value="7")
-        when_changed(self._degree, lambda text: edit(lambda r: replace(r, degree=int(text), continuity=None)))
+        when_changed(self._degree, editing(editor, lambda r, text: replace(r, degree=int(text), continuity=None)))
         self._continuity = gui.add_dropdown("Continuous derivatives", (AUTOMATIC, *map(str, range(2, 11))))
-        when_changed(self._continuity, lambda text: edit(lambda r: replace(r, continuity=_whole(text))))
+        when_changed(self._continuity, editing(editor, lambda r, text: replace(r, continuity=_whole(text))))
         self._pieces = gui.add_dropdown("Pieces per leg", ("1", "2", "3", "4", "5", "6", "auto"))
         when_changed(
-            self._pieces, lambda text: edit(lambda r: replace(r, pieces=text if text == "auto" else int(text)))
+            self._pieces, editing(editor, lambda r, text: replace(r, pieces=text if text == "auto" else int(text)))
         )
 
     def _show_polynomials(self, request: PlanRequest) -> None:
         follow(self._degree, str(request.degree))
         follow(self._continuity, AUTOMATIC if request.continuity is None else str(request.continuity))
         follow(self._pieces, str(request.pieces))
+
+
+def _with_total(request: PlanRequest, seconds: float) -> PlanRequest:
+    return replace(request, total_time=float(seconds), durations=None)
+
+
+def _with_rotors(request: PlanRequest, wanted: bool) -> PlanRequest:
+    if wanted:
+        return replace(request, rotors=RESERVE, vehicle=request.vehicle or "dji_f330")
+    return replace(request, rotors=None, limits=request.limits or tuple(USUAL.items()))
 
 
 def _mode(request: PlanRequest) -> str:

@@ -14,7 +14,7 @@ from minsnap.files.plan_request import VEHICLES, named_vehicle
 from minsnap.flight.simulation.closed_loop import simulate
 from minsnap.flight.simulation.controllers.geometric import GeometricController
 from minsnap.flight.simulation.flight_record import Flight
-from minsnap.studio.page_inputs import Editor, follow, sentence, table, when_changed, when_clicked
+from minsnap.studio.page_inputs import Editor, editing, follow, sentence, table, when_changed, when_clicked
 from minsnap.studio.path_view import PathView
 from minsnap.studio.workbench import BenchState
 from minsnap.trajectory.trajectory import Trajectory
@@ -39,10 +39,12 @@ class VehiclePanel:
     """
 
     def __init__(self, gui: Any, editor: Editor, path: PathView, state: Callable[[], BenchState]) -> None:
-        self._editor, self._path, self._state = editor, path, state
-        self._vehicle = when_changed(gui.add_dropdown("Vehicle", VEHICLES, initial_value=DRAWN), self._set_vehicle)
+        self._path, self._state = path, state
+        self._vehicle = gui.add_dropdown("Vehicle", VEHICLES, initial_value=DRAWN)
+        when_changed(self._vehicle, editing(editor, lambda request, name: replace(request, vehicle=name)))
         self._size = gui.add_html("")
-        self._frame = when_changed(gui.add_dropdown("Frame of files", tuple(FRAMES)), self._set_frame)
+        self._frame = gui.add_dropdown("Frame of files", tuple(FRAMES))
+        when_changed(self._frame, editing(editor, lambda request, name: replace(request, frame=name)))
         when_clicked(gui.add_button("Fly in simulation"), lambda client: editor.later(self._fly))
         self._flown = gui.add_html("")
         self._flight_of: Trajectory | None = None
@@ -62,12 +64,6 @@ class VehiclePanel:
             self._flight_of = None
             self._path.overlay(None)
             self._flown.content = ""
-
-    def _set_vehicle(self, name: str) -> None:
-        self._editor.edit(lambda request: replace(request, vehicle=name))
-
-    def _set_frame(self, name: str) -> None:
-        self._editor.edit(lambda request: replace(request, frame=name))
 
     def _fly(self) -> None:
         planned = self._state().planned

@@ -94,11 +94,6 @@ class Workbench:
         """Whether there is an edit to undo."""
         return bool(self._history.past)
 
-    @property
-    def can_redo(self) -> bool:
-        """Whether there is an edit to redo."""
-        return bool(self._history.future)
-
     def edit(self, change: Callable[[PlanRequest], PlanRequest], subject: str = "", held: bool = False) -> None:
         """Change the document and plan it.
 

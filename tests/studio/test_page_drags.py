@@ -121,8 +121,8 @@ def test_walls_waypoints_and_rows_follow_edits_of_every_kind(studio):
     assert len(studio._waypoints._gizmos) == len(studio.request.waypoints) == 4
     assert [tuple(gizmo.position) for gizmo in studio._waypoints._gizmos] == list(studio.request.waypoints)
     assert sorted(studio._walls._boxes) == ["box 0", "box 1", "box 2", "room"]
-    assert np.array_equal([row.value for row in studio._route._rows], studio.request.waypoints)
-    assert len(studio._corridor._rows) == studio.request.legs
+    assert np.array_equal([row.value for (row,) in studio._route._rows.handles], studio.request.waypoints)
+    assert len(studio._corridor._rows.handles) == studio.request.legs
 
 
 def press(studio, label):

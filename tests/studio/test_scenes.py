@@ -9,6 +9,7 @@ import minsnap
 from minsnap.errors import CorridorError, InputError, LimitError, YawError
 from minsnap.files.formats.polynomials import write_polynomials
 from minsnap.studio.documents import open_scene
+from minsnap.studio.edits import set_reserve
 from minsnap.studio.scenes import scene_of
 from minsnap.studio.showing import show
 from minsnap.vehicle import Quadrotor
@@ -95,7 +96,7 @@ def test_a_plan_in_boxes_is_shown_and_planned_again_in_them(curve):
     try:
         assert page.trajectory is curve and page._time._reserve.visible and page._time._reserve.value == 0.25
         page.edit(lambda request: request)
-        page._time._set_reserve(0.4)
+        page.edit(lambda request: set_reserve(request, 0.4))
         assert page.wait(60.0) and page.request.rotors == 0.4
         assert page.trajectory is not curve
         assert minsnap.certify(page.trajectory, corridor=page.request.walls, limits=page.request.bounds).ok
