@@ -6,7 +6,7 @@ import pytest
 
 from minsnap.errors import LinkError
 from minsnap.flight.mavlink.link import open_link
-from minsnap.flight.mavlink.log_download import ASKED, PIECE, download_log
+from minsnap.flight.mavlink.log_download import PIECE, REQUEST, download_log
 
 
 @pytest.fixture
@@ -18,8 +18,8 @@ def link(vehicle, clock):
 
 
 def test_the_newest_log_arrives_whole_though_pieces_are_lost(vehicle, link, clock, tmp_path):
-    vehicle.logs = [b"older", os.urandom(ASKED + 5 * PIECE + 17)]
-    vehicle.lost_pieces = {0, 3 * PIECE, ASKED, ASKED + 5 * PIECE}
+    vehicle.logs = [b"older", os.urandom(REQUEST + 5 * PIECE + 17)]
+    vehicle.lost_pieces = {0, 3 * PIECE, REQUEST, REQUEST + 5 * PIECE}
     shares = []
     download_log(link, clock, tmp_path / "flight.ulg", shares.append)
     assert (tmp_path / "flight.ulg").read_bytes() == vehicle.logs[1]
